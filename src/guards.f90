@@ -25,12 +25,13 @@ module hampm_guards
    use hampm_interface_placement, only: part_for
    use hampm_text, only: to_text, three_digits
    use hampm_whereabouts, only: when, origin
-   use hampm_ghost_penalty, only: fills_of_pieces, enough
+   use hampm_ghost_penalty, only: fills_of_pieces
    implicit none
    private
    public :: check_state, check_tip, check_step, look_at_bonds, look_at_faces, look_at_modes, look_at_normals
 
    real(dp), parameter :: most = 20              !! strain of a piece over the largest beside it
+   real(dp), parameter :: firm = 0.5_dp          !! part of a cell from which on a piece holds itself: a wave that comes in strains it first
 
    ! Within the limit of the time step the energy swings, as velocity and strain are half a step apart: near the limit by 11 % of
    ! what the material stores, and not at all in the mean (docs/stability.md). What goes beyond that is told. Half of the largest
@@ -489,7 +490,7 @@ contains
          end associate
       end do
       do e = 1, m%grid%n_elements
-         if (.not. fill(e) > 0 .or. fill(e) >= enough .or. .not. m%grid%is_cut(m%grid%element_leaf(e))) cycle
+         if (.not. fill(e) > 0 .or. fill(e) >= firm .or. .not. m%grid%is_cut(m%grid%element_leaf(e))) cycle
          beside = largest_beside(m, e, fill, strain)
          if (.not. (beside > 0 .and. strain(e) > most*beside)) cycle
          associate (x => m%grid%element_lower(:, e) + m%grid%leaf_size(e)/2)

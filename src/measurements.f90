@@ -150,7 +150,7 @@ contains
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       call new_mass_solver(motion%mass%by, motion%mass%order, motion%grid, constraints_t(), m%extrapolation, failure, &
-                           motion%fields%mass_matrix%ties)
+                           motion%fields%mass_matrix%ghosts)
    end subroutine rebuild_extrapolation
 
    !> Load of an arm, crack length and depth of an arm of a double cantilever beam, from the scene: the resultant of the loads

@@ -7,8 +7,8 @@ module hampm_mass_factorisation
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
+   use hampm_interface_points, only: interface_point_t, nodes_of_points
    use hampm_mass_matrix, only: mass_matrix_t, coupled_cells
-   use hampm_mass_ties, only: mass_ties_t, nodes_of_ties
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_sparse, only: sparse_t
    implicit none
@@ -27,7 +27,7 @@ module hampm_mass_factorisation
    type :: mass_factorisation_t
       integer :: analyses = 0                    !! how often the pattern has been analysed
       integer :: factorisations = 0              !! how often the numbers have been factorised
-      type(mass_ties_t) :: ties                  !! of the grid
+      type(interface_point_t), allocatable :: ghosts(:) !! of the matrix
       integer, private :: of_direction(ndim) = 0 !! which factor belongs to a direction
       type(factor_t), allocatable, private :: factors(:)
       integer, allocatable :: coupled(:)         !! cells whose matrix is not lumped, each as its first element, when the pattern
@@ -160,7 +160,7 @@ contains
          associate (factor => self%factors(k))
             call number_unknowns(nodes, fixed(d:d, :), factor%unknowns)
             if (factor%unknowns%n == 0) cycle
-            call pattern_of_elements(grid, coupled, factor%unknowns, factor%matrix, nodes_of_ties(self%ties))
+            call pattern_of_elements(grid, coupled, factor%unknowns, factor%matrix, nodes_of_points(self%ghosts, size(self%ghosts)))
             allocate (factor%b(factor%unknowns%n), factor%x(factor%unknowns%n))
          end associate
       end do
@@ -190,11 +190,11 @@ contains
       do i = 1, size(rest)
          call factor%matrix%add(i, i, max(rest(i), 0.0_dp))
       end do
-      do k = 1, mass%ties%n
-         n = count(mass%ties%node(:, k) > 0)
-         associate (share => mass%ties%share(:n, k))
-            call add_element(factor%unknowns, mass%ties%node(:n, k), mass%ties%mass(k)*spread(share, 1, n)*spread(share, 2, n), &
-                             factor%matrix)
+      do k = 1, size(mass%ghosts)
+         associate (point => mass%ghosts(k))
+            n = count(point%node > 0)
+            call add_element(factor%unknowns, point%node(:n), &
+                             point%mass*spread(point%share(:n), 1, n)*spread(point%share(:n), 2, n), factor%matrix)
          end associate
       end do
    end subroutine fill

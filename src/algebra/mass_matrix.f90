@@ -10,12 +10,12 @@
 !>
 !> A quadratic cell is stored as four elements, its quarters, one after the other, and has one matrix of its nine nodes. Nine particles
 !> with their weights have the eigenvalue 1/36 and are used as they are, too. Where such cells are cut the functions of some nodes have integrals
-!> below 0, and nothing is lumped: there are ties (`hampm_mass_ties`) instead, and residuals are weighed by the diagonal of M, as they are around
+!> below 0, and nothing is lumped: there are the masses of the ghost penalty (`hampm_ghost_penalty`) instead, and residuals are weighed by the diagonal of M, as they are around
 !> an axis, where the integrals of functions of nodes on it are 0.
 module hampm_mass_matrix
    use hampm_kinds, only: dp
    use hampm_grid, only: grid_t
-   use hampm_mass_ties, only: mass_ties_t
+   use hampm_interface_points, only: interface_point_t
    use hampm_node_list, only: node_list_t, list_marked
    use hampm_nodal_rows, only: pattern_t, spans_t, find_spans, sum_rows
    implicit none
@@ -51,7 +51,7 @@ module hampm_mass_matrix
                                                         !! `nodes_per_chunk`
       integer, allocatable :: apart(:)                  !! the other nodes
       real(dp), allocatable :: lumped(:)                !! D, (9) [kg], (n_points)
-      type(mass_ties_t) :: ties                         !! masses beside those of the cells
+      type(interface_point_t), allocatable :: ghosts(:) !! which have masses beside those of the cells; not allocated where all is lumped
       real(dp), allocatable :: diagonal(:)              !! of M [kg], (n_points); not allocated where D is above 0 everywhere
       real(dp), allocatable :: inverse_lumped(:)        !! D^-1 at the nodes of occupied cells [1/kg], (n_points)
       ! By cells (`cell_of`), not allocated where all is lumped
@@ -284,12 +284,12 @@ contains
             end associate
          end do
       end associate
-      do k = 1, matrix%ties%n
-         do j = 1, count(matrix%ties%node(:, k) > 0)
-            associate (total => matrix%diagonal(matrix%ties%node(j, k)))
-               total = total + matrix%ties%mass(k)*matrix%ties%share(j, k)**2
-            end associate
-         end do
+      do k = 1, size(matrix%ghosts)
+         associate (point => matrix%ghosts(k))
+            do j = 1, count(point%node > 0)
+               matrix%diagonal(point%node(j)) = matrix%diagonal(point%node(j)) + point%mass*point%share(j)**2
+            end do
+         end associate
       end do
    end subroutine find_diagonal
 

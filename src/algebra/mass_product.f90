@@ -2,12 +2,12 @@
 !>
 !>    M = sum over the cells that are not lumped of T^T M_e T + diag(c),
 !>
-!> T being the weights of hanging nodes, and c what these cells leave of the lumped masses of the nodes; and with ties (`hampm_mass_ties`).
+!> T being the weights of hanging nodes, and c what these cells leave of the lumped masses of the nodes; and with the masses of interface points.
 module hampm_mass_product
    use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t
-   use hampm_mass_ties, only: add_tied_product
+   use hampm_interface_points, only: add_mass_product
    implicit none
    private
    public :: has_matrix, find_concentrated_mass, multiply_by_mass
@@ -70,7 +70,7 @@ contains
          do k = 1, all%n_nodes
             y(:, all%nodes(k)) = y(:, all%nodes(k)) + mass(all%nodes(k))*x(:, all%nodes(k))
          end do
-         call add_tied_product(matrix%ties, x, y, unused)
+         if (allocated(matrix%ghosts)) call add_mass_product(matrix%ghosts, x, y, unused)
       end associate
    end subroutine multiply_by_mass
 end module hampm_mass_product

@@ -20,7 +20,7 @@ module hampm_mass_solver
    use hampm_grid, only: grid_t
    use hampm_mass_factorisation, only: mass_factorisation_t
    use hampm_mass_matrix, only: mass_matrix_t, region_t, nodes_per_chunk
-   use hampm_mass_ties, only: mass_ties_t, add_tied_product
+   use hampm_interface_points, only: interface_point_t, add_mass_product
    use hampm_nodal_rows, only: unlike_neighbours, multiply_rows
    use hampm_text, only: to_text
    implicit none
@@ -63,14 +63,14 @@ contains
 
    !> A solver for a grid, new or in the place of that for another grid, whose counts go on. Fails where the memory does not
    !> suffice.
-   subroutine new_mass_solver(by, order, grid, constraints, s, failure, ties)
+   subroutine new_mass_solver(by, order, grid, constraints, s, failure, ghosts)
       integer, intent(in) :: by                     !! `by_lumped`, ...
       integer, intent(in) :: order                  !! of fmpm
       type(grid_t), intent(in) :: grid
       type(constraints_t), intent(in) :: constraints
       type(mass_solver_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      type(mass_ties_t), intent(in), optional :: ties !! of the grid
+      type(interface_point_t), allocatable, intent(in), optional :: ghosts(:) !! of the matrix
       type(mass_solver_t) :: fresh
       integer :: status
       fresh%solutions = s%solutions
@@ -81,7 +81,10 @@ contains
       s = fresh
       s%by = by
       s%order = order
-      if (present(ties)) s%direct%ties = ties
+      allocate (s%direct%ghosts(0))
+      if (present(ghosts)) then
+         if (allocated(ghosts)) s%direct%ghosts = ghosts
+      end if
       s%constraints = constraints
       if (.not. allocated(s%constraints%fixed)) allocate (s%constraints%fixed(ndim, grid%n_nodes), source=.false.)
       if (by == by_lumped) return
@@ -296,7 +299,7 @@ contains
       real(dp), intent(inout), contiguous :: x(:, :)
       real(dp), intent(inout), contiguous :: y(:, :)
       real(dp), intent(out) :: xax(ndim)
-      real(dp) :: of_ties(ndim)
+      real(dp) :: of_ghosts(ndim)
       integer :: chunk, first
       associate (spans => matrix%spans, chunks => size(matrix%spans%of_chunk) - 1, region => matrix%coupled)
          call grid%dofs%distribute(region, ndim, x)
@@ -320,9 +323,9 @@ contains
          xax = sum(s%partial(:, 1, :chunks), dim=2)
          call grid%dofs%condense(region, ndim, y, s%inverse)
       end associate
-      if (matrix%ties%n == 0) return
-      call add_tied_product(matrix%ties, x, y, of_ties, s%inverse)
-      xax = xax + of_ties
+      if (.not. allocated(matrix%ghosts)) return
+      call add_mass_product(matrix%ghosts, x, y, of_ghosts, s%inverse)
+      xax = xax + of_ghosts
    end subroutine multiply
 
    !> r = D^-1 (b - M x), the squares of its norms, and those of D^-1 b.

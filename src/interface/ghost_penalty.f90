@@ -1,39 +1,48 @@
-!> What holds small pieces of linear cells, as cracks or edges of bodies leave them: one or two particles resist next to nothing of how the nodes
-!> of a piece may move, and a load on it would move these without end.
+!> What holds small pieces of cells, as cracks or edges of bodies leave them: a few particles resist next to nothing of how the nodes of a piece may
+!> move, and move with next to none of it. A load on them would move these without end, and the steps of the run would have to be as short.
 !>
-!> On a side that a small piece has in common with another one, the jump of the derivative of the displacement normal to the side is held by
-!> interface points, at the points of Gauss:
+!> On a side that a small piece has in common with another one, the jumps of the derivatives of the displacement normal to the side, up to the order p of the cells,
+!> are held by interface points at the points of Gauss, and in motion have a mass:
 !>
-!>    energy = gamma E' t h/3 integral over the side of |du/dn of one - du/dn of the other|**2 ds/2,
+!>    energy = g E' t  sum over k of c_k h**(2 k - 1) integral over the side of |jump of d^k u/dn^k|**2 ds/2,   c_1 = 1/3, c_2 = 1/20,
+!>    and with the velocity, g rho t and h**(2 k + 1) in the place of these;
 !>
-!> E' being the modulus of the plane, t the thickness and h the size of the cell. So the displacement of a full cell is continued into the pieces
-!> beside it, and by these to others. A linear displacement has no such jump: nothing holds it, nor the motion of rigid bodies.
-!> By h/3 the energy is that of the difference of both continued fields in a cell, times gamma.
+!> E' being the modulus of the plane, t the thickness and h the size of the finer cell. Between two materials it is the larger modulus and density. So the field of a full cell
+!> is continued into the pieces beside it, and by these to others. A polynomial of the order of the cells has no such jump: nothing holds it, nor has it a mass beside that
+!> of the particles. By the c_k energies are those of the differences of both continued fields in a cell, times g. p + 1 points of Gauss integrate them exactly.
 !>
-!> This is for rest and implicit steps: in explicit ones the stiffness would need a mass like it.
+!> With the same g for both, what jumps by itself has the frequency c/h, far above that of waves that cells resolve.
 !>
-!> Source: Burman, Ghost penalty, Comptes Rendus Mathematique 348 (2010) 1217-1220.
+!> Sources: Burman, Ghost penalty, Comptes Rendus Mathematique 348 (2010) 1217-1220. Sticko & Kreiss, A stabilized Nitsche cut element method for the
+!> wave equation, Computer Methods in Applied Mechanics and Engineering 309 (2016) 364-387.
 module hampm_ghost_penalty
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_basis, only: derivatives_along
+   use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_dofs, only: most_nodes_of_leaf
-   use hampm_interface_points, only: interfaces_t, ghost, add_interface_point
-   use hampm_forest, only: corner_offset
-   use hampm_grid, only: grid_t
+   use hampm_interface_points, only: interfaces_t, interface_point_t, ghost, add_interface_point
+   use hampm_grid, only: grid_t, side_corner
    use hampm_matter, only: matter_t
    use hampm_tolerance, only: part_of_cell
    implicit none
    private
-   public :: hold_small_pieces, fills_of_pieces, enough
+   public :: hold_small_pieces, fills_of_pieces, enough_alone
 
    real(dp), parameter :: enough = 0.9_dp        !! part of a cell from which on a piece holds itself
-   real(dp), parameter :: at_cracks = 0.01_dp    !! gamma of pieces that cracks leave, which hold a particle at least: ten times less lets nodes move
-                                                 !! by 1.4 times as much, ten times more makes cracks shorter by a tenth of a cell
-   real(dp), parameter :: at_edges = 0.1_dp      !! of those at edges of bodies, which may be as thin as one likes under all of a load, less what they fill: a
+   real(dp), parameter :: enough_alone = 0.6_dp  !! with which a quadratic one moves by itself, where none on its side of the crack is fuller
+   real(dp), parameter :: at_cracks = 0.01_dp    !! g of pieces that cracks leave, which hold a particle at least: ten times less lets nodes move
+                                                 !! by 1.4 times as much, ten times more makes cracks shorter by a tenth of a cell; of all pieces of quadratic cells
+   real(dp), parameter :: at_edges = 0.1_dp      !! of linear ones at edges of bodies, which may be as thin as one likes under all of a load, less what they fill: a
                                                  !! piece has that part of the stiffness of a cell by itself. With ten times less the energy of
                                                  !! rings with three levels was up to 5 % too large (docs/cracks.md)
    real(dp), parameter :: at_thick_edges = 0.02_dp !! the least of them: few particles leave motions of the nodes free. 0.1 at all makes beams across the
                                                  !! grid stiffer by 0.2 % and the stress at small holes lower by 2 %
-   real(dp), parameter :: gauss(ndim) = 0.5_dp + [-0.5_dp, 0.5_dp]/sqrt(3.0_dp) !! points of a side, from 0 to 1
+   real(dp), parameter :: part_of_jump(2) = [1/3.0_dp, 1/20.0_dp] !! c_k
+
+   !> Points of Gauss of a side, from 0 to 1, by the order p of the cells, and their weights.
+   real(dp), parameter :: far(2) = [sqrt(1/12.0_dp), sqrt(3/20.0_dp)]
+   real(dp), parameter :: gauss(3, 2) = 0.5_dp + reshape([-far(1), far(1), 0.0_dp, -far(2), 0.0_dp, far(2)], [3, 2])
+   real(dp), parameter :: weight(3, 2) = reshape([9, 9, 0, 5, 8, 5], [3, 2])/18.0_dp
 
 contains
 
@@ -51,130 +60,180 @@ contains
       fill = part_of_cell(fill)
    end function fills_of_pieces
 
-   !> Add the interface points on the sides of small pieces.
+   !> Add the interface points on the sides of small pieces, and note whether one that is to move is alone.
    pure subroutine hold_small_pieces(interfaces, m)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
-      real(dp) :: fill(m%grid%n_elements), modulus(m%grid%n_elements), gamma(m%grid%n_elements)
+      real(dp), dimension(m%grid%n_elements) :: fill, modulus, density, g
       logical :: moves(m%grid%n_points), is_held(m%grid%n_elements), is_filled(m%grid%n_elements)
+      type(disjoint_sets_t) :: held
       integer, allocatable :: others(:)
-      integer :: e, i, k, side
+      logical :: has_mass
+      integer :: cell, e, i, k, side
+      has_mass = interfaces%are_moving .and. (interfaces%are_bounded .or. m%grid%is_quadratic())
+      cell = merge(corners, 1, m%grid%is_quadratic()) ! elements of one
       fill = fills_of_pieces(m)
       moves = .false.
       is_filled = .false.
       modulus = 0
+      density = 0
+      g = 0
       do i = 1, m%particles%n
-         associate (first => m%grid%first_of_piece(m%particles%cell(i)))
-            modulus(first) = max(modulus(first), m%materials(m%particles%material(i))%plane_modulus())
+         associate (first => m%grid%first_of_piece(m%particles%cell(i)), k => m%particles%material(i))
+            modulus(first) = max(modulus(first), m%materials(k)%plane_modulus())
+            if (has_mass) density(first) = max(density(first), m%materials(k)%density)
+            is_filled(m%particles%cell(i) - mod(m%particles%cell(i) - 1, cell)) = .true.
          end associate
-         moves(m%grid%element_nodes(:, m%particles%cell(i))) = .true.
-         is_filled(m%particles%cell(i)) = .true.
       end do
-      do e = 1, m%grid%n_elements
-         associate (first => m%grid%first_of_piece(e), at => m%grid%element_nodes(:, e))
+      do e = 1, m%grid%n_elements, cell
+         if (is_filled(e)) moves(m%grid%support_of(e)) = .true.
+      end do
+      do e = 1, m%grid%n_elements, cell
+         associate (first => m%grid%first_of_piece(e), at => m%grid%support_of(e))
             modulus(e) = modulus(first)
-            gamma(e) = 0
-            if (fill(first) < enough .and. .not. m%grid%outer_nodes%has_host(m%grid%element_leaf(e))) gamma(e) = gamma_of(e)
+            density(e) = density(first)
+            if (fill(first) < enough .and. .not. m%grid%outer_nodes%has_host(m%grid%element_leaf(e))) g(e) = g_of(e)
             is_held(e) = is_filled(e) .or. all(moves(at) .and. at <= m%grid%n_nodes) ! an empty one passes on, but not to nodes that nothing moves
          end associate
       end do
-      do e = 1, m%grid%n_elements
-         do side = 1, ndim
+      call singletons(m%grid%n_elements, held)
+      do e = 1, m%grid%n_elements, cell
+         do side = 1, 2*ndim
             others = beyond(m%grid, e, side)
             do k = 1, size(others)
                associate (other => others(k))
-                  if (max(gamma(e), gamma(other)) > 0 .and. is_held(e) .and. is_held(other)) &
-                     call hold_side(interfaces, m%grid, max(gamma(e), gamma(other))*max(modulus(e), modulus(other)), e, other, side)
+                  if (.not. (max(g(e), g(other)) > 0 .and. is_held(e) .and. is_held(other))) cycle
+                  call held%join(e, other)
+                  call hold_side(interfaces, m%grid, max(g(e), g(other))*max(modulus(e), modulus(other)), &
+                                 max(g(e), g(other))*max(density(e), density(other)), e, other, side)
                end associate
             end do
          end do
       end do
+      interfaces%alone = 0
+      if (interfaces%are_moving .and. m%grid%is_quadratic()) &
+         interfaces%alone = alone_of(held, is_filled, g > 0 .and. fill < enough_alone)
+
    contains
-      !> Gamma of a leaf that is cut; 0 of others.
-      pure real(dp) function gamma_of(element)
+
+      !> g of a cell that is cut; 0 of others.
+      pure real(dp) function g_of(element)
          integer, intent(in) :: element
          associate (leaf => m%grid%element_leaf(element))
-            gamma_of = 0
-            if (m%grid%is_cut(leaf)) gamma_of = at_cracks
-            if (allocated(m%grid%is_full)) then
+            g_of = 0
+            if (m%grid%is_cut(leaf)) g_of = at_cracks
+            if (allocated(m%grid%is_full) .and. .not. m%grid%is_quadratic()) then
                if (m%grid%is_met(leaf) .and. .not. m%grid%is_full(leaf)) &
-                  gamma_of = max(at_thick_edges, at_edges - fill(m%grid%first_of_piece(element)))
+                  g_of = max(at_thick_edges, at_edges - fill(m%grid%first_of_piece(element)))
             end if
          end associate
-      end function gamma_of
+      end function g_of
    end subroutine hold_small_pieces
 
-   !> The elements beyond the upper side of an element in a direction whose material is joined to its: those that have both ends of the side in
-   !> common with it. Ahead of a crack there are two, the pieces of the cell in which it ends.
-   pure function beyond(grid, e, direction) result(others)
+   !> The last cell with material of those that are small and that nothing joins to one that is not; 0 where there is none.
+   pure integer function alone_of(held, is_filled, is_small) result(alone)
+      type(disjoint_sets_t), intent(in) :: held  !! sets of cells that are joined
+      logical, intent(in) :: is_filled(:), is_small(:) !! by the first element of each cell
+      logical :: is_firm(size(is_small))
+      integer :: e
+      is_firm = .false.
+      do e = 1, size(is_small)
+         if (is_filled(e) .and. .not. is_small(e)) is_firm(held%least_of(e)) = .true.
+      end do
+      alone = 0
+      do e = 1, size(is_small)
+         if (is_filled(e) .and. .not. is_firm(held%least_of(e))) alone = e
+      end do
+   end function alone_of
+
+   !> The cells beyond a side of one whose material is joined to its, those that have both ends of the side in common with it, and are larger or, of as large ones,
+   !> above: each side, or part of one beside finer cells, is found once. Ahead of a crack there are two, the pieces of the cell in which it ends.
+   pure function beyond(grid, e, side) result(others)
       type(grid_t), intent(in) :: grid
-      integer, intent(in) :: e
-      integer, intent(in) :: direction           !! normal to the side
+      integer, intent(in) :: e                   !! a linear element, or the first of a quadratic cell
+      integer, intent(in) :: side                !! as in `side_corner`
       integer, allocatable :: others(:)
-      integer :: here(2), there(2), k
-      here = ends_of_side(direction, 1)
-      there = ends_of_side(direction, 0)
-      associate (nodes => grid%element_nodes(:, e))
-         associate (around => grid%dofs%elements_at(nodes(here(1))))
-            others = pack(around, [(all(grid%element_nodes(there, around(k)) == nodes(here)), k=1, size(around))])
-         end associate
+      integer, parameter :: of_quadratic(corners) = [1, 3, 7, 9] ! corners among the nodes
+      integer :: nodes(grid%n_functions), ends(2), k, other
+      real(dp) :: way
+      ends = [side_corner(side, 1), side_corner(side, 2)]
+      if (grid%is_quadratic()) ends = of_quadratic(ends)
+      nodes = grid%support_of(e)
+      allocate (others(0))
+      associate (around => grid%dofs%elements_at(nodes(ends(1))), own => size_of_cell(grid, e), axis => (side + 1)/2)
+         do k = 1, size(around)
+            other = around(k)
+            if (grid%is_quadratic()) other = grid%first_of_piece(other)
+            if (any(others == other) .or. .not. any(grid%support_of(other) == nodes(ends(2)))) cycle
+            associate (more => size_of_cell(grid, other) - own)
+               way = grid%element_lower(axis, other) - grid%element_lower(axis, e) + more/2 ! from middle to middle
+               if (mod(side, 2) == 1) way = -way
+               if (way > own/2 .and. (mod(side, 2) == 0 .or. more > own/2)) others = [others, other]
+            end associate
+         end do
       end associate
    end function beyond
 
-   !> The corners of an element at the ends of its lower or upper side in a direction.
-   pure function ends_of_side(direction, upper) result(ends)
-      integer, intent(in) :: direction
-      integer, intent(in) :: upper               !! 0 the lower, 1 the upper side
-      integer :: ends(2)
-      integer :: corner, offset(ndim), n
-      n = 0
-      ends = 0
-      do corner = 1, corners
-         offset = corner_offset(corner)
-         if (offset(direction) /= upper) cycle
-         n = n + 1
-         ends(n) = corner
-      end do
-   end function ends_of_side
+   !> Size of a linear element, or of the quadratic cell that begins with one [m].
+   pure real(dp) function size_of_cell(grid, e) result(edge)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: e
+      edge = grid%element_size(e)
+      if (grid%is_quadratic()) edge = grid%leaf_size(e)
+   end function size_of_cell
 
-   !> Hold the jump of the normal derivative on a side between two elements.
-   pure subroutine hold_side(interfaces, grid, modulus, e, other, direction)
+   !> Hold the jumps of the normal derivatives on the side between two cells.
+   pure subroutine hold_side(interfaces, grid, firmness, heaviness, e, other, side)
       type(interfaces_t), intent(inout) :: interfaces
       type(grid_t), intent(in) :: grid
-      real(dp), intent(in) :: modulus            !! gamma E' [Pa]
-      integer, intent(in) :: e, other            !! below the side, and beyond it
-      integer, intent(in) :: direction           !! normal to it
-      real(dp) :: weight(corners, most_nodes_of_leaf), xi(ndim)
-      integer :: master(most_nodes_of_leaf), n, j, k
-      do k = 1, size(gauss)
-         call add_interface_point(interfaces, ghost)
-         associate (s => interfaces%n)
-            xi(direction) = 1
-            xi(3 - direction) = gauss(k)
-            interfaces%list(s)%place = grid%element_lower(:, e) + xi*grid%element_size(e)
-            call grid%dofs%masters_of(grid%element_nodes(:, e), n, master, weight)
-            interfaces%list(s)%node(:n) = master(:n)
-            interfaces%list(s)%share(:n) = normal_derivative(e, xi, weight(:, :n))
-            interfaces%list(s)%n_left = n
-            xi(direction) = 0
-            call grid%dofs%masters_of(grid%element_nodes(:, other), j, master, weight)
-            interfaces%list(s)%node(n + 1:n + j) = master(:j)
-            interfaces%list(s)%share(n + 1:n + j) = -normal_derivative(other, xi, weight(:, :j))
-            interfaces%list(s)%stiffness = modulus*interfaces%thickness%at(interfaces%list(s)%place)/(3*size(gauss))
-            interfaces%list(s)%length = grid%element_size(e)/size(gauss)
-            interfaces%list(s)%cell = grid%leaf_size(e)
-         end associate
-      end do
-   contains
-      !> Derivatives of functions normal to the side, times the size of the cell [-].
-      pure function normal_derivative(element, at, of_master) result(derivative)
-         integer, intent(in) :: element
-         real(dp), intent(in) :: at(ndim)        !! local coordinate [-]
-         real(dp), intent(in) :: of_master(:, :) !! weights of masters, (corners, masters)
-         real(dp) :: derivative(size(of_master, 2))
-         real(dp) :: gradient(corners, ndim)
-         gradient = grid%gradients_in(element, at)
-         derivative = grid%element_size(element)*matmul(gradient(:, direction), of_master)
-      end function normal_derivative
+      real(dp), intent(in) :: firmness           !! g E' [Pa]
+      real(dp), intent(in) :: heaviness          !! g rho [kg/m3]
+      integer, intent(in) :: e, other            !! cells as in `beyond`
+      integer, intent(in) :: side                !! of the first
+      real(dp) :: xi(ndim)
+      integer :: p, k, i
+      p = merge(2, 1, grid%is_quadratic())
+      associate (h => size_of_cell(grid, e), of_other => size_of_cell(grid, other), direction => (side + 1)/2)
+         do i = 1, p + 1
+            xi(direction) = mod(side - 1, 2)
+            xi(3 - direction) = gauss(i, p)
+            do k = 1, p
+               call add_interface_point(interfaces, ghost)
+               associate (point => interfaces%list(interfaces%n))
+                  point%place = grid%element_lower(:, e) + xi*h
+                  call add_derivatives(point, grid, e, direction, k, xi, 1.0_dp)
+                  point%n_left = count(point%node > 0)
+                  call add_derivatives(point, grid, other, direction, k, (point%place - grid%element_lower(:, other))/of_other, &
+                                       -(h/of_other)**k)
+                  associate (factor => part_of_jump(k)*weight(i, p)*interfaces%thickness%at(point%place))
+                     point%stiffness = factor*firmness
+                     point%mass = factor*heaviness*h**ndim
+                  end associate
+                  point%length = weight(i, p)*h
+                  point%cell = grid%leaf_size(e)
+               end associate
+            end do
+         end do
+      end associate
    end subroutine hold_side
+
+   !> Add the k-th derivatives of the functions of a cell along a direction, times a factor, to the shares of the nodes of an interface point.
+   pure subroutine add_derivatives(point, grid, cell, direction, k, xi, factor)
+      type(interface_point_t), intent(inout) :: point
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: cell, direction, k
+      real(dp), intent(in) :: xi(ndim)           !! place in the cell [-]
+      real(dp), intent(in) :: factor
+      real(dp) :: of_master(grid%n_functions, most_nodes_of_leaf), derivative(grid%n_functions)
+      integer :: master(most_nodes_of_leaf), n, j, at
+      derivative = factor*derivatives_along(grid%n_functions, direction, k, xi)
+      call grid%dofs%masters_of(grid%support_of(cell), n, master, of_master)
+      do j = 1, n
+         do at = 1, size(point%node)
+            if (point%node(at) == master(j) .or. point%node(at) == 0) exit
+         end do
+         point%node(at) = master(j)
+         point%share(at) = point%share(at) + dot_product(derivative, of_master(:, j))
+      end do
+   end subroutine add_derivatives
 end module hampm_ghost_penalty

@@ -28,7 +28,6 @@ module hampm_interface_placement
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: hold_small_pieces
    use hampm_material, only: material_t
-   use hampm_small_pieces, only: tie_small_pieces
    use hampm_lapack, only: dposv
    use hampm_matter, only: matter_t
    use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
@@ -85,11 +84,7 @@ contains
       interfaces%n_contact = 0
       if (.not. (m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies))) return
       if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
-      if (m%grid%is_quadratic()) then
-         call tie_small_pieces(interfaces, m)
-      else if (.not. interfaces%are_bounded) then
-         call hold_small_pieces(interfaces, m)
-      end if
+      if (m%grid%is_quadratic() .or. .not. interfaces%are_bounded) call hold_small_pieces(interfaces, m)
       if (interfaces%n > 0 .and. interfaces%are_bounded .and. .not. m%grid%is_quadratic()) call soften(interfaces, m)
       call go_on(interfaces, old)
    end subroutine rebuild_interfaces

@@ -22,16 +22,15 @@
 !> layer, that of a third of a cell. While equilibrium is looked for what friction can hold may be given (`hold_friction`): then forces
 !> have a convex potential.
 !>
-!> `ghost`: what holds the nodes of small pieces of cells to the field of fuller ones (`hampm_ghost_penalty`, `hampm_small_pieces`). The
-!> jump is one of derivatives, or from a continued field. Such points may have a mass m too, which moves with the rate w of their jump as particles do
-!> with the velocity: it gives m c_j w to the momentum of node j, and w gains c.a dt.
+!> `ghost`: what holds small pieces of cells to the field of fuller ones (`hampm_ghost_penalty`). The jump is one of derivatives. Such points may have a
+!> mass m too, which moves with the rate w of their jump as particles do with the velocity: it gives m c_j w to the momentum of node j, w gains
+!> c.a dt, and the mass matrix has m c c^T.
 !>
 !> Source: Wriggers, Computational Contact Mechanics (2006), sections 5.2 (penalty) and 10.5 (return mapping of friction).
 module hampm_interface_points
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
    use hampm_dofs, only: most_nodes_of_leaf
-   use hampm_mass_ties, only: mass_ties_t
    use hampm_text, only: to_text
    use hampm_thickness, only: thickness_t
    implicit none
@@ -39,8 +38,8 @@ module hampm_interface_points
    public :: interfaces_t, interface_point_t, bonded, contact, ghost, along, add_interface_forces, stretch_interfaces, &
              open_interfaces, settle_slip, interface_energy, interface_states, interface_stiffness, force_of, face_force, &
              overlap_of, energy_of, relax_interfaces, look_at_faces, is_pressed, have_friction, hold_friction, keep_interfaces, &
-             add_interface_point, is_half, mass_ties_of, add_interface_momentum, kick_interfaces, energy_of_rates, &
-             add_interface_resistance
+             add_interface_point, is_half, points_with_mass, add_mass_product, nodes_of_points, &
+             add_interface_momentum, kick_interfaces, energy_of_rates, add_interface_resistance
 
    integer, parameter :: bonded = 1, contact = 2, ghost = 3 !! law of an interface point
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
@@ -332,23 +331,46 @@ contains
       end do
    end subroutine open_interfaces
 
-   !> The masses of interface points, as those that a mass matrix has beside the particles.
-   pure function mass_ties_of(interfaces) result(ties)
+   !> The interface points that have a mass.
+   pure function points_with_mass(interfaces) result(points)
       type(interfaces_t), intent(in) :: interfaces
-      type(mass_ties_t) :: ties
-      integer :: k
-      if (interfaces%n > 0) ties%n = count(interfaces%list(:interfaces%n)%mass > 0)
-      if (ties%n == 0) return
-      allocate (ties%node(2*most_nodes_of_leaf, ties%n), ties%share(2*most_nodes_of_leaf, ties%n))
-      ties%mass = pack(interfaces%list(:interfaces%n)%mass, interfaces%list(:interfaces%n)%mass > 0)
-      ties%n = 0
-      do k = 1, interfaces%n
-         if (.not. interfaces%list(k)%mass > 0) cycle
-         ties%n = ties%n + 1
-         ties%node(:, ties%n) = interfaces%list(k)%node
-         ties%share(:, ties%n) = interfaces%list(k)%share
+      type(interface_point_t), allocatable :: points(:)
+      allocate (points(0))
+      if (interfaces%n > 0) points = pack(interfaces%list(:interfaces%n), interfaces%list(:interfaces%n)%mass > 0)
+   end function points_with_mass
+
+   !> y <- y + sum of m c (c.x), times given factors of the components of the nodes, and the sum of m (c.x)**2.
+   pure subroutine add_mass_product(points, x, y, xax, factor)
+      type(interface_point_t), intent(in) :: points(:)
+      real(dp), intent(in) :: x(:, :)            !! (ndim, n_points)
+      real(dp), intent(inout) :: y(:, :)         !! (ndim, n_points)
+      real(dp), intent(out) :: xax(ndim)
+      real(dp), intent(in), optional :: factor(:, :) !! (ndim, n_points)
+      real(dp) :: jump(ndim), part(ndim)
+      integer :: k, j
+      xax = 0
+      do k = 1, size(points)
+         associate (point => points(k))
+            jump = opening_by(point, x)
+            do j = 1, count(point%node > 0)
+               part = point%mass*point%share(j)*jump
+               if (present(factor)) part = part*factor(:, point%node(j))
+               y(:, point%node(j)) = y(:, point%node(j)) + part
+            end do
+            xax = xax + point%mass*jump**2
+         end associate
       end do
-   end function mass_ties_of
+   end subroutine add_mass_product
+
+   !> The nodes of the first n interface points, 0 behind the last of each.
+   pure function nodes_of_points(points, n) result(nodes)
+      type(interface_point_t), allocatable, intent(in) :: points(:)
+      integer, intent(in) :: n
+      integer :: nodes(2*most_nodes_of_leaf, n), k
+      do k = 1, n
+         nodes(:, k) = points(k)%node
+      end do
+   end function nodes_of_points
 
    !> Add the momentum of the interface points at the nodes [kg m/s].
    pure subroutine add_interface_momentum(interfaces, momentum)

@@ -23,7 +23,8 @@ module hampm_motion
    use hampm_driven_nodes, only: driven_work_t
    use hampm_energy, only: energy_of_particles => kinetic_energy, strain_energy, dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
-   use hampm_interface_points, only: interfaces_t, interface_energy, energy_of_rates, mass_ties_of, add_interface_momentum
+   use hampm_ghost_penalty, only: enough_alone
+   use hampm_interface_points, only: interfaces_t, interface_energy, energy_of_rates, points_with_mass, add_interface_momentum
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
@@ -36,7 +37,6 @@ module hampm_motion
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t, scheme_t
    use hampm_quadratic_points, only: weigh_points
-   use hampm_small_pieces, only: enough_alone
    use hampm_sorting, only: sorting_t, sort_into_cells
    use hampm_interface_placement, only: rebuild_interfaces
    use hampm_text, only: to_text
@@ -134,13 +134,13 @@ contains
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
       if (failure%failed()) return
-      if (allocated(m%fields%mass_matrix%blend)) call give_ties(m)
+      if (allocated(m%fields%mass_matrix%blend)) call give_ghosts(m)
       call lump_at_touch(m%contact, m%constraints%supporting(), m%grid, m%fields%mass_matrix)
       if (m%body_contact%wanted .and. allocated(m%fields%mass_matrix%blend)) then
          call m%grid%copies_of_nodes(m%fields%mass_matrix%copies)
          m%fields%mass_matrix%blend_apart = m%fields%mass_matrix%blend
       end if
-      call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints, m%solver, failure, m%fields%mass_matrix%ties)
+      call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints, m%solver, failure, m%fields%mass_matrix%ghosts)
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine rebuild_on_grid
@@ -157,12 +157,12 @@ contains
    end subroutine report_thin_piece
 
    !> Give the mass matrix the masses of interface points, and room for its diagonal where quadratic cells are cut or have nodes on an axis.
-   subroutine give_ties(m)
+   subroutine give_ghosts(m)
       type(motion_t), intent(inout) :: m
-      m%fields%mass_matrix%ties = mass_ties_of(m%interfaces)
+      m%fields%mass_matrix%ghosts = points_with_mass(m%interfaces)
       if (allocated(m%grid%correction) .or. m%particles%thickness%is_ring .and. m%grid%is_quadratic()) &
          allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
-   end subroutine give_ties
+   end subroutine give_ghosts
 
    !> Kinetic energy [J]: of the particles, sum of m v**2/2; where nodes keep their velocities between implicit steps v.M v/2 of
    !> these, which is what such steps conserve.

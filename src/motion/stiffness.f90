@@ -16,7 +16,7 @@ module hampm_stiffness
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
-   use hampm_interface_points, only: interface_stiffness
+   use hampm_interface_points, only: interface_stiffness, nodes_of_points
    use hampm_failure, only: failure_t
    use hampm_loads, only: add_load, place_loads
    use hampm_mass_product, only: has_matrix, find_concentrated_mass
@@ -104,7 +104,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(sparse_t) :: matrix
       associate (cells => m%fields%mass_matrix%all%cells(:m%fields%mass_matrix%all%n_cells))
-         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, nodes_of_interfaces(m))
+         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, nodes_of_points(m%interfaces%list, m%interfaces%n))
          call fill(m, cells, stiffness, matrix)
       end associate
       if (stiffness%kind%solver /= 'cg') then
@@ -166,7 +166,7 @@ contains
          end if
          call matrix_by_masters(m%grid, cells(k), ndim, by_corner, n, masters, by_master)
          if (m%grid%is_quadratic() .and. stiffness%kind%mass_factor > 0) then
-            continue                             ! ties hold them, and their masses (`hampm_mass_ties`)
+            continue                             ! the ghost penalty holds them, and its masses
          else if (may_be_loose(m, cells(k))) then
             do d = 1, ndim*n
                by_master(d, d) = by_master(d, d) + hardly*maxval(by_corner)
@@ -189,15 +189,6 @@ contains
          may_be_loose = any(m%blocks%count_in(m%grid%leaf_element(leaf):m%grid%leaf_element(leaf + 1) - 1) == 0)
       end associate
    end function may_be_loose
-
-   !> The nodes that each interface point between faces couples, 0 behind the last.
-   pure function nodes_of_interfaces(m) result(nodes)
-      type(motion_t), intent(in) :: m
-      integer :: nodes(2*most_nodes_of_leaf, m%interfaces%n), k
-      do k = 1, m%interfaces%n
-         nodes(:, k) = m%interfaces%list(k)%node
-      end do
-   end function nodes_of_interfaces
 
    !> Add the stiffness of interface points between faces: c_i c_j times that of the opening, and so many times their masses.
    subroutine add_interfaces(m, mass_factor, unknowns, matrix)

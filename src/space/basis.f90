@@ -11,7 +11,7 @@ module hampm_basis
    implicit none
    private
    public :: shape_functions, shape_gradients, interpolate_gradient, inside_cell, edge_margin, points_of_quadratic, &
-             quarter_of_point, corner_of_point, quadratic_functions, quadratic_gradients
+             quarter_of_point, corner_of_point, quadratic_functions, quadratic_gradients, derivatives_along
 
    integer, parameter :: points_of_quadratic = 3**ndim  !! nodes of a quadratic cell
    ! A quadratic cell is stored as its quarters: each node is a corner of one of them, the first that has it
@@ -84,6 +84,26 @@ contains
       gradient(:, 1) = products(lagrange_slopes(xi(1)), lagrange(xi(2)))*inverse_size
       gradient(:, 2) = products(lagrange(xi(1)), lagrange_slopes(xi(2)))*inverse_size
    end function quadratic_gradients
+
+   !> The k-th derivatives of the functions of a cell along x or y, times the k-th power of its size.
+   pure function derivatives_along(n_functions, direction, k, xi) result(n)
+      integer, intent(in) :: n_functions    !! of a bilinear or a biquadratic cell
+      integer, intent(in) :: direction, k   !! k from 1 to the order of the functions
+      real(dp), intent(in) :: xi(ndim)      !! local coordinate [-]
+      real(dp) :: n(n_functions)
+      real(dp), allocatable :: along(:), across(:)
+      associate (x => xi(direction), y => xi(3 - direction))
+         if (n_functions == corners) then
+            along = [-1.0_dp, 1.0_dp]
+            across = [1 - y, y]
+         else
+            along = merge(lagrange_slopes(x), [4.0_dp, -8.0_dp, 4.0_dp], k == 1)
+            across = lagrange(y)
+         end if
+      end associate
+      if (direction == 1) n = reshape(spread(along, 2, size(across))*spread(across, 1, size(along)), [n_functions])
+      if (direction == 2) n = reshape(spread(across, 2, size(along))*spread(along, 1, size(across)), [n_functions])
+   end function derivatives_along
 
    !> The Lagrange polynomials of 0, 1/2 and 1.
    pure function lagrange(x) result(n)

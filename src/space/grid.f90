@@ -40,7 +40,7 @@ module hampm_grid
    use hampm_place_table, only: place_table_t
    implicit none
    private
-   public :: grid_t, build_grid, is_toward
+   public :: grid_t, build_grid, is_toward, side_corner
 
    integer, parameter :: sides = 2*ndim
 
@@ -535,7 +535,7 @@ contains
       if (.not. any([(all(own(:, k) == shared), k=1, corners)])) master(:n) = master(n:1:-1)
    end subroutine find_masters_of_side
 
-   !> The corner at one end, 1 or 2, of a side of a leaf.
+   !> The corner at one end, 1 or 2, of a side of a leaf: the lower one in x is the first, the upper one the second, then those in y.
    pure integer function side_corner(side, end)
       integer, intent(in) :: side, end
       integer, parameter :: table(2, sides) = reshape([1, 3, 2, 4, 1, 2, 3, 4], [2, sides])
