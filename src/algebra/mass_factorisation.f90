@@ -7,7 +7,7 @@ module hampm_mass_factorisation
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
-   use hampm_interface_points, only: interface_point_t, nodes_of_points
+   use hampm_jumps, only: jump_t, nodes_of_jumps
    use hampm_mass_matrix, only: mass_matrix_t, coupled_cells
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_sparse, only: sparse_t
@@ -27,7 +27,7 @@ module hampm_mass_factorisation
    type :: mass_factorisation_t
       integer :: analyses = 0                    !! how often the pattern has been analysed
       integer :: factorisations = 0              !! how often the numbers have been factorised
-      type(interface_point_t), allocatable :: ghosts(:) !! of the matrix
+      type(jump_t), allocatable :: ghosts(:) !! of the matrix
       integer, private :: of_direction(ndim) = 0 !! which factor belongs to a direction
       type(factor_t), allocatable, private :: factors(:)
       integer, allocatable :: coupled(:)         !! cells whose matrix is not lumped, each as its first element, when the pattern
@@ -160,7 +160,7 @@ contains
          associate (factor => self%factors(k))
             call number_unknowns(nodes, fixed(d:d, :), factor%unknowns)
             if (factor%unknowns%n == 0) cycle
-            call pattern_of_elements(grid, coupled, factor%unknowns, factor%matrix, nodes_of_points(self%ghosts, size(self%ghosts)))
+            call pattern_of_elements(grid, coupled, factor%unknowns, factor%matrix, nodes_of_jumps(self%ghosts))
             allocate (factor%b(factor%unknowns%n), factor%x(factor%unknowns%n))
          end associate
       end do

@@ -15,7 +15,7 @@
 module hampm_mass_matrix
    use hampm_kinds, only: dp
    use hampm_grid, only: grid_t
-   use hampm_interface_points, only: interface_point_t
+   use hampm_jumps, only: jump_t
    use hampm_node_list, only: node_list_t, list_marked
    use hampm_nodal_rows, only: pattern_t, spans_t, find_spans, sum_rows
    implicit none
@@ -51,7 +51,7 @@ module hampm_mass_matrix
                                                         !! `nodes_per_chunk`
       integer, allocatable :: apart(:)                  !! the other nodes
       real(dp), allocatable :: lumped(:)                !! D, (9) [kg], (n_points)
-      type(interface_point_t), allocatable :: ghosts(:) !! which have masses beside those of the cells; not allocated where all is lumped
+      type(jump_t), allocatable :: ghosts(:)            !! which have masses beside those of the cells; not allocated where all is lumped
       real(dp), allocatable :: diagonal(:)              !! of M [kg], (n_points); not allocated where D is above 0 everywhere
       real(dp), allocatable :: inverse_lumped(:)        !! D^-1 at the nodes of occupied cells [1/kg], (n_points)
       ! By cells (`cell_of`), not allocated where all is lumped

@@ -7,7 +7,7 @@ module hampm_mass_product
    use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: mass_matrix_t
-   use hampm_interface_points, only: add_mass_product
+   use hampm_jumps, only: add_mass_product
    implicit none
    private
    public :: has_matrix, find_concentrated_mass, multiply_by_mass

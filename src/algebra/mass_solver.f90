@@ -20,7 +20,7 @@ module hampm_mass_solver
    use hampm_grid, only: grid_t
    use hampm_mass_factorisation, only: mass_factorisation_t
    use hampm_mass_matrix, only: mass_matrix_t, region_t, nodes_per_chunk
-   use hampm_interface_points, only: interface_point_t, add_mass_product
+   use hampm_jumps, only: jump_t, add_mass_product
    use hampm_nodal_rows, only: unlike_neighbours, multiply_rows
    use hampm_text, only: to_text
    implicit none
@@ -70,7 +70,7 @@ contains
       type(constraints_t), intent(in) :: constraints
       type(mass_solver_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      type(interface_point_t), allocatable, intent(in), optional :: ghosts(:) !! of the matrix
+      type(jump_t), allocatable, intent(in), optional :: ghosts(:) !! of the matrix
       type(mass_solver_t) :: fresh
       integer :: status
       fresh%solutions = s%solutions

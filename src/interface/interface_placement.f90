@@ -80,6 +80,7 @@ contains
       type(matter_t), intent(in) :: m
       type(interfaces_t) :: old
       if (interfaces%n > 0) old = interfaces
+      if (.not. allocated(interfaces%list)) allocate (interfaces%list(64))
       interfaces%n = 0
       interfaces%n_contact = 0
       if (.not. (m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies))) return

@@ -31,6 +31,7 @@ module hampm_interface_points
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
    use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_jumps, only: jump_t, jump_of, give_nodes
    use hampm_text, only: to_text
    use hampm_thickness, only: thickness_t
    implicit none
@@ -38,19 +39,17 @@ module hampm_interface_points
    public :: interfaces_t, interface_point_t, bonded, contact, ghost, along, add_interface_forces, stretch_interfaces, &
              open_interfaces, settle_slip, interface_energy, interface_states, interface_stiffness, force_of, face_force, &
              overlap_of, energy_of, relax_interfaces, look_at_faces, is_pressed, have_friction, hold_friction, keep_interfaces, &
-             add_interface_point, is_half, points_with_mass, add_mass_product, nodes_of_points, &
-             add_interface_momentum, kick_interfaces, energy_of_rates, add_interface_resistance
+             add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
+             kick_interfaces, energy_of_rates, add_interface_resistance
 
    integer, parameter :: bonded = 1, contact = 2, ghost = 3 !! law of an interface point
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
    integer, parameter :: sticks_apart = 3        !! and as long as what friction holds is given: faces that have parted are held along
 
    !> An interface point.
-   type :: interface_point_t
+   type, extends(jump_t) :: interface_point_t
       integer :: law = bonded                      !! `bonded`, `contact` or `ghost`
-      integer :: node(2*most_nodes_of_leaf) = 0  !! whose displacement matters, 0 behind the last
-      integer :: n_left = 0                      !! how many of them are those of the left face, which come first
-      real(dp) :: share(2*most_nodes_of_leaf) = 0 !! c_j [-]
+      integer :: n_left = 0                      !! how many of the nodes are those of the left face, which come first
       real(dp) :: stiffness = 0                  !! s [N/m]
       real(dp) :: place(ndim) = 0                !! on the line [m]
       real(dp) :: length = 0                     !! of the line that it stands for [m]
@@ -71,7 +70,6 @@ module hampm_interface_points
       logical :: lets_go = .false.               !! whether a bond has begun to let go: its force is then `kept` of `held`, and that of faces that touch
       real(dp) :: kept = 1                       !! [-]
       real(dp) :: reached = 0                    !! largest opening since then along the force, of law = toughness [m]
-      real(dp) :: mass = 0                       !! m [kg]
       real(dp) :: rate(ndim) = 0                 !! w [m/s]
       real(dp) :: stored = 0                     !! energy of a bond at the opening `start`, or that it had when it began to let go [J]
    end type interface_point_t
@@ -267,20 +265,9 @@ contains
       real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
       integer :: k
       do k = 1, interfaces%n
-         call give_nodes(interfaces%list(k), -force_of(interfaces%list(k)), force)
+         call give_nodes(interfaces%list(k)%jump_t, -force_of(interfaces%list(k)), force)
       end do
    end subroutine add_interface_forces
-
-   !> Give the nodes of an interface point their shares of something.
-   pure subroutine give_nodes(point, what, field)
-      type(interface_point_t), intent(in) :: point
-      real(dp), intent(in) :: what(ndim)
-      real(dp), intent(inout) :: field(:, :)     !! (ndim, n_points)
-      integer :: j
-      do j = 1, count(point%node > 0)
-         field(:, point%node(j)) = field(:, point%node(j)) + point%share(j)*what
-      end do
-   end subroutine give_nodes
 
    !> Add the forces by which interface points, as they are, resist a small displacement of the nodes [N].
    pure subroutine add_interface_resistance(interfaces, u, force)
@@ -290,22 +277,10 @@ contains
       integer :: k
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            call give_nodes(point, matmul(interface_stiffness(point, interfaces%caution), opening_by(point, u)), force)
+            call give_nodes(point%jump_t, matmul(interface_stiffness(point, interfaces%caution), jump_of(point%jump_t, u)), force)
          end associate
       end do
    end subroutine add_interface_resistance
-
-   !> What opens an interface point of a field of the nodes.
-   pure function opening_by(point, field) result(opening)
-      type(interface_point_t), intent(in) :: point
-      real(dp), intent(in) :: field(:, :)        !! (ndim, n_points)
-      real(dp) :: opening(ndim)
-      integer :: j
-      opening = 0
-      do j = 1, count(point%node > 0)
-         opening = opening + point%share(j)*field(:, point%node(j))
-      end do
-   end function opening_by
 
    !> Let the openings follow a displacement of the nodes, `scale` times a field.
    pure subroutine stretch_interfaces(interfaces, field, scale)
@@ -314,7 +289,7 @@ contains
       real(dp), intent(in) :: scale
       integer :: k
       do k = 1, interfaces%n
-         interfaces%list(k)%opening = interfaces%list(k)%opening + scale*opening_by(interfaces%list(k), field)
+         interfaces%list(k)%opening = interfaces%list(k)%opening + scale*jump_of(interfaces%list(k)%jump_t, field)
       end do
    end subroutine stretch_interfaces
 
@@ -326,51 +301,17 @@ contains
       integer :: k
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%law /= contact .and. point%tip == 0) point%opening = opening_by(point, displacement)
+            if (point%law /= contact .and. point%tip == 0) point%opening = jump_of(point%jump_t, displacement)
          end associate
       end do
    end subroutine open_interfaces
 
-   !> The interface points that have a mass.
-   pure function points_with_mass(interfaces) result(points)
+   !> The jumps of the interface points that have a mass.
+   pure function jumps_with_mass(interfaces) result(jumps)
       type(interfaces_t), intent(in) :: interfaces
-      type(interface_point_t), allocatable :: points(:)
-      allocate (points(0))
-      if (interfaces%n > 0) points = pack(interfaces%list(:interfaces%n), interfaces%list(:interfaces%n)%mass > 0)
-   end function points_with_mass
-
-   !> y <- y + sum of m c (c.x), times given factors of the components of the nodes, and the sum of m (c.x)**2.
-   pure subroutine add_mass_product(points, x, y, xax, factor)
-      type(interface_point_t), intent(in) :: points(:)
-      real(dp), intent(in) :: x(:, :)            !! (ndim, n_points)
-      real(dp), intent(inout) :: y(:, :)         !! (ndim, n_points)
-      real(dp), intent(out) :: xax(ndim)
-      real(dp), intent(in), optional :: factor(:, :) !! (ndim, n_points)
-      real(dp) :: jump(ndim), part(ndim)
-      integer :: k, j
-      xax = 0
-      do k = 1, size(points)
-         associate (point => points(k))
-            jump = opening_by(point, x)
-            do j = 1, count(point%node > 0)
-               part = point%mass*point%share(j)*jump
-               if (present(factor)) part = part*factor(:, point%node(j))
-               y(:, point%node(j)) = y(:, point%node(j)) + part
-            end do
-            xax = xax + point%mass*jump**2
-         end associate
-      end do
-   end subroutine add_mass_product
-
-   !> The nodes of the first n interface points, 0 behind the last of each.
-   pure function nodes_of_points(points, n) result(nodes)
-      type(interface_point_t), allocatable, intent(in) :: points(:)
-      integer, intent(in) :: n
-      integer :: nodes(2*most_nodes_of_leaf, n), k
-      do k = 1, n
-         nodes(:, k) = points(k)%node
-      end do
-   end function nodes_of_points
+      type(jump_t), allocatable :: jumps(:)
+      jumps = pack(interfaces%list(:interfaces%n)%jump_t, interfaces%list(:interfaces%n)%mass > 0)
+   end function jumps_with_mass
 
    !> Add the momentum of the interface points at the nodes [kg m/s].
    pure subroutine add_interface_momentum(interfaces, momentum)
@@ -379,7 +320,7 @@ contains
       integer :: k
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%mass > 0) call give_nodes(point, point%mass*point%rate, momentum)
+            if (point%mass > 0) call give_nodes(point%jump_t, point%mass*point%rate, momentum)
          end associate
       end do
    end subroutine add_interface_momentum
@@ -395,7 +336,7 @@ contains
       energy = 0
       do k = 1, interfaces%n
          if (.not. interfaces%list(k)%mass > 0) cycle
-         gain = dt*opening_by(interfaces%list(k), acceleration)
+         gain = dt*jump_of(interfaces%list(k)%jump_t, acceleration)
          interfaces%list(k)%rate = interfaces%list(k)%rate + gain
          energy = energy + interfaces%list(k)%mass*sum(gain**2)/2
       end do

@@ -24,7 +24,7 @@ module hampm_motion
    use hampm_energy, only: energy_of_particles => kinetic_energy, strain_energy, dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
    use hampm_ghost_penalty, only: enough_alone
-   use hampm_interface_points, only: interfaces_t, interface_energy, energy_of_rates, points_with_mass, add_interface_momentum
+   use hampm_interface_points, only: interfaces_t, interface_energy, energy_of_rates, jumps_with_mass, add_interface_momentum
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
@@ -159,7 +159,7 @@ contains
    !> Give the mass matrix the masses of interface points, and room for its diagonal where quadratic cells are cut or have nodes on an axis.
    subroutine give_ghosts(m)
       type(motion_t), intent(inout) :: m
-      m%fields%mass_matrix%ghosts = points_with_mass(m%interfaces)
+      m%fields%mass_matrix%ghosts = jumps_with_mass(m%interfaces)
       if (allocated(m%grid%correction) .or. m%particles%thickness%is_ring .and. m%grid%is_quadratic()) &
          allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
    end subroutine give_ghosts

@@ -16,7 +16,8 @@ module hampm_stiffness
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
-   use hampm_interface_points, only: interface_stiffness, nodes_of_points
+   use hampm_interface_points, only: interface_stiffness
+   use hampm_jumps, only: nodes_of_jumps
    use hampm_failure, only: failure_t
    use hampm_loads, only: add_load, place_loads
    use hampm_mass_product, only: has_matrix, find_concentrated_mass
@@ -104,7 +105,8 @@ contains
       type(failure_t), intent(inout) :: failure
       type(sparse_t) :: matrix
       associate (cells => m%fields%mass_matrix%all%cells(:m%fields%mass_matrix%all%n_cells))
-         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, nodes_of_points(m%interfaces%list, m%interfaces%n))
+         call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, &
+                                  nodes_of_jumps(m%interfaces%list(:m%interfaces%n)%jump_t))
          call fill(m, cells, stiffness, matrix)
       end associate
       if (stiffness%kind%solver /= 'cg') then
