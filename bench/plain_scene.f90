@@ -27,7 +27,8 @@ contains
       scene%grid%cells = cells
       scene%method%scheme = 'musl'
       scene%method%frame = 'updated'
-      allocate (scene%materials(1), scene%bodies(1), scene%constraints(0), scene%loads(0), scene%paths(0), scene%growth(0))
+      allocate (scene%materials(1), scene%bodies(1), scene%constraints(0), scene%loads(0), scene%paths(0), scene%growth(0), &
+                scene%cohesive(0))
       scene%materials(1)%law = 'linear_elastic'
       scene%materials(1)%young = 70e9_dp
       scene%materials(1)%poisson = 0.3_dp

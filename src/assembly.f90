@@ -9,7 +9,7 @@ module hampm_assembly
                                     is_other_within, &
                                     largest_radius, domain_radii, face_normal
    use hampm_crack_tip, only: frame_along
-   use hampm_cracks, only: crack_t, cracks_t, first_point, left, right
+   use hampm_cracks, only: crack_t, cracks_t, first_point, last_point, left, right
    use hampm_domains, only: start_domains
    use hampm_explicit, only: explicit_t, reference_t
    use hampm_failure, only: failure_t, exit_input
@@ -26,7 +26,7 @@ module hampm_assembly
    use hampm_mass_choice, only: new_mass_choice
    use hampm_motion, only: motion_t, start_motion
    use hampm_particles, only: particles_t, new_particles, add_history
-   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius
+   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius, held_part
    use hampm_placement, only: tolerance, points_of
    use hampm_pressed_faces, only: press_faces
    use hampm_quadratic_points, only: weigh_points
@@ -79,6 +79,7 @@ contains
       if (failure%failed()) return
       motion%materials = materials_of(scene)
       motion%interfaces%thickness = scene%run%thickness
+      motion%interfaces%cohesion = [(scene%cohesive(k)%law(), k=1, size(scene%cohesive))]
       motion%interfaces%are_bounded = scene%method%time == 'explicit'
       if (motion%interfaces%are_bounded .and. (size(scene%paths) > 0 .or. size(scene%growth) > 0)) &
          motion%interfaces%most = eigenvalue_left(scene%method%courant/(default_part*courant_limit(scene)))
@@ -203,6 +204,10 @@ contains
       crack%is_tip = path_tips(scene, k)
       crack%beyond = path_reaches(scene, k)
       crack%mouth = path_mouth(scene, k)
+      crack%cohesion = findloc(scene%cohesive%path, k, dim=1)
+      if (crack%cohesion == 0) return
+      crack%held = held_part(scene, k)
+      if (crack%is_tip(last_point) .and. scene%paths(k)%held_from > 0) crack%bonded(last_point) = crack%length() - crack%held(1)
    end subroutine place_path
 
    !> The crack of a scene, from its other end to its tip. Its mouth is the last root node with material at each face, or the one in
@@ -264,7 +269,8 @@ contains
          r%r_coarsen = spec%r_coarsen
          r%tolerance = spec%tolerance
          r%rings = spec%rings
-         r%tips_move = (scene%method%frame /= 'total' .and. size(scene%paths) > 0) .or. size(scene%growth) > 0
+         r%tips_move = (scene%method%frame /= 'total' .and. size(scene%paths) > 0) .or. size(scene%growth) > 0 &
+                       .or. any(scene%cohesive%from > 0)
          r%at_rest = scene%method%time == 'static'
          r%max_level = spec%max_level
          r%energy_floor = spec%energy_floor

@@ -533,6 +533,7 @@ contains
       domain%setback = setback_of_quadratic(motion, tip)
       domain%face_of_line = side_of_ties(tip%direction)
       domain%half = tip%is_half()
+      domain%has_zone = tip%has_zone
       domain%thickness = scene%run%thickness%at(tip%now)
       domain%is_ring = scene%run%thickness%is_ring
       domain%material = motion%materials(tip%material)

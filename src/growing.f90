@@ -10,7 +10,7 @@ module hampm_growing
    use hampm_text, only: add_line, to_text
    implicit none
    private
-   public :: growing_t, new_growing, record_growth, keep_growing, fitting, part_of_crack
+   public :: growing_t, new_growing, record_growth, record_place, keep_growing, fitting, part_of_crack
 
    !> The tips that grow. Arrays have an entry for each tip of the run.
    type :: growing_t
@@ -228,6 +228,19 @@ contains
       call add_line(said, text)
    end subroutine note_tip
 
+   !> Record where a tip is.
+   subroutine record_place(cracks, tip, history)
+      type(cracks_t), intent(in) :: cracks
+      type(crack_tip_t), intent(in) :: tip
+      type(history_t), intent(inout) :: history
+      real(dp), parameter :: degree = acos(-1.0_dp)/180
+      call history%record('crack_length', 'm', 'length of the whole crack', cracks%crack(tip%crack)%length())
+      call history%record('tip_x', 'm', 'place of the tip', tip%place(1))
+      call history%record('tip_y', 'm', 'place of the tip', tip%place(2))
+      call history%record('tip_angle', 'deg', 'direction out of the crack, from x to the left', &
+                          atan2(tip%axis(2, 1), tip%axis(1, 1))/degree)
+   end subroutine record_place
+
    !> Record how a tip stands.
    subroutine record_growth(growing, scene, cracks, tip, time, history)
       type(growing_t), intent(in) :: growing
@@ -236,15 +249,10 @@ contains
       integer, intent(in) :: tip
       real(dp), intent(in) :: time               !! [s]
       type(history_t), intent(inout) :: history
-      real(dp), parameter :: degree = acos(-1.0_dp)/180
       real(dp) :: toughness
       integer :: law
       associate (of => cracks%tips(tip))
-         call history%record('crack_length', 'm', 'length of the whole crack', cracks%crack(of%crack)%length())
-         call history%record('tip_x', 'm', 'place of the tip', of%place(1))
-         call history%record('tip_y', 'm', 'place of the tip', of%place(2))
-         call history%record('tip_angle', 'deg', 'direction out of the crack, from x to the left', &
-                             atan2(of%axis(2, 1), of%axis(1, 1))/degree)
+         call record_place(cracks, of, history)
          if (.not. growing%at_rest) call history%record('tip_speed', 'm/s', 'speed at which the tip grows', of%speed)
          if (.not. growing%grows(tip)) return
          toughness = 0

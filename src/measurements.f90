@@ -13,12 +13,13 @@ module hampm_measurements
    use hampm_crack_placement, only: distance_in_material
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: effective_modulus
+   use hampm_cohesive_zone, only: zone_length
    use hampm_cracks, only: cracks_t
    use hampm_energy, only: linear_momentum, angular_momentum, dissipation
    use hampm_estimated_errors, only: keep_errors
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
-   use hampm_growing, only: growing_t, record_growth
+   use hampm_growing, only: growing_t, record_growth, record_place
    use hampm_history, only: history_t
    use hampm_loads, only: load_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, keep_solver
@@ -266,7 +267,10 @@ contains
             call history%record('viscous_dissipation', 'J', 'energy taken by the viscosity of the material', m%viscous_dissipation)
          if (any(scene%paths%friction > 0) .or. scene%contact%is_wanted()) &
             call history%record('friction_loss', 'J', 'energy taken by friction', &
-                                motion%interfaces%loss + motion%body_contact%friction_loss)
+                                motion%interfaces%loss - motion%interfaces%of_cohesion + motion%body_contact%friction_loss)
+         if (motion%interfaces%n_cohesive > 0) &
+            call history%record('cohesive_energy', 'J', 'energy taken by faces that cohesion holds, as they part', &
+                                motion%interfaces%of_cohesion)
          if (scene%contact%is_wanted()) then
             call history%record('contact_loss', 'J', 'energy that bodies have lost by meeting', motion%body_contact%loss)
             call history%record_vector('contact_force', 'N', 'force of the first body, or part, on all others', &
@@ -289,6 +293,11 @@ contains
             if (k > 1) history%of_tip = '_tip'//to_text(k)
             call record_crack(scene, motion%materials(cracks%tips(k)%material), cracks%tips(k), m%crack(k), history)
             if (growing%are_there()) call record_growth(growing, scene, cracks, k, motion%time, history)
+            if (cracks%tips(k)%has_zone) then
+               call record_place(cracks, cracks%tips(k), history)
+               call history%record('zone_length', 'm', 'length of the faces ahead of the tip that are damaged', &
+                                   zone_length(motion%interfaces, cracks%tips(k)%crack))
+            end if
          end do
          history%of_tip = ''
          if (size(m%crack) > 0 .and. size(scene%constraints) > 0) &

@@ -9,6 +9,7 @@ module hampm_simulation
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_crack_groups, only: path_spec_t
+   use hampm_cohesive_zone, only: follow_zones
    use hampm_crack_carrying, only: carried_cracks_t, attach_cracks, follow_cracks
    use hampm_crack_measurements, only: crack_values_t, estimate_errors
    use hampm_cracks, only: cracks_t, keep_cracks
@@ -309,6 +310,7 @@ contains
          else
             call s%integrator%advance(s%motion, s%dt, failure)
          end if
+         if (size(s%scene%cohesive) > 0 .and. .not. failure%failed()) call follow_zones(s%cracks, s%motion)
          if (s%growing%at_rest) call note_drive(s%growing, s%motion)
          if (s%integrator%is_static .and. s%refinement%is_active() .and. .not. failure%failed()) call adapt_at_rest(s, failure)
          if (.not. failure%failed() .and. s%growing%are_there()) call follow_growth(s, failure)

@@ -1,4 +1,4 @@
-!> Factorisation of a sparse symmetric matrix: by CHOLMOD where it is positive definite, else by UMFPACK. A failure says what is the
+!> Factorisation of a sparse matrix: by CHOLMOD where it is symmetric and positive definite, else by UMFPACK. A failure says what is the
 !> matter with the matrix; the caller knows what it is the matrix of.
 module hampm_factorisation
    use hampm_kinds, only: dp
@@ -12,7 +12,8 @@ module hampm_factorisation
 
    !> A factorised matrix.
    type :: factorisation_t
-      logical :: is_definite = .false.           !! whether it is positive definite: CHOLMOD has factorised it
+      logical :: is_definite = .false.           !! whether it, or its symmetric part, is positive definite: CHOLMOD has factorised that
+      logical, private :: by_cholmod = .false.   !! whether that is all of it
       type(cholmod_t), private :: cholmod
       type(umfpack_t), private :: umfpack
    contains
@@ -28,9 +29,14 @@ contains
       class(factorisation_t), intent(inout) :: self
       type(sparse_t), intent(in) :: matrix
       type(failure_t), intent(inout) :: failure
-      call self%cholmod%factorise(matrix, self%is_definite, failure)
+      if (matrix%is_symmetric) then
+         call self%cholmod%factorise(matrix, self%is_definite, failure)
+      else
+         call self%cholmod%factorise(matrix%symmetric_part(), self%is_definite, failure)
+      end if
       if (failure%failed()) return
-      if (self%is_definite) then
+      self%by_cholmod = self%is_definite .and. matrix%is_symmetric
+      if (self%by_cholmod) then
          call self%umfpack%release()
       else
          call self%cholmod%release()
@@ -43,7 +49,7 @@ contains
       class(factorisation_t), intent(inout) :: self
       real(dp), intent(in), contiguous :: b(:)
       real(dp), intent(out) :: x(:)
-      if (self%is_definite) then
+      if (self%by_cholmod) then
          call self%cholmod%solve(b, x)
       else
          call self%umfpack%solve(b, x)

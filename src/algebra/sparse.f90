@@ -11,7 +11,9 @@ module hampm_sparse
       integer, allocatable :: row_start(:)       !! first entry of each row, (n + 1)
       integer, allocatable :: column(:)          !! column of each entry, ascending within a row
       real(dp), allocatable :: value(:)          !! (entries)
+      logical :: is_symmetric = .true.           !! its pattern always is
    contains
+      procedure :: symmetric_part
       procedure :: add
       procedure :: add_block
       procedure :: has_pattern_of
@@ -62,6 +64,24 @@ contains
       matrix%column = matrix%column(:entries)
       allocate (matrix%value(entries), source=0.0_dp)
    end subroutine pattern_of_cliques
+
+   !> Half of the sum of the matrix and its transpose.
+   pure type(sparse_t) function symmetric_part(self) result(part)
+      class(sparse_t), intent(in) :: self
+      integer :: i, k, other
+      part%n = self%n
+      part%row_start = self%row_start
+      part%column = self%column
+      part%value = self%value
+      do i = 1, self%n
+         do k = self%row_start(i), self%row_start(i + 1) - 1
+            associate (j => self%column(k))
+               other = self%row_start(j) - 1 + findloc(self%column(self%row_start(j):self%row_start(j + 1) - 1), i, dim=1)
+            end associate
+            part%value(k) = (self%value(k) + self%value(other))/2
+         end do
+      end do
+   end function symmetric_part
 
    !> Add to an entry of the pattern.
    pure subroutine add(self, i, j, value)

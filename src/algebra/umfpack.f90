@@ -10,7 +10,7 @@ module hampm_umfpack
    public :: umfpack_t
 
    integer, parameter :: n_control = 20, n_info = 90      ! sizes of UMFPACK's arrays
-   integer(c_int), parameter :: solve_system = 0          ! UMFPACK_A: A x = b
+   integer(c_int), parameter :: solve_system = 1          ! UMFPACK_At: the rows of A are given as columns
    integer, parameter :: refinement_steps = 8             ! position of UMFPACK_IRSTEP, from 1
 
    !> A factorised matrix. The symbolic analysis belongs to the pattern and is kept until that changes.
@@ -83,7 +83,7 @@ contains
       integer(c_int) :: status
       call umfpack_di_defaults(self%control)
       self%control(refinement_steps) = 0         ! the caller's iteration does what refinement would
-      self%column_start = matrix%row_start - 1   ! symmetric: its rows are its columns
+      self%column_start = matrix%row_start - 1
       self%row = matrix%column - 1
       status = umfpack_di_symbolic(matrix%n, matrix%n, self%column_start, self%row, matrix%value, self%symbolic, &
                                    self%control, info)

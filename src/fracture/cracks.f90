@@ -8,7 +8,7 @@ module hampm_cracks
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_archive, only: archive_t
    use hampm_crack_tip, only: keep_surroundings, crack_tip_t, frame_along, upper, lower
-   use hampm_cut_cells, only: line_t, left_face, right_face
+   use hampm_cut_cells, only: line_t, length_of, left_face, right_face
    use hampm_cuts, only: cut_t, cut_of
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t
@@ -34,6 +34,8 @@ module hampm_cracks
       real(dp) :: began(ndim) = 0                !! on a symmetry plane: where its tip was at first [m]
       logical :: contact = .false.               !! whether the faces press on each other
       real(dp) :: friction = 0                   !! coefficient, of a path [-]
+      integer :: cohesion = 0                    !! number of the law by which its faces hold each other, 0 for none
+      real(dp) :: held(2) = 0                    !! ways from its first point from and to which they do [m]
       real(dp) :: beyond(2) = 0                  !! of a path: how far ends that are no tips reach beyond their points [m]
       real(dp) :: mouth(ndim) = 0                !! where the opening at the mouth is measured, on the crack [m]
       real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point tips are that grow in motion: cells are cut
@@ -70,8 +72,7 @@ contains
    !> Its length, all segments together, between its tips [m].
    pure real(dp) function length(self)
       class(crack_t), intent(in) :: self
-      integer :: i
-      length = sum([(norm2(self%points(:, i) - self%points(:, i - 1)), i=2, size(self%points, 2))]) - sum(self%bonded)
+      length = length_of(self%points) - sum(self%bonded)
    end function length
 
    !> Its points, with the places of the tips as the first and the last one [m].
@@ -98,6 +99,7 @@ contains
             call place_tip(self%crack(c), end, self%tips(n))
             self%tips(n)%crack = c
             self%tips(n)%end = end
+            self%tips(n)%has_zone = end == last_point .and. self%crack(c)%cohesion > 0 .and. self%crack(c)%bonded(end) > 0
             self%tips(n)%may_close = self%crack(c)%kind == 'path' .and. self%crack(c)%contact
          end do
       end do
@@ -310,7 +312,9 @@ contains
          lines(n)%is_tip = self%crack(c)%is_tip
          lines(n)%contact = self%crack(c)%contact
          lines(n)%friction = self%crack(c)%friction
-         lines(n)%bonded = self%crack(c)%bonded
+         lines(n)%cohesion = self%crack(c)%cohesion
+         lines(n)%held = self%crack(c)%held + self%crack(c)%beyond(first_point)
+         lines(n)%bonded = self%crack(c)%bonded + merge(self%crack(c)%beyond, 0.0_dp, self%crack(c)%bonded > 0)
          lines(n)%began = self%crack(c)%began
          if (.not. self%crack(c)%face(right)) lines(n)%face = left_face
          if (.not. self%crack(c)%face(left)) lines(n)%face = right_face

@@ -7,7 +7,7 @@ module hampm_domain_integral
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_tip, only: frame_along
    use hampm_crack_tip_field, only: modes
-   use hampm_interface_points, only: interfaces_t, look_at_faces
+   use hampm_interface_points, only: interfaces_t, cohesive, look_at_faces
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
    use hampm_material, only: material_t
@@ -36,6 +36,7 @@ module hampm_domain_integral
       real(dp) :: direction(ndim) = 0            !! unit vector from the crack into the body, in the reference configuration
       real(dp) :: turn(ndim, ndim) = 0           !! R - I, R being the rotation of the material around the tip since then
       real(dp) :: face_of_line = 1               !! 1 where material on the line of the crack belongs to the upper face, -1 to the lower one
+      logical :: has_zone = .false.              !! whether cohesion holds faces ahead of it
       logical :: half = .false.                  !! whether the crack is on a symmetry plane and one side of it is modelled
       real(dp) :: thickness = 0                  !! B; of a crack around an axis the length of its front, 2 pi a [m]
       logical :: is_ring = .false.               !! whether it is one
@@ -406,6 +407,9 @@ contains
    !> Add what faces that press on each other by interface points contribute to both integrals: the force f by which an interface point resists the opening,
    !> times the change of that along the crack, f . [u],1 q for B J and f . [a],1 q for the interaction.
    !>
+   !> What holds a cohesive zone ahead of the tip does not take part in the body: the integrals are to be those of a circle around the zone, so that its
+   !> faces count with q - 1. J is then what it takes from the body, wherever q is 1, and K what the body has around a zone that is short.
+   !>
    !> In the last cells the slope of a is largest, and the layer of interface points, which gives way where the tip does not, carries too little
    !> and too much by turns. At a closed tip the traction there is that of the faces behind, continued, and they slide as K_II has it.
    pure subroutine add_faces_on_interfaces(domain, interfaces, closed, total_frame, q, j, k, by_closed, k_doubt)
@@ -431,6 +435,7 @@ contains
             end associate
          end do
          if (.not. any(at_point > 0)) cycle
+         if (domain%has_zone .and. interfaces%list(n)%law == cohesive) at_point = merge(at_point - 1, 0.0_dp, at_point > 0)
          doubt = 0
          call look_at_faces(interfaces, n, direction, force, slope, is_there)
          is_closed = closed%has(interfaces%list(n))

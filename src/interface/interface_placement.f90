@@ -1,5 +1,5 @@
 !> Where the interface points between the sides of cracks are (`hampm_interface_points`), on each new grid: layers of them in the leaves that
-!> cracks end in, as bonds, and along cracks whose faces may touch, as contact.
+!> cracks end in, as bonds, along cracks whose faces may touch, as contact, and where these hold each other, as cohesive.
 !>
 !> A node with little mass would tremble faster than any cell does: in explicit steps interface points are weaker where they must be, so that
 !> with M the lumped masses the largest eigenvalue of M**-1 K of all interface points by themselves is at most a part of that of the cells. With quadratic
@@ -23,7 +23,8 @@ module hampm_interface_placement
    use hampm_cut_cells, only: both_faces, left_face, right_face
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
-   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, along, add_interface_point, force_of, &
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, along, add_interface_point, &
+                                     force_of, &
                                      face_force, overlap_of, energy_of, is_half, add_interface_forces
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: hold_small_pieces
@@ -61,12 +62,13 @@ module hampm_interface_placement
 
    !> A straight part of a line within a leaf, and the interface points that are to be there.
    type :: layer_t
-      integer :: law = bonded                      !! or `contact`
+      integer :: law = bonded                    !! or `contact` or `cohesive`
+      integer :: cohesion = 0                    !! number of the law of that
       real(dp) :: from(ndim) = 0                 !! [m]
       real(dp) :: to(ndim) = 0                   !! [m]
       real(dp) :: friction = 0                   !! coefficient [-]
       logical :: certain = .false.               !! whether interface points are only to be where both pieces have particles of their own
-      integer :: line = 0                        !! number of the crack, of `contact`
+      integer :: line = 0                        !! number of the crack, of `contact` and `cohesive`
       integer :: tip = 0                         !! number of the tip that moves over it, 0 for none
       real(dp) :: way = 0                        !! of that tip to `from` [m]
       integer :: face = both_faces               !! which faces have material
@@ -83,6 +85,7 @@ contains
       if (.not. allocated(interfaces%list)) allocate (interfaces%list(64))
       interfaces%n = 0
       interfaces%n_contact = 0
+      interfaces%n_cohesive = 0
       if (.not. (m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies))) return
       if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
       if (m%grid%is_quadratic() .or. .not. interfaces%are_bounded) call hold_small_pieces(interfaces, m)
@@ -101,7 +104,7 @@ contains
          associate (end => m%grid%cut_cells%ends(k))
             associate (line => m%grid%cut_cells%lines(end%line))
                if (max(line%bonded(end%end), line%grown(end%end)) > 0) then
-                  call add_bonds_of_way(interfaces, m, k, old)
+                  if (line%cohesion == 0) call add_bonds_of_way(interfaces, m, k, old)
                else if (end%leaf > 0) then
                   call add_along(interfaces, m, reshape([end%tip, end%front], [ndim, 2]), &
                                  layer_t(bonded, tip=merge(0, k, m%particles%total_frame), face=line%face))
@@ -119,12 +122,32 @@ contains
       end do
       if (.not. m%particles%total_frame .and. any(begins)) call balance_bonds(interfaces, begins, m)
       do k = 1, size(m%grid%cut_cells%lines)
+         if (m%grid%cut_cells%lines(k)%cohesion > 0) call add_cohesion(interfaces, m, k)
          if (.not. m%grid%cut_cells%lines(k)%contact) cycle
          s = interfaces%n
          call add_contact(interfaces, m, k, certain=.false.)
          call leave_to_bonds(interfaces, s)
       end do
    end subroutine add_interfaces_of_cracks
+
+   !> Add cohesion along the part of a line that it holds, of one that ends in the material to where the cells that are cut do.
+   pure subroutine add_cohesion(interfaces, m, number)
+      type(interfaces_t), intent(inout) :: interfaces
+      type(matter_t), intent(in) :: m
+      integer, intent(in) :: number              !! of the line
+      real(dp), allocatable :: points(:, :)
+      integer :: k
+      associate (line => m%grid%cut_cells%lines(number))
+         points = line%held_part()
+         do k = 1, size(m%grid%cut_cells%ends)
+            associate (end => m%grid%cut_cells%ends(k), last => points(:, size(points, 2)))
+               if (end%line == number .and. end%end == 2 .and. line%bonded(2) > 0 .and. &
+                   .not. norm2(last - line%points(:, size(line%points, 2))) > 0) last = end%front
+            end associate
+         end do
+         call add_along(interfaces, m, points, layer_t(cohesive, line%cohesion, line=number, face=line%face))
+      end associate
+   end subroutine add_cohesion
 
    !> Drop contact where bonds are that have let go, whose faces press on each other by themselves.
    pure subroutine leave_to_bonds(interfaces, n)
@@ -195,11 +218,40 @@ contains
                else if (point%line == 0 .or. least > before%length) then
                   cycle
                end if
-               if (point%line > 0) call press_on(point, before)
+               if (point%law == cohesive) then
+                  call stay_damaged(point, old, nearest, is_same)
+               else if (point%line > 0) then
+                  call press_on(point, before)
+               end if
             end associate
          end associate
       end do
    end subroutine go_on
+
+   !> Let a cohesive point have the damage that there was, and the opening: between two of the old places by a line.
+   pure subroutine stay_damaged(point, old, nearest, is_same)
+      type(interface_point_t), intent(inout) :: point
+      type(interfaces_t), intent(in) :: old
+      integer, intent(in) :: nearest             !! number of the nearest of them
+      logical, intent(in) :: is_same             !! whether it is there
+      real(dp) :: way(ndim), part
+      integer :: k
+      associate (one => old%list(nearest))
+         point%damage = one%damage
+         if (is_same) return
+         point%opening = one%opening
+         do k = max(nearest - 1, 1), min(nearest + 1, old%n)
+            associate (other => old%list(k))
+               if (.not. is_before(other, point) .or. k == nearest) cycle
+               way = other%place - one%place
+               part = dot_product(point%place - one%place, way)/sum(way**2)
+               if (part < 0 .or. part > 1) cycle
+               point%damage = one%damage + part*(other%damage - one%damage)
+               point%opening = one%opening + part*(other%opening - one%opening)
+            end associate
+         end do
+      end associate
+   end subroutine stay_damaged
 
    !> Whether an interface point that was there can be what another one goes on as: faces that press on each other may have been a bond that has let go.
    pure logical function is_before(before, point)
@@ -373,7 +425,8 @@ contains
       integer, intent(in) :: line
       logical, intent(in) :: certain             !! see `layer_t`
       associate (of => m%grid%cut_cells%lines(line))
-         call add_along(interfaces, m, of%open_part(), &
+         if (of%cohesion > 0 .and. .not. of%held(1) > 0) return
+         call add_along(interfaces, m, of%free_part(), &
                         layer_t(contact, friction=of%friction, certain=certain, line=line, face=of%face))
       end associate
    end subroutine add_contact
@@ -482,6 +535,7 @@ contains
             x = (from + to)/2 + place(i)*(to - from)/2
             e = faces_at(m, x, normal, layer%face, by_edges=.true.) ! a corner may be that of the other side
             if (all(e == 0)) cycle
+            if (layer%law == cohesive .and. all(m%blocks%count_in(pack(e, e > 0)) == 0)) cycle ! there is no material
             if (layer%certain .and. any(m%blocks%count_in(pack(e, e > 0)) == 0)) cycle
             call add_interface_point(interfaces, layer%law)
             associate (point => interfaces%list(interfaces%n))
@@ -491,8 +545,10 @@ contains
                point%normal = normal
                point%friction = layer%friction
                point%line = layer%line
+               point%cohesion = layer%cohesion
                point%tip = layer%tip
                point%way = layer%way + (1 + place(i))/2*norm2(to - from)
+               if (layer%law == cohesive) point%way = layer%way + sum(part(:i - 1))*norm2(to - from)
                call look_at_halves(m, e, x, point%cell, point%stiffness)
                point%stiffness = point%stiffness*interfaces%thickness%at(x)*point%length
                n = 0

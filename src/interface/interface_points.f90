@@ -26,29 +26,32 @@
 !> mass m too, which moves with the rate w of their jump as particles do with the velocity: it gives m c_j w to the momentum of node j, w gains
 !> c.a dt, and the mass matrix has m c c^T.
 !>
+!> `cohesive`: faces that part by a law of traction and separation (`hampm_cohesive_law`), in series with the layer. Damage is kept after each step.
+!>
 !> Source: Wriggers, Computational Contact Mechanics (2006), sections 5.2 (penalty) and 10.5 (return mapping of friction).
 module hampm_interface_points
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
+   use hampm_cohesive_law, only: cohesive_law_t, cohesive_state_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_jumps, only: jump_t, jump_of, give_nodes
    use hampm_text, only: to_text
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: interfaces_t, interface_point_t, bonded, contact, ghost, along, add_interface_forces, stretch_interfaces, &
-             open_interfaces, settle_slip, interface_energy, interface_states, interface_stiffness, force_of, face_force, &
-             overlap_of, energy_of, relax_interfaces, look_at_faces, is_pressed, have_friction, hold_friction, keep_interfaces, &
-             add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
+   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, along, add_interface_forces, stretch_interfaces, &
+             open_interfaces, settle_slip, interface_energy, interface_states, interface_stiffness, force_of, force_at, &
+             face_force, overlap_of, energy_of, relax_interfaces, look_at_faces, is_pressed, have_friction, hold_friction, &
+             keep_interfaces, add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
              kick_interfaces, energy_of_rates, add_interface_resistance
 
-   integer, parameter :: bonded = 1, contact = 2, ghost = 3 !! law of an interface point
+   integer, parameter :: bonded = 1, contact = 2, ghost = 3, cohesive = 4 !! law of an interface point
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
    integer, parameter :: sticks_apart = 3        !! and as long as what friction holds is given: faces that have parted are held along
 
    !> An interface point.
    type, extends(jump_t) :: interface_point_t
-      integer :: law = bonded                      !! `bonded`, `contact` or `ghost`
+      integer :: law = bonded                    !! `bonded`, `contact`, `ghost` or `cohesive`
       integer :: n_left = 0                      !! how many of the nodes are those of the left face, which come first
       real(dp) :: stiffness = 0                  !! s [N/m]
       real(dp) :: place(ndim) = 0                !! on the line [m]
@@ -63,7 +66,7 @@ module hampm_interface_points
                                                  !! pressure [m]
       integer :: line = 0                        !! number of the crack whose faces may touch there, 0 for none
       integer :: tip = 0                         !! number of the tip that moves over a bond, 0 for none
-      real(dp) :: way = 0                        !! of that tip from where it was at first to the bond [m]
+      real(dp) :: way = 0                        !! of that tip from where it was at first to the bond; of `cohesive` to where it begins [m]
       real(dp) :: cell = 0                       !! size of the cell there [m]
       real(dp) :: held(ndim) = 0                 !! force of a bond at the opening `start` [N]
       real(dp) :: start(ndim) = 0                !! [m]
@@ -71,6 +74,8 @@ module hampm_interface_points
       real(dp) :: kept = 1                       !! [-]
       real(dp) :: reached = 0                    !! largest opening since then along the force, of law = toughness [m]
       real(dp) :: rate(ndim) = 0                 !! w [m/s]
+      integer :: cohesion = 0                    !! number of the law of `cohesive`
+      real(dp) :: damage = 0                     !! of that, 1 where faces have parted [-]
       real(dp) :: stored = 0                     !! energy of a bond at the opening `start`, or that it had when it began to let go [J]
    end type interface_point_t
 
@@ -88,7 +93,10 @@ module hampm_interface_points
       integer :: n = 0                           !! number of interface points
       integer :: n_contact = 0                   !! of which are for contact
       real(dp) :: caution = 0                    !! part of the stiffness that the tangent of faces has at least, whatever they do [-]
-      real(dp) :: loss = 0                       !! energy taken by friction [J]
+      integer :: n_cohesive = 0                  !! and of which are `cohesive`
+      type(cohesive_law_t), allocatable :: cohesion(:) !! the laws
+      real(dp) :: loss = 0                       !! energy taken by friction and by cohesion [J]
+      real(dp) :: of_cohesion = 0                !! of which is taken by cohesion [J]
       type(interface_point_t), allocatable :: list(:)     !! (n at least)
    end type interfaces_t
 
@@ -186,7 +194,41 @@ contains
       states = [(state_of(interfaces%list(k)), k=1, interfaces%n)]
    end function interface_states
 
-   !> Force by which an interface point resists its opening [N].
+   !> What the law of the k-th, a cohesive point, answers to its opening, and the area for which that stands [m2]. Of a half point the opening is
+   !> twice its own, and the layer that of both halves.
+   pure subroutine look_at_cohesion(interfaces, k, answer, area, halves)
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: k
+      type(cohesive_state_t), intent(out) :: answer
+      real(dp), intent(out) :: area
+      integer, intent(out) :: halves             !! 2 of a half point, else 1
+      associate (point => interfaces%list(k))
+         area = interfaces%thickness%at(point%place)*point%length
+         halves = merge(2, 1, is_half(point))
+         answer = interfaces%cohesion(point%cohesion)%respond( &
+                  halves*[dot_product(along(point), stretch_of(point)), dot_product(point%normal, point%opening)], &
+                  point%stiffness/area/halves, point%damage)
+      end associate
+   end subroutine look_at_cohesion
+
+   !> Force by which the k-th interface point resists its opening [N].
+   pure function force_at(interfaces, k) result(force)
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: k
+      real(dp) :: force(ndim), area
+      type(cohesive_state_t) :: answer
+      integer :: halves
+      associate (point => interfaces%list(k))
+         if (point%law == cohesive) then
+            call look_at_cohesion(interfaces, k, answer, area, halves)
+            force = area*(answer%traction(1)*along(point) + answer%traction(2)*point%normal)
+         else
+            force = force_of(point)
+         end if
+      end associate
+   end function force_at
+
+   !> Force by which an interface point without cohesion resists its opening [N].
    pure function force_of(point) result(force)
       type(interface_point_t), intent(in) :: point
       real(dp) :: force(ndim)
@@ -213,8 +255,10 @@ contains
       slope = 0
       is_there = is_free(interfaces%list(k))
       if (is_there) is_there = state_of(interfaces%list(k)) /= is_open
+      if (is_there) force = face_force(interfaces%list(k))
+      if (interfaces%list(k)%law == cohesive) force = force_at(interfaces, k)
+      is_there = is_there .or. interfaces%list(k)%law == cohesive
       if (.not. is_there) return
-      force = face_force(interfaces%list(k))
       before = merge(k - 1, k, is_next(max(k - 1, 1)))
       after = merge(k + 1, k, is_next(min(k + 1, interfaces%n)))
       way = dot_product(interfaces%list(after)%place - interfaces%list(before)%place, direction)
@@ -225,7 +269,8 @@ contains
       !> Whether another interface point is one of the same crack, on the same straight part of it.
       pure logical function is_next(other)
          integer, intent(in) :: other
-         is_next = other /= k .and. is_free(interfaces%list(other)) .and. interfaces%list(other)%line == interfaces%list(k)%line &
+         is_next = other /= k .and. (is_free(interfaces%list(other)) .or. interfaces%list(other)%law == cohesive) &
+                   .and. interfaces%list(other)%line == interfaces%list(k)%line &
                    .and. norm2(interfaces%list(other)%normal - interfaces%list(k)%normal) <= 1e-6_dp
       end function is_next
    end subroutine look_at_faces
@@ -237,25 +282,39 @@ contains
       if (is_pressed) is_pressed = state_of(point) /= is_open
    end function is_pressed
 
-   !> Change of that force with the opening, without what friction changes with the pressure, which is not symmetric [N/m].
-   pure function interface_stiffness(point, caution) result(tangent)
-      type(interface_point_t), intent(in) :: point
+   !> Change of the force of the k-th with its opening, without what friction changes with the pressure, which is not symmetric [N/m].
+   pure function interface_stiffness(interfaces, k) result(tangent)
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: k
       real(dp) :: tangent(ndim, ndim)
       real(dp) :: of_normal, of_tangent          ! parts of the stiffness
-      real(dp), intent(in) :: caution            !! see `interfaces_t`
-      integer :: i, j, state
+      real(dp) :: of_both(2)                     ! of the force along the faces by opening, and of that across them by sliding
+      real(dp) :: area
+      type(cohesive_state_t) :: answer
+      integer :: i, j, state, halves
       tangent = 0
-      state = state_of(point)
-      if (point%lets_go .and. state == is_open) return
-      of_normal = merge(1.0_dp, caution, state == sticks .or. state == slides)
-      of_tangent = merge(1.0_dp, caution, state == sticks .or. state == sticks_apart)
-      if (is_half(point)) of_tangent = 0
-      associate (n => point%normal, t => along(point), s => point%stiffness)
-         do j = 1, ndim
-            do i = 1, ndim
-               tangent(i, j) = s*(of_normal*n(i)*n(j) + of_tangent*t(i)*t(j))
+      of_both = 0
+      associate (point => interfaces%list(k), caution => interfaces%caution)
+         if (point%law == cohesive) then
+            call look_at_cohesion(interfaces, k, answer, area, halves)
+            answer%tangent = area*halves/point%stiffness*((1 - caution)*answer%tangent + caution*answer%secant)
+            of_normal = answer%tangent(2, 2)
+            of_tangent = answer%tangent(1, 1)
+            of_both = [answer%tangent(1, 2), answer%tangent(2, 1)]
+         else
+            state = state_of(point)
+            if (point%lets_go .and. state == is_open) return
+            of_normal = merge(1.0_dp, caution, state == sticks .or. state == slides)
+            of_tangent = merge(1.0_dp, caution, state == sticks .or. state == sticks_apart)
+         end if
+         if (is_half(point)) of_tangent = 0
+         associate (n => point%normal, t => along(point), s => point%stiffness)
+            do j = 1, ndim
+               do i = 1, ndim
+                  tangent(i, j) = s*(of_normal*n(i)*n(j) + of_tangent*t(i)*t(j) + of_both(1)*t(i)*n(j) + of_both(2)*n(i)*t(j))
+               end do
             end do
-         end do
+         end associate
       end associate
    end function interface_stiffness
 
@@ -265,7 +324,7 @@ contains
       real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
       integer :: k
       do k = 1, interfaces%n
-         call give_nodes(interfaces%list(k)%jump_t, -force_of(interfaces%list(k)), force)
+         call give_nodes(interfaces%list(k)%jump_t, -force_at(interfaces, k), force)
       end do
    end subroutine add_interface_forces
 
@@ -277,7 +336,7 @@ contains
       integer :: k
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            call give_nodes(point%jump_t, matmul(interface_stiffness(point, interfaces%caution), jump_of(point%jump_t, u)), force)
+            call give_nodes(point%jump_t, matmul(interface_stiffness(interfaces, k), jump_of(point%jump_t, u)), force)
          end associate
       end do
    end subroutine add_interface_resistance
@@ -358,19 +417,28 @@ contains
          interfaces%list(k)%opening = 0
          interfaces%list(k)%slip = 0
          interfaces%list(k)%pressed = 0
+         interfaces%list(k)%damage = 0
       end do
       interfaces%loss = 0
+      interfaces%of_cohesion = 0
    end subroutine relax_interfaces
 
-   !> After a step: what has slid stays so, under the mean of the friction at both ends of the step, and open faces hold each other
-   !> where they will meet.
+   !> After a step: what has slid stays so, under the mean of the friction at both ends of the step, open faces hold each other
+   !> where they will meet, and what is damaged stays so.
    pure subroutine settle_slip(interfaces)
       type(interfaces_t), intent(inout) :: interfaces
-      real(dp) :: sliding, pressed
-      integer :: k
-      if (interfaces%n_contact == 0) return
+      real(dp) :: sliding, pressed, area
+      type(cohesive_state_t) :: answer
+      integer :: k, halves
+      if (interfaces%n_contact + interfaces%n_cohesive == 0) return
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
+            if (point%law == cohesive) then
+               call look_at_cohesion(interfaces, k, answer, area, halves)
+               point%damage = answer%damage
+               interfaces%of_cohesion = interfaces%of_cohesion + area*answer%taken/halves
+               interfaces%loss = interfaces%loss + area*answer%taken/halves
+            end if
             if (.not. is_free(point)) cycle
             sliding = sliding_of(point)
             pressed = max(0.0_dp, overlap_of(point))
@@ -390,8 +458,18 @@ contains
    !> Energy that the interface points store [J].
    pure real(dp) function interface_energy(interfaces) result(energy)
       type(interfaces_t), intent(in) :: interfaces
-      integer :: k
-      energy = sum([(energy_of(interfaces%list(k)), k=1, interfaces%n)])
+      type(cohesive_state_t) :: answer
+      real(dp) :: area
+      integer :: k, halves
+      energy = 0
+      do k = 1, interfaces%n
+         if (interfaces%list(k)%law == cohesive) then
+            call look_at_cohesion(interfaces, k, answer, area, halves)
+            energy = energy + area*answer%stored/halves
+         else
+            energy = energy + energy_of(interfaces%list(k))
+         end if
+      end do
    end function interface_energy
 
    !> Energy that an interface point stores [J]: that of a bond since it began. One that has begun to let go stores none but that of faces that press on each other,
@@ -420,6 +498,7 @@ contains
       end if
       interfaces%n = interfaces%n + 1
       interfaces%list(interfaces%n) = interface_point_t(law=law)
+      if (law == cohesive) interfaces%n_cohesive = interfaces%n_cohesive + 1
       if (law /= contact) return
       interfaces%list(interfaces%n)%touch = 0
       interfaces%n_contact = interfaces%n_contact + 1
@@ -440,7 +519,9 @@ contains
          allocate (interfaces%list(max(n, 64)))
       end if
       call archive%keep('n_contact', interfaces%n_contact)
+      call archive%keep('n_cohesive', interfaces%n_cohesive)
       call archive%keep('loss', interfaces%loss)
+      call archive%keep('of_cohesion', interfaces%of_cohesion)
       associate (of => interfaces%list(:n))
          call archive%keep_integers('law', n, of%law)
          call archive%keep_integers('n_left', n, of%n_left)
@@ -471,6 +552,8 @@ contains
          call archive%keep_reals('reached', n, of%reached)
          call archive%keep_reals('stored', n, of%stored)
          call archive%keep_reals('mass', n, of%mass)
+         call archive%keep_integers('cohesion', n, of%cohesion)
+         call archive%keep_reals('damage', n, of%damage)
       end associate
    end subroutine keep_interfaces
 end module hampm_interface_points

@@ -145,7 +145,7 @@ contains
    !> Whether internal forces are linear in the displacement, so that one solution is a step.
    pure logical function is_linear(m)
       type(motion_t), intent(in) :: m
-      is_linear = all(m%materials%linear) .and. .not. is_in_touch(m)
+      is_linear = all(m%materials%linear) .and. .not. is_in_touch(m) .and. m%interfaces%n_cohesive == 0
    end function is_linear
 
    !> Balance the forces of a step after a time with faces and supports that touch as they press, what remembers having relaxed before

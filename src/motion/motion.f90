@@ -24,7 +24,8 @@ module hampm_motion
    use hampm_energy, only: energy_of_particles => kinetic_energy, strain_energy, dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
    use hampm_ghost_penalty, only: enough_alone
-   use hampm_interface_points, only: interfaces_t, interface_energy, energy_of_rates, jumps_with_mass, add_interface_momentum
+   use hampm_interface_points, only: interfaces_t, cohesive, interface_energy, energy_of_rates, jumps_with_mass, &
+                                     add_interface_momentum
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
@@ -130,6 +131,7 @@ contains
       call rebuild_body_contact(m%body_contact, m%grid)
       call rebuild_interfaces(m%interfaces, m%matter_t)
       if (m%interfaces%alone > 0) call report_thin_piece(m, failure)
+      if (m%interfaces%n_cohesive > 0) call look_at_layers(m, failure)
       if (.not. failure%failed()) call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
@@ -155,6 +157,25 @@ contains
                              'order = 1, or time = ''static''')
       end associate
    end subroutine report_thin_piece
+
+   !> Fail where the layer of the cells, in series with cohesion, is too soft for faces to part steadily.
+   pure subroutine look_at_layers(m, failure)
+      type(motion_t), intent(in) :: m
+      type(failure_t), intent(inout) :: failure
+      integer :: k
+      do k = 1, m%interfaces%n
+         associate (point => m%interfaces%list(k))
+            if (point%law /= cohesive) cycle
+            if (.not. m%interfaces%cohesion(point%cohesion)%turns_back(point%stiffness/(m%interfaces%thickness%at(point%place) &
+                                                                                      *point%length))) cycle
+            call failure%report(exit_computation, 'the cells around ('//to_text(point%place(1))//', '//to_text(point%place(2))// &
+                                ') m, '//to_text(point%cell)//' m wide, are too large for the cohesive zone: faces would jump '// &
+                                'apart. Use smaller cells, in explicit steps a smaller &method courant too, or a lower '// &
+                                '&cohesive strength')
+            return
+         end associate
+      end do
+   end subroutine look_at_layers
 
    !> Give the mass matrix the masses of interface points, and room for its diagonal where quadratic cells are cut or have nodes on an axis.
    subroutine give_ghosts(m)

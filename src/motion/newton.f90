@@ -9,6 +9,10 @@
 !> moved by r/k, with r the force on it and k = t.K t its stiffness as all else follows, t being the displacement by which it moves by 1. Only the
 !> stress resists: k is the virial of the loads over the square of a length, and below 0 where they would turn the body around.
 !>
+!> Where cohesion softens and the tangent is not definite, as while faces jump apart, the step is taken with the secant of the cohesion in place of its
+!> tangent: the energy of the whole with it is never below the true one and touches it where the step begins, so that its minimum lessens that,
+!> and what is found in the end is stable. Whether states at rest lead there is asked of the energy (`hampm_equilibrium`).
+!>
 !> Source: Bathe, Finite Element Procedures (1996), section 8.4.
 module hampm_newton
    use hampm_kinds, only: dp, ndim, name_len
@@ -32,6 +36,7 @@ module hampm_newton
 
    integer, parameter :: most_iterations = 25
    integer, parameter :: most_with_contact = 200 !! with interface points between faces that close, open and slide
+   integer, parameter :: most_jumps = 40         !! iterations in which faces jump apart: where they go on doing so, they part all along
    integer, parameter :: most_halvings = 10      !! of a displacement, to lessen what is out of balance
    real(dp), parameter :: balanced = 1e-11_dp    !! what is out of balance, over the largest force of a cell
    real(dp), parameter :: of_turn = 1e-3_dp      !! part that counts of the forces that a turn would have as a strain: what is then
@@ -78,13 +83,14 @@ contains
       real(dp), intent(inout) :: moved(:, :)     !! by which nodes have moved in this load step [m], (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: r(:, :), offset(:, :), du(:, :)
-      logical :: has_offset, rubs, done, turned
+      logical :: has_offset, rubs, jumps, done, turned
       real(dp) :: largest, scale, at_first, when_held
       real(dp) :: last(size(pins))               ! forces on pins before they were turned last [N]
-      integer :: iteration, most
-      most = merge(most_with_contact, most_iterations, m%interfaces%n_contact > 0)
+      integer :: iteration, most, n_jumps
+      most = merge(most_with_contact, most_iterations, m%interfaces%n_contact + m%interfaces%n_cohesive > 0)
       rubs = have_friction(m%interfaces)
       at_first = 0
+      n_jumps = 0
       self%residuals = [real(dp) ::]
       when_held = huge(when_held)
       done = .false.
@@ -95,6 +101,15 @@ contains
          call less_offset(m, outer, way, moved, r, offset, has_offset)
          call factorise_now(self, m, outer, pins, failure)
          if (failure%failed()) exit
+         jumps = m%interfaces%n_cohesive > 0 .and. .not. self%is_stable()
+         if (jumps) then
+            n_jumps = n_jumps + 1
+            if (n_jumps > most_jumps) exit
+            m%interfaces%caution = 1
+            call factorise_now(self, m, outer, pins, failure)
+            m%interfaces%caution = 0
+            if (failure%failed()) exit
+         end if
          largest = maxval(abs(self%k%on_unknowns(r)))
          scale = largest_force(m, r)
          if (rubs .and. iteration > 1 .and. largest <= max(settled*when_held, balanced*scale)) then
@@ -123,7 +138,9 @@ contains
          self%solutions = self%solutions + 1
          du = du + offset
          if (iteration == 1 .and. .not. any(abs(moved) > 0)) self%predicted = du
-         if (all(m%materials%linear)) then
+         if (jumps) then
+            call jump(m, outer, moved, has_offset, du, failure)
+         else if (all(m%materials%linear) .and. m%interfaces%n_cohesive == 0) then
             call displace(m, du)
             if (m%interfaces%n_contact > 0 .and. .not. has_offset) call go_back_to_least(m, outer, moved, work_of(m, r, du), du)
          else
@@ -236,7 +253,9 @@ contains
       type(motion_t), intent(in) :: m
       character(:), allocatable :: text
       text = ''
-      if (have_friction(m%interfaces)) then
+      if (m%interfaces%n_cohesive > 0) then
+         text = ', as faces that cohesion holds jump apart: around them more is stored than they take (snap back)'
+      else if (have_friction(m%interfaces)) then
          text = '. Likely cause: what friction holds between faces of a crack and the pressure on them drive each other up '// &
                 'there; use a lower &crack friction, or finer cells'
       else if (m%interfaces%n_contact > 0) then
@@ -259,8 +278,8 @@ contains
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       logical :: fits
-      fits = all(m%materials%linear) .and. self%layout == m%fields%layout .and. allocated(self%tied) &
-             .and. .not. abs(self%mass_factor - outer%mass_factor) > 0
+      fits = all(m%materials%linear) .and. m%interfaces%n_cohesive == 0 .and. self%layout == m%fields%layout &
+             .and. allocated(self%tied) .and. .not. abs(self%mass_factor - outer%mass_factor) > 0
       if (fits) fits = all(self%tied .eqv. pressed_pairs(m%contact))
       if (fits) fits = all(self%fixed .eqv. m%constraints%fixed)
       if (fits) fits = all(self%states == interface_states(m%interfaces)) .and. .not. abs(self%caution - m%interfaces%caution) > 0
@@ -392,7 +411,7 @@ contains
       integer :: halving, crushed
       real(dp) :: left                           ! part of the work that may be left
       logical :: good
-      left = merge(lessened, 1.0_dp, any(m%materials%is_finite()))
+      left = merge(lessened, 1.0_dp, any(m%materials%is_finite()) .or. m%interfaces%n_cohesive > 0)
       call look_at_size(m, du, failure)
       if (failure%failed()) return
       call displace(m, du)
@@ -412,6 +431,31 @@ contains
       call failure%report(exit_computation, 'no equilibrium was found: every displacement on the way to it makes the forces '// &
                           'less balanced')
    end subroutine displace_with_care
+
+   !> Move the particles by a displacement, and on as long as the forces push further: each time twice as far.
+   subroutine jump(m, outer, moved, has_offset, du, failure)
+      type(motion_t), intent(inout) :: m
+      type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
+      real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved before in this load step [m], (ndim, n_points)
+      logical, intent(in) :: has_offset          !! whether nodes had to move, which they do once
+      real(dp), intent(inout) :: du(:, :)        !! (ndim, n_points)
+      type(failure_t), intent(inout) :: failure
+      integer, parameter :: most = 8
+      real(dp), allocatable :: r(:, :)
+      integer :: turn
+      call look_at_size(m, du, failure)
+      if (failure%failed()) return
+      call displace(m, du)
+      do turn = 1, most
+         if (has_offset) return
+         call out_of_balance(m, outer, moved + du, r)
+         if (.not. work_of(m, r, du) > 0) return
+         call look_at_size(m, 2*du, failure)
+         if (failure%failed()) return
+         call displace(m, du)
+         du = 2*du
+      end do
+   end subroutine jump
 
    !> Make a displacement that has been made shorter, to where forces have about no work left to do along it: faces that touch on the way are
    !> not in the tangent. The forces have a convex potential, so that this always lessens it. Where that is is found by the rule of

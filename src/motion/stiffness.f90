@@ -198,10 +198,12 @@ contains
       real(dp), intent(in) :: mass_factor        !! [1/s2]
       type(numbering_t), intent(in) :: unknowns
       type(sparse_t), intent(inout) :: matrix
+      real(dp), parameter :: rounding = 1e-12_dp ! part of a tangent that counts as none
       real(dp) :: tangent(ndim, ndim)
       integer :: k, i, j, d, c
       do k = 1, m%interfaces%n
-         tangent = interface_stiffness(m%interfaces%list(k), m%interfaces%caution) + mass_factor*m%interfaces%list(k)%mass*identity
+         tangent = interface_stiffness(m%interfaces, k) + mass_factor*m%interfaces%list(k)%mass*identity
+         matrix%is_symmetric = matrix%is_symmetric .and. abs(tangent(1, 2) - tangent(2, 1)) <= rounding*maxval(abs(tangent))
          associate (node => m%interfaces%list(k)%node, share => m%interfaces%list(k)%share)
             do j = 1, count(node > 0)
                do i = 1, count(node > 0)

@@ -19,7 +19,7 @@ module hampm_conditions
       'cells that are cut', 'several cracks', 'several bodies', 'edges that are no grid lines', 'growth by laws of both kinds', &
       'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
       'a pressed path that grows in motion', 'samples at other times than load steps', 'a body of it', &
-      'another body of that part', 'a mass matrix that acts', 'quadratic cells at an axis']
+      'another body of that part', 'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it']
 
    integer, parameter :: most_atoms = 6, most_choices = 8, word_len = 24
    integer, parameter :: is_present = 1, is_set = 2, is_one_of = 3, is_none_of = 4, is_above = 5, is_below = 6, is_named = 7
@@ -287,6 +287,11 @@ contains
          has = any(scene%growth%is_at_rest()) .and. .not. all(scene%growth%is_at_rest())
        case ('a body of it')                     ! of a material
          has = any(scene%materials%name == settings%text(entry, 'name'))
+       case ('cohesion all along it')            ! along a crack
+         do k = 1, size(scene%cohesive)
+            if (scene%cohesive(k)%path == 0 .or. scene%cohesive(k)%from > 0) cycle
+            has = has .or. settings%find('crack', scene%paths(scene%cohesive(k)%path)%number) == entry
+         end do
        case ('another body of that part')
          has = count(scene%bodies%part == settings%text(entry, 'part')) > 1
        case ('a shear of the eigenstrain', 'a fourth value of the eigenstrain')

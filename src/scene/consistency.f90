@@ -4,6 +4,7 @@
 !> A check whose ingredients were already found to be wrong is passed over.
 module hampm_consistency
    use hampm_body_group, only: body_t, outline_of
+   use hampm_cohesive_consistency, only: check_cohesive
    use hampm_crack_consistency, only: check_crack, check_energy_release
    use hampm_growth_consistency, only: check_growth
    use hampm_joints, only: gap_between, groups_of_bodies, sheets_of_bodies
@@ -54,6 +55,7 @@ contains
       before = settings%mistakes%count
       call check_crack(scene, settings, has_grid)
       call check_paths(scene, settings, has_bodies)
+      call check_cohesive(scene, settings)
       call check_growth(scene, settings, has_bodies .and. settings%mistakes%count == before)
       call check_energy_release(scene, settings, has_bodies .and. settings%mistakes%count == before)
       if (has_grid .and. scene%method%mass == 'partial' .and. scene%method%full_region == 'box') &

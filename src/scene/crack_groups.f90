@@ -50,6 +50,8 @@ module hampm_crack_groups
       integer :: number = 0                      !! of the group, among all &crack
       logical :: contact = .false.               !! whether its faces press on each other
       real(dp) :: friction = 0                   !! coefficient [-]
+      real(dp) :: held_from = 0                  !! way along its points from which on cohesion holds its faces: there its tip is at first; 0:
+                                                 !! none does, or all along it [m]
       real(dp), allocatable :: points(:, :)      !! [m], (ndim, points)
    end type path_spec_t
 

@@ -2,12 +2,13 @@
 !> the checks of the input and for the assembly; in the run `cracks_t` knows where cracks are.
 module hampm_path_placement
    use hampm_kinds, only: dp, ndim
+   use hampm_cut_cells, only: length_of
    use hampm_crack_placement, only: is_covered, covered_radius, distance_to_box
    use hampm_placement, only: tolerance
    use hampm_scene, only: scene_t, path_spec_t
    implicit none
    private
-   public :: path_tips, path_reaches, path_mouth, path_tip, path_radius, room_around, distance_to_cracks, length_along, &
+   public :: path_tips, path_reaches, path_mouth, path_tip, path_radius, held_part, room_around, distance_to_cracks, length_along, &
              is_inside, first_end, last_end
 
    integer, parameter :: first_end = 1, last_end = 2
@@ -23,21 +24,58 @@ contains
       is_inside = is_covered(scene, x, 1e-3_dp*scene%grid%cell)
    end function is_inside
 
-   !> An end of a path [m].
+   !> An end of a path, where that is held by cohesion the beginning of what is held [m].
    pure function path_tip(path, end) result(x)
       type(path_spec_t), intent(in) :: path
       integer, intent(in) :: end                 !! `first_end` or `last_end`, here and below
       real(dp) :: x(ndim)
       x = path%points(:, merge(1, size(path%points, 2), end == first_end))
+      if (end == last_end .and. path%held_from > 0) x = place_along(path%points, path%held_from/length_of(path%points))
    end function path_tip
 
-   !> The point before an end, as one walks to it [m].
-   pure function point_before(path, end) result(x)
+   !> The ways along the k-th path from and to which cohesion holds its faces: within the material, from where its tip is at first [m].
+   pure function held_part(scene, k) result(held)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: k
+      real(dp) :: held(2)
+      integer, parameter :: looks = 1000
+      logical :: inside(0:looks)
+      integer :: i
+      associate (points => scene%paths(k)%points)
+         inside = [(is_inside(scene, place_along(points, i/real(looks, dp))), i=0, looks)]
+         held = length_of(points)*[edge_at(findloc(inside, .true., dim=1) - 1, -1), &
+                                   edge_at(findloc(inside, .true., dim=1, back=.true.) - 1, 1)]
+         held(1) = max(held(1), scene%paths(k)%held_from)
+      end associate
+
+   contains
+
+      !> Where the path leaves the material beyond the i-th place, in the one or the other sense, as a part of its length.
+      pure real(dp) function edge_at(i, sense) result(part)
+         integer, intent(in) :: i, sense
+         real(dp) :: step
+         integer :: turn
+         part = i/real(looks, dp)
+         if (i == merge(0, looks, sense < 0)) return
+         step = 1/real(looks, dp)
+         do turn = 1, 50
+            step = step/2
+            if (is_covered(scene, place_along(scene%paths(k)%points, part + sense*step), 1e-6_dp*scene%grid%cell)) &
+               part = part + sense*step
+         end do
+      end function edge_at
+   end function held_part
+
+   !> Number of the point at the end of the straight part in which a tip is, and which ends there or goes on.
+   pure integer function straight_at(path, end) result(i)
       type(path_spec_t), intent(in) :: path
       integer, intent(in) :: end
-      real(dp) :: x(ndim)
-      x = path%points(:, merge(2, size(path%points, 2) - 1, end == first_end))
-   end function point_before
+      i = merge(2, size(path%points, 2), end == first_end)
+      if (end == first_end .or. .not. path%held_from > 0) return
+      do i = 2, size(path%points, 2) - 1
+         if (length_of(path%points(:, :i)) > path%held_from) return
+      end do
+   end function straight_at
 
    !> Whether the first and the last point of the k-th path are tips: inside the material, and not on another crack.
    pure function path_tips(scene, k) result(is_tip)
@@ -62,8 +100,11 @@ contains
       integer :: end
       associate (is_tip => path_tips(scene, k))
          do end = first_end, last_end
-            beyond(end) = merge(to_crack, to_surface, is_inside(scene, path_tip(scene%paths(k), end)))*scene%grid%cell
-            if (is_tip(end)) beyond(end) = 0
+            associate (points => scene%paths(k)%points)
+               beyond(end) = merge(to_crack, to_surface, is_inside(scene, points(:, merge(1, size(points, 2), end == first_end)))) &
+                             *scene%grid%cell
+            end associate
+            if (is_tip(end) .and. (end == first_end .or. .not. scene%paths(k)%held_from > 0)) beyond(end) = 0
          end do
       end associate
    end function path_reaches
@@ -92,7 +133,7 @@ contains
       real(dp) :: x(ndim)
       real(dp) :: way, length
       integer :: i
-      way = part*sum([(norm2(points(:, i) - points(:, i - 1)), i=2, size(points, 2))])
+      way = part*length_of(points)
       x = points(:, 1)
       do i = 2, size(points, 2)
          length = norm2(points(:, i) - points(:, i - 1))
@@ -156,10 +197,10 @@ contains
       integer, intent(in) :: k, end
       integer :: i, n
       associate (path => scene%paths(k), tip => path_tip(scene%paths(k), end))
-         n = size(path%points, 2)
-         radius = norm2(tip - point_before(path, end))
-         do i = 2, n
-            if (i == merge(2, n, end == first_end)) cycle
+         n = straight_at(path, end)
+         radius = norm2(tip - path%points(:, merge(2, n - 1, end == first_end)))
+         do i = 2, size(path%points, 2)
+            if (i == n) cycle
             radius = min(radius, distance_to_segment(tip, path%points(:, i - 1), path%points(:, i)))
          end do
          radius = min(radius, room_around(scene, tip, k))

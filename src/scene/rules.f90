@@ -379,6 +379,8 @@ module hampm_rules
              "on a symmetry plane the constraints tell where a crack is, of a path its points", ""), &
       rule_t("&crack contact = 'frictionless'", requires, "&crack kind = 'line' | 'path'", mechanics, &
              "at a symmetry plane there is one face, and no other to press on", ""), &
+      rule_t("&crack contact = 'frictionless' | 'friction'", no_effect_with, "cohesion all along it", mechanics, &
+             "faces that cohesion holds or has held press on each other, without friction", ""), &
       rule_t("&crack contact = 'friction'", requires, "&crack kind = 'path'", not_built, &
              "pairs of nodes on a grid line hold each other across it only", ""), &
       rule_t("&crack contact = 'friction'", requires, "&crack friction > 0", by_meaning, "", "&crack contact = 'frictionless'"), &
@@ -392,6 +394,28 @@ module hampm_rules
              "&method time = 'implicit'"), &
       rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, "&method frame = 'updated'", &
              not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'")]
+
+   type(rule_t), parameter :: of_cohesion(*) = [ &
+      rule_t("&cohesive", requires, "&crack kind = 'path'", not_built, "cells are cut along paths", &
+             "kind = 'path' and points on the same grid line"), &
+      rule_t("&cohesive and several cracks", requires, "&cohesive crack", by_meaning, "it tells which is meant", ""), &
+      rule_t("&cohesive", requires, "&method frame = 'total'", not_built, &
+             "cells are cut anew as the faces move, and forget their damage", ""), &
+      rule_t("&cohesive", not_with, "&growth", not_built, "tips of both kinds would be told apart by no column", &
+             "a crack with from, whose tip goes on by itself"), &
+      rule_t("&cohesive law = 'linear' | 'bilinear'", requires, "&cohesive strength > 0 and &cohesive toughness > 0", by_meaning, &
+             "", ""), &
+      rule_t("&cohesive law = 'bilinear'", requires, "&cohesive opening > 0", by_meaning, "", ""), &
+      rule_t("&cohesive law = 'table'", requires, "&cohesive openings and &cohesive tractions", by_meaning, "", ""), &
+      rule_t("&cohesive strength", requires, "&cohesive law = 'linear' | 'bilinear'", by_meaning, "the points tell it", ""), &
+      rule_t("&cohesive toughness", requires, "&cohesive law = 'linear' | 'bilinear'", by_meaning, "the points tell it", ""), &
+      rule_t("&cohesive opening", requires, "&cohesive law = 'bilinear'", by_meaning, "", ""), &
+      rule_t("&cohesive openings", requires, "&cohesive law = 'table'", by_meaning, "", ""), &
+      rule_t("&cohesive tractions", requires, "&cohesive law = 'table'", by_meaning, "", ""), &
+      rule_t("&cohesive exponent", no_effect_without, "&cohesive toughness_shear or &cohesive strength_shear", by_meaning, &
+             "sliding takes what opening does", ""), &
+      rule_t("&cohesive mixed_mode", no_effect_without, "&cohesive toughness_shear or &cohesive strength_shear", by_meaning, &
+             "sliding takes what opening does", "")]
 
    type(rule_t), parameter :: of_growth(*) = [ &
       rule_t("&growth", requires, "&crack", by_meaning, "", ""), &
@@ -448,6 +472,8 @@ module hampm_rules
              "it takes faces for free", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'crack_closure'", not_with, "&load face = 'left' | 'right'", mechanics, &
              "it takes faces for free", "'domain_integral'"), &
+      rule_t("&energy_release estimators = 'crack_closure'", not_with, "&cohesive", mechanics, "it takes faces for free", &
+             "'domain_integral'"), &
       rule_t("&energy_release estimators = 'crack_closure'", not_with, "&growth", not_built, "it is for tips that rest", &
              "'domain_integral'"), &
       rule_t("&energy_release estimators = 'domain_integral'", warned_with, with_history, &
@@ -471,5 +497,5 @@ module hampm_rules
    !> All rows.
    type(rule_t), parameter :: rules(*) = [ &
       of_rings, of_grids, of_materials, of_bodies, of_constraints, of_loads, of_contact, &
-      of_method, of_refinement, of_cracks, of_growth, of_energies]
+      of_method, of_refinement, of_cracks, of_cohesion, of_growth, of_energies]
 end module hampm_rules

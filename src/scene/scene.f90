@@ -3,6 +3,7 @@
 module hampm_scene
    use hampm_body_group, only: body_t, hole_t, fill_bodies, fill_holes
    use hampm_load_groups, only: constraint_spec_t, fill_constraints, load_spec_t, fill_loads
+   use hampm_cohesive_group, only: cohesive_t, fill_cohesive
    use hampm_crack_groups, only: crack_spec_t, path_spec_t, fill_crack, fill_paths, energy_release_t, fill_energy_release, &
                                  growth_t, fill_growth
    use hampm_plain_groups, only: grid_spec_t, fill_grid, run_t, fill_run, damping_t, fill_damping, output_t, fill_output, &
@@ -30,6 +31,7 @@ module hampm_scene
       type(refine_t) :: refine
       type(crack_spec_t) :: crack                !! that is no path
       type(path_spec_t), allocatable :: paths(:) !! cracks of kind 'path'
+      type(cohesive_t), allocatable :: cohesive(:)
       type(growth_t), allocatable :: growth(:)
       type(energy_release_t) :: energy_release
       type(output_t) :: output
@@ -71,6 +73,7 @@ contains
       call fill_refine(settings, scene%refine)
       call fill_crack(settings, scene%crack)
       call fill_paths(settings, scene%paths)
+      call fill_cohesive(settings, scene%cohesive)
       call fill_growth(settings, scene%growth)
       call fill_energy_release(settings, scene%energy_release)
       call fill_output(settings, scene%output)
@@ -106,19 +109,32 @@ contains
       end do
    end subroutine find_materials
 
-   !> Find the crack of each growth by its name, or the only one; 0 where there is none.
+   !> Find the crack of each cohesion and growth by its name, or the only one; 0 where there is none.
    pure subroutine find_growing_paths(scene)
       type(scene_t), intent(inout) :: scene
-      integer :: i, k
+      integer :: i
+      do i = 1, size(scene%cohesive)
+         associate (k => path_of(scene, scene%cohesive(i)%crack))
+            scene%cohesive(i)%path = k
+            if (k > 0) scene%paths(k)%held_from = scene%cohesive(i)%from
+         end associate
+      end do
       do i = 1, size(scene%growth)
          associate (growth => scene%growth(i))
-            growth%path = merge(1, 0, growth%crack == '' .and. (size(scene%paths) == 1 .or. scene%crack%kind == 'symmetry'))
-            do k = 1, size(scene%paths)
-               if (growth%crack /= '' .and. scene%paths(k)%name == growth%crack) growth%path = k
-            end do
+            growth%path = path_of(scene, growth%crack)
+            if (growth%crack == '' .and. scene%crack%kind == 'symmetry') growth%path = 1
          end associate
       end do
    end subroutine find_growing_paths
+
+   !> Number of the path of a name, or without one of the only path; 0 where there is none.
+   pure integer function path_of(scene, name)
+      type(scene_t), intent(in) :: scene
+      character(*), intent(in) :: name
+      do path_of = size(scene%paths), 1, -1
+         if (merge(size(scene%paths) == 1, scene%paths(path_of)%name == name, name == '')) return
+      end do
+   end function path_of
 
    !> Whether cracks of kind 'path', or edges of bodies that are no rectangles, cut cells.
    pure logical function cuts_cells(scene)

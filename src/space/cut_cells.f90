@@ -17,8 +17,8 @@ module hampm_cut_cells
    use hampm_forest, only: forest_t, outside, level_width
    implicit none
    private
-   public :: line_t, cut_cells_t, end_leaf_t, find_cut_cells, place_of_copy, divides, side_of_ties, both_faces, left_face, &
-             right_face
+   public :: line_t, length_of, cut_cells_t, end_leaf_t, find_cut_cells, place_of_copy, divides, side_of_ties, both_faces, &
+             left_face, right_face
 
    integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! which faces of a line have material
 
@@ -38,11 +38,15 @@ module hampm_cut_cells
       real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point the tips are that grow in motion: cells
                                                  !! are cut ahead of them, and bonds hold these [m]
       real(dp) :: grown(2) = 0                   !! how far each of these tips has moved so far [m]
+      integer :: cohesion = 0                    !! number of the law by which its faces hold each other, 0 for none
+      real(dp) :: held(2) = 0                    !! ways from its first point from and to which they do [m]
       integer :: face = both_faces               !! which faces have material: one on a symmetry plane
       real(dp) :: began(ndim) = 0                !! on a symmetry plane: where the tip at its last point was at first [m]
    contains
       procedure :: open_part
       procedure :: new_part
+      procedure :: held_part
+      procedure :: free_part
    end type line_t
 
    !> The leaf in which a line ends at a tip. Where cells are cut ahead of a tip, it is the last of them.
@@ -173,13 +177,33 @@ contains
       class(line_t), intent(in) :: self
       integer, intent(in) :: end                 !! 1 its first, 2 its last point
       real(dp), allocatable :: points(:, :)
-      real(dp) :: length, old
-      integer :: k
-      length = sum([(norm2(self%points(:, k) - self%points(:, k - 1)), k=2, size(self%points, 2))])
-      old = length - self%bonded(end) - self%grown(end)
+      real(dp) :: old
+      old = length_of(self%points) - self%bonded(end) - self%grown(end)
       points = shortened(self%points, old, from_first=end == 2)
       if (end == 1) points = points(:, size(points, 2):1:-1)
    end function new_part
+
+   !> The part of the line whose faces hold each other by cohesion [m].
+   pure function held_part(self) result(points)
+      class(line_t), intent(in) :: self
+      real(dp), allocatable :: points(:, :)
+      points = shortened(shortened(self%points, length_of(self%points) - self%held(2)), self%held(1), from_first=.true.)
+   end function held_part
+
+   !> The line up to its tips, without what cohesion holds or has held [m].
+   pure function free_part(self) result(points)
+      class(line_t), intent(in) :: self
+      real(dp), allocatable :: points(:, :)
+      points = self%open_part()
+      if (self%cohesion > 0) points = shortened(self%points, length_of(self%points) - self%held(1))
+   end function free_part
+
+   !> Length of a polyline [m].
+   pure real(dp) function length_of(points) result(length)
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
+      integer :: k
+      length = sum([(norm2(points(:, k) - points(:, k - 1)), k=2, size(points, 2))])
+   end function length_of
 
    !> A polyline without the last part of a length, or without the first [m].
    pure function shortened(points, by, from_first) result(shorter)

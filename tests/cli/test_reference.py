@@ -75,8 +75,8 @@ def test_each_key_gives_its_value_to_the_scene(choices):
 
 def test_examples_together_are_a_scene(reference, hampm, tmp_path):
     groups = re.findall(r"```fortran\n(.*?)```", reference, re.DOTALL)
-    # that of a crack of kind 'path' at rest is of another scene
-    (tmp_path / "case.nml").write_text("".join(group for group in groups if not group.startswith("&growth")))
+    # those of a crack of kind 'path' are of other scenes
+    (tmp_path / "case.nml").write_text("".join(group for group in groups if not group.startswith(("&growth", "&cohesive"))))
     result = hampm("case.nml", "--check")
     assert result.returncode == 0, result.stderr
 
@@ -108,6 +108,7 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
         "&crack kind = 'path' points = 0.0, 0.006, 0.05, 0.0045 contact = 'friction' friction = 0.1 /\n"
     growth = path.replace("contact = 'friction' friction = 0.1", "") + "&growth toughness = 1.0 increment = 0.01 /\n"
     running = path.replace("contact = 'friction' friction = 0.1", "") + "&growth law = 'toughness' toughness = 1e6 /\n"
+    cohesive = path.replace("contact = 'friction' friction = 0.1", "") + "&cohesive from = 0.02 strength = 1e7 toughness = 1e3 /\n"
     closed = path.replace("contact = 'friction' friction = 0.1", "").replace("0.0045", "0.0055")
     of_path = (*settings[:3], "energy_release.estimators=domain_integral,energy_balance", "energy_release.reference=none",
                "method.frame=total", "method.courant=0")
@@ -118,7 +119,7 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
                                ("zz", GOOD + REFINE.replace("gradient", "zz"), settings), ("path", path, of_path),
                                ("closure", closed, (*of_path, "energy_release.estimators=domain_integral,crack_closure",
                                                     "grid.cell=0.625e-3", "grid.cells=160,18")),
-                               ("growth", growth, (*of_path, "method.time=static")), ("running", running, of_path)):
+                               ("growth", growth, (*of_path, "method.time=static")), ("running", running, of_path), ("cohesive", cohesive, of_path)):
         (tmp_path / f"{name}.nml").write_text(scene)
         result = hampm(f"{name}.nml", "--set", f"output.file={name}.h5", *(f"--set={setting}" for setting in asked))
         assert result.returncode == 0, result.stderr

@@ -226,7 +226,8 @@ class Case:
         self.meets = group(scene, "contact").get("bodies", "joined") != "joined"
         self.grows = bool(groups(scene, "growth"))
         self.push = any(keys.get("push_only") for keys in groups(scene, "constraint"))
-        self.linear = self.laws <= {"linear_elastic", "orthotropic", "viscoelastic"} and self.frame == "total"
+        self.cohesion = bool(groups(scene, "cohesive"))
+        self.linear = self.laws <= {"linear_elastic", "orthotropic", "viscoelastic"} and self.frame == "total" and not self.cohesion
         self.is_cut = any(keys.get("kind") == "path" for keys in groups(scene, "crack")) or any(keys.get("shape", "rectangle") != "rectangle" or keys.get("hole")
                                                                                               for keys in groups(scene, "body"))
         self.scale = scales(scene, base)

@@ -25,6 +25,7 @@ CHOICES = {
     "refine": {"indicator": ["none", "tip", "zz", "gradient"], "field": ["energy_density", "stress_norm", "speed"], "max_level": [1, 2], "rings": [2, 3, 4],
                "tolerance": [0.05, 0.1, 0.2], "r_crit": [0.03, 0.1], "r_coarsen": [0.0, 0.01], "energy_floor": [1e-3, 0.1], "interval": [5, 20]},
     "crack": {"contact": ["none", "frictionless", "friction"], "kind": ["path", "line", "symmetry"]},
+    "cohesive": {"law": ["linear", "bilinear", "table"], "mixed_mode": ["benzeggagh_kenane", "power"]},
     "growth": {"law": ["quasi_static", "prescribed", "toughness"], "direction": ["straight", "hoop_stress", "local_symmetry", "max_energy"],
                "tips": ["all", "largest", "last", "first"]},
     "energy_release": {"estimators": [["domain_integral"], ["nodal_force"], ["stress_closure"], ["energy_balance"], ["crack_closure"], [],
@@ -78,6 +79,7 @@ class Drawing:
         self.order = 2 if self.frame == "total" and chance.random() < 0.2 else 1
         self.crack = chance.choices(["none", "symmetry", "line", "path"], [2, 2, 2, 5])[0]
         self.grows = self.crack in ("path", "symmetry") and self.frame == "total" and self.order == 1 and chance.random() < (0.7 if self.time == "implicit" else 0.25)
+        self.holds = self.crack == "path" and self.frame == "total" and not self.grows and chance.random() < 0.3
         self.shaped = self.crack in ("none", "path") and not self.grows and chance.random() < 0.35
         small = self.crack == "none"
         self.size = [chance.randint(4, 9) if small else chance.randint(9, 12) + 2 * self.grows for _ in "xy"]
@@ -199,7 +201,7 @@ class Drawing:
         return keys
 
     def cracks(self):
-        """The groups of cracks and their growth."""
+        """The groups of cracks, their cohesion and their growth."""
         chance, (w, h) = self.chance, self.size
         if self.crack == "none":
             return []
@@ -220,6 +222,8 @@ class Drawing:
             places = {1: [(0.5, 0.5)], 2: [(0.3, 0.35), (0.7, 0.65)], 3: [(0.25, 0.3), (0.75, 0.3), (0.5, 0.75)]}[number]
             for k, (x, y) in enumerate(places):
                 found.append(["crack", self.path(k, x * w + chance.uniform(-0.5, 0.5), y * h + chance.uniform(-0.5, 0.5), 1 / number)])
+        if self.holds:
+            found += [["cohesive", self.cohesive(keys)] for name, keys in found if keys.get("name") == "c0" or chance.random() < 0.5]
         if self.grows:
             law = "quasi_static" if self.time == "static" else chance.choice(["prescribed", "toughness"])
             for keys in [keys for name, keys in found if name == "crack"]:
@@ -244,6 +248,25 @@ class Drawing:
         keys = {"kind": "path", "name": f"c{number}", "points": [x for point in points for x in self.place(*point)], "contact": kind}
         if kind == "friction":
             keys["friction"] = chance.choice([0.2, 0.7])
+        return keys
+
+    def cohesive(self, crack):
+        """The keys of a cohesion of a path, whose zone is some cells long."""
+        chance = self.chance
+        strength = self.young * self.strain * 10 ** chance.uniform(-1, 0.5)
+        toughness = strength**2 * self.cell / self.young * 10 ** chance.uniform(0, 1.5)
+        keys = {"crack": crack["name"], "law": chance.choice(["linear", "bilinear", "table"])}
+        if keys["law"] == "table":
+            keys |= {"openings": [0.0, 0.2 * toughness / strength, 2.5 * toughness / strength], "tractions": [strength, 0.7 * strength, 0.0]}
+        else:
+            keys |= {"strength": strength, "toughness": toughness}
+        if keys["law"] == "bilinear":
+            keys["opening"] = chance.choice([0.1, 0.5]) * toughness / strength
+        if chance.random() < 0.5:
+            keys |= {"strength_shear": chance.choice([0.7, 1.5]) * strength, "toughness_shear": chance.choice([1.0, 3.0]) * toughness,
+                     "mixed_mode": chance.choice(["benzeggagh_kenane", "power"]), "exponent": chance.choice([1.0, 1.5])}
+        if chance.random() < 0.5:
+            keys["from"] = chance.choice([0.3, 0.5]) * math.dist(crack["points"][:2], crack["points"][2:4])
         return keys
 
     def growth(self, law, crack):
@@ -450,7 +473,7 @@ def repair(scene, messages, chance):
         where = [k for k, (group_name, _) in enumerate(scene) if group_name == name]
         if at == 0 and line is not None and line < len(scene) and scene[line][0] == name:
             where = [line]
-        if not where and name in CHOICES and key in CHOICES[name] and name not in ("crack", "load", "constraint", "growth"):
+        if not where and name in CHOICES and key in CHOICES[name] and name not in ("crack", "load", "constraint", "cohesive", "growth"):
             scene.append([name, {}])
             where = [len(scene) - 1]
         if not where:

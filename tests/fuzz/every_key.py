@@ -96,6 +96,11 @@ SCENES = {
     + "&growth crack = 'p' law = 'toughness' toughness = 0.1 limit_speed = 1500 exponent = 2 /\n" + EVERY.format("1e-6"),
     "growth along points": plate(end="8e-6", cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("")
     + "&growth law = 'prescribed' direction = 'path' points = 4e-3, 1e-3, 9e-3, 2e-3 tips = 'last' speed = 600 start = 1e-6 end = 6e-6 /\n" + EVERY.format("1e-6"),
+    "cohesion at rest": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + PATH.format("") + J.format("radii = 2e-3")
+    + "&cohesive crack = 'p' from = 3e-3 law = 'bilinear' strength = 400e6 toughness = 2e3 opening = 1e-6 strength_shear = 500e6 toughness_shear = 4e3 mixed_mode = 'power' exponent = 1.5 /\n"
+    + STATIC.format("load_steps = 2"),
+    "cohesion by a table": plate(end="1e-5") + HELD + PULL.format("") + PATH.format("")
+    + "&cohesive crack = 'p' law = 'table' openings = 0.0, 1e-6, 1e-5 tractions = 200e6, 100e6, 0.0 /\n" + EVERY.format("1e-6"),
     "implicit": plate(end="1e-5") + HELD + PULL.format("history = 'ramp' rise_time = 5e-6") + PATH.format("") + J.format("")
     + "&method time = 'implicit' time_step = 5e-7 hht_alpha = -0.1 /\n&damping rate = 1e4 /\n" + EVERY.format("2e-6"),
     "yields": plate(law="law = 'j2_plastic' yield_stress = 200e6 hardening = 1e9 dilatation = 'cell' " + STEEL, run="plane = 'strain'") + HELD + PULL.format("")
@@ -168,6 +173,9 @@ VALUES = {
     "refine.max_particles": ["600", "480", "170"], "crack.tip": ["0.055,0.0", "4e-3,0.0"], "crack.direction": ["0.0,1.0", "-1.0,0.0"], "crack.length": ["4e-3", "6e-3"],
     "crack.friction": ["0.02", "0.04"], "crack.points": ["-4e-3,-1e-3,4e-3,1e-3"], "crack.name": ["q"], "growth.crack": ["p", "q"], "growth.points": ["4e-3,0.0,9e-3,0.0"],
     "growth.toughness": ["0.8*", "1.0"], "growth.limit_speed": ["1000"], "growth.exponent": ["3"], "growth.speed": ["0.9*", "500"], "growth.start": ["2e-6", "5e-6"],
+    "cohesive.crack": ["p", "q"], "cohesive.from": ["2e-3", "0.0"], "cohesive.strength": ["0.9*", "300e6"], "cohesive.toughness": ["0.9*", "1e3"],
+    "cohesive.opening": ["0.9*", "1e-7"], "cohesive.openings": ["0.9*", "0.0,1e-5"], "cohesive.tractions": ["0.9*", "100e6,0.0"], "cohesive.strength_shear": ["0.9*", "350e6"],
+    "cohesive.toughness_shear": ["0.9*", "1.5e3"], "cohesive.exponent": ["1.2", "2.0"],
     "growth.end": ["5e-6", "1e-5"], "growth.increment": ["2.5e-3"], "growth.max_length": ["5e-3", "0.055"],
     "energy_release.estimators": ["nodal_force", "domain_integral", "energy_balance", "crack_closure", "stress_closure"], "energy_release.radii": ["4.5e-3", "2.5e-3", "0.0105"],
     "energy_release.reference_value": ["0.9*", "2.0"], "output.file": ["other.h5"], "output.history_interval": ["0.5*", "0.4"], "output.snapshot_interval": ["0.5*"],
@@ -291,7 +299,7 @@ def try_key(program, folder, text, plain, setting):
 
 
 # Names by which other groups mean a group, and kinds that need other keys: they act by being refused where nothing fits them
-NAMES = ("material.name", "body.shape", "body.hole", "load.kind", "load.on", "load.crack", "crack.kind", "growth.crack", "growth.law")
+NAMES = ("material.name", "body.shape", "body.hole", "load.kind", "load.on", "load.crack", "crack.kind", "growth.crack", "growth.law", "cohesive.crack", "cohesive.law")
 
 
 def try_each_once(program, random, extra, keys=None):

@@ -20,6 +20,8 @@ DIMENSIONS = {
     "load": {"lower": LENGTH, "upper": LENGTH, "force": FORCE, "pressure": PRESSURE, "acceleration": (0, 1, -2)},
     "damping": {"rate": RATE}, "contact": {"distance": LENGTH}, "method": {"time_step": TIME, "full_lower": LENGTH, "full_upper": LENGTH},
     "refine": {"region_lower": LENGTH, "region_upper": LENGTH, "start": TIME}, "crack": {"tip": LENGTH, "length": LENGTH, "points": LENGTH},
+    "cohesive": dict.fromkeys(("from", "opening", "openings"), LENGTH) | dict.fromkeys(("strength", "tractions", "strength_shear"), PRESSURE)
+    | dict.fromkeys(("toughness", "toughness_shear"), TOUGHNESS),
     "growth": {"points": LENGTH, "toughness": TOUGHNESS, "limit_speed": SPEED, "speed": SPEED, "start": TIME, "end": TIME, "increment": LENGTH, "max_length": LENGTH},
     "energy_release": {"radii": LENGTH, "reference_value": TOUGHNESS}, "output": {"history_interval": TIME, "snapshot_interval": TIME},
 }
@@ -176,7 +178,7 @@ def shuffled(scene, chance):
     scene = copy_of(scene)
     meets = bool(groups(scene, "contact"))
     scene.append(["material", {"name": "unused", "young": 3.0, "poisson": 0.1, "density": 1e4}])
-    for name in ("material", "load", "body", "crack", "growth"):
+    for name in ("material", "load", "body", "crack", "cohesive", "growth"):
         where = [k for k, (group, keys) in enumerate(scene) if group == name and not keys.get("hole")]
         order = where[:]
         chance.shuffle(order)
@@ -189,7 +191,7 @@ def shuffled(scene, chance):
 
 
 def reversed_cracks(scene):
-    """The scene with the points of each path in the opposite order; None where there is none, or where tips are named by the order."""
+    """The scene with the points of each path in the opposite order; None where there is none, or where tips, or what cohesion holds, are named by the order."""
     scene = copy_of(scene)
     paths = [keys for keys in groups(scene, "crack") if keys.get("kind") == "path"]
     swap = {"last": "first", "first": "last"}
@@ -197,7 +199,7 @@ def reversed_cracks(scene):
         keys["points"] = [x for point in np.reshape(keys["points"], (-1, 2))[::-1].tolist() for x in point]
     for keys in groups(scene, "growth"):
         keys["tips"] = swap.get(keys.get("tips", "all"), keys.get("tips", "all"))
-    return scene if paths else None
+    return scene if paths and not any(keys.get("from") for keys in groups(scene, "cohesive")) else None
 
 
 def split_bodies(scene):

@@ -41,6 +41,7 @@ contains
       scene%grid%cells = cells
       scene%method%scheme = 'musl'
       allocate (scene%materials(2), scene%bodies(1), scene%constraints(0), scene%loads(0), scene%paths(0), scene%growth(0), &
+                scene%cohesive(0), &
                 scene%energy_release%radii(0))
       scene%materials%law = 'linear_elastic'
       scene%materials%young = 1

@@ -1,0 +1,45 @@
+!> Where the cohesive zone of a crack is. What has been cut and is held by cohesion lies between two tips: the mathematical one, where the cut ends, and
+!> the physical one, up to which damage is 1 all along. The tip of the crack is the physical one.
+module hampm_cohesive_zone
+   use hampm_kinds, only: dp
+   use hampm_cracks, only: cracks_t, last_point
+   use hampm_interface_points, only: interfaces_t, cohesive
+   use hampm_motion, only: motion_t
+   implicit none
+   private
+   public :: follow_zones, zone_length
+
+contains
+
+   !> Let the tips of cracks that cohesion holds ahead move on to where that has let go. A last bit of the cut stays ahead of them.
+   pure subroutine follow_zones(cracks, m)
+      type(cracks_t), intent(inout) :: cracks
+      type(motion_t), intent(inout) :: m
+      real(dp), parameter :: last_bit = 1e-3_dp  ! cells of the lattice of roots
+      real(dp) :: parted, left, way
+      integer :: k
+      logical :: have_moved
+      have_moved = .false.
+      do k = 1, size(cracks%tips)
+         if (.not. cracks%tips(k)%has_zone) cycle
+         associate (tip => cracks%tips(k), all => m%interfaces%list(:m%interfaces%n))
+            parted = minval(all%way, mask=all%law == cohesive .and. all%line == tip%crack .and. all%damage < 1)
+            left = cracks%crack(tip%crack)%bonded(last_point) - last_bit*m%grid%forest%cell
+            way = min(parted - tip%grown, left)
+            if (.not. way > 0) cycle
+            call cracks%move_tip(k, way)
+            have_moved = .true.
+         end associate
+      end do
+      if (have_moved) m%grid%cut_cells%lines = cracks%lines()
+   end subroutine follow_zones
+
+   !> Length of the part of a crack whose faces are damaged and hold each other still [m].
+   pure real(dp) function zone_length(interfaces, line) result(length)
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: line                !! number of the crack
+      associate (all => interfaces%list(:interfaces%n))
+         length = sum(all%length, mask=all%law == cohesive .and. all%line == line .and. all%damage > 0 .and. all%damage < 1)
+      end associate
+   end function zone_length
+end module hampm_cohesive_zone

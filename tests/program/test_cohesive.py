@@ -1,0 +1,195 @@
+"""Faces that cohesion holds: double cantilever beams against beam theory in both modes and a bar against its closed form, at rest, in implicit and explicit steps; refined, resumed,
+in mirrors. Plane stress, E = 70 GPa, arms of 3 mm, 1 mm thick: a couple M on each arm is G = 12 M**2/(E b**2 h**3) in mode I, 3/4 of that where both turn alike (mode II)."""
+
+import h5py
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from results import differing, run
+
+E, H, B = 70e9, 3e-3, 1e-3
+INERTIA = B * H**3 / 12
+BAR = """&run plane = 'stress'  thickness = 1e-3  end_time = 1.0 /
+&grid lower = -1e-3, -1e-3  cell = 1e-3  cells = 12, 6 /
+&material name = 'a'  young = 1e9  poisson = 0.0  density = 1000 /
+&body material = 'a'  lower = 0.0, 0.0  upper = 10e-3, 4e-3 /
+&constraint lower = 0.0, 0.0  upper = 0.0, 4e-3  fix = 'xy' /
+&constraint name = 'end'  lower = 10e-3, 0.0  upper = 10e-3, 4e-3  fix = 'x'  displacement = {way}, 0.0  history = 'ramp'  rise_time = 1.0 /
+&method time = 'static'  load_steps = 50 /
+&crack kind = 'path'  name = 'a'  points = 5.5e-3, -1e-3, 5.5e-3, 5e-3 /
+&cohesive crack = 'a'  {law} /
+&energy_release estimators = 'energy_balance' /
+&output file = 'out.h5' /
+"""
+LAWS = {"linear": "law = 'linear'  strength = 1e6  toughness = 20.0", "bilinear": "law = 'bilinear'  strength = 1e6  toughness = 20.0  opening = 4e-6",
+        "table": "law = 'table'  openings = 0.0, 1e-5, 6e-5  tractions = 1e6, 0.5e6, 0.0"}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_bar_parts(hampm, tmp_path, law):
+    """All of its force follows from its end: u = T L/E + the opening, and what is taken is the toughness by the section."""
+    row = run(hampm, tmp_path, BAR.format(way=7e-5, law=LAWS[law]))
+    openings, tractions = {"linear": ([0, 4e-5], [1e6, 0]), "bilinear": ([4e-6, 4e-5], [1e6, 0]), "table": ([0, 1e-5, 6e-5], [1e6, 0.5e6, 0])}[law]
+    layer = 1e-3 / 3 / 1e9                                             # the compliance of the layer of the cells
+    u = np.array([o + t * (10e-3 / 1e9 + layer) for o, t in zip(openings, tractions)])
+    expected = np.interp(7e-5 * row["time"], [0, *u], [0, *tractions]) * 4e-6
+    assert np.max(np.abs(row["reaction_end_x"] - expected)) < 2e-3 * 4
+    assert row["cohesive_energy"][-1] == pytest.approx(4e-6 * np.trapezoid([0, *tractions], [0, *openings]), rel=2e-6)
+    assert np.max(np.abs(row["numerical_loss"])) < 2e-3 * row["external_work"][-1]
+
+
+def test_a_bar_that_snaps_back_says_so(hampm, tmp_path):
+    """Longer than 2 G E/strength**2 = 8 mm it stores more than its section takes."""
+    said = run(hampm, tmp_path, BAR.format(way=2e-5, law="law = 'linear'  strength = 1e6  toughness = 4.0"), code=3)
+    assert "snap" in said
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert 3.6 < file["history/reaction_end_x"][-1] < 4.0          # the last load step before its strength, 4 N
+
+
+def beam(loads, law, cell=0.75e-3, length=99e-3, a=22e-3, method="time = 'static'  load_steps = 20", radii=2.25e-3, end=1.0, more="", contact="", output=""):
+    """A beam of two arms, its crack a long from 1 mm before its end on, held from there on."""
+    n = round(length / cell)
+    return f"""&run plane = 'stress'  thickness = {B}  end_time = {end} /
+&grid lower = {-2 * cell}, {-H - 2 * cell}  cell = {cell}  cells = {n + 4}, {round(2 * H / cell) + 4} /
+&material name = 'a'  young = {E}  poisson = 0.3  density = 2700 /
+&body material = 'a'  lower = 0.0, {-H}  upper = {length}, {H} /
+&constraint lower = {length}, {-H}  upper = {length}, {H}  fix = 'xy' /
+{loads}&method {method} /
+&crack kind = 'path'  name = 'a'  points = -1e-3, 0.0, {length - 6e-3}, 0.0  {contact} /
+&cohesive crack = 'a'  from = {a}  {law} /
+&energy_release estimators = 'domain_integral', 'energy_balance'  radii = {radii} /
+{more}
+&output file = 'out.h5'  {output} /
+"""
+
+
+def couples(upper, lower, history="history = 'ramp'  rise_time = 1.0"):
+    """Couples on the arms, of opening sense [N m]."""
+    text = ""
+    for moment, sense in ((upper, 1), (lower, -1)):
+        for outer, force in ((True, moment / (H / 2)), (False, -moment / (H / 2))):
+            y = sorted((sense * H / 2, sense * H if outer else 0.0))
+            text += f"&load kind = 'traction'  lower = 0.0, {y[0]}  upper = 0.0, {y[1]}  force = {force}, 0.0  {history} /\n"
+    return text
+
+
+def ends(way, end=1.0):
+    """The ends of the arms are moved apart, each by a way."""
+    return "".join(f"&constraint name = '{name}'  lower = 0.0, {sense * H}  upper = 0.0, {sense * H}  fix = 'y'  displacement = 0.0, {sense * way}"
+                   f"  history = 'ramp'  rise_time = {end} /\n" for name, sense in (("up", 1), ("down", -1)))
+
+
+def of_zone(c, strength, toughness):
+    """J at which the zone of a linear law is c long: w'''' EI = -b T(2 w) on a half opening w, ahead an elastic foundation 2 E b/h (Kanninen 1973)."""
+    k, final = 2 * E * B / H, 2 * toughness / strength
+    lam, beta, first = (2 * B * strength / (E * INERTIA * final))**0.25, (k / (4 * E * INERTIA))**0.25, B * strength / k
+
+    def derivatives(x):
+        up, down, cos, sin = np.exp(lam * (x - c)), np.exp(-lam * x), np.cos(lam * x), np.sin(lam * x)
+        return np.array([[up, down, cos, sin], [lam * up, -lam * down, -lam * sin, lam * cos], [lam**2 * up, lam**2 * down, -lam**2 * cos, -lam**2 * sin],
+                         [lam**3 * up, -lam**3 * down, lam**3 * sin, -lam**3 * cos]])
+    free, front = derivatives(0.0), derivatives(c)
+    matrix, right = np.zeros((5, 5)), np.array([-final / 2, -beta * first, 0.0, 2 * beta**3 * first, 0.0])
+    matrix[:4, :4], matrix[4, :4], matrix[1:4, 4] = front, free[3], [-beta, 2 * beta**2, -2 * beta**3]
+    return (E * INERTIA * (free[2] @ np.linalg.solve(matrix, right)[:4]))**2 / (E * INERTIA * B)
+
+
+def test_a_long_zone_of_bridges(hampm, tmp_path):
+    """Large scale bridging: 2 MPa, 300 J/m2. The zone that couples open is as long as a beam on a foundation that softens has it, up to 15 mm, to 2 % and a cell."""
+    most = (297.0 * E * INERTIA * B)**0.5
+    row = run(hampm, tmp_path, beam(couples(most, most), "strength = 2e6  toughness = 300.0"))
+    for time, zone in zip(row["time"][6:-1], row["zone_length"][6:-1]):
+        assert zone == pytest.approx(brentq(lambda c, t=time: of_zone(c, 2e6, 300.0) - 297.0 * t**2, 1e-4, 18.2e-3), rel=0.02, abs=0.25e-3)
+    assert row["crack_length"][-1] == row["crack_length"][0]          # below the steady state nothing parts
+    assert np.max(np.abs(row["numerical_loss"])) < 2e-3 * row["external_work"][-1]
+
+
+def test_the_resistance_rises_to_its_steady_state(hampm, tmp_path):
+    """J of a disc that holds the zone is that of the couples and, from where the tip moves on, the toughness. Ends moved apart: the short zone is linear fracture, for which
+    P**2 u = 8/(E b h**3) (G E b**2 h**3/12)**1.5 whatever the length of the crack."""
+    law = "strength = 60e6  toughness = 300.0"
+    most = (250.0 * E * INERTIA * B)**0.5
+    row = run(hampm, tmp_path, beam(couples(most, most), law, cell=0.5e-3, length=60e-3, method="time = 'static'  load_steps = 5", radii=2.5e-3))
+    assert np.allclose(row["J"][1:], 250.0 * row["time"][1:]**2, rtol=0.012)
+    row = run(hampm, tmp_path, beam(ends(0.35e-3), law, cell=0.25e-3, length=60e-3, a=21e-3, method="time = 'static'  load_steps = 20", radii=2.5e-3))
+    grown = row["crack_length"] > row["crack_length"][0] + 0.5e-3
+    assert np.count_nonzero(grown) >= 5
+    assert np.allclose(row["J"][grown], 300.0, rtol=0.005)
+    steady = 8 / (E * B * H**3) * (300.0 * E * B**2 * H**3 / 12)**1.5
+    assert np.allclose((row["reaction_up_y"]**2 * 0.7e-3 * row["time"])[grown], steady, rtol=0.005)
+    new = B * (row["crack_length"][-1] - row["crack_length"][grown][0])
+    taken = row["cohesive_energy"][-1] - row["cohesive_energy"][grown][0]
+    assert taken == pytest.approx(300.0 * new, rel=0.03)              # a step of the tip is a point of the cohesion, that of a zone that it leaves behind
+    assert np.max(np.abs(row["numerical_loss"])) < 2e-3 * row["external_work"][-1]
+
+
+@pytest.mark.parametrize(("mode_II", "law", "toughness"), [
+    (1.0, "strength = 10e6  toughness = 300.0  strength_shear = 30e6  toughness_shear = 900.0", 900.0), (0.5, "strength = 20e6  toughness = 400.0", 400.0)], ids=["II", "mixed"])
+def test_couples_of_any_mode_part_the_arms_at_the_toughness(hampm, tmp_path, mode_II, law, toughness):
+    """Where both modes take the same the law has a potential: J is the toughness for all mixtures. The load at which the tip moves lies between two load steps."""
+    opening = ((1 - mode_II) * toughness * E * INERTIA * B)**0.5
+    sliding = (mode_II * toughness * 4 / 3 * E * INERTIA * B)**0.5
+    history = "history = 'table'  times = 0.0, 0.5, 1.0  factors = 0.0, 0.95, 0.995"
+    stays = run(hampm, tmp_path, beam(couples(opening + sliding, opening - sliding, history), law))
+    assert stays["crack_length"][-1] == stays["crack_length"][0]
+    history = "history = 'table'  times = 0.0, 0.5, 1.0  factors = 0.0, 0.99, 1.02"
+    (tmp_path / "out.nml").write_text(beam(couples(opening + sliding, opening - sliding, history), law, method="time = 'static'  load_steps = 8"))
+    goes = hampm("out.nml", "--force", "--quiet", timeout=300)
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert goes.returncode == 3 or file["history/crack_length"][-1] > stays["crack_length"][0] + 5e-3
+
+
+@pytest.mark.parametrize("method", ["time = 'implicit'  time_step = 4e-5", "time = 'explicit'"], ids=["implicit", "explicit"])
+def test_a_beam_that_splits_in_motion(hampm, tmp_path, method):
+    """Slowly enough J at the tip that moves is the toughness, at 3 cells to the zone to 2 %; the energy is closed."""
+    end = 1e-3 if "explicit" in method else 4e-3
+    row = run(hampm, tmp_path, beam(ends(0.4e-3, end), "strength = 60e6  toughness = 300.0", cell=0.5e-3, length=60e-3, a=21e-3, method=method, radii=2.5e-3, end=end,
+                                    output=f"history_interval = {end / 50}"))
+    grown = row["crack_length"] > row["crack_length"][0] + 0.5e-3
+    assert np.count_nonzero(grown) > 10
+    assert np.mean(row["J"][grown]) == pytest.approx(300.0, rel=0.02)
+    taken = row["cohesive_energy"][-1] - row["cohesive_energy"][grown][0]
+    assert taken == pytest.approx(300.0 * B * (row["crack_length"][-1] - row["crack_length"][grown][0]), rel=0.05)
+    balance = row["external_work"] - row["strain_energy"] - row["kinetic_energy"] - row["cohesive_energy"] - row["numerical_loss"]
+    assert np.max(np.abs(balance - balance[0])) < 1e-9 * row["external_work"][-1]
+    assert np.max(np.abs(row["numerical_loss"])) < 2e-3 * row["external_work"][-1]
+
+
+@pytest.mark.parametrize("refine", ["indicator = 'tip'  rings = 6", "indicator = 'zz'  tolerance = 0.05", "indicator = 'gradient'"], ids=["tip", "zz", "gradient"])
+@pytest.mark.parametrize("method", ["time = 'static'  load_steps = 20", "time = 'implicit'  time_step = 2e-4", "time = 'explicit'"], ids=["static", "implicit", "explicit"])
+def test_damage_stays_on_finer_cells(hampm, tmp_path, method, refine):
+    """What has been taken and the length of the crack are those of cells that are fine from the start."""
+    end = {"s": 1.0, "e": 1e-3, "i": 4e-3}[method[8]]
+    text = beam(ends(0.4e-3, end), "strength = 60e6  toughness = 300.0", cell=0.5e-3, length=60e-3, a=21e-3, method=method, radii=2.5e-3, end=end,
+                output="" if end == 1.0 else f"history_interval = {end / 20}")
+    fine = run(hampm, tmp_path, text)
+    text = text.replace("cell = 0.0005  cells = 124, 16", "cell = 0.001  cells = 64, 8").replace("lower = -0.001, -0.004", "lower = -0.002, -0.004")
+    refined = run(hampm, tmp_path, text.replace("&output", f"&refine {refine}  max_level = 1 /\n&output"))
+    assert refined["cells"][-1] < fine["cells"][-1]
+    assert np.all(np.diff(refined["cohesive_energy"]) >= -1e-15)
+    assert refined["crack_length"][-1] == pytest.approx(fine["crack_length"][-1], abs=0.6e-3)
+    assert refined["cohesive_energy"][-1] == pytest.approx(fine["cohesive_energy"][-1], rel=0.04)
+
+
+def test_a_resumed_run_has_the_bytes_of_an_unbroken_one(hampm, tmp_path):
+    text = beam(ends(0.4e-3), "strength = 60e6  toughness = 300.0", cell=0.5e-3, length=60e-3, a=21e-3, radii=2.5e-3, output="checkpoint_steps = 7",
+                more="&refine indicator = 'zz'  max_level = 1 /")
+    (tmp_path / "whole.nml").write_text(text.replace("out.h5", "whole.h5"))
+    (tmp_path / "out.nml").write_text(text)
+    assert hampm("whole.nml").returncode == 0
+    assert hampm("out.nml", "--steps", "17").returncode == 5
+    assert hampm("--resume", "out.h5.checkpoint").returncode == 0
+    assert not differing(tmp_path / "whole.h5", tmp_path / "out.h5")
+
+
+def test_mirror_images_part_alike(hampm, tmp_path):
+    """In both modes, to 1e-9 of the largest value."""
+    opening, sliding = (150.0 * E * INERTIA * B)**0.5, (150.0 * E * INERTIA * B)**0.5
+    law = "strength = 10e6  toughness = 300.0  strength_shear = 20e6  toughness_shear = 500.0  exponent = 1.5"
+    one = run(hampm, tmp_path, beam(couples(opening + sliding, opening - sliding), law))
+    other = run(hampm, tmp_path, beam(couples(opening - sliding, opening + sliding), law))
+    assert one["zone_length"][-1] > 1e-3
+    for name in ("J", "zone_length", "cohesive_energy", "strain_energy", "external_work", "K_I"):
+        assert np.allclose(one[name], other[name], rtol=1e-9, atol=1e-9 * np.max(np.abs(one[name]))), name
+    assert np.allclose(one["K_II"], -other["K_II"], rtol=1e-9, atol=1e-9 * np.max(np.abs(one["K_II"])))
