@@ -142,7 +142,7 @@ contains
          do k = 1, size(m%grid%cut_cells%ends)
             associate (end => m%grid%cut_cells%ends(k), last => points(:, size(points, 2)))
                if (end%line == number .and. end%end == 2 .and. line%bonded(2) > 0 .and. &
-                   .not. norm2(last - line%points(:, size(line%points, 2))) > 0) last = end%front
+                   norm2(last - line%points(:, size(line%points, 2))) <= m%grid%cut_cells%slack) last = end%front
             end associate
          end do
          call add_along(interfaces, m, points, layer_t(cohesive, line%cohesion, line=number, face=line%face))

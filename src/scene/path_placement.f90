@@ -86,11 +86,17 @@ contains
       is_tip = .false.
       if (size(scene%paths(k)%points, 2) < 2) return ! its points have a mistake
       do end = first_end, last_end
-         associate (x => path_tip(scene%paths(k), end))
-            is_tip(end) = is_inside(scene, x) .and. distance_to_cracks(scene, x, k) > tolerance(scene%grid)
-         end associate
+         is_tip(end) = is_in_material(scene, k, path_tip(scene%paths(k), end))
       end do
    end function path_tips
+
+   !> Whether a place on the k-th path is inside the material, and not on another crack.
+   pure logical function is_in_material(scene, k, x)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: k
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      is_in_material = is_inside(scene, x) .and. distance_to_cracks(scene, x, k) > tolerance(scene%grid)
+   end function is_in_material
 
    !> How far the ends of the k-th path that are no tips reach beyond their points, to cut all that is there [m].
    pure function path_reaches(scene, k) result(beyond)
@@ -98,15 +104,14 @@ contains
       integer, intent(in) :: k
       real(dp) :: beyond(2)
       integer :: end
-      associate (is_tip => path_tips(scene, k))
-         do end = first_end, last_end
-            associate (points => scene%paths(k)%points)
-               beyond(end) = merge(to_crack, to_surface, is_inside(scene, points(:, merge(1, size(points, 2), end == first_end)))) &
-                             *scene%grid%cell
+      do end = first_end, last_end
+         associate (points => scene%paths(k)%points)
+            associate (x => points(:, merge(1, size(points, 2), end == first_end)))
+               beyond(end) = merge(to_crack, to_surface, is_inside(scene, x))*scene%grid%cell
+               if (is_in_material(scene, k, x)) beyond(end) = 0
             end associate
-            if (is_tip(end) .and. (end == first_end .or. .not. scene%paths(k)%held_from > 0)) beyond(end) = 0
-         end do
-      end associate
+         end associate
+      end do
    end function path_reaches
 
    !> Where the opening at the mouth of the k-th path is measured: where it enters the material or, with two tips, half way along it [m].
