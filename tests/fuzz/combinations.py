@@ -331,7 +331,7 @@ def finite(case):
 def energies(case):
     """The work of the loads is what is stored, moves and is taken."""
     row, names = case.base.row, ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "plastic_dissipation", "viscous_dissipation", "friction_loss",
-                                 "contact_loss", "fracture_energy")
+                                 "contact_loss", "fracture_energy", "cohesive_energy")
     eigenstrain = any(any(keys.get("eigenstrain", ())) for keys in groups(case.scene, "body"))
     case.need("does not account for" not in case.base.warnings and "energy has grown" not in case.base.warnings)
     booked = case.time == "implicit" and "numerical_loss" in row   # the work on what remembers is of the second order in the step
