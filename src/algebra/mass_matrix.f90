@@ -205,15 +205,17 @@ contains
       end do
    end subroutine lump
 
-   !> Whether m - floor diag(diagonal) is positive definite: whether elimination finds positive pivots only.
+   !> Whether m - floor diag(diagonal) is positive definite, but for rounding: whether elimination finds positive pivots only. A cell on an axis with two by two
+   !> particles has the least eigenvalue 1/20.
    pure logical function is_well_determined(n, floor, diagonal, m) result(well)
       integer, intent(in) :: n
       real(dp), intent(in) :: floor, diagonal(n), m(n, n)
+      real(dp), parameter :: rounding = 1e-9_dp
       real(dp) :: rest(n, n), factor
       integer :: i, j, c
       rest = m
       do c = 1, n
-         rest(c, c) = rest(c, c) - floor*diagonal(c)
+         rest(c, c) = rest(c, c) - floor*(1 - rounding)*diagonal(c)
       end do
       well = rest(1, 1) > 0
       do c = 1, n - 1
@@ -228,16 +230,22 @@ contains
       end do
    end function is_well_determined
 
-   !> Find the inverse of the lumped matrix; 0 of the nodes of quadratic cells on an axis, which have no lumped mass.
-   subroutine invert_lumped(matrix)
+   !> Find the inverse of the lumped matrix; 0 of the nodes of quadratic cells that have no lumped mass, on an axis or where the functions of cells that are cut
+   !> cancel each other but for rounding.
+   subroutine invert_lumped(matrix, is_quadratic)
       type(mass_matrix_t), intent(inout) :: matrix
+      logical, intent(in) :: is_quadratic        !! whether cells are
+      real(dp), parameter :: rounding = 1e-14_dp
+      real(dp) :: least
       integer :: a
+      least = 0
+      if (is_quadratic) least = rounding*maxval(matrix%lumped(matrix%all%nodes(:matrix%all%n_nodes)))
       associate (nodes => matrix%all%nodes)
          !$omp parallel do schedule(static)
          !GCC$ novector
          do a = 1, matrix%all%n_nodes
             matrix%inverse_lumped(nodes(a)) = 0
-            if (abs(matrix%lumped(nodes(a))) > 0) matrix%inverse_lumped(nodes(a)) = 1/matrix%lumped(nodes(a))
+            if (abs(matrix%lumped(nodes(a))) > least) matrix%inverse_lumped(nodes(a)) = 1/matrix%lumped(nodes(a))
          end do
       end associate
    end subroutine invert_lumped

@@ -173,7 +173,7 @@ contains
       associate (matrix => f%mass_matrix, all => f%mass_matrix%all)
          if (mass) call grid%dofs%condense(all, 1, matrix%lumped)
          if (momentum) call grid%dofs%condense(all, ndim, f%momentum)
-         if (mass) call invert_lumped(matrix)
+         if (mass) call invert_lumped(matrix, grid%is_quadratic())
          if (mass) call assemble_rows(grid, matrix)
       end associate
    end subroutine finish_sums
