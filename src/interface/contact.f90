@@ -216,12 +216,13 @@ contains
    end function shared_values
 
    !> Keep the faces from going through each other: follow the gaps over a step, and change accelerations and new velocities of the
-   !> pairs that would overlap.
+   !> pairs that would overlap, by more than rounding of their own motion.
    subroutine keep_apart(c, grid, dt, f)
       type(contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: dt                 !! [s]
       type(nodal_fields_t), intent(inout) :: f
+      real(dp), parameter :: rounding = 1e-12_dp
       real(dp), dimension(sides) :: w, change
       real(dp) :: gap
       integer :: k
@@ -232,7 +233,7 @@ contains
                if (.not. all(m > 0)) cycle
                w = f%velocity(d, i, v_next)
                gap = c%gap(k) + dt*(w(1) - w(2))
-               if (gap < 0) then
+               if (gap < -rounding*dt*sum(abs(w))) then
                   change = (sum(m*w) - [m(2), -m(1)]*(c%gap(k)/dt))/sum(m) - w
                   c%touches(k) = .true.
                   f%velocity(d, i, v_next) = w + change
