@@ -31,9 +31,10 @@ module hampm_path_closure
    public :: path_closure
 
    real(dp), parameter :: pi = acos(-1.0_dp)
-   real(dp), parameter :: nearest = 1.5_dp       !! cells from the tip from which on fields are taken for those of a crack
-   real(dp), parameter :: farthest = 8           !! cells from it up to which they are fitted
-   real(dp), parameter :: slope = 2              !! of the lines from the tip between which particles are, ahead and behind
+   ! By a little more than round numbers, on which particles are that stand around the tip as on a lattice
+   real(dp), parameter :: nearest = 1.5_dp + 1e-6_dp !! cells from the tip from which on fields are taken for those of a crack
+   real(dp), parameter :: farthest = 8 + 1e-6_dp !! cells from it up to which they are fitted
+   real(dp), parameter :: slope = 2 + 1e-6_dp    !! of the lines from the tip between which particles are, ahead and behind
    real(dp), parameter :: on_crack = 1e-6_dp     !! cells from the crack within which it is not certain on which side a particle is
    integer, parameter :: of_traction(3) = [1, 3, -1] !! exponents n of the stress r**(n/2 - 1), the singular one first
    integer, parameter :: of_opening(4) = [1, 3, -1, 2]
@@ -61,7 +62,7 @@ contains
       real(dp) :: turn(ndim, ndim), x(ndim), u(ndim), stress(ndim, ndim), k_t(modes), k_u(modes)
       real(dp) :: inner, outer
       integer :: i, side
-      outer = min(farthest*tip%nodes%spacing, maxval(tip%radii))
+      outer = min(farthest*tip%nodes%spacing, (1 + 1e-6_dp)*maxval(tip%radii))
       inner = min(nearest*tip%nodes%spacing, outer/4)
       turn = rotation(tip, p, materials, outer)
       ahead%n = modes*size(of_traction)

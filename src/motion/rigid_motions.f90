@@ -13,7 +13,7 @@ module hampm_rigid_motions
    use hampm_text, only: to_text, three_digits, without_rounding
    implicit none
    private
-   public :: pin_t, find_pins, check_pins, turn_with, take_inertia
+   public :: pin_t, find_pins, check_pins, turn_with, take_inertia, take_motion_as_whole
 
    integer, parameter :: motions = 3             !! of a piece of material: along x, along y, turning
    real(dp), parameter :: not_held = 1e-10_dp    !! what a motion moves of what is held, below which it is not held
@@ -181,16 +181,39 @@ contains
       do k = 1, size(pins)
          acceleration = acceleration + moved(k, 1)*whole(:, :, k)
       end do
+      call add_inertia(m, -acceleration, force)
+   end subroutine take_inertia
+
+   !> Take from a displacement what moves material as a whole where nothing holds it: what rounding makes of that in a solution of K u = f turns the
+   !> material, and with it what J lacks to be independent of its path.
+   subroutine take_motion_as_whole(m, u)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(inout) :: u(:, :)         !! [m], (ndim, n_points)
+      real(dp), allocatable :: as_whole(:, :)
+      real(dp) :: weighed(ndim, size(u, 2))
+      weighed = 0
+      call add_inertia(m, u, weighed)
+      call take_inertia(m, weighed, as_whole)
+      u = u - as_whole
+   end subroutine take_motion_as_whole
+
+   !> Add mass times accelerations of the points to forces.
+   pure subroutine add_inertia(m, acceleration, force)
+      type(motion_t), intent(in) :: m
+      real(dp), intent(in) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
+      real(dp), intent(inout) :: force(:, :)     !! [N], (ndim, n_points)
+      real(dp) :: shape(m%grid%n_functions)
+      integer :: i
       associate (p => m%particles)
          do i = 1, p%n
             associate (at => m%grid%support_of(p%cell(i)))
                shape = m%grid%functions_in(p%cell(i), inside_cell(m%grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
-               force(:, at) = force(:, at) - p%mass(i)*spread(matmul(acceleration(:, at), shape), 2, size(at)) &
+               force(:, at) = force(:, at) + p%mass(i)*spread(matmul(acceleration(:, at), shape), 2, size(at)) &
                               *spread(shape, 1, ndim)
             end associate
          end do
       end associate
-   end subroutine take_inertia
+   end subroutine add_inertia
 
    !> Add what is held.
    pure subroutine add_row(row, held)
