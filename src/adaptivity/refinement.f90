@@ -182,7 +182,7 @@ contains
       integer :: leaf
       call nodal_field(m, r%field, phi)
       call refinement_parameter(m, r%field, phi, parameter)
-      least = r%energy_floor*maxval(phi)
+      least = max(r%energy_floor*maxval(phi), rounding_of(m, r%field))
       r%largest_r = 0
       do leaf = 1, size(change)
          if (.not. is_occupied(m%grid, m%blocks, leaf)) then
@@ -215,7 +215,8 @@ contains
       call estimate_errors(m, squared, norm)
       total = sum(squared)
       r%relative_error = 0
-      if (norm + total > 0) r%relative_error = sqrt(total/(norm + total))
+      if (norm + total > sum(m%particles%volume(:m%particles%n))*rounding_of(m, 'energy_density')) &
+         r%relative_error = sqrt(total/(norm + total))
       if (r%relative_error <= r%tolerance) return
       allocate (open(size(squared)))
       do leaf = 1, size(squared)
@@ -240,6 +241,24 @@ contains
          end if
       end do
    end subroutine mark_by_error
+
+   !> What rounding of where particles have moved to, and of strains without stress, makes of a field of the gradient indicator: cells are not to refine by
+   !> that, as those of a body that falls freely would.
+   pure real(dp) function rounding_of(m, field) result(value)
+      type(motion_t), intent(in) :: m
+      character(*), intent(in) :: field
+      real(dp), parameter :: rounding = 1e-12_dp ! over many steps
+      real(dp) :: strain, speed
+      integer :: k
+      associate (p => m%particles)
+         strain = rounding*(maxval(abs(p%displacement(:p%n, :)))/m%grid%finest_cell &
+                            + maxval([(maxval(abs(m%materials(k)%free)), k=1, size(m%materials))]))
+         speed = maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])
+         value = strain*speed
+         if (field /= 'speed') value = strain*speed**2*maxval(p%mass(:p%n)/p%volume(:p%n))
+         if (field == 'energy_density') value = strain*value
+      end associate
+   end function rounding_of
 
    !> Part of the squared error in the cells that are refined at once. At rest no more than it takes: of what halved cells hold a quarter
    !> is left, where the solution is smooth.
