@@ -117,14 +117,14 @@ contains
       end associate
    end function intensities_of
 
-   !> Stress intensity factors in the ratio of some, of the size that goes with G; those themselves where G is not above 0 [Pa sqrt(m)].
+   !> Stress intensity factors in the ratio of some, of the size that goes with G, of whichever sign: rounding may be all that there is of it [Pa sqrt(m)].
    pure function of_rate(self, k, g)
       class(tip_field_t), intent(in) :: self
       real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
       real(dp), intent(in) :: g                  !! [J/m2]
       real(dp) :: of_rate(modes)
       of_rate = k
-      if (g > 0 .and. self%rate_of(k) > 0) of_rate = k*sqrt(g/self%rate_of(k))
+      if (self%rate_of(k) > 0) of_rate = k*sqrt(abs(g)/self%rate_of(k))
    end function of_rate
 
    !> What each mode has of G, their sum being 1: the work of the tractions ahead of the tip across the crack on its opening, and of those
