@@ -66,8 +66,8 @@ def copy_of(scene):
 class Drawing:
     """One scene as it is drawn: what its groups have to agree on."""
 
-    def __init__(self, chance):
-        self.chance = chance
+    def __init__(self, chance, cracked=False):
+        self.chance, self.cracked = chance, cracked
         self.cell = chance.choice([1e-3, 2.0**-10, 0.25, 1.0, 0.03])
         self.origin = [chance.choice([0.0, 0.0, 3.0, -7.5, chance.uniform(-9, 9)]) for _ in "xy"]
         self.young, self.density = chance.choice([(70e9, 2700.0), (1e4, 1000.0), (3e9, 1200.0)])
@@ -77,7 +77,7 @@ class Drawing:
         self.time = chance.choices(["static", "explicit", "implicit"], [4, 5, 2])[0]
         self.frame = "updated" if self.time == "explicit" and chance.random() < 0.4 else "total"
         self.order = 2 if self.frame == "total" and chance.random() < 0.2 else 1
-        self.crack = chance.choices(["none", "symmetry", "line", "path"], [2, 2, 2, 5])[0]
+        self.crack = chance.choices(["none", "symmetry", "line", "path"], [0 if cracked else 2, 2, 2, 5])[0]
         self.grows = self.crack in ("path", "symmetry") and self.frame == "total" and self.order == 1 and chance.random() < (0.7 if self.time == "implicit" else 0.25)
         self.holds = self.crack == "path" and self.frame == "total" and not self.grows and chance.random() < 0.3
         self.shaped = self.crack in ("none", "path") and not self.grows and chance.random() < 0.35
@@ -244,6 +244,9 @@ class Drawing:
         if chance.random() < 0.2:
             s = chance.uniform(-0.4, 0.4)
             points.insert(1, [(points[0][0] + points[1][0]) / 2 - s * dy, (points[0][1] + points[1][1]) / 2 + s * dx])
+        if self.cracked and chance.random() < 0.4:                         # on particles, nodes, and the edges of cells
+            part = chance.choice([1, 2, 4, 6, 8])
+            points = [[round(part * x) / part for x in point] for point in points]
         kind = chance.choice(["none", "none", "none", "frictionless", "friction"])
         keys = {"kind": "path", "name": f"c{number}", "points": [x for point in points for x in self.place(*point)], "contact": kind}
         if kind == "friction":
@@ -447,9 +450,9 @@ class Drawing:
         return scene
 
 
-def draw(chance):
-    """A scene, accepted or not."""
-    return Drawing(chance).scene()
+def draw(chance, cracked=False):
+    """A scene, accepted or not, with cracks where these are asked for."""
+    return Drawing(chance, cracked).scene()
 
 
 NAMED = re.compile(r"&([a-z_]+)(?: ([a-z_0-9]+))?(?: = ('[^']*'|[^ :,]+))?")
