@@ -7,7 +7,7 @@ module hampm_caveats
    use hampm_history_resolution, only: begins_too_late, coarse_histories
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, sheets_of_bodies
    use hampm_path_placement, only: path_tips
-   use hampm_placement, only: length_text, upper_corner, points_of
+   use hampm_placement, only: length_text, upper_corner, points_of, tolerance
    use hampm_scene, only: scene_t, material_spec_t
    use hampm_text, only: add => add_line, to_text, three_digits
    implicit none
@@ -33,6 +33,7 @@ contains
       call look_at_constraints(scene, text)
       call look_at_gaps(scene, text)
       call look_at_points(scene, text)
+      call look_at_rows(scene, text)
       call look_at_interfaces(scene, text)
       call look_at_starts(scene, text)
       call look_at_tips(scene, text)
@@ -126,6 +127,64 @@ contains
       call add(text, 'G_nodal_force is 14 to 21 % off with points_per_cell = 1 around the tip of the crack; use 2, or the '// &
                'estimator ''domain_integral''')
    end subroutine look_at_points
+
+   !> Cracks that run through the middles of particles over more than a cell: these are on no side of it.
+   pure subroutine look_at_rows(scene, text)
+      type(scene_t), intent(in) :: scene
+      character(:), allocatable, intent(inout) :: text
+      real(dp) :: apart
+      integer :: k, s, body, level, n, least, most
+      least = scene%grid%order - 1               ! quadratic cells that are cut have more particles
+      most = least + merge(0, scene%refine%max_level, scene%refine%indicator == 'none')
+      do k = 1, size(scene%paths)
+         rows: do body = 1, size(scene%bodies)
+            do level = least, most
+               do s = 2, size(scene%paths(k)%points, 2)
+                  call find_row(scene, body, level, scene%paths(k)%points(:, s - 1), scene%paths(k)%points(:, s), n, apart)
+                  if (n == 0) cycle
+                  call add(text, '&crack '''//trim(scene%paths(k)%name)//''': '//to_text(n)//' particles of body '// &
+                           to_text(body)//trim(merge(' in finer cells', '               ', level > least))// &
+                           ' are on it in a row, and are split into their halves beside it. Moved across by '// &
+                           three_digits(apart/2)//' m it runs between two rows of them and splits none of these')
+                  exit rows
+               end do
+            end do
+         end do rows
+      end do
+   end subroutine look_at_rows
+
+   !> The longest row of particles of a body, in cells that are refined a number of times, through the middles of which a segment runs.
+   pure subroutine find_row(scene, body, level, a, b, n, apart)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: body, level
+      real(dp), intent(in) :: a(ndim), b(ndim)   !! ends of the segment [m]
+      integer, intent(out) :: n                  !! particles in the row; 0 where it is no longer than such a cell
+      real(dp), intent(out) :: apart             !! how far the next row is [m]
+      real(dp) :: lower(ndim), spacing(ndim), x(ndim), cell, step, place
+      integer :: c, d, last, here
+      n = 0
+      apart = 0
+      cell = scene%grid%cell/2**level
+      lower = merge(scene%grid%lower, scene%bodies(body)%lower, scene%bodies(body)%outline%is_there())
+      spacing = (scene%bodies(body)%upper - scene%bodies(body)%lower)/(points_of(scene, scene%bodies(body))*2**level)
+      if (scene%bodies(body)%outline%is_there()) spacing = cell/scene%bodies(body)%points_per_cell
+      d = maxloc(abs(b - a)/spacing, dim=1)
+      step = spacing(d)*norm2(b - a)/abs(b(d) - a(d)) ! along the segment from one column of particles to the next
+      last = -huge(last)/2
+      here = 0
+      do c = ceiling((min(a(d), b(d)) - lower(d))/spacing(d) - 0.5_dp), floor((max(a(d), b(d)) - lower(d))/spacing(d) - 0.5_dp)
+         x(d) = lower(d) + (c + 0.5_dp)*spacing(d)
+         x(3 - d) = a(3 - d) + (x(d) - a(d))*(b(3 - d) - a(3 - d))/(b(d) - a(d))
+         place = (x(3 - d) - lower(3 - d))/spacing(3 - d) - 0.5_dp
+         if (abs(place - anint(place))*spacing(3 - d) > tolerance(scene%grid) .or. body_at(scene, x) /= body) cycle
+         here = merge(here + 1, 1, (c - last)*step <= sqrt(2.0_dp)*cell*(1 + 1e-9_dp))
+         if (here > 1 .and. here*(c - last)*step > cell .and. here > n) then
+            n = here
+            apart = product(spacing)/((c - last)*step)
+         end if
+         last = c
+      end do
+   end subroutine find_row
 
    !> Modes are found for a crack in one material: the fields around a tip at an interface are others, and mix the modes. (Domain integrals
    !> give J there, where the interface runs along the crack, and no K.)
