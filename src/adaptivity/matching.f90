@@ -26,6 +26,7 @@ module hampm_matching
                            dissipated_energy
    use hampm_nodal_transfer, only: old_mesh_t, leave_mesh, carry_nodes
    use hampm_outline, only: outline_t
+   use hampm_recovery, only: slope_weights
    use hampm_quadratic_children, only: values_of_children, values_of_parents, give_to_children, give_to_parents
    use hampm_splitting, only: start_families, split, recombine, middle_of_parent, times_split
    use hampm_dofs, only: most_nodes_of_leaf
@@ -59,6 +60,8 @@ contains
       call start_families(m%particles)
       energy = total_energy(m)
       call split_marked(m, coarser_than(m, forest), failure)
+      if (failure%failed()) return
+      call split_marked(m, are_on_cracks(m), failure) ! both halves are to know of which side of the mesh that is left they are
       if (failure%failed()) return
       if (m%grid%cut_cells%are_there()) lines = m%grid%cut_cells%lines
       call change_grid(m, forest, lines, failure)
@@ -159,12 +162,22 @@ contains
       coarser = coarser_than(m, m%grid%forest)
       if (.not. (has_fuller_cells(m) .or. m%grid%cut_cells%are_there())) return
       do i = 1, m%particles%n
-         associate (level => level_for(m, i))
-            if (times_split(m%particles, i) < level) coarser(i) = .true.
-            if (m%particles%level(i) < level + most_on_crack .and. .not. coarser(i)) coarser(i) = is_on_crack(m, i)
-         end associate
+         if (times_split(m%particles, i) < level_for(m, i)) coarser(i) = .true.
       end do
+      coarser = coarser .or. are_on_cracks(m)
    end function coarser_than_cell
+
+   !> Which particles are to be split as cracks run through their middles.
+   pure function are_on_cracks(m) result(on)
+      type(motion_t), intent(in) :: m
+      logical, allocatable :: on(:)
+      integer :: i
+      allocate (on(m%particles%n), source=.false.)
+      if (.not. m%grid%cut_cells%are_there()) return
+      do i = 1, m%particles%n
+         if (m%particles%level(i) < level_for(m, i) + most_on_crack) on(i) = is_on_crack(m, i)
+      end do
+   end function are_on_cracks
 
    !> Whether a crack runs through the middle of a particle, to which it gives a wrong side.
    pure logical function is_on_crack(m, i)
@@ -281,7 +294,6 @@ contains
       type(motion_t), intent(in) :: m
       logical, intent(in) :: marked(:)
       real(dp) :: normal(ndim, count(marked))
-      real(dp) :: x(ndim), nearest(ndim)
       integer :: i, k
       normal = 0
       k = 0
@@ -290,9 +302,7 @@ contains
          k = k + 1
          if (.not. is_on_crack(m, i) .or. m%has_domains()) cycle
          if (m%particles%level(i) < level_for(m, i)) cycle ! its children may stand beside it
-         x = m%particles%reference(i, :)
-         x = m%grid%cut_cells%follow(x)
-         call m%grid%cut_cells%find_nearest(x, nearest, normal(:, k))
+         normal(:, k) = m%grid%cut_cells%normal_at(m%grid%element_leaf(m%particles%cell(i)), m%particles%reference(i, :))
       end do
    end function normals_of_cracks
 
@@ -340,13 +350,51 @@ contains
          if (.not. marked(i)) cycle
          k = k + 1
          associate (e => m%particles%cell(i))
+            if (is_on_crack(m, i)) then
+               gradients(:, :, k) = gradient_beside_crack(m, i)
+               cycle
+            end if
             xi = inside_cell(m%grid%local_coordinate(e, m%particles%place_in_grid(i)))
             gradients(:, :, k) = interpolate_gradient(xi, velocity(:, m%grid%element_nodes(:, e)))/m%grid%element_size(e)
          end associate
       end do
    end function velocity_gradients
 
-   !> Twist of the displacement field at the marked particles [1/m].
+   !> Velocity gradient that fits best the particles of a body on all sides of the cracks that divide a leaf, each side with a mean velocity of its own [1/s].
+   !> Those on a crack, as particle `of` is, have no side and do not count: cells have them on one.
+   function gradient_beside_crack(m, of) result(gradient)
+      type(motion_t), intent(in) :: m
+      integer, intent(in) :: of
+      real(dp) :: gradient(ndim, ndim)
+      real(dp) :: spread_x(ndim, ndim), moment(ndim, ndim)
+      real(dp), allocatable :: x(:, :), v(:, :)  ! from the mean of those on a side
+      integer, allocatable :: number(:)
+      integer :: piece, e, i, d, n
+      spread_x = 0
+      moment = 0
+      n = 0
+      associate (p => m%particles, leaf => m%grid%element_leaf(m%particles%cell(of)), blocks => m%blocks, &
+                 width => m%grid%leaf_size(m%particles%cell(of)))
+         do piece = m%grid%leaf_element(leaf), m%grid%leaf_element(leaf + 1) - 1, m%grid%quarters_of(leaf)
+            number = [([(i, i=blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e))], e=piece, m%grid%last_of_piece(piece))]
+            number = pack(number, [(p%body(number(i)) == p%body(of) .and. .not. is_on_crack(m, number(i)), i=1, size(number))])
+            x = reshape([(p%place_in_grid(number(i)), i=1, size(number))], [ndim, size(number)])/width
+            v = transpose(p%velocity(number, :))
+            do d = 1, ndim
+               x(d, :) = x(d, :) - sum(x(d, :))/max(size(number), 1)
+               v(d, :) = v(d, :) - sum(v(d, :))/max(size(number), 1)
+            end do
+            spread_x = spread_x + matmul(x, transpose(x))
+            moment = moment + matmul(v, transpose(x))
+            n = n + size(number)
+         end do
+         do d = 1, ndim
+            gradient(:, d) = matmul(moment, slope_weights(spread_x/max(n, 1), identity(:, d)))/(max(n, 1)*width)
+         end do
+      end associate
+   end function gradient_beside_crack
+
+   !> Twist of the displacement field at the marked particles [1/m], none on a crack.
    function twists(m, marked) result(twist)
       type(motion_t), intent(in) :: m
       logical, intent(in) :: marked(:)
@@ -357,7 +405,8 @@ contains
       do i = 1, m%particles%n
          if (.not. marked(i)) cycle
          k = k + 1
-         twist(:, k) = twist_of_element(m%matter_t, m%particles%cell(i), m%particles%body(i))
+         twist(:, k) = 0
+         if (.not. is_on_crack(m, i)) twist(:, k) = twist_of_element(m%matter_t, m%particles%cell(i), m%particles%body(i))
       end do
    end function twists
 

@@ -19,7 +19,7 @@ module hampm_recovery
    implicit none
    private
    public :: recover, recover_quadratic, terms_at, n_terms, are_corners, gather_at_corners, spread_from_corners, sides_of_cell, &
-             middle_of_cell
+             middle_of_cell, slope_weights
 
    !> Of the points of a quadratic cell, along x one after the other: a node in the middle of each side, and the ends of that
    integer, parameter :: sides_of_cell(3, 4) = reshape([2, 1, 3, 4, 1, 7, 6, 3, 9, 8, 7, 9], [3, 4])

@@ -60,8 +60,8 @@ contains
       integer, parameter :: steps = 8            ! a sixteenth of a cell each: a sliver without a sample (`hampm_cut_cells`) is not cut off
       integer :: elements(faces), side, n, k
       opening = 0
-      call m%grid%cut_cells%find_nearest(x, point, normal)
-      call halve_kink(m%grid, point, tip%nodes%spacing, normal)
+      call m%grid%cut_cells%find_nearest(x, point, normal, tip%crack) ! at its end another one may be as near
+      call halve_kink(m%grid, tip%crack, point, tip%nodes%spacing, normal)
       along = [normal(2), -normal(1)]
       if (dot_product(along, toward) < 0) along = -along
       axis = frame_along(tip%direction)
@@ -82,8 +82,9 @@ contains
    end function path_opening
 
    !> At a kink of a line, make the normal of one of its parts that of both, the mean: which part is the first hangs on the way the line is given.
-   pure subroutine halve_kink(grid, point, cell, normal)
+   pure subroutine halve_kink(grid, line, point, cell, normal)
       type(grid_t), intent(in) :: grid
+      integer, intent(in) :: line
       real(dp), intent(in) :: point(ndim)        !! on the line [m]
       real(dp), intent(in) :: cell               !! [m]
       real(dp), intent(inout) :: normal(ndim)    !! unit vector
@@ -92,7 +93,8 @@ contains
       integer :: side
       mean = 0
       do side = -1, 1, 2
-         call grid%cut_cells%find_nearest(point + side*beside*cell*[normal(2), -normal(1)], nearest, of_part)
+         call grid%cut_cells%find_nearest(point + side*beside*cell*[normal(2), -normal(1)], nearest, of_part, &
+                                          line)
          mean = mean + sign(1.0_dp, dot_product(of_part, normal))*of_part
       end do
       if (norm2(mean) > 0) normal = mean/norm2(mean)

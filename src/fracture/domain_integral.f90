@@ -22,7 +22,7 @@ module hampm_domain_integral
    public :: tip_domain_t, domain_integrals, shares_of_modes, weight_nodes
 
    real(dp), parameter :: plateau = 0.5_dp       !! part of the radius within which q is 1
-   real(dp), parameter :: on_line = 1.0e-6_dp    !! part of an element within which of the crack's line a particle counts as on it
+   real(dp), parameter :: on_line = 1.0e-9_dp    !! part of an element within which of the crack's line a particle counts as on it
    real(dp), parameter :: singular = 1.0e-3_dp   !! part of an element within which of a tip a particle counts as at the tip
 
    !> How far behind its node the tip of a crack acts, in cells there, in each mode. Around a node bilinear cells resolve the field

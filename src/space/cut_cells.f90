@@ -83,6 +83,7 @@ module hampm_cut_cells
       procedure :: cut_part
       procedure :: side_at
       procedure :: is_on_line
+      procedure :: normal_at
       procedure, private :: certain_piece_at
       procedure, private :: is_near
       procedure :: copy_at
@@ -457,13 +458,14 @@ contains
       end do
    end function is_between
 
-   !> Whether the segment from a to b runs between two points.
+   !> Whether the segment from a to b runs between two points: one that ends on the way between them does.
    pure logical function runs_between(a, b, p, q, slack) result(runs)
       real(dp), intent(in) :: a(ndim), b(ndim), p(ndim), q(ndim) !! [m]
       real(dp), intent(in) :: slack              !! as in `is_left` [m]
       runs = all(min(a, b) - abs(slack) <= max(p, q)) .and. all(max(a, b) + abs(slack) >= min(p, q))
-      if (runs) runs = (is_left(a, b, p, slack) .neqv. is_left(a, b, q, slack)) .and. &
-                       (is_left(p, q, a, 0.0_dp) .neqv. is_left(p, q, b, 0.0_dp))
+      if (runs) runs = is_left(a, b, p, slack) .neqv. is_left(a, b, q, slack)
+      if (runs) runs = (is_left(p, q, a, abs(slack)) .or. is_left(p, q, b, abs(slack))) .and. &
+                       .not. (is_left(p, q, a, -abs(slack)) .and. is_left(p, q, b, -abs(slack)))
    end function runs_between
 
    !> To which side of a segment belongs what is on it: that above, of a vertical one that at its left in the picture, whichever of its ends is the
@@ -556,18 +558,22 @@ contains
       end do
    end function follow
 
-   !> The nearest point of all lines to a place, and the unit vector to the left of its line.
-   pure subroutine find_nearest(self, x, point, normal)
+   !> The nearest point of all lines, or of one, to a place, and the unit vector to the left of its line.
+   pure subroutine find_nearest(self, x, point, normal, of)
       class(cut_cells_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(out) :: point(ndim)       !! [m]
       real(dp), intent(out) :: normal(ndim)
+      integer, intent(in), optional :: of        !! this line only
       real(dp) :: nearest, distance, along
       integer :: line, k
       point = x
       normal = 0
       nearest = huge(nearest)
       do line = 1, size(self%lines)
+         if (present(of)) then
+            if (line /= of) cycle
+         end if
          associate (points => self%lines(line)%points)
             do k = 2, size(points, 2)
                associate (a => points(:, k - 1), b => points(:, k))
@@ -674,12 +680,48 @@ contains
       if (self%pieces_of(leaf) < 2) return
       x = self%follow(origin)
       do k = self%first_near(self%entry(leaf)), self%first_near(self%entry(leaf) + 1) - 1
-         associate (a => self%segment(:, 1, self%near(k)), b => self%segment(:, 2, self%near(k)))
-            is_on_line = norm2(x - a - min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)*(b - a)) <= self%slack
-            if (is_on_line) return
-         end associate
+         is_on_line = distance_to(self%segment(:, :, self%near(k)), x) <= self%slack
+         if (is_on_line) return
       end do
    end function is_on_line
+
+   !> Normal of the line on which material of a leaf is, of any length: at a kink the sum of both, which the order of its points turns around and
+   !> nothing else; 0 where that is no line, or several.
+   pure function normal_at(self, leaf, origin) result(normal)
+      class(cut_cells_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: origin(ndim)       !! in the reference configuration [m]
+      real(dp) :: normal(ndim), left(ndim), x(ndim)
+      integer :: k, last
+      normal = 0
+      if (.not. self%is_on_line(leaf, origin)) return
+      x = self%follow(origin)
+      last = 0
+      do k = self%first_near(self%entry(leaf)), self%first_near(self%entry(leaf) + 1) - 1
+         associate (a => self%segment(:, 1, self%near(k)), b => self%segment(:, 2, self%near(k)))
+            if (distance_to(self%segment(:, :, self%near(k)), x) > self%slack) cycle
+            left = [a(2) - b(2), b(1) - a(1)]/norm2(b - a)
+            if (last == 0) then
+               normal = left
+            else if (last == self%near(k) - 1 .and. norm2(self%segment(:, 2, max(last, 1)) - a) <= self%slack) then
+               normal = normal + left
+            else if (abs(normal(1)*left(2) - normal(2)*left(1)) > nearly_none*norm2(normal)) then
+               normal = 0
+               return
+            end if
+            last = self%near(k)
+         end associate
+      end do
+   end function normal_at
+
+   !> Distance of a point from a segment [m].
+   pure real(dp) function distance_to(segment, x) result(distance)
+      real(dp), intent(in) :: segment(ndim, 2)   !! its ends [m]
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      associate (a => segment(:, 1), b => segment(:, 2))
+         distance = norm2(x - a - min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)*(b - a))
+      end associate
+   end function distance_to
 
    !> The sample in whose part of a leaf a point is.
    pure function sample_at(forest, leaf, x) result(at)
