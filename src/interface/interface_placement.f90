@@ -220,8 +220,10 @@ contains
                end if
                if (point%law == cohesive) then
                   call stay_damaged(point, old, nearest, is_same)
-               else if (point%line > 0) then
-                  call press_on(point, before)
+               else if (is_same) then
+                  if (point%line > 0) call press_on(point, before)
+               else
+                  call press_on_as(point, old, least + same*point%cell)
                end if
             end associate
          end associate
@@ -270,6 +272,28 @@ contains
       type(interface_point_t), intent(in) :: one, other
       way_round = sign(1.0_dp, dot_product(one%normal, other%normal))
    end function way_round
+
+   !> Let faces go on as those within a distance did: in the mean, as several may be as near.
+   pure subroutine press_on_as(point, old, distance)
+      type(interface_point_t), intent(inout) :: point
+      type(interfaces_t), intent(in) :: old
+      real(dp), intent(in) :: distance           !! [m]
+      type(interface_point_t) :: one, mean
+      integer :: k, n
+      mean = point
+      n = 0
+      do k = 1, old%n
+         if (.not. is_before(old%list(k), point) .or. norm2(old%list(k)%place - point%place) > distance) cycle
+         one = point
+         call press_on(one, old%list(k))
+         n = n + 1
+         mean%opening = mean%opening + (one%opening - mean%opening)/n
+         mean%touch = mean%touch + (one%touch - mean%touch)/n
+         mean%pressed = mean%pressed + (one%pressed - mean%pressed)/n
+         mean%slip = mean%slip + (one%slip - mean%slip)/n
+      end do
+      point = mean
+   end subroutine press_on_as
 
    !> Let faces press on each other and hold each other along as others did, for each length; where those have parted these have.
    pure subroutine press_on(point, before)
