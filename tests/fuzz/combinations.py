@@ -184,7 +184,9 @@ def scales(scene, run):
     for name, values in run.row.items():
         if not maps.family(name).endswith("_error") and np.all(np.isfinite(values)):
             largest[kind(name)] = max(largest.get(kind(name), 0.0), np.max(np.abs(values), initial=0.0))
-    return {name: max(largest.get(kind(name), 0.0), natural.get(kind(name), 0.0), 1e-290) for name in run.row}
+    # An error may be many times of what it is the error of
+    own = {name: np.max(np.abs(values[np.isfinite(values)]), initial=0.0) for name, values in run.row.items() if maps.family(name).endswith("_error")}
+    return {name: max(largest.get(kind(name), 0.0), natural.get(kind(name), 0.0), own.get(name, 0.0), 1e-290) for name in run.row}
 
 
 def differences(expected, got, scale):
