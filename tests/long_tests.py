@@ -11,6 +11,7 @@ CASES = {
     "test_carried_tips": {"test_tip_that_moves_off_a_node": 1},
     "test_checkpoints": {"test_a_resumed_run_has_the_bytes_of_an_unbroken_one": 5, "test_killed_at_random_moments": 0,
                          "test_signals_stop_the_run": 3},
+    "test_cohesive": {"test_couples_of_any_mode_part_the_arms_at_the_toughness": 1, "test_damage_stays_on_finer_cells": 3},
     "test_cpdi": {"test_resumed_run": 3},
     "test_crack_line": {"test_a_whole_body_gives_what_its_half_on_the_symmetry_plane_gives": 5},
     "test_crack_path": {"test_cracks_in_a_plate": 2, "test_cracks_that_are_mirror_images_open_alike": 3, "test_extremes": 4, "test_random_places": 0,

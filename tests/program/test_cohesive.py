@@ -193,3 +193,26 @@ def test_mirror_images_part_alike(hampm, tmp_path):
     for name in ("J", "zone_length", "cohesive_energy", "strain_energy", "external_work", "K_I"):
         assert np.allclose(one[name], other[name], rtol=1e-9, atol=1e-9 * np.max(np.abs(one[name]))), name
     assert np.allclose(one["K_II"], -other["K_II"], rtol=1e-9, atol=1e-9 * np.max(np.abs(one["K_II"])))
+
+
+OTHERS = {"large strains": ("law = 'neo_hookean'", 0.02), "yields": ("law = 'j2_plastic'  yield_stress = 1e13", 1e-6), "creeps": ("law = 'viscoelastic'  moduli = 1.0  relaxation_times = 1.0", 1e-6)}
+
+
+@pytest.mark.parametrize("law", OTHERS)
+def test_faces_of_any_material_part(hampm, tmp_path, law):
+    """What hardly yields or creeps as what is elastic, and at large strains nearly so: arms turn by 0.04."""
+    text = beam(ends(0.3e-3), "strength = 60e6  toughness = 300.0", cell=0.5e-3, length=40e-3, a=16e-3, method="time = 'static'  load_steps = 12", radii=2.5e-3)
+    words, off = OTHERS[law]
+    row, elastic = run(hampm, tmp_path, text.replace("name = 'a'  young", f"name = 'a'  {words}  young")), run(hampm, tmp_path, text)
+    assert elastic["crack_length"][-1] > 19e-3
+    for name in ("cohesive_energy", "reaction_up_y", "external_work"):
+        assert np.max(np.abs(row[name] - elastic[name])) < off * np.max(np.abs(elastic[name])), name
+
+
+def test_quadratic_cells(hampm, tmp_path):
+    """J at the tip that moves on, at 1.5 cells to the zone to 2 %."""
+    text = beam(ends(0.4e-3), "strength = 60e6  toughness = 300.0", cell=1e-3, length=60e-3, a=21e-3, method="time = 'static'  load_steps = 16", radii=2.5e-3)
+    row = run(hampm, tmp_path, text.replace("cells = 64, 10", "cells = 64, 10  order = 2").replace("&body", "&body points_per_cell = 3 "))
+    grown = row["crack_length"] > row["crack_length"][0] + 0.5e-3
+    assert np.count_nonzero(grown) > 3
+    assert np.allclose(row["J"][grown], 300.0, rtol=0.02)
