@@ -53,7 +53,7 @@ module hampm_newton
       real(dp), allocatable :: residuals(:)      !! what was out of balance in each iteration of the last balance, over the largest force
       real(dp) :: way_left = 0                   !! energy of the displacement that is left to equilibrium, as it was found last [J]
       real(dp), allocatable :: predicted(:, :)   !! where the tangent at the start of a load step points to [m], (ndim, n_points); not
-                                                 !! allocated where other faces touch at its end
+                                                 !! allocated where other faces touch at its end or have jumped apart
       type(stiffness_t), private :: k            !! that was factorised last
       integer, private :: layout = 0             !! of the blocks for which it was
       logical, allocatable, private :: tied(:)   !! the pairs that touched
@@ -139,6 +139,7 @@ contains
          du = du + offset
          if (iteration == 1 .and. .not. any(abs(moved) > 0)) self%predicted = du
          if (jumps) then
+            if (allocated(self%predicted)) deallocate (self%predicted)
             call jump(m, outer, moved, has_offset, du, failure)
          else if (all(m%materials%linear) .and. m%interfaces%n_cohesive == 0) then
             call displace(m, du)
