@@ -9,7 +9,7 @@ module hampm_simulation
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_crack_groups, only: path_spec_t
-   use hampm_cohesive_zone, only: follow_zones
+   use hampm_cohesive_zone, only: follow_zones, look_at_zones
    use hampm_crack_carrying, only: carried_cracks_t, attach_cracks, follow_cracks
    use hampm_crack_measurements, only: crack_values_t, estimate_errors
    use hampm_cracks, only: cracks_t, keep_cracks
@@ -648,6 +648,7 @@ contains
       do k = 1, s%cracks%n_measured()
          call look_at_modes(s%motion, s%cracks%tips(k), s%warning)
       end do
+      if (s%motion%interfaces%n_cohesive > 0) call look_at_zones(s%cracks, s%motion%interfaces, s%warning)
       if (is_due(s, min(output_time(s, s%samples, s%scene%output%history_interval), s%scene%run%end_time))) then
          call take_row(s%scene, s%motion, s%cracks, s%growing, s%dt, s%measurements)
          call s%results%append(s%measurements%history%row, failure)

@@ -5,9 +5,10 @@ module hampm_cohesive_zone
    use hampm_cracks, only: cracks_t, last_point
    use hampm_interface_points, only: interfaces_t, cohesive
    use hampm_motion, only: motion_t
+   use hampm_text, only: add_line, to_text
    implicit none
    private
-   public :: follow_zones, zone_length
+   public :: follow_zones, zone_length, look_at_zones
 
 contains
 
@@ -42,4 +43,23 @@ contains
          length = sum(all%length, mask=all%law == cohesive .and. all%line == line .and. all%damage > 0 .and. all%damage < 1)
       end associate
    end function zone_length
+
+   !> Say once where a zone is longer than the smallest disc around its tip: J leaves out what it takes beyond.
+   pure subroutine look_at_zones(cracks, interfaces, said)
+      type(cracks_t), intent(in) :: cracks
+      type(interfaces_t), intent(in) :: interfaces
+      character(:), allocatable, intent(inout) :: said
+      character(*), parameter :: what = 'J leaves out what its cohesive zone takes outside of a disc'
+      integer :: k
+      do k = 1, size(cracks%tips)
+         associate (tip => cracks%tips(k))
+            if (.not. tip%has_zone .or. size(tip%radii) == 0) cycle
+            if (zone_length(interfaces, tip%crack) <= minval(tip%radii)) cycle
+            if (.not. allocated(said)) said = ''
+            if (index(said, what) > 0) return
+            call add_line(said, 'tip '//to_text(k)//': '//what//': the zone has become longer than the smallest radius, '// &
+                          to_text(minval(tip%radii))//' m; use larger &energy_release radii, or take J from the loads')
+         end associate
+      end do
+   end subroutine look_at_zones
 end module hampm_cohesive_zone

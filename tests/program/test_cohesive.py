@@ -102,6 +102,8 @@ def test_a_long_zone_of_bridges(hampm, tmp_path):
     for time, zone in zip(row["time"][6:-1], row["zone_length"][6:-1]):
         assert zone == pytest.approx(brentq(lambda c, t=time: of_zone(c, 2e6, 300.0) - 297.0 * t**2, 1e-4, 18.2e-3), rel=0.02, abs=0.25e-3)
     assert row["crack_length"][-1] == row["crack_length"][0]          # below the steady state nothing parts
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert "cohesive zone" in file["history"].attrs["warnings"]     # longer than the disc of J
     assert np.max(np.abs(row["numerical_loss"])) < 2e-3 * row["external_work"][-1]
 
 
