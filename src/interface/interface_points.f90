@@ -109,10 +109,10 @@ contains
       t = [point%normal(2), -point%normal(1)]
    end function along
 
-   !> Whether a bond is one to the mirror image of a face: the nodes of the other face are missing.
+   !> Whether a point is one to the mirror image of a face: the nodes of the other face are missing. Of a ghost the same nodes may be those of both sides.
    pure logical function is_half(point)
       type(interface_point_t), intent(in) :: point
-      is_half = point%n_left == 0 .or. point%node(point%n_left + 1) == 0
+      is_half = point%law /= ghost .and. (point%n_left == 0 .or. point%node(point%n_left + 1) == 0)
    end function is_half
 
    !> How far a bond has been stretched since it began [m].
