@@ -74,7 +74,7 @@ contains
             cohesive(k)%tractions = settings%numbers(entry, 'tractions')
             if (settings%text(entry, 'law') /= 'table') then
                cohesive(k)%openings = [settings%number(entry, 'opening'), &
-                                       2*settings%number(entry, 'toughness')/max(strength, tiny(strength))]
+                                       2*settings%number(entry, 'toughness')/merge(strength, 1.0_dp, strength > 1e-200_dp)] ! others are mistakes
                cohesive(k)%tractions = [strength, 0.0_dp]
             end if
          end associate
