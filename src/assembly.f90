@@ -17,7 +17,7 @@ module hampm_assembly
    use hampm_grid, only: build_grid
    use hampm_implicit, only: implicit_t
    use hampm_integrator, only: integrator_t
-   use hampm_largest_step, only: courant_limit, default_part, time_between_outputs
+   use hampm_largest_step, only: time_between_outputs
    use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path, face_start, into_faces
    use hampm_local_leapfrog, only: local_leapfrog_t
    use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles
@@ -35,7 +35,6 @@ module hampm_assembly
    use hampm_scene_materials, only: materials_of, material_of_body
    use hampm_shape_consistency, only: has_shapes
    use hampm_sorting, only: sort_into_cells
-   use hampm_interface_placement, only: eigenvalue_left
    use hampm_static, only: static_t
    use hampm_supports, only: check_supports
    use hampm_text, only: to_text
@@ -81,8 +80,6 @@ contains
       motion%interfaces%thickness = scene%run%thickness
       motion%interfaces%cohesion = [(scene%cohesive(k)%law(), k=1, size(scene%cohesive))]
       motion%interfaces%are_bounded = scene%method%time == 'explicit'
-      if (motion%interfaces%are_bounded .and. (size(scene%paths) > 0 .or. size(scene%growth) > 0)) &
-         motion%interfaces%most = eigenvalue_left(scene%method%courant/(default_part*courant_limit(scene)))
       motion%interfaces%are_moving = scene%method%time /= 'static'
       call place_particles(scene, motion, failure)
       if (failure%failed()) return

@@ -22,13 +22,12 @@ module hampm_guards
    use hampm_motion, only: motion_t
    use hampm_particles, only: spacing_of
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
-   use hampm_interface_placement, only: part_for
    use hampm_text, only: to_text, three_digits
    use hampm_whereabouts, only: when, origin
    use hampm_ghost_penalty, only: fills_of_pieces
    implicit none
    private
-   public :: check_state, check_tip, check_step, look_at_bonds, look_at_faces, look_at_modes, look_at_normals
+   public :: check_state, check_tip, check_step, look_at_faces, look_at_modes, look_at_normals
 
    real(dp), parameter :: most = 20              !! strain of a piece over the largest beside it
    real(dp), parameter :: firm = 0.5_dp          !! part of a cell from which on a piece holds itself: a wave that comes in strains it first
@@ -47,10 +46,6 @@ module hampm_guards
    real(dp), parameter :: noticed_residual = 0.01_dp !! of the largest energy that the balance may not account for, to be told [-]
    real(dp), parameter :: modest_strain = 0.05_dp !! around a tip, up to which K**2/E' is J to 4 %, to be told [-]
    real(dp), parameter :: largest_turn = 0.1_dp  !! of faces that press on each other, up to which their normals are right [rad]
-   real(dp), parameter :: nearly_full = 0.9_dp   !! part of its stiffness with which a bond is as good as at rest [-]
-   character(*), parameter :: weakened = 'J and K are those of a crack that is longer by a part of a cell'
-   character(*), parameter :: yielding = 'faces that press on each other overlap by more than at rest, and J of a tip that '// &
-                                         'they shut is off by that; G is made of K there'
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
                               slowed = 'the angular momentum has changed by ', &
                               mixed = 'those of a linear material, and lose their meaning', &
@@ -334,32 +329,6 @@ contains
          end associate
       end do
    end subroutine look_at_faces
-
-   !> Warn where the bonds ahead of tips, or the interface points between faces that press on each other, were made weaker than equilibrium has them, for the
-   !> steps that led to it to be stable.
-   subroutine look_at_bonds(motion, courant, warning)
-      type(motion_t), intent(in) :: motion
-      real(dp), intent(in) :: courant            !! [-]
-      character(:), allocatable, intent(inout) :: warning
-      character(:), allocatable :: remedy
-      integer :: k
-      associate (interfaces => motion%interfaces)
-         if (interfaces%n == 0 .or. min(interfaces%weakest, interfaces%weakest_contact) > nearly_full) return
-         remedy = '. Reduce &method courant from '//to_text(courant)//' to '//three_digits(courant*part_for(interfaces))// &
-                  ', which leaves them all of it, or use time = ''static'''
-         if (interfaces%weakest <= nearly_full) call tell('bonds in the cells of crack tips', interfaces%weakest, weakened)
-         if (interfaces%weakest_contact <= nearly_full .and. any([(is_pressed(interfaces%list(k)), k=1, interfaces%n)])) &
-            call tell('springs between faces in contact', interfaces%weakest_contact, yielding)
-      end associate
-   contains
-      !> Warn of some interface points.
-      subroutine tell(which, part, outcome)
-         character(*), intent(in) :: which, outcome
-         real(dp), intent(in) :: part            !! of its stiffness that the weakest has [-]
-         call warn('the motion comes to rest with '//which//' that have down to '//three_digits(100*part)//' % of their '// &
-                   'stiffness, so that steps are stable: '//outcome//remedy, outcome, warning)
-      end subroutine tell
-   end subroutine look_at_bonds
 
    !> Warn, once, where the small-strain law is used beyond what it is meant for.
    subroutine look_at_strain(motion, now, warning)

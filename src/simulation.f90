@@ -23,7 +23,7 @@ module hampm_simulation
    use hampm_growth_in_motion, only: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
    use hampm_growth_pace, only: pace_t, begin_pace, follow_pace
    use hampm_growth_room, only: follow_in_scene
-   use hampm_guards, only: check_state, check_step, check_tip, look_at_bonds, look_at_faces, look_at_modes, look_at_normals
+   use hampm_guards, only: check_state, check_step, check_tip, look_at_faces, look_at_modes, look_at_normals
    use hampm_interruption, only: interruption_t
    use hampm_integrator, only: integrator_t, steps_for
    use hampm_matching, only: adopt_lines
@@ -50,7 +50,6 @@ module hampm_simulation
    public :: simulation_t, build, rebuild, run, warnings, result_path, is_at_rest
 
    real(dp), parameter :: near_rest = 0.01_dp    !! distance from rest up to which values are taken for those at rest [-]
-   real(dp), parameter :: towards_rest = 0.1_dp  !! and up to which what keeps them from these is told of [-]
    real(dp), parameter :: rounding = 1.0e-6_dp   !! part of a step by which a time or a step may be off
 
    !> All that a run consists of.
@@ -258,8 +257,6 @@ contains
       if (.not. failure%failed()) then
          s%distance_from_rest = s%integrator%distance_from_rest
          if (.not. s%integrator%is_static) call find_distance_from_rest(s%motion, s%distance_from_rest)
-         if (s%distance_from_rest >= 0 .and. s%distance_from_rest <= towards_rest) &
-            call look_at_bonds(s%motion, s%scene%method%courant, s%warning)
       end if
       if (failure%code /= exit_stopped) call look_at_faces(s%measurements, s%cracks%crack, is_at_rest(s), s%warning)
       call tell_end(s, failure)

@@ -69,10 +69,6 @@ module hampm_expected_error
    !> as K tell (docs/energy_release_rate.md); of quadratic cells half of that.
    real(dp), parameter :: astray_of_j = 0.19_dp, astray_of_k = 0.12_dp
 
-   !> How much more than at rest bonds ahead of a tip give way where the crack acts as if half of their cell were open, over what they give way
-   !> at rest: measured on slanted cracks in damped plates, 0.03 to 0.28 cells with bonds of 11 to 20 % of their stiffness.
-   real(dp), parameter :: as_soft_as_a_cell = 18
-
    !> How far, in cells, the middle of the material of an element that counts as full may be from that of the element.
    real(dp), parameter :: not_full = 1.0e-3_dp
 
@@ -264,21 +260,16 @@ contains
    end function shortness_of
 
    !> How far from its place a tip may act, by mode [cells]: at a node behind it, by the shortness, which is known to a part; inside a cell anywhere
-   !> within so far, and ahead of it where its bonds are made weaker for steps to be stable.
+   !> within so far.
    pure subroutine place_of_tip(m, tip, of_j, of_k)
       type(motion_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(out) :: of_j(modes), of_k(modes) !! as J and as K tell
-      real(dp) :: by_bonds
       of_j = (1 + uncertainty)*shortness_of(m, tip)
       of_k = of_j
       if (.not. tip%nodes%in_cell) return
-      by_bonds = 0
-      associate (softer => 1/m%interfaces%weakest - 1, size_of_cells => merge(0.5_dp, 1.0_dp, m%grid%is_quadratic()))
-         if (m%interfaces%n > 0) by_bonds = softer/(softer + as_soft_as_a_cell)
-         of_j = size_of_cells*astray_of_j + by_bonds
-         of_k = size_of_cells*astray_of_k + by_bonds
-      end associate
+      of_j = merge(0.5_dp, 1.0_dp, m%grid%is_quadratic())*astray_of_j
+      of_k = merge(0.5_dp, 1.0_dp, m%grid%is_quadratic())*astray_of_k
    end subroutine place_of_tip
 
    !> G, and by how much it would be larger with all tips by the shortness s further out, from the work that closes one pair of

@@ -41,7 +41,7 @@ contains
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
-      call reference_step(m, dt)
+      call reference_step(m, dt, failure)
       m%mapped = .false.
       m%sorted = .not. m%particles%total_frame
       if (.not. m%sorted) return

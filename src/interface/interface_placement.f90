@@ -1,10 +1,6 @@
 !> Where the interface points between the sides of cracks are (`hampm_interface_points`), on each new grid: layers of them in the leaves that
 !> cracks end in, as bonds, along cracks whose faces may touch, as contact, and where these hold each other, as cohesive.
 !>
-!> A node with little mass would tremble faster than any cell does: in explicit steps interface points are weaker where they must be, so that
-!> with M the lumped masses the largest eigenvalue of M**-1 K of all interface points by themselves is at most a part of that of the cells. With quadratic
-!> cells, whose masses where they are cut are not lumped, they are as at rest (docs/quadratic.md).
-!>
 !> The forces with which bonds begin where cells are cut through material that bears something: such that the cut changes nothing at that moment.
 !> With them the nodes of both faces have accelerations that do not part them. Of the forces that do this they are those that
 !> differ least from the traction of the material there, whose mean in a cell is less than half of what the node at a tip bears: with that alone
@@ -28,13 +24,12 @@ module hampm_interface_placement
                                      face_force, overlap_of, energy_of, is_half, add_interface_forces
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: hold_small_pieces
-   use hampm_material, only: material_t
    use hampm_lapack, only: dposv
    use hampm_matter, only: matter_t
    use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
    implicit none
    private
-   public :: rebuild_interfaces, look_at_openings, shorter_step, eigenvalue_left, part_for, release_length
+   public :: rebuild_interfaces, look_at_openings, release_length
 
    integer, parameter :: points = 4              !! of a layer, those of Gauss
    real(dp), parameter :: outer = 0.8611363115940526_dp, inner = 0.3399810435848563_dp
@@ -51,14 +46,6 @@ module hampm_interface_placement
 
    !> The way of a tip, in cells, in which the force of a bond that it has passed falls to 0 (`hampm_bond_release`).
    real(dp), parameter :: release_length = 2
-
-   !> The largest eigenvalue of the interface points, over (c/h)**2 with c the speed of pressure waves; that of cells is 4 at least.
-   real(dp), parameter :: most_of_cells = 1.2_dp
-
-   !> Factor of the time step that is stable for whole cells, with cells that are cut, which multiply the largest eigenvalue by 1.27
-   !> at most, and with interface points: 1/sqrt(1.27 + 1.2/4). Shorter steps leave interface points more.
-   real(dp), parameter :: shorter_step = 0.79_dp
-   real(dp), parameter :: of_cut_cells = 1.27_dp
 
    !> A straight part of a line within a leaf, and the interface points that are to be there.
    type :: layer_t
@@ -81,16 +68,20 @@ contains
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       type(interfaces_t) :: old
+      integer :: k
       if (interfaces%n > 0) old = interfaces
       if (.not. allocated(interfaces%list)) allocate (interfaces%list(64))
       interfaces%n = 0
       interfaces%n_contact = 0
       interfaces%n_cohesive = 0
+      interfaces%at_end = interfaces%are_bounded .and. .not. m%grid%is_quadratic()
       if (.not. (m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies))) return
       if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
       if (m%grid%is_quadratic() .or. .not. interfaces%are_bounded) call hold_small_pieces(interfaces, m)
-      if (interfaces%n > 0 .and. interfaces%are_bounded .and. .not. m%grid%is_quadratic()) call soften(interfaces, m)
       call go_on(interfaces, old)
+      do k = 1, interfaces%n
+         interfaces%list(k)%felt = interfaces%list(k)%opening
+      end do
    end subroutine rebuild_interfaces
 
    !> Add the bonds of all tips and the contact of all faces.
@@ -167,19 +158,6 @@ contains
       interfaces%n_contact = interfaces%n_contact - (interfaces%n - kept)
       interfaces%n = kept
    end subroutine leave_to_bonds
-
-   !> The largest eigenvalue over (c/h)**2 that steps leave to interface points which are a part of those that `shorter_step` is for: with it
-   !> lambda_cells 1.27 + lambda_interfaces is what it is in these [-].
-   pure real(dp) function eigenvalue_left(part) result(most)
-      real(dp), intent(in) :: part               !! [-]
-      most = max(most_of_cells, 4*((of_cut_cells + most_of_cells/4)/part**2 - of_cut_cells))
-   end function eigenvalue_left
-
-   !> The part of the present steps with which no interface point would have to be weaker [-].
-   pure real(dp) function part_for(interfaces) result(part)
-      type(interfaces_t), intent(in) :: interfaces
-      part = sqrt((of_cut_cells + max(interfaces%most, most_of_cells)/4)/(of_cut_cells + interfaces%wanted/4))
-   end function part_for
 
    !> Let interface points that are where some have been before go on as these: particles tell of the opening only what a linear field between the
    !> nodes would, and a mesh that changes somewhere else again and again would let interface points forget the rest of it, and give back other work
@@ -616,97 +594,6 @@ contains
       end do
       stiffness = merge(2, 1, m%grid%is_quadratic())/compliance
    end subroutine look_at_halves
-
-   !> Make interface points weaker, so that no eigenvalue is too large: row sums bound them. The node at which the cut ends belongs to both
-   !> faces and counts for each of them, also on a symmetry plane, where it is held: so half a body has the bonds of the whole one.
-   pure subroutine soften(interfaces, m)
-      type(interfaces_t), intent(inout) :: interfaces
-      type(matter_t), intent(in) :: m
-      integer, parameter :: turns = 4
-      integer, allocatable :: first(:), user(:)
-      real(dp) :: row(interfaces%n), most(interfaces%n), mass(m%grid%n_nodes), bound, edge
-      real(dp) :: full(interfaces%n)                ! stiffness as at rest, and in the end the part of it that is left
-      logical :: is_end(m%grid%n_nodes) ! at which the cut ends on a symmetry plane
-      integer :: turn, k, l, i, j, u
-      bound = max(most_of_cells, interfaces%most)
-      full = interfaces%list(:interfaces%n)%stiffness
-      call list_users(interfaces, m%grid%n_nodes, first, user)
-      call sum_at_nodes(m, first(2:) > first(:m%grid%n_nodes), mass)
-      is_end = .false.
-      do k = 1, interfaces%n
-         if (.not. is_half(interfaces%list(k))) cycle
-         do j = 1, count(interfaces%list(k)%node > 0)
-            associate (node => interfaces%list(k)%node(j))
-               is_end(node) = .not. any(m%grid%cut_cells%freed_at(m%grid%node_position(:, node)))
-            end associate
-         end do
-      end do
-      where (is_end) mass = mass/2
-      do k = 1, interfaces%n
-         edge = interfaces%list(k)%cell                  ! of the largest cell with material around any of its nodes
-         do j = 1, count(interfaces%list(k)%node > 0)
-            associate (e => m%grid%dofs%elements_at(interfaces%list(k)%node(j)))
-               edge = max(edge, maxval([(merge(m%grid%leaf_size(e(i)), 0.0_dp, m%blocks%count_in(e(i)) > 0), i=1, size(e))]))
-            end associate
-         end do
-         most(k) = bound*(fastest(m%materials)/edge)**2
-      end do
-      do turn = 1, turns
-         row = 0
-         do k = 1, interfaces%n
-            do i = 1, count(interfaces%list(k)%node > 0)
-               associate (node => interfaces%list(k)%node(i))
-                  do u = first(node), first(node + 1) - 1
-                     l = user(u)
-                     do j = 1, count(interfaces%list(l)%node > 0)
-                        if (interfaces%list(l)%node(j) /= node) cycle
-                        row(k) = row(k) + abs(interfaces%list(k)%share(i)*interfaces%list(l)%share(j))/mass(node) &
-                                 *sqrt(interfaces%list(k)%stiffness*interfaces%list(l)%stiffness)
-                     end do
-                  end do
-               end associate
-            end do
-         end do
-         if (turn == 1) interfaces%wanted = bound*maxval(row/most)
-         if (all(row <= most)) exit
-         where (row > most) interfaces%list(:interfaces%n)%stiffness = most/row*interfaces%list(:interfaces%n)%stiffness
-      end do
-      full = interfaces%list(:interfaces%n)%stiffness/max(full, tiny(full))
-      interfaces%weakest = minval(full, mask=interfaces%list(:interfaces%n)%law == bonded .and. full > 0)
-      interfaces%weakest_contact = minval(full, mask=interfaces%list(:interfaces%n)%law == contact)
-   end subroutine soften
-
-   !> The largest speed of pressure waves [m/s].
-   pure real(dp) function fastest(materials)
-      type(material_t), intent(in) :: materials(:)
-      integer :: k
-      fastest = maxval([(materials(k)%dilatational_wave_speed(), k=1, size(materials))])
-   end function fastest
-
-   !> The interface points that each node belongs to, in rows.
-   pure subroutine list_users(interfaces, n_nodes, first, user)
-      type(interfaces_t), intent(in) :: interfaces
-      integer, intent(in) :: n_nodes
-      integer, allocatable, intent(out) :: first(:), user(:)
-      integer :: k, j
-      allocate (first(n_nodes + 1), source=0)
-      do k = 1, interfaces%n
-         do j = 1, count(interfaces%list(k)%node > 0)
-            first(interfaces%list(k)%node(j)) = first(interfaces%list(k)%node(j)) + 1
-         end do
-      end do
-      do k = 2, n_nodes + 1
-         first(k) = first(k - 1) + first(k)
-      end do
-      allocate (user(first(n_nodes + 1)))
-      do k = interfaces%n, 1, -1
-         do j = count(interfaces%list(k)%node > 0), 1, -1
-            user(first(interfaces%list(k)%node(j))) = k
-            first(interfaces%list(k)%node(j)) = first(interfaces%list(k)%node(j)) - 1
-         end do
-      end do
-      first = first + 1
-   end subroutine list_users
 
    !> Let bonds that begin hold their faces together as the uncut cells did.
    pure subroutine balance_bonds(interfaces, begins, m)

@@ -39,7 +39,8 @@ module hampm_interface_points
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, along, add_interface_forces, stretch_interfaces, &
+   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, look_at_cohesion, along, &
+             add_interface_forces, stretch_interfaces, &
              open_interfaces, settle_slip, interface_energy, interface_states, interface_stiffness, force_of, force_at, &
              face_force, overlap_of, energy_of, relax_interfaces, look_at_faces, is_pressed, have_friction, hold_friction, &
              keep_interfaces, add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
@@ -62,6 +63,8 @@ module hampm_interface_points
       real(dp) :: touch = -huge(1.0_dp)          !! opening across the faces below which they press on each other [m]
       real(dp) :: slip = 0                       !! sliding at which they hold each other without a force along them [m]
       real(dp) :: pressed = 0                    !! by how much the faces overlapped after the last step [m]
+      real(dp) :: acting(ndim) = 0               !! what of the force in a step at the end of which forces are (`at_end`) is not that of a bond which lets go [N]
+      real(dp) :: felt(ndim) = 0                 !! opening that had the force of the last step, where forces are those at its end [m]
       real(dp) :: most_held = -1                 !! what friction holds at most, over the stiffness; below 0 where that follows the
                                                  !! pressure [m]
       integer :: line = 0                        !! number of the crack whose faces may touch there, 0 for none
@@ -83,10 +86,8 @@ module hampm_interface_points
    type :: interfaces_t
       type(thickness_t) :: thickness             !! of the material
       logical :: are_bounded = .true.            !! whether explicit steps have to be stable
-      real(dp) :: most = 0                       !! largest eigenvalue that the steps of the run leave them then, over (c/h)**2 [-]
-      real(dp) :: wanted = 0                     !! the one that they would have with all of their stiffness, the same [-]
-      real(dp) :: weakest = 1                    !! part of its stiffness that the weakest bond has [-]
-      real(dp) :: weakest_contact = 1            !! and the weakest interface point for contact [-]
+      logical :: at_end = .false.                !! whether the forces of a step feel what it changes (`hampm_interface_step`)
+      logical :: are_lumped = .true.             !! whether the masses of their nodes are lumped then
       logical :: are_moving = .true.             !! whether they have masses, where they may
       integer :: alone = 0                       !! first element of a piece too small to move with no fuller one beside it, 0
                                                  !! for none
@@ -447,7 +448,9 @@ contains
                point%slip = dot_product(along(point), point%opening)
              case (slides)
                sliding = sliding - sign(point%friction*pressed, sliding)
-               interfaces%loss = interfaces%loss + point%stiffness*point%friction*(point%pressed + pressed)/2*abs(sliding)
+               interfaces%loss = interfaces%loss + merge(dot_product(point%acting, along(point))*sliding, &
+                                                         point%stiffness*point%friction*(point%pressed + pressed)/2*abs(sliding), &
+                                                         interfaces%at_end)
                point%slip = point%slip + sliding
             end select
             point%pressed = pressed
@@ -536,6 +539,8 @@ contains
             call archive%keep_reals('held_'//to_text(d), n, of%held(d))
             call archive%keep_reals('start_'//to_text(d), n, of%start(d))
             call archive%keep_reals('rate_'//to_text(d), n, of%rate(d))
+            call archive%keep_reals('acting_'//to_text(d), n, of%acting(d))
+            call archive%keep_reals('felt_'//to_text(d), n, of%felt(d))
          end do
          call archive%keep_reals('stiffness', n, of%stiffness)
          call archive%keep_reals('length', n, of%length)

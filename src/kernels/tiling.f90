@@ -8,7 +8,8 @@
 !> A thread does regions: some tiles in succession. Nodes of the first stage that several regions need are done before, and what
 !> needs several regions, after all these. Regions do not depend on the number of threads, so that sums by tile do not.
 !>
-!> So go steps of scenes in which nodes need no more than the cells around them: masses are lumped, no node hangs, and no faces touch.
+!> So go steps of scenes in which nodes need no more than the cells around them: masses are lumped, no node hangs, and no faces touch. Some nodes may
+!> wait: their accelerations are there when the first part of a step has been done, and what needs these comes in the second.
 module hampm_tiling
    use hampm_kinds, only: corners, dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t, n_sums, of_mass, of_momentum, of_force
@@ -20,7 +21,7 @@ module hampm_tiling
    use hampm_pass, only: scheme_t
    implicit none
    private
-   public :: tiling_t, plan_tiles, step_in_tiles
+   public :: tiling_t, plan_tiles, is_planned, step_in_tiles
 
    integer, parameter :: items_at_a_time = 64    !! that a thread does, of those of no region
    integer, parameter :: blocks_per_tile = 128   !! whose particles fit into the second cache
@@ -39,20 +40,23 @@ module hampm_tiling
       type(stage_t), allocatable :: stages(:)    !! nodes, blocks, nodes and so on; tile 0 comes first, n_tiles + 1 last
       integer, private :: layout = 0             !! that of the blocks for which it was made
       logical, private :: is_lasting = .false.   !! whether for more than one step
+      logical, allocatable, private :: waits(:)  !! which nodes do, (n_points); not allocated where none does
    end type tiling_t
 
 contains
 
    !> Plan steps of `n_passes` passes, each after a stage of the nodes, for the present blocks, where that has not been done. A plan takes longer
    !> than it saves in one step: for blocks that are seen for the first time, and may change with the next step, all is one tile.
-   subroutine plan_tiles(blocks, active, n_passes, plan)
+   subroutine plan_tiles(blocks, active, n_passes, plan, waits)
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: active(:)           !! the nodes of occupied cells
       integer, intent(in) :: n_passes
       type(tiling_t), intent(inout) :: plan
-      if (plan%layout == blocks%layout .and. plan%is_lasting) return
-      plan%is_lasting = plan%layout == blocks%layout .or. blocks%n <= blocks_per_tile
+      logical, intent(in), optional :: waits(:)  !! nodes that do, (n_points): then it is planned for more than one step
+      if (is_planned(plan, blocks)) return
+      plan%is_lasting = plan%layout == blocks%layout .or. blocks%n <= blocks_per_tile .or. present(waits)
       plan%layout = blocks%layout
+      if (present(waits)) plan%waits = waits
       if (allocated(plan%stages)) deallocate (plan%stages)
       if (allocated(plan%region)) deallocate (plan%region)
       allocate (plan%stages(2*n_passes))
@@ -62,6 +66,13 @@ contains
          call plan_whole(blocks, active, n_passes, plan)
       end if
    end subroutine plan_tiles
+
+   !> Whether a plan is for the present blocks, and for more than one step.
+   pure logical function is_planned(plan, blocks)
+      type(tiling_t), intent(in) :: plan
+      type(cell_blocks_t), intent(in) :: blocks
+      is_planned = plan%layout == blocks%layout .and. plan%is_lasting
+   end function is_planned
 
    !> Plan steps in one tile.
    subroutine plan_whole(blocks, active, n_passes, plan)
@@ -124,6 +135,9 @@ contains
                associate (t => node_tile(around(k)))
                   if (t == -1) then
                      t = of_block
+                     if (allocated(plan%waits)) then
+                        if (plan%waits(around(k))) t = merge(0, plan%n_tiles + 1, is_first)
+                     end if
                   else if (plan%region(t) /= plan%region(of_block)) then
                      t = merge(0, plan%n_tiles + 1, is_first)
                   else if (.not. is_first) then
@@ -185,8 +199,8 @@ contains
       end do
    end subroutine sort_items
 
-   !> Do the nodal sums and the passes of a step.
-   subroutine step_in_tiles(plan, scheme, dt, damping_rate, m, free, new_masses, f, operators, damping_loss)
+   !> Do the nodal sums and the passes of a step, or of its parts before and behind the accelerations of nodes that wait.
+   subroutine step_in_tiles(plan, scheme, dt, damping_rate, m, free, new_masses, f, operators, damping_loss, part)
       type(tiling_t), intent(in) :: plan
       type(scheme_t), intent(in) :: scheme
       real(dp), intent(in) :: dt                        !! [s]
@@ -197,18 +211,42 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       type(element_operators_t), intent(inout) :: operators
       real(dp), intent(out) :: damping_loss             !! what the damping takes, dt sum alpha m v^n . v^(n+1) [J]
-      integer :: region, tile
-      call do_across(0)
-      !$omp parallel do schedule(static, 1) private(tile)
-      do region = 1, plan%n_regions
-         do tile = plan%first_tile(region), plan%first_tile(region + 1) - 1
-            call do_tile(tile)
-         end do
-      end do
-      call do_across(plan%n_tiles + 1)
+      integer, intent(in), optional :: part             !! 1 or 2; both without
+      integer :: last                                   ! stage with accelerations
+      logical :: is_first, is_second, is_waiting        ! parts to be done, and whether the second is still to come
+      is_first = .true.
+      is_second = .true.
+      if (present(part)) is_first = part == 1
+      if (present(part)) is_second = part == 2
       damping_loss = 0
+      last = 1
+      if (.not. scheme%map_at_start%map_force) last = 2*findloc(scheme%passes%map_force, .true., dim=1) + 1
+      is_waiting = .false.
+      if (is_first .and. last > 1) call do_regions()
+      is_waiting = .not. is_second
+      if (is_first) call do_across(merge(0, plan%n_tiles + 1, last == 1), 1, last)
+      is_waiting = .false.
+      if (.not. is_second) return
+      associate (tile => merge(0, plan%n_tiles + 1, last == 1))
+         if (present(part)) call add_up_items(last, plan%stages(last)%start(tile), plan%stages(last)%start(tile + 1) - 1)
+         call do_across(tile, last + 1, size(plan%stages))
+      end associate
+      if (last == 1) call do_regions()
       if (damping_rate > 0) damping_loss = dt*damping_rate*sum_of_damping(f)
    contains
+      !> Do what is to be done before what waits in the last tile or, where that waits in the first one, behind it.
+      subroutine do_regions()
+         integer :: region, tile
+         if (last > 1) call do_across(0, 1, size(plan%stages))
+         !$omp parallel do schedule(static, 1) private(tile)
+         do region = 1, plan%n_regions
+            do tile = plan%first_tile(region), plan%first_tile(region + 1) - 1
+               call do_tile(tile)
+            end do
+         end do
+         if (last == 1) call do_across(plan%n_tiles + 1, 1, size(plan%stages))
+      end subroutine do_regions
+
       !> Do what is ready in a tile, stage by stage.
       subroutine do_tile(t)
          integer, intent(in) :: t
@@ -219,36 +257,43 @@ contains
       end subroutine do_tile
 
       !> Do what belongs to no region, stage by stage, each by all threads.
-      subroutine do_across(t)
+      subroutine do_across(t, from, to)
          integer, intent(in) :: t
+         integer, intent(in) :: from, to         !! stages
          integer :: s, k
-         do s = 1, size(plan%stages)
-            associate (first => plan%stages(s)%start(t), last => plan%stages(s)%start(t + 1) - 1)
-               if (last < first) cycle
+         do s = from, to
+            associate (first => plan%stages(s)%start(t), last_item => plan%stages(s)%start(t + 1) - 1)
+               if (last_item < first) cycle
                !$omp parallel do schedule(static)
-               do k = first, last, items_at_a_time
-                  call do_items(s, k, min(k + items_at_a_time - 1, last))
+               do k = first, last_item, items_at_a_time
+                  call do_items(s, k, min(k + items_at_a_time - 1, last_item))
                end do
             end associate
          end do
       end subroutine do_across
 
       !> Do some items of a stage.
-      subroutine do_items(s, first, last)
-         integer, intent(in) :: s, first, last
+      subroutine do_items(s, first, last_item)
+         integer, intent(in) :: s, first, last_item
          associate (items => plan%stages(s)%item)
             if (mod(s, 2) == 0) then
-               call pass_or_apply(operators, scheme%passes(s/2), dt, m, f, items(first:last))
+               call pass_or_apply(operators, scheme%passes(s/2), dt, m, f, items(first:last_item))
             else
                associate (map => scheme%passes(max(1, s/2)), at_start => s == 1)
                   call do_nodes(at_start .and. new_masses, at_start .or. map%map_momentum, merge(v_n, v_mapped, at_start), &
                                 merge(scheme%map_at_start%map_force, map%map_force, at_start), dt, damping_rate, &
-                                items(first:last), free, m%blocks, f)
+                                items(first:last_item), free, m%blocks, f)
                end associate
-               if (operators%is_active) call add_up(scheme%passes((s + 1)/2), dt, items(first:last), f, operators)
+               if (.not. (is_waiting .and. s == last)) call add_up_items(s, first, last_item)
             end if
          end associate
       end subroutine do_items
+
+      !> Add up what operators need of the nodes of a stage.
+      subroutine add_up_items(s, first, last_item)
+         integer, intent(in) :: s, first, last_item
+         if (operators%is_active) call add_up(scheme%passes((s + 1)/2), dt, plan%stages(s)%item(first:last_item), f, operators)
+      end subroutine add_up_items
    end subroutine step_in_tiles
 
    !> Find, of some nodes, masses, which of the velocities, accelerations.

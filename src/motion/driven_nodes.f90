@@ -9,7 +9,7 @@ module hampm_driven_nodes
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next
    implicit none
    private
-   public :: driven_work_t, driven_velocity, driven_acceleration, by_mass, drive
+   public :: driven_work_t, driven_velocity, driven_acceleration, by_mass, move_driven, find_work
 
    !> What the constraints did in a step, by the forces at its start.
    type :: driven_work_t
@@ -76,21 +76,14 @@ contains
       call multiply_by_mass(grid, matrix, concentrated, x, y)
    end function by_mass
 
-   !> Set the velocities that move the particles, and the accelerations that lead to them, of fixed components, and find the work of
-   !> what that takes: the force R = M a - f + alpha p, f being the force without damping and p the momentum. In a step it is
-   !> (R(t) + R(t + dt))/2 . w dt, of which R(t + dt) is known in the next step only: until then R(t) stands for it.
-   subroutine drive(c, grid, dt, damping_rate, driven, f, last, work)
+   !> Set the velocities that move the particles, and the accelerations that lead to them, of fixed components.
+   subroutine move_driven(c, grid, dt, driven, f)
       type(constraints_t), intent(in) :: c
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp), intent(in) :: damping_rate       !! alpha [1/s]
       real(dp), intent(in) :: driven(:, :)       !! `driven_acceleration`
       type(nodal_fields_t), intent(inout) :: f
-      type(driven_work_t), intent(inout) :: last !! of the step before; on return of this one
-      real(dp), intent(out) :: work              !! [J]
-      real(dp), allocatable :: inertia(:, :)
-      real(dp) :: late, now
-      integer :: k, d
+      integer :: k
       do k = 1, size(c%node)
          associate (i => c%node(k))
             where (c%fixed(:, i)) f%acceleration(:, i) = driven(:, i)
@@ -99,6 +92,21 @@ contains
       end do
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
+   end subroutine move_driven
+
+   !> Find the work of what moves fixed components: the force R = M a - f + alpha p, f being the force without damping and p the momentum. In a step
+   !> it is (R(t) + R(t + dt))/2 . w dt, of which R(t + dt) is known in the next step only: until then R(t) stands for it.
+   subroutine find_work(c, grid, dt, damping_rate, f, last, work)
+      type(constraints_t), intent(in) :: c
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp), intent(in) :: damping_rate       !! alpha [1/s]
+      type(nodal_fields_t), intent(in) :: f
+      type(driven_work_t), intent(inout) :: last !! of the step before; on return of this one
+      real(dp), intent(out) :: work              !! [J]
+      real(dp), allocatable :: inertia(:, :)
+      real(dp) :: late, now
+      integer :: k, d
       allocate (inertia, source=by_mass(grid, f%mass_matrix, f%acceleration))
       late = 0
       now = 0
@@ -115,5 +123,5 @@ contains
       end do
       work = (late - last%work)/2 + now
       last = driven_work_t(dt, now)
-   end subroutine drive
+   end subroutine find_work
 end module hampm_driven_nodes

@@ -40,6 +40,8 @@ module hampm_motion
    use hampm_quadratic_points, only: weigh_points
    use hampm_sorting, only: sorting_t, sort_into_cells
    use hampm_interface_placement, only: rebuild_interfaces
+   use hampm_jumps, only: nodes_of_jumps
+   use hampm_interface_step, only: interface_step_t, forget_faces
    use hampm_text, only: to_text
    use hampm_tiling, only: tiling_t
    use hampm_whereabouts, only: when, origin
@@ -63,7 +65,8 @@ module hampm_motion
       type(contact_t) :: contact                 !! of the faces of cuts
       type(body_contact_t) :: body_contact       !! of bodies with velocity fields of their own
       type(corner_map_t) :: corners              !! of the domains of particles, where these have any
-      type(interfaces_t) :: interfaces            !! between the sides of cracks that cut cells
+      type(interfaces_t) :: interfaces           !! between the sides of cracks that cut cells
+      type(interface_step_t) :: interface_step   !! and their forces in explicit steps
       real(dp), allocatable :: nodal_displacement(:, :) !! that the nodes keep between equilibria and implicit steps, since the start; at rest
                                                  !! from material without loads [m], (ndim, n_points)
       real(dp), allocatable :: nodal_velocity(:, :) !! that the nodes keep between implicit steps [m/s], (ndim, n_points); not
@@ -130,6 +133,9 @@ contains
       call rebuild_contact(m%contact, m%grid)
       call rebuild_body_contact(m%body_contact, m%grid)
       call rebuild_interfaces(m%interfaces, m%matter_t)
+      m%interfaces%are_lumped = m%mass%by == by_lumped .or. .not. m%particles%total_frame .or. &
+                                m%interfaces%n_contact + m%interfaces%n_cohesive > 0
+      call forget_faces(m%interface_step)
       if (m%interfaces%alone > 0) call report_thin_piece(m, failure)
       if (m%interfaces%n_cohesive > 0) call look_at_layers(m, failure)
       if (.not. failure%failed()) call new_nodal_fields(m%grid, m%fields, failure)
@@ -137,7 +143,7 @@ contains
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
       if (failure%failed()) return
       if (allocated(m%fields%mass_matrix%blend)) call give_ghosts(m)
-      call lump_at_touch(m%contact, m%constraints%supporting(), m%grid, m%fields%mass_matrix)
+      call lump_at_touch(m%contact, [m%constraints%supporting(), nodes_held_in_steps(m)], m%grid, m%fields%mass_matrix)
       if (m%body_contact%wanted .and. allocated(m%fields%mass_matrix%blend)) then
          call m%grid%copies_of_nodes(m%fields%mass_matrix%copies)
          m%fields%mass_matrix%blend_apart = m%fields%mass_matrix%blend
@@ -146,6 +152,17 @@ contains
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine rebuild_on_grid
+
+   !> Nodes that interface points move at the end of explicit steps, by their lumped masses.
+   pure function nodes_held_in_steps(m) result(nodes)
+      type(motion_t), intent(in) :: m
+      integer, allocatable :: nodes(:)
+      allocate (nodes(0))
+      if (.not. (m%interfaces%at_end .and. m%interfaces%are_lumped)) return
+      associate (of_points => nodes_of_jumps(m%interfaces%list(:m%interfaces%n)%jump_t))
+         nodes = pack(of_points, of_points > 0)
+      end associate
+   end function nodes_held_in_steps
 
    !> Fail because of a piece of a cell that is too small to move by itself.
    subroutine report_thin_piece(m, failure)
@@ -170,8 +187,7 @@ contains
                                                                                       *point%length))) cycle
             call failure%report(exit_computation, 'the cells around ('//to_text(point%place(1))//', '//to_text(point%place(2))// &
                                 ') m, '//to_text(point%cell)//' m wide, are too large for the cohesive zone: faces would jump '// &
-                                'apart. Use smaller cells, in explicit steps a smaller &method courant too, or a lower '// &
-                                '&cohesive strength')
+                                'apart. Use smaller cells, or a lower &cohesive strength')
             return
          end associate
       end do

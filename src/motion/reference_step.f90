@@ -8,6 +8,7 @@
 !>   1. P2G     masses (9) and momenta of the particles to the nodes, and from these the nodal velocities v^n (8);
 !>   2. strain  usf, and half of it usavg: H of the particles by v^n;
 !>   3. P2G     internal forces (7); with the forces of the loads at t^n the nodal accelerations a (5), damping included;
+!>              interface points add theirs at the end of the step (`hampm_interface_step`);
 !>   4. G2P     velocities of the particles by a; those of the nodes are then v^(n+1) = v^n + a dt;
 !>   5. strain  usl: by v^(n+1); musl, and half of it usavg: by v^(n+1) as it is mapped anew from the particles;
 !>   6. G2P     displacements of the particles by v^(n+1).
@@ -18,7 +19,9 @@
 module hampm_reference_step
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: inside_cell
+   use hampm_failure, only: failure_t
    use hampm_interface_points, only: add_interface_forces, stretch_interfaces
+   use hampm_interface_step, only: hold_faces
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_remembering, only: remember, hoop_resistance
    use hampm_motion, only: motion_t
@@ -32,9 +35,10 @@ contains
 
    !> Advance the particles by one step, and book the work of the loads and what the damping takes. In which cells the particles then
    !> are is left to be found.
-   subroutine reference_step(m, dt)
+   subroutine reference_step(m, dt, failure)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
+      type(failure_t), intent(inout) :: failure  !! of interface points whose forces cannot be found
       real(dp) :: mass(m%grid%n_points), work
       real(dp), dimension(ndim, m%grid%n_points) :: external, force, v, a, v_next, v_mapped
       integer :: i
@@ -48,6 +52,7 @@ contains
       call map_force(m, force)
       call find_acceleration(m, mass, force + external, v, a)
       v_next = v + a*dt
+      if (m%interfaces%at_end .and. m%interfaces%n > 0) call add_forces_at_end()
       do i = 1, m%particles%n
          m%particles%velocity(i, :) = m%particles%velocity(i, :) + dt*at_particle(m, i, a)
       end do
@@ -58,7 +63,7 @@ contains
          call stretch_interfaces(m%interfaces, v_mapped, dt)
          call book_work(m%loads, m%time, dt, v_mapped, work)
       else
-         call stretch_interfaces(m%interfaces, v_next, dt)
+         if (.not. (m%interfaces%at_end .and. m%scheme%name == 'usf')) call stretch_interfaces(m%interfaces, v_next, dt)
          call book_work_late(m%loads, m%particles, m%time, dt, m%last_dt, v, work)
       end if
       do i = 1, m%particles%n
@@ -69,6 +74,18 @@ contains
       m%external_work = m%external_work + work
       m%time = m%time + dt
       m%steps = m%steps + 1
+   contains
+      !> Add the forces of interface points at the end of the step, and what they change.
+      subroutine add_forces_at_end()
+         type(node_list_t) :: nodes
+         if (m%scheme%name == 'usf') call stretch_interfaces(m%interfaces, v, dt)
+         m%fields%mass_matrix%lumped = mass
+         call hold_faces(m%interface_step, m%interfaces, m%matter_t, m%constraints%fixed, m%scheme%name /= 'usl', dt, &
+                         m%fields%mass_matrix, m%solver, v_next, a, force, failure)
+         nodes = m%grid%dofs%every_node()
+         call m%grid%dofs%distribute(nodes, ndim, a)
+         call m%grid%dofs%distribute(nodes, ndim, v_next)
+      end subroutine add_forces_at_end
    end subroutine reference_step
 
    !> P2G. The lumped masses m_i = sum m_p N_i (9) [kg].
@@ -139,7 +156,7 @@ contains
       real(dp), intent(out) :: a(:, :)           !! (ndim, n_points)
       a = force
       call condense(m, ndim, a)
-      call add_interface_forces(m%interfaces, a)
+      if (.not. m%interfaces%at_end) call add_interface_forces(m%interfaces, a)
       call divide_by_mass(m, mass, a)
       a = a - m%damping_rate*v
    end subroutine find_acceleration

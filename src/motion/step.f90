@@ -10,7 +10,7 @@ module hampm_step
    use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, keep_bodies_apart
    use hampm_bond_release, only: work_of_release
    use hampm_contact, only: share_velocity, keep_apart
-   use hampm_driven_nodes, only: driven_velocity, driven_acceleration, by_mass, drive
+   use hampm_driven_nodes, only: driven_velocity, driven_acceleration, by_mass, move_driven, find_work
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
@@ -20,7 +20,8 @@ module hampm_step
    use hampm_nodal_motion, only: find_velocity, accelerate, find_powers
    use hampm_particle_pass, only: pass_report_t, pass_over, look_for_leavers
    use hampm_pass, only: pass_t
-   use hampm_tiling, only: plan_tiles, step_in_tiles
+   use hampm_tiling, only: plan_tiles, is_planned, step_in_tiles
+   use hampm_interface_step, only: hold_faces
    use hampm_interface_points, only: add_interface_forces, stretch_interfaces, settle_slip, interface_energy, kick_interfaces
    use hampm_whereabouts, only: when, origin
    implicit none
@@ -52,7 +53,7 @@ contains
       if (m%body_contact%wanted) call look_around(m)
       if (size(m%loads) + m%interfaces%n > 0) call find_external_force(m)
       if (is_local(m)) then
-         call step_through_tiles(m, dt, new_masses, report)
+         call step_through_tiles(m, dt, new_masses, report, failure)
       else
          call step_in_stages(m, dt, new_masses, report, failure)
       end if
@@ -78,7 +79,7 @@ contains
       call place_loads(m%loads, m%grid, m%particles)
       call add_loads(m%loads, m%time, m%fields%external)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%external)
-      call add_interface_forces(m%interfaces, m%fields%external)
+      if (.not. m%interfaces%at_end) call add_interface_forces(m%interfaces, m%fields%external)
    end subroutine find_external_force
 
    !> Whether nodes need no more than the cells around them: then a step can be done in tiles.
@@ -86,24 +87,59 @@ contains
       type(motion_t), intent(in) :: m
       is_local = m%solver%by == by_lumped .and. m%grid%dofs%n_hanging == 0 .and. m%contact%n == 0 .and. m%body_contact%n == 0 &
                  .and. .not. m%audit .and. .not. m%constraints%move() .and. .not. m%has_domains() &
-                 .and. .not. allocated(m%blocks%supports)
+                 .and. .not. allocated(m%blocks%supports) .and. (m%particles%total_frame .or. m%interfaces%n == 0)
    end function is_local
 
    !> Do the nodal sums and the passes of a step tile by tile, and book what the damping does.
-   subroutine step_through_tiles(m, dt, new_masses, report)
+   subroutine step_through_tiles(m, dt, new_masses, report, failure)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       logical, intent(in) :: new_masses          !! whether nodal masses have changed since the last step
       type(pass_report_t), intent(inout) :: report
+      type(failure_t), intent(inout) :: failure
       real(dp) :: loss
+      logical, allocatable :: waits(:)
+      integer :: part
+      if (acts_at_end(m) .and. .not. is_planned(m%plan, m%blocks)) waits = around_faces(m)
       associate (all => m%fields%mass_matrix%all)
-         call plan_tiles(m%blocks, all%nodes(:all%n_nodes), size(m%scheme%passes), m%plan)
+         call plan_tiles(m%blocks, all%nodes(:all%n_nodes), size(m%scheme%passes), m%plan, waits)
       end associate
-      call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, m%operators, &
-                         loss)
+      if (acts_at_end(m)) then
+         do part = 1, 2
+            call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, &
+                               m%operators, loss, part)
+            if (part == 1) call add_forces_at_end(m, dt, failure)
+         end do
+      else
+         call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, &
+                            m%operators, loss)
+      end if
       m%damping_loss = m%damping_loss + loss
       if (.not. m%particles%total_frame) call look_for_leavers(m%matter_t, m%fields, report)
    end subroutine step_through_tiles
+
+   !> Whether the forces of interface points are found within a step.
+   pure logical function acts_at_end(m)
+      type(motion_t), intent(in) :: m
+      acts_at_end = m%interfaces%at_end .and. m%interfaces%n > 0
+   end function acts_at_end
+
+   !> The nodes of interface points, and those around the cells beside these.
+   pure function around_faces(m) result(is_near)
+      type(motion_t), intent(in) :: m
+      logical :: is_near(m%grid%n_points)
+      integer :: k, j, e
+      is_near = .false.
+      do k = 1, m%interfaces%n
+         do j = 1, count(m%interfaces%list(k)%node > 0)
+            associate (around => m%grid%dofs%elements_at(m%interfaces%list(k)%node(j)))
+               do e = 1, size(around)
+                  is_near(m%grid%element_nodes(:, around(e))) = .true.
+               end do
+            end associate
+         end do
+      end do
+   end function around_faces
 
    !> Do the nodal sums and the passes of a step, one after the other.
    subroutine step_in_stages(m, dt, new_masses, report, failure)
@@ -195,7 +231,11 @@ contains
                       unsolved)
       if (m%constraints%move()) then
          m%fields%force = force
-         call drive(m%constraints, m%grid, dt, m%damping_rate, driven, m%fields, m%driven, work)
+         call move_driven(m%constraints, m%grid, dt, driven, m%fields)
+      end if
+      if (acts_at_end(m)) call add_forces_at_end(m, dt, unsolved)
+      if (m%constraints%move()) then
+         call find_work(m%constraints, m%grid, dt, m%damping_rate, m%fields, m%driven, work)
          m%external_work = m%external_work + work
          if (m%audit) m%numerical_loss = m%numerical_loss + work
       end if
@@ -203,12 +243,28 @@ contains
       if (m%contact%n > 0) call keep_apart(m%contact, m%grid, dt, m%fields)
       if (m%body_contact%n > 0) call keep_bodies_apart(m%body_contact, m%grid, m%constraints%free, dt, m%fields)
       taken = m%body_contact%loss + m%body_contact%friction_loss - taken
-      if ((m%constraints%move() .or. m%contact%n + m%body_contact%n > 0) .and. (m%audit .or. m%damping_rate > 0)) &
+      if ((m%constraints%move() .or. m%contact%n + m%body_contact%n + m%interfaces%n > 0) &
+          .and. (m%audit .or. m%damping_rate > 0)) &
          call find_powers(m%fields, m%damping_rate, damping_power, mapping_power)
       call pass_on(m, m%steps + 1, unsolved, failure)
       m%damping_loss = m%damping_loss + dt*damping_power
       if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power - taken
    end subroutine solve_acceleration
+
+   !> Let interface points act, by their forces at the end of the step.
+   subroutine add_forces_at_end(m, dt, failure)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      type(failure_t), intent(inout) :: failure
+      if (strains_first(m)) call open_faces(m, v_n, dt)
+      associate (f => m%fields)
+         call hold_faces(m%interface_step, m%interfaces, m%matter_t, m%constraints%fixed, &
+                         m%scheme%name /= 'usl' .and. .not. m%has_domains(), dt, f%mass_matrix, m%solver, &
+                         f%velocity(:, :, v_next), f%acceleration, f%force, failure)
+         call m%grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
+         call m%grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
+      end associate
+   end subroutine add_forces_at_end
 
    !> Book what the loads have done in a step that has mapped the new velocities, or will do so only in the next.
    subroutine book_loads(m, dt)
@@ -230,16 +286,31 @@ contains
    subroutine follow_interfaces(m, dt)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp) :: before, taken
-      before = interface_energy(m%interfaces) + m%interfaces%loss
+      real(dp) :: taken
       associate (velocity => m%fields%velocity, after => merge(v_mapped, v_next, m%scheme%remaps))
          taken = work_of_release(m%interfaces, velocity(:, :, v_n), velocity(:, :, after), dt)
-         call stretch_interfaces(m%interfaces, velocity(:, :, after), dt)
+         if (.not. strains_first(m)) call open_faces(m, after, dt)
       end associate
-      call settle_slip(m%interfaces)
       m%fracture_energy = m%fracture_energy + taken
-      if (m%audit) m%numerical_loss = m%numerical_loss - (interface_energy(m%interfaces) + m%interfaces%loss - before + taken)
+      if (m%audit) m%numerical_loss = m%numerical_loss - taken
    end subroutine follow_interfaces
+
+   !> Whether interface points, as the particles, follow the velocities at the beginning of a step: in usf, with forces at its end.
+   pure logical function strains_first(m)
+      type(motion_t), intent(in) :: m
+      strains_first = m%interfaces%at_end .and. m%scheme%name == 'usf'
+   end function strains_first
+
+   !> Open interface points by a velocity.
+   subroutine open_faces(m, which, dt)
+      type(motion_t), intent(inout) :: m
+      integer, intent(in) :: which               !! the velocity
+      real(dp), intent(in) :: dt                 !! [s]
+      if (m%audit) m%numerical_loss = m%numerical_loss + interface_energy(m%interfaces) + m%interfaces%loss
+      call stretch_interfaces(m%interfaces, m%fields%velocity(:, :, which), dt)
+      call settle_slip(m%interfaces)
+      if (m%audit) m%numerical_loss = m%numerical_loss - interface_energy(m%interfaces) - m%interfaces%loss
+   end subroutine open_faces
 
    !> Count a step, and sort the particles if any has left its cell. Particles may have moved for several `dt` at once.
    subroutine end_step(m, dt, steps, left_cell, failure)

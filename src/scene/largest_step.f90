@@ -13,7 +13,6 @@ module hampm_largest_step
    use hampm_quadratic_points, only: fewest_points
    use hampm_scene, only: scene_t, body_t, cuts_cells
    use hampm_scene_materials, only: materials_of, material_of
-   use hampm_interface_placement, only: shorter_step
    implicit none
    private
    public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step, default_part, &
@@ -46,6 +45,8 @@ module hampm_largest_step
    !> What quadratic cells that are cut leave of the limit of those with `fewest_points`, by edges, cracks and bonds at tips: of 800 at random
    !> 3 % was missing at most (docs/quadratic.md)
    real(dp), parameter :: of_cut_quadratic = 0.9_dp
+   !> What cells that are cut leave of the limit of whole ones: they multiply the largest eigenvalue by 1.27 at most
+   real(dp), parameter :: of_cut_cells = 0.88_dp
    !> What faces that may touch leave of that: they press on slivers, of which the nodes have little mass of their own (docs/quadratic.md)
    real(dp), parameter :: of_faces = 0.75_dp
    !> What rings around an axis leave of the limit of a plane, where the axis is next to the edges
@@ -88,7 +89,7 @@ contains
             if (cuts_cells(scene)) limit = limit*of_cut_quadratic
             if (any(scene%paths%contact)) limit = limit*of_faces
          else if (size(scene%paths) > 0 .or. size(scene%growth) > 0) then
-            limit = limit*shorter_step
+            limit = limit*of_cut_cells
          end if
       end associate
       limit = rounded_down(limit)
@@ -167,7 +168,7 @@ contains
                                     are_quadratic=scene%grid%order > 1, ring=ring)/speed
             if (size(scene%paths) > 0 .and. scene%grid%order == 1) &
                limit = min(limit, limit_of_fills(fills_at_cracks(body%points_per_cell), 0.0_dp, body%points_per_cell, moduli, &
-                                                 material%isotropic, mass, strains_last, damping)/speed/shorter_step)
+                                                 material%isotropic, mass, strains_last, damping)/speed/of_cut_cells)
             if (.not. refines(scene) .or. scene%grid%order > 1) return
             if (fits_cells([rows(1)%spacing, rows(2)%spacing], start, body%points_per_cell)) return
             limit = min(limit, limit_at_edges(start, length, n, scene%refine%max_level, moduli, mass, strains_last, damping)/speed)

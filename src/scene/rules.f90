@@ -385,10 +385,6 @@ module hampm_rules
              "pairs of nodes on a grid line hold each other across it only", ""), &
       rule_t("&crack contact = 'friction'", requires, "&crack friction > 0", by_meaning, "", "&crack contact = 'frictionless'"), &
       rule_t("&crack friction", requires, "&crack contact = 'friction'", by_meaning, "", ""), &
-      rule_t("&crack contact = 'friction'", not_with, &
-             "&refine indicator = 'zz' | 'gradient' and &refine max_level > 0 and &method time = 'explicit'", not_built, &
-             "faces that hold each other give way in explicit steps, and on finer cells that is not undone", &
-             "&method time = 'implicit'"), &
       rule_t("&crack contact = 'friction'", not_with, "&growth and &method time = 'static'", not_built, &
              "tips grow before the loads follow, and what slides meanwhile does not slide back", &
              "&method time = 'implicit'"), &

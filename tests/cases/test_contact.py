@@ -28,21 +28,29 @@ def test_friction_stays_on_a_mesh_that_changes(case, text_of, refine):
     assert np.all(np.diff(run.row["friction_loss"]) >= 0)
 
 
-def test_friction_that_sticks_stays_on_a_mesh_that_changes(case, text_of):
-    """In implicit steps; explicit ones are refused. K_II came out with the wrong sign (1.67e6), faces slid by 2e-6 m and rubbed 0.07 J away."""
+@pytest.mark.parametrize("steps", ["explicit", "implicit"])
+def test_friction_that_sticks_stays_on_a_mesh_that_changes(case, text_of, steps):
+    """K_II came out with the wrong sign (1.67e6), faces slid by 2e-6 m and rubbed 0.07 J away. Of 105 J of work explicit steps rub 0.0005 J away as cells are refined."""
     text = text_of("friction_zz_motion")
-    refused = case("friction_zz_motion", "--check", text=text)
-    assert refused.code == 2
-    assert "&crack contact" in refused.stderr and "'zz'" in refused.stderr and "'implicit'" in refused.stderr
-    text = text.replace("&damping", "&method time='implicit' time_step=2e-6 /\n&damping").replace("interval=20", "interval=3")
+    if steps == "implicit":
+        text = text.replace("&damping", "&method time='implicit' time_step=2e-6 /\n&damping").replace("interval=20", "interval=3")
     text = text.replace("estimators='domain_integral'", "estimators='domain_integral', 'energy_balance'")
     run, uniform = (case("friction_zz_motion", text=words_of) for words_of in (text, re.sub("&refine[^/]*/", "", text)))
     assert run.code == uniform.code == 0, run.stderr
     row = run.row
-    assert np.max(row["friction_loss"]) == 0
+    assert np.max(row["friction_loss"]) <= (0.001 if steps == "explicit" else 0)
     assert abs(row["mouth_sliding"][-1]) < 5e-8
     assert abs(row["K_II"][-1]) < abs(uniform.row["K_II"][-1])
     assert row["external_work"][-1] == pytest.approx(uniform.row["external_work"][-1], rel=0.03)
+
+
+@pytest.mark.parametrize("refine", ["", "&refine indicator='tip' max_level=2 rings=4 /"])
+def test_friction_in_explicit_steps_is_that_of_implicit_ones(case, text_of, refine):
+    """To 0.5 % of K_II and of the sliding (the scene above, on uniform cells and on finer ones around the tips)."""
+    text = re.sub("&refine[^/]*/", refine, text_of("friction_zz_motion"))
+    run, other = (case("friction_zz_motion", text=words) for words in (text, text.replace("&damping", "&method time='implicit' time_step=2e-6 /\n&damping")))
+    for column in ("K_II", "K_II_tip2", "mouth_sliding"):
+        assert run.row[column][-1] == pytest.approx(other.row[column][-1], rel=5e-3), column
 
 
 def test_meeting_bodies_know_no_unit_of_length(case):

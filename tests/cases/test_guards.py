@@ -115,9 +115,9 @@ def coarse_damped_plate(text_of, method, damping="&damping rate = 1.2e5 /"):
             .replace("&method mass = 'full' /", f"&method {method} /").replace("&damping rate = 1.2e5 /", damping))
 
 
-def test_a_motion_that_trembles_near_rest_is_told_of_weak_bonds(case):
-    """With the lumped mass matrix single nodes tremble, 1.2 % from rest. K is 12 % too large by the bonds that the default step allows, and nothing was said.
-    Its estimated error covers that: the static K is within it."""
+def test_a_motion_that_trembles_near_rest(case):
+    """With the lumped mass matrix single nodes tremble, 1.2 % from rest. Bonds at nodes of little mass keep their stiffness: K is that of equilibrium, where weaker ones let it
+    be 12 % too large."""
     text = """\
 &run plane = 'strain'  end_time = 3e-4 /
 &grid lower = 0.2e-3, 0.0  cell = 1e-3  cells = 9, 12 /
@@ -131,21 +131,17 @@ def test_a_motion_that_trembles_near_rest_is_told_of_weak_bonds(case):
 &output history_interval = 1e-4 /
 """
     run = case("trembles", text=text)
-    assert "the motion comes to rest with bonds" in run.stderr, run.stderr
     static = case("trembles", text=text.replace("&damping rate = 3e5 /", "&method time = 'static' /").replace("end_time = 3e-4", "end_time = 1e-4"))
     for tip in ("", "_tip2"):
-        assert 0.06 * static.row[f"K_I{tip}"][-1] < run.row[f"K_I{tip}"][-1] - static.row[f"K_I{tip}"][-1] < run.row[f"K_I_error{tip}"][-1]
+        assert run.row[f"K_I{tip}"][-1] == pytest.approx(static.row[f"K_I{tip}"][-1], rel=0.01)
 
 
 def test_damped_rest_is_equilibrium(case, text_of):
-    """A damped plate at rest is told of bonds that are weaker than those of equilibrium, and of the courant number that leaves them all of their stiffness: with it
-    J, K and the opening are those of time = 'static' on the same cells (9.5 %, 2 % and 16 % less) but for the ghost penalty on small pieces, which equilibrium
-    alone has (0.7 % of J, 1.0 % of the opening)."""
+    """J, K and the opening of a damped plate at rest are those of time = 'static' on the same cells with the default step (with weaker bonds they were 9.5 %, 2 % and 16 %
+    off) but for the ghost penalty on small pieces, which equilibrium alone has (0.7 % of J, 1.0 % of the opening)."""
     static = case("damped_rest_differs_from_static", text=coarse_damped_plate(text_of, "time = 'static'  load_steps = 1", ""))
-    weak = case("damped_rest_differs_from_static", text=coarse_damped_plate(text_of, "mass = 'full'"))
-    assert "of their stiffness, so that steps are stable" in weak.stderr
-    courant = weak.stderr.split("Reduce &method courant from ")[1].split(" to ")[1].split(",")[0]
-    run = case("damped_rest_differs_from_static", text=coarse_damped_plate(text_of, f"mass = 'full'  courant = {courant}"))
-    assert run.code == 0 and "of their stiffness" not in run.stderr, run.stderr
-    for column in ("J", "K_I", "K_II", "J_tip2", "crack_opening", "strain_energy"):
-        assert run.row[column][-1] == pytest.approx(static.row[column][-1], rel=1.5e-2), column
+    for mass in ("full", "lumped"):
+        run = case("damped_rest_differs_from_static", text=coarse_damped_plate(text_of, f"mass = '{mass}'"))
+        assert run.code == 0, run.stderr
+        for column in ("J", "K_I", "K_II", "J_tip2", "strain_energy", *["crack_opening"] * (mass == "full")):  # single nodes tremble where masses are lumped
+            assert run.row[column][-1] == pytest.approx(static.row[column][-1], rel=1.5e-2), column

@@ -764,9 +764,8 @@ def test_a_crack_that_material_carries_between_particles_in_a_mirror(case):
         assert other[name] == pytest.approx(one[name], abs=1e-8 * np.max(np.abs(one[name]))), name
 
 
-def test_springs_between_faces_that_are_weaker_in_motion(case):
-    """They let closed tips have J: 0.049 in place of -0.009 J/m2, of which J_error tells (1.8) and the run told of bonds only. With the courant number that it gives
-    they are as at rest."""
+def test_faces_that_press_on_each_other_in_motion_are_as_firm_as_at_rest(case):
+    """Where they gave way, so that steps were stable, closed tips had J: 0.049 in place of -0.009 J/m2."""
     def text(method):
         return f"""\
 &run plane = 'stress'  end_time = 2.5e-4 /
@@ -783,12 +782,7 @@ def test_springs_between_faces_that_are_weaker_in_motion(case):
 """
     rest = case("closed_at_rest", text=text("&method time = 'static'  load_steps = 1 /"))
     damping = "&damping rate = 1.6e5 /"
-    weak = case("closed_in_motion", text=text(damping))
-    assert "springs between faces in contact that have down to" in weak.stderr
-    assert abs(weak.row["J_tip2"][-1] - rest.row["J_tip2"][-1]) < weak.row["J_error_tip2"][-1]
-    courant = weak.stderr.split("Reduce &method courant from ")[1].split(" to ")[1].split(",")[0]
-    full = case("closed_with_all", text=text(f"&method courant = {courant} /\n{damping}"))
-    assert "of their stiffness" not in full.stderr
+    full = case("closed_in_motion", text=text(damping))
     for tip in ("", "_tip2"):
         assert full.row[f"J{tip}"][-1] == pytest.approx(rest.row[f"J{tip}"][-1], rel=1e-2)
         assert full.row[f"K_II{tip}"][-1] == pytest.approx(rest.row[f"K_II{tip}"][-1], rel=1e-2)

@@ -341,12 +341,14 @@ def test_both_tips_of_a_slanted_crack(hampm, tmp_path, method, refine, crack):
 
 @pytest.mark.parametrize("direction", ["hoop_stress", "local_symmetry", "max_energy"])
 def test_a_slanted_crack_turns(hampm, tmp_path, direction):
-    """Across the tension: the tips go on level."""
+    """Across the tension: the tips go on level. Single samples of K_II ring by up to 0.16 of K_I with lumped masses."""
     row, _ = run(hampm, tmp_path, plate(GIVEN.format("").replace("straight", direction), refine=LEVEL))
-    print(row["tip_angle"][-1], row["K_II"][-1] / row["K_I"][-1])
+    ratio = row["K_II"][-24:] / row["K_I"][-24:]
+    print(row["tip_angle"][-1], np.sqrt(np.mean(ratio**2)), np.mean(ratio))
     assert residual(row) < 1e-12
     assert abs(row["tip_angle"][-1]) < 8
-    assert abs(row["K_II"][-1]) < 0.1 * row["K_I"][-1]
+    assert np.sqrt(np.mean(ratio**2)) < 0.06
+    assert abs(np.mean(ratio)) < 0.02
 
 
 def test_a_given_path(hampm, tmp_path):
