@@ -28,6 +28,7 @@ module hampm_interface_step
    use hampm_interface_points, only: interfaces_t, along, interface_states, interface_stiffness, force_at, have_friction, &
                                      hold_friction, look_at_cohesion, cohesive, is_half
    use hampm_cohesive_law, only: cohesive_state_t
+   use hampm_jumps, only: give_nodes
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_mass_solver, only: mass_solver_t, solve_aside
    use hampm_matter, only: matter_t
@@ -135,9 +136,7 @@ contains
             point%felt = point%opening
             point%opening = self%opening(:, k)
             point%acting = f(ndim*k - 1)*point%normal + f(ndim*k)*along(point)
-            do j = 1, count(point%node > 0)
-               force(:, point%node(j)) = force(:, point%node(j)) - point%share(j)*point%acting
-            end do
+            call give_nodes(point%jump_t, -point%acting, force)
             if (point%lets_go) point%acting = point%acting - point%kept*point%held
          end associate
       end do
@@ -182,9 +181,7 @@ contains
       do unknown = 1, size(self%responses)
          associate (point => interfaces%list((unknown + 1)/ndim), is_normal => mod(unknown, ndim) == 1)
             associate (nodes => point%node(:count(point%node > 0)))
-               do j = 1, size(nodes)
-                  unit(:, nodes(j)) = unit(:, nodes(j)) + point%share(j)*merge(point%normal, along(point), is_normal)
-               end do
+               call give_nodes(point%jump_t, merge(point%normal, along(point), is_normal), unit)
                if (interfaces%are_lumped) then
                   do j = 1, size(nodes)
                      if (masses%lumped(nodes(j)) > 0) &
@@ -406,9 +403,9 @@ contains
       real(dp) :: part, least, most, slope, of_least, of_most, last
       integer :: states(interfaces%n), turn, look
       logical :: is_done
+      rest = forces_of_law(interfaces) - f
       do turn = 1, most_turns
          states = interface_states(interfaces)
-         rest = forces_of_law(interfaces) - f
          slopes = slopes_of_law(interfaces)
          is_new = is_new .or. any(states /= self%states) .or. any(slopes > self%slopes .or. slopes < lowered*self%slopes)
          if (is_new) call factorise(self, states, slopes, failure)
@@ -431,10 +428,9 @@ contains
          of_least = dot_product(way, rest)       ! the slope on the way, below 0 up to the least
          call go_by(1.0_dp)
          is_done = all(states == interface_states(interfaces))
-         slope = dot_product(way, forces_of_law(interfaces) - f)
+         slope = dot_product(way, rest)
          if (.not. slope > -near*of_least) then
-            if (is_done .and. interfaces%n_cohesive > 0) &
-               is_done = maxval(abs(forces_of_law(interfaces) - f)) <= of_cohesion*maxval(abs(f))
+            if (is_done .and. interfaces%n_cohesive > 0) is_done = maxval(abs(rest)) <= of_cohesion*maxval(abs(f))
             if (is_done) return
             cycle
          end if
@@ -446,7 +442,7 @@ contains
             last = part
             part = least + (most - least)*min(0.9_dp, max(0.1_dp, of_least/(of_least - of_most)))
             call go_by(part - last)
-            slope = dot_product(way, forces_of_law(interfaces) - f)
+            slope = dot_product(way, rest)
             if (abs(slope) <= -near*of_least) exit
             if (slope > 0) then
                most = part
@@ -458,11 +454,12 @@ contains
          end do
       end do
    contains
-      !> Go a part of the way of a turn.
+      !> Go a part of the way of a turn, and find what is out of balance there.
       subroutine go_by(step)
          real(dp), intent(in) :: step            !! [-]
          f = f + step*turned
          call open_by(interfaces, step*way)
+         rest = forces_of_law(interfaces) - f
       end subroutine go_by
    end subroutine find_forces
 
