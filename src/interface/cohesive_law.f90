@@ -1,33 +1,36 @@
-!> Traction and separation of faces that cohesion holds together: irreversible, without rate, in mixed mode.
+!> Traction and separation of faces that cohesion holds together: irreversible, without rate, in mixed mode, whatever the way of the mode mix.
 !>
-!> The traction hangs on the opening across the faces and the sliding along them through
+!> A curve of mode I, of straight parts, is given: tractions over openings, without their elastic part x = o/X, t = T/S_I with X = G_I/S_I. Its area is 1, and
+!> what faces have taken at a point of it, of all that they take, is p = (area up to x) - x t/2, in which x and t are linear along each part. p is
+!> the damage, kept at its largest so far; 1 is parted. All compliances are those of p, of sliding k times those of opening:
 !>
-!>    lambda**2 = <g_n>**2 + g_s**2,   B = g_s**2/lambda**2,   <g> = max(g, 0).
+!>    T_n = g_n/(e + c),   T_s = g_s/(k (e + c)),   c = G_I/S_I**2 x/t,   k = (G_II/S_II**2)/(G_I/S_I**2),
 !>
-!> What is opened behind the elastic part, x = o/X of which the traction is S t(x), is a curve of straight parts from x = 0 on: of the laws
-!> `linear` and `bilinear` from t = 1 to 0 at x = 2, of `table` that of the user, without the elastic part of its first point. Its area
-!> is 1, so that with the strength S(B) and the length X(B) = G(B)/S(B) the toughness G(B) is the area of each mode mix. In front of it, in series,
-!> are the elastic opening of the law, at its initial stiffness, and that of the layer of the cells: with e the sum of both compliances
+!> so that with the opening lambda**2 = <g_n>**2 + g_s**2/k, <g> = max(g, 0), both modes have one law. e is the elastic compliance, and that of the layer
+!> of the cells, in series: it shears the curve, does not change its area, so that the layer, which a coarse mesh makes soft, costs no toughness, and
+!> gives the curve an end where it would turn back. Back to the origin the way is straight. Faces that overlap press on each other by the
+!> layer alone, whatever the damage.
 !>
-!>    lambda = X x + e S t,
+!> As p grows by dp faces take G dp, of which sliding has B = g_s**2/(k lambda**2), and p grows with
 !>
-!> a shear of the curve, which does not change its area: the layer, which a coarse mesh makes soft, costs no toughness. It gives the curve an end
-!> where it would turn back, e S > X dx/-dt.
+!>    lambda = sqrt(G) (e t + G_I/S_I**2 x)/sqrt(G_I/S_I**2).
 !>
-!> Toughness and strength of a mode mix:
+!> In proportional motion G is the toughness of the mode mix G_c(B),
 !>
-!>    benzeggagh_kenane   G = G_I + (G_II - G_I) B**m,   S**2 = S_I**2 + (S_II**2 - S_I**2) B**m
-!>    power               ((1 - B) G/G_I)**m + (B G/G_II)**m = 1,   (1 - B) S**2/S_I**2 + B S**2/S_II**2 = 1
+!>    benzeggagh_kenane   G_c = G_I + (G_II - G_I) B**m
+!>    power               ((1 - B) G_c/G_I)**m + (B G_c/G_II)**m = 1,
 !>
-!> In proportional motion B is G_II/(G_I + G_II), as traction and opening are parallel: T = g/(e + c), with the compliance c = X x/(S t) of what
-!> is damaged. c never falls: the largest so far is kept as the damage d = c/(c + c_I), c_I = G_I/S_I**2, which no mesh changes; 1 is parted. Back to
-!> the origin the way is straight. Faces that overlap press on each other by the layer alone, whatever the damage.
+!> and the strength is sqrt(G_c S_I**2/G_I). Where B changes, G_c(B) would give the mean of the toughness along the way in place of the toughness of the mean mix, 4 % less
+!> in a beam whose arms slide on after they have opened. So G is what is left: of faces that have taken (W_I, W_II) and go on with B until
+!> their works fit, w in
 !>
-!> A state (c, B) has dissipated what lies between the curve and the straight way back, G (area up to x - x t/2), in proportional motion; where B changes
-!> as damage grows the dissipation of a step is taken at its end.
+!>    W + w = G_c((W_II + w B)/(W + w)),   G = w/(1 - p),   W = W_I + W_II.
 !>
-!> Sources: Camanho & Davila, NASA TM 2002-211737 (mixed mode, power law); Turon, Camanho, Costa & Davila, Mechanics of Materials 38 (2006), 1072
-!> (onset that fits the toughness of Benzeggagh & Kenane).
+!> G is constant as long as B is, and where p comes to 1 the works fit the criterion, whatever the way was. In a body that is
+!> its own mirror image in the crack, and linear, both works are the G_I and G_II of the loads. A step goes with the B of its end.
+!>
+!> Sources: Camanho & Davila, NASA TM 2002-211737 (mixed mode, power law); Turon, Camanho, Costa & Renart, Composite Structures 92 (2010), 1857 (a stiffness of
+!> sliding that lets strengths and toughnesses of both modes be given).
 module hampm_cohesive_law
    use hampm_kinds, only: dp, ndim
    implicit none
@@ -38,19 +41,21 @@ module hampm_cohesive_law
 
    !> A law.
    type :: cohesive_law_t
-      real(dp) :: strength(2) = 1                !! S_I and S_II [Pa]
       real(dp) :: toughness(2) = 1               !! G_I and G_II [J/m2]
       logical :: by_power = .false.              !! how they are mixed
       real(dp) :: exponent = 1                   !! m, 1 at least [-]
-      real(dp) :: compliance = 0                 !! elastic, before any damage [m/Pa]
+      real(dp) :: elastic = 0                    !! compliance before any damage [m/Pa]
+      real(dp) :: compliance = 1                 !! G_I/S_I**2 [m/Pa]
+      real(dp) :: of_sliding = 1                 !! k [-]
       integer :: n = 2                           !! points of the curve
       real(dp) :: x(most_openings) = 0           !! ascending from 0 [-]
       real(dp) :: t(most_openings) = 0           !! its largest 1, its last 0 [-]
+      real(dp) :: p(most_openings) = 0           !! ascending from 0 to 1 [-]
    contains
       procedure :: respond
       procedure :: turns_back
-      procedure, private :: mix
-      procedure, private :: dissipated
+      procedure, private :: look_at_mix
+      procedure, private :: look_at_rest
    end type cohesive_law_t
 
    !> What a law answers, for each area of the faces.
@@ -59,16 +64,10 @@ module hampm_cohesive_law
       real(dp) :: tangent(ndim, ndim) = 0        !! its change with the opening [Pa/m]
       real(dp) :: secant(ndim, ndim) = 0         !! of the way from the origin, symmetric: of the quadratic energy that is never less than that of the law
                                                  !! and touches it here [Pa/m]
-      real(dp) :: damage = 0                     !! d
+      real(dp) :: damage = 0                     !! p
       real(dp) :: stored = 0                     !! [J/m2]
-      real(dp) :: taken = 0                      !! dissipated since the last state that was kept [J/m2]
+      real(dp) :: taken(2) = 0                   !! by opening and by sliding, since the last state that was kept [J/m2]
    end type cohesive_state_t
-
-   !> Strength and length of a mode mix, and their derivatives by B.
-   type :: mix_t
-      real(dp) :: s, x                           !! [Pa], [m]
-      real(dp) :: ds, dx
-   end type mix_t
 
 contains
 
@@ -78,131 +77,144 @@ contains
       real(dp), intent(in) :: of_shear(2)        !! strength [Pa] and toughness [J/m2] of mode II; 0: those of mode I
       logical, intent(in) :: by_power
       real(dp), intent(in) :: exponent
+      real(dp) :: strength(2)                    ! S_I and S_II [Pa]
       integer :: i
       law%n = size(openings)
-      law%compliance = openings(1)/tractions(1)
-      associate (o => openings - law%compliance*tractions)
-         law%strength(1) = maxval(tractions)
-         law%toughness(1) = sum([((tractions(i) + tractions(i - 1))/2*(o(i) - o(i - 1)), i=2, law%n)])
-         law%x(:law%n) = o*law%strength(1)/law%toughness(1)
+      law%elastic = openings(1)/tractions(1)
+      strength = maxval(tractions)
+      if (of_shear(1) > 0) strength(2) = of_shear(1)
+      associate (o => openings - law%elastic*tractions, n => law%n, x => law%x, t => law%t)
+         law%toughness = sum((tractions(2:) + tractions(:n - 1))/2*(o(2:) - o(:n - 1)))
+         if (of_shear(2) > 0) law%toughness(2) = of_shear(2)
+         x(:n) = o*strength(1)/law%toughness(1)
+         t(:n) = tractions/strength(1)
+         do i = 2, n
+            law%p(i) = law%p(i - 1) + (x(i)*t(i - 1) - x(i - 1)*t(i))/2
+         end do
+         law%p(:n) = law%p(:n)/law%p(n)
       end associate
-      law%t(:law%n) = tractions/law%strength(1)
-      law%strength(2) = merge(of_shear(1), law%strength(1), of_shear(1) > 0)
-      law%toughness(2) = merge(of_shear(2), law%toughness(1), of_shear(2) > 0)
+      associate (c => law%toughness/strength**2)
+         law%compliance = c(1)
+         law%of_sliding = c(2)/c(1)
+      end associate
       law%by_power = by_power
       law%exponent = exponent
    end function new_cohesive_law
 
-   !> Strength and length of a mode mix.
-   pure type(mix_t) function mix(self, b)
-      class(cohesive_law_t), intent(in) :: self
-      real(dp), intent(in) :: b                  !! B
-      real(dp) :: g, dg, rise, slope
-      associate (s => self%strength, of => self%toughness, m => self%exponent)
-         if (self%by_power) then
-            rise = (1 - b)/s(1)**2 + b/s(2)**2
-            mix%s = 1/sqrt(rise)
-            mix%ds = -(1/s(2)**2 - 1/s(1)**2)*mix%s**3/2
-            rise = ((1 - b)/of(1))**m + (b/of(2))**m
-            slope = -((1 - b)/of(1))**(m - 1)/of(1) + (b/of(2))**(m - 1)/of(2)
-            g = rise**(-1/m)
-            dg = -slope*g/rise
-         else
-            mix%s = sqrt(s(1)**2 + (s(2)**2 - s(1)**2)*b**m)
-            mix%ds = (s(2)**2 - s(1)**2)*m*b**(m - 1)/(2*mix%s)
-            g = of(1) + (of(2) - of(1))*b**m
-            dg = (of(2) - of(1))*m*b**(m - 1)
-         end if
-      end associate
-      mix%x = g/mix%s
-      mix%dx = (dg - mix%x*mix%ds)/mix%s
-   end function mix
-
-   !> Whether the curve of a mode would turn back with a layer of the cells, which then lets faces jump open.
+   !> Whether the curve would turn back with a layer of the cells, which then lets faces jump open.
    pure logical function turns_back(self, layer)
       class(cohesive_law_t), intent(in) :: self
       real(dp), intent(in) :: layer              !! stiffness [Pa/m]
-      integer :: i
-      associate (e => self%compliance + 1/layer, x => self%x, t => self%t, n => self%n)
-         turns_back = any([(minval(self%toughness/self%strength**2)*(x(i) - x(i - 1)) <= e*(t(i - 1) - t(i)), i=2, n)])
+      associate (e => self%elastic + 1/layer, x => self%x, t => self%t, n => self%n)
+         turns_back = any(self%compliance*(x(2:n) - x(:n - 1)) <= e*(t(:n - 1) - t(2:n)))
       end associate
    end function turns_back
 
+   !> Toughness of a mode mix, G_c(B) [J/m2].
+   pure subroutine look_at_mix(self, b, toughness, slope)
+      class(cohesive_law_t), intent(in) :: self
+      real(dp), intent(in) :: b                  !! B
+      real(dp), intent(out) :: toughness
+      real(dp), intent(out) :: slope             !! its change with B [J/m2]
+      real(dp) :: sum_of_both
+      associate (of => self%toughness, m => self%exponent)
+         if (self%by_power) then
+            sum_of_both = ((1 - b)/of(1))**m + (b/of(2))**m
+            toughness = sum_of_both**(-1/m)
+            slope = (((1 - b)/of(1))**(m - 1)/of(1) - (b/of(2))**(m - 1)/of(2))*toughness/sum_of_both
+         else
+            toughness = of(1) + (of(2) - of(1))*b**m
+            slope = (of(2) - of(1))*m*b**(m - 1)
+         end if
+      end associate
+   end subroutine look_at_mix
+
+   !> What faces take from a damage on, over the damage that is left, if they go on with a mode mix: G [J/m2].
+   pure subroutine look_at_rest(self, b, damage, taken, toughness, slope)
+      class(cohesive_law_t), intent(in) :: self
+      real(dp), intent(in) :: b                  !! B
+      real(dp), intent(in) :: damage             !! below 1
+      real(dp), intent(in) :: taken(2)           !! W_I and W_II [J/m2]
+      real(dp), intent(out) :: toughness
+      real(dp), intent(out) :: slope             !! its change with B [J/m2]
+      integer, parameter :: most = 100
+      real(dp), parameter :: steep = 0.1_dp      ! least rate at which Newton's method goes on, else by halves
+      real(dp) :: w, low, high, mixture, of_all, off, rate
+      integer :: i
+      call self%look_at_mix(b, w, slope)
+      w = (1 - damage)*w
+      low = 0
+      high = sum(self%toughness)
+      do i = 1, most
+         mixture = min(max((taken(2) + w*b)/(sum(taken) + w), 0.0_dp), 1.0_dp)
+         call self%look_at_mix(mixture, of_all, slope)
+         off = sum(taken) + w - of_all
+         rate = 1 - slope*(b - mixture)/(sum(taken) + w)
+         if (off > 0) high = w
+         if (off < 0) low = w
+         if (.not. abs(off) > 1e-14_dp*of_all) exit
+         if (rate > steep) w = w - off/rate
+         if (.not. (rate > steep .and. w > low .and. w < high)) w = (low + high)/2
+      end do
+      toughness = w/(1 - damage)
+      slope = slope*toughness/((sum(taken) + w)*max(rate, steep))
+   end subroutine look_at_rest
+
    !> What the faces answer to an opening after a damage.
-   pure type(cohesive_state_t) function respond(self, opening, layer, damage) result(state)
+   pure type(cohesive_state_t) function respond(self, opening, layer, damage, taken) result(state)
       class(cohesive_law_t), intent(in) :: self
       real(dp), intent(in) :: opening(ndim)      !! along the faces and across them [m]
       real(dp), intent(in) :: layer              !! stiffness of the layer of the cells [Pa/m]
       real(dp), intent(in) :: damage             !! so far
-      type(mix_t) :: of
-      real(dp) :: lambda, b, e, c_I, g(ndim), db(ndim), here, before, x, t, secant, slope, a, traction, change(ndim), dx
+      real(dp), intent(in) :: taken(2)           !! so far, by opening and by sliding [J/m2]
+      real(dp) :: g(ndim), lambda, b, e, toughness, slope, reached(self%n), x, t, secant, change(ndim), scale(ndim)
       integer :: i
-      g = [opening(1), max(opening(2), 0.0_dp)]
+      scale = [1/sqrt(self%of_sliding), 1.0_dp]
+      g = scale*[opening(1), max(opening(2), 0.0_dp)]
       lambda = norm2(g)
       b = 0
       if (lambda > 0) b = min((g(1)/lambda)**2, 1.0_dp)
-      e = self%compliance + 1/layer
-      c_I = self%toughness(1)/self%strength(1)**2
-      of = self%mix(b)
+      e = self%elastic + 1/layer
       state%damage = damage
-      i = 0
-      here = e*of%s*self%t(1)
-      if (lambda > here) then
-         state%damage = 1
-         do i = 2, self%n
-            before = here
-            here = of%x*self%x(i) + e*of%s*self%t(i)
-            if (lambda < here) exit
-         end do
-         if (i <= self%n) then
-            x = self%x(i - 1) + (lambda - before)/(here - before)*(self%x(i) - self%x(i - 1))
-            t = self%t(i - 1) + (lambda - before)/(here - before)*(self%t(i) - self%t(i - 1))
-            state%damage = max(damage, of%x*x/(of%x*x + c_I*of%s*t))
+      secant = 0
+      associate (c => self%compliance, n => self%n, p => self%p)
+         if (damage < 1) then
+            call self%look_at_rest(b, damage, taken, toughness, slope)
+            reached = sqrt(toughness/c)*(e*self%t(:n) + c*self%x(:n))
+            i = findloc(lambda < reached, .true., dim=1)
+            if (i == 0) state%damage = 1
+            if (i > 1) state%damage = max(damage, min(1.0_dp, &
+                                          p(i - 1) + (lambda - reached(i - 1))/(reached(i) - reached(i - 1))*(p(i) - p(i - 1))))
+            state%taken = toughness*(state%damage - damage)*[1 - b, b]
          end if
-      end if
-      secant = (1 - state%damage)/(e*(1 - state%damage) + c_I*state%damage)
-      state%traction = secant*g
-      state%tangent(1, 1) = secant
-      state%tangent(2, 2) = merge(secant, layer, opening(2) > 0)
-      state%secant = state%tangent
-      state%stored = secant*lambda**2/2
-      if (opening(2) < 0) then
-         state%traction(2) = layer*opening(2)
-         state%stored = state%stored + layer*opening(2)**2/2
-      end if
-      if (.not. state%damage > damage) return
-      state%taken = self%dissipated(state%damage, of) - self%dissipated(damage, of)
-      if (.not. state%damage < 1) return
-      slope = (self%t(i) - self%t(i - 1))/(self%x(i) - self%x(i - 1))
-      a = self%t(i) - slope*self%x(i)
-      dx = -(of%ds*e*a + x*(of%dx + of%ds*e*slope))/(of%x + of%s*e*slope) ! of x by B
-      traction = of%s*t
-      db = 2*g(1)*g(2)/lambda**4*[g(2), -g(1)]
-      change = of%s*slope/(of%x + of%s*e*slope)*g/lambda + (of%ds*t + of%s*slope*dx)*db
-      change = change/lambda - traction/lambda**3*g   ! of the secant
-      state%tangent(:, 1) = state%tangent(:, 1) + g*change(1)
-      state%tangent(:, 2) = state%tangent(:, 2) + g*change(2)
-   end function respond
-
-   !> What has been dissipated at a damage in proportional motion of a mode mix [J/m2].
-   pure real(dp) function dissipated(self, damage, of)
-      class(cohesive_law_t), intent(in) :: self
-      real(dp), intent(in) :: damage
-      type(mix_t), intent(in) :: of
-      real(dp) :: area, ratio, slope, a, x
-      integer :: i
-      dissipated = of%s*of%x
-      if (.not. damage < 1) return
-      ratio = self%toughness(1)/self%strength(1)**2*damage/(1 - damage)*of%s/of%x ! x/t
-      area = 0
-      do i = 2, self%n
-         slope = (self%t(i) - self%t(i - 1))/(self%x(i) - self%x(i - 1))
-         a = self%t(i) - slope*self%x(i)
-         x = self%x(i)
-         if (x > ratio*self%t(i)) x = ratio*a/(1 - ratio*slope)
-         area = area + (x - self%x(i - 1))*(self%t(i - 1) + a + slope*x)/2
-         if (x < self%x(i)) exit
+         if (state%damage < 1) then
+            i = findloc(state%damage < p(:n), .true., dim=1)
+            associate (part => (state%damage - p(i - 1))/(p(i) - p(i - 1)), dt => self%t(i) - self%t(i - 1), &
+                       dx => self%x(i) - self%x(i - 1))
+               t = self%t(i - 1) + part*dt
+               x = self%x(i - 1) + part*dx
+               secant = t/(e*t + c*x)
+               if (state%damage > damage) then
+                  change = (g/lambda - lambda*slope/toughness*g(1)*g(2)/lambda**4*[g(2), -g(1)])/(reached(i) - reached(i - 1))
+                  change = c*(dt*x - t*dx)/(e*t + c*x)**2*change ! of the secant
+                  state%tangent(:, 1) = g*change(1)
+                  state%tangent(:, 2) = g*change(2)
+               end if
+            end associate
+         end if
+      end associate
+      do i = 1, ndim
+         state%secant(i, i) = secant
+         state%tangent(i, i) = state%tangent(i, i) + secant
+         state%secant(:, i) = scale*state%secant(:, i)*scale(i)
+         state%tangent(:, i) = scale*state%tangent(:, i)*scale(i)
       end do
-      dissipated = of%s*of%x*(area - x*(a + slope*x)/2)
-   end function dissipated
+      state%traction = secant*scale*g
+      state%stored = secant*lambda**2/2
+      if (opening(2) > 0) return
+      state%secant(2, 2) = layer
+      state%tangent(2, 2) = layer
+      state%traction(2) = layer*opening(2)
+      state%stored = state%stored + layer*opening(2)**2/2
+   end function respond
 end module hampm_cohesive_law

@@ -218,6 +218,7 @@ contains
       integer :: k
       associate (one => old%list(nearest))
          point%damage = one%damage
+         point%taken = one%taken
          if (is_same) return
          point%opening = one%opening
          do k = max(nearest - 1, 1), min(nearest + 1, old%n)
@@ -227,6 +228,7 @@ contains
                part = dot_product(point%place - one%place, way)/sum(way**2)
                if (part < 0 .or. part > 1) cycle
                point%damage = one%damage + part*(other%damage - one%damage)
+               point%taken = one%taken + part*(other%taken - one%taken)
                point%opening = one%opening + part*(other%opening - one%opening)
             end associate
          end do

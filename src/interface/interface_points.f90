@@ -79,6 +79,7 @@ module hampm_interface_points
       real(dp) :: rate(ndim) = 0                 !! w [m/s]
       integer :: cohesion = 0                    !! number of the law of `cohesive`
       real(dp) :: damage = 0                     !! of that, 1 where faces have parted [-]
+      real(dp) :: taken(2) = 0                   !! by that, of opening and of sliding [J/m2]
       real(dp) :: stored = 0                     !! energy of a bond at the opening `start`, or that it had when it began to let go [J]
    end type interface_point_t
 
@@ -208,7 +209,7 @@ contains
          halves = merge(2, 1, is_half(point))
          answer = interfaces%cohesion(point%cohesion)%respond( &
                   halves*[dot_product(along(point), stretch_of(point)), dot_product(point%normal, point%opening)], &
-                  point%stiffness/area/halves, point%damage)
+                  point%stiffness/area/halves, point%damage, point%taken)
       end associate
    end subroutine look_at_cohesion
 
@@ -419,6 +420,7 @@ contains
          interfaces%list(k)%slip = 0
          interfaces%list(k)%pressed = 0
          interfaces%list(k)%damage = 0
+         interfaces%list(k)%taken = 0
       end do
       interfaces%loss = 0
       interfaces%of_cohesion = 0
@@ -437,8 +439,9 @@ contains
             if (point%law == cohesive) then
                call look_at_cohesion(interfaces, k, answer, area, halves)
                point%damage = answer%damage
-               interfaces%of_cohesion = interfaces%of_cohesion + area*answer%taken/halves
-               interfaces%loss = interfaces%loss + area*answer%taken/halves
+               point%taken = point%taken + answer%taken
+               interfaces%of_cohesion = interfaces%of_cohesion + area*sum(answer%taken)/halves
+               interfaces%loss = interfaces%loss + area*sum(answer%taken)/halves
             end if
             if (.not. is_free(point)) cycle
             sliding = sliding_of(point)
@@ -541,6 +544,7 @@ contains
             call archive%keep_reals('rate_'//to_text(d), n, of%rate(d))
             call archive%keep_reals('acting_'//to_text(d), n, of%acting(d))
             call archive%keep_reals('felt_'//to_text(d), n, of%felt(d))
+            call archive%keep_reals('taken_'//to_text(d), n, of%taken(d))
          end do
          call archive%keep_reals('stiffness', n, of%stiffness)
          call archive%keep_reals('length', n, of%length)
