@@ -26,7 +26,7 @@ module hampm_expected_error
    use hampm_particles, only: particles_t
    use hampm_quadratic_setback, only: setback_of_quadratic
    use hampm_recovery, only: recover
-   use hampm_rigid_motions, only: take_inertia, take_motion_as_whole
+   use hampm_rigid_motions, only: free_motions_t, find_free_motions, take_inertia, take_motion_as_whole
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads, stiff_points, gradient_at, derivatives_at, &
                               n_derivatives, local_of
    use hampm_domain_integral, only: tip_domain_t, weight_nodes
@@ -34,7 +34,7 @@ module hampm_expected_error
    use hampm_tensors, only: identity, trace
    implicit none
    private
-   public :: crack_at_rest_t, find_crack_at_rest, come_to_rest, missing_energy, displace, error_by_lengths, place_of_tip, &
+   public :: crack_at_rest_t, find_crack_at_rest, missing_energy, displace, error_by_lengths, place_of_tip, &
              tip_zone, tips_at_rest_t, find_tips_at_rest
 
    !> A scene at rest under its loads at their largest, scaled down to small gradients, and what changes there as its tips move.
@@ -142,13 +142,14 @@ contains
       real(dp), intent(in) :: thickness          !! [m]
       type(crack_at_rest_t), intent(out) :: crack
       type(stiffness_t) :: rest
+      type(free_motions_t) :: free
       type(closing_t) :: closing
       type(crack_tip_t), allocatable :: chosen(:)
       real(dp), parameter :: no_work = 1e-8_dp   ! that closing it takes, over the strain energy
       integer :: of_tip(most_pairs + size(tips) - 1), cells(size(of_tip)), k, pairs, found
       real(dp) :: to_g
       logical :: done
-      call come_to_rest(m, rest, crack%u, crack%acceleration, crack%scale, done)
+      call come_to_rest(m, rest, free, crack%u, crack%acceleration, crack%scale, done)
       if (.not. done) call rest%release()
       if (.not. done) return
       of_tip = [(1, k=1, most_pairs), (k, k=2, size(tips))]
@@ -173,9 +174,10 @@ contains
 
    !> Solve for rest under all loads, scaled to small gradients, of material that nothing holds beside its motion as a whole; `done` is false where
    !> they all act on what is held or do no more than that. Faces in contact that would go through each other are tied, and stay so.
-   subroutine come_to_rest(m, rest, u, acceleration, scale, done)
+   subroutine come_to_rest(m, rest, free, u, acceleration, scale, done)
       type(motion_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: rest
+      type(free_motions_t), intent(out) :: free
       real(dp), allocatable, intent(inout) :: u(:, :)
       real(dp), allocatable, intent(out) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
       real(dp), intent(out) :: scale             !! of the loads [-]
@@ -191,14 +193,15 @@ contains
       if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not those that stop bodies, which have no size
       call add_eigenstrains(m, force)
       largest = maxval(abs(force))
-      call take_inertia(m, force, acceleration)
+      call find_free_motions(m, free)
+      call take_inertia(free, force, acceleration)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force) ! hanging nodes are held where their masters are
       done = maxval(m%constraints%free*abs(force)) > nothing*max(largest, maxval(abs(force)))
       do turn = 1, most_turns
          if (done) call new_stiffness(m, most_unknowns, tied, rest, done)
          if (.not. done) return
          call rest%solve(m, force, u)
-         call take_motion_as_whole(m, u)
+         call take_motion_as_whole(free, u)
          if (.not. any(m%materials%has_eigenstrain)) call make_small(m, u, scale)
          do k = 1, size(tied)
             associate (pair => m%contact%node(:, k), normal => m%contact%normal(k))
@@ -483,18 +486,19 @@ contains
       type(crack_tip_t), intent(in) :: tips(:)   !! all with radii
       type(tips_at_rest_t), intent(out) :: at_rest
       type(stiffness_t) :: rest
+      type(free_motions_t) :: free
       real(dp), allocatable :: force(:, :), moved(:, :), unused(:, :)
       real(dp) :: pressure
       integer :: k
-      call come_to_rest(m, rest, at_rest%u, at_rest%acceleration, at_rest%scale, at_rest%known)
+      call come_to_rest(m, rest, free, at_rest%u, at_rest%acceleration, at_rest%scale, at_rest%known)
       if (at_rest%known) then
          allocate (at_rest%moved(ndim, m%grid%n_points, size(tips)))
          do k = 1, size(tips)
             pressure = at_rest%scale*sum(largest_factors(m%loads)*m%loads%pressure, mask=m%loads%line == tips(k)%crack)/(2*ndim)
             call find_force(m, at_rest%u, tips(k), pressure, force)
-            call take_inertia(m, force, unused)
+            call take_inertia(free, force, unused)
             call rest%solve(m, force, moved)
-            call take_motion_as_whole(m, moved)
+            call take_motion_as_whole(free, moved)
             at_rest%moved(:, :, k) = moved
          end do
       end if

@@ -13,7 +13,7 @@ module hampm_rigid_motions
    use hampm_text, only: to_text, three_digits, without_rounding
    implicit none
    private
-   public :: pin_t, find_pins, check_pins, turn_with, take_inertia, take_motion_as_whole
+   public :: pin_t, find_pins, check_pins, turn_with, free_motions_t, find_free_motions, take_inertia, take_motion_as_whole
 
    integer, parameter :: motions = 3             !! of a piece of material: along x, along y, turning
    real(dp), parameter :: not_held = 1e-10_dp    !! what a motion moves of what is held, below which it is not held
@@ -29,6 +29,14 @@ module hampm_rigid_motions
    contains
       procedure :: turns
    end type pin_t
+
+   !> The motions as a whole that nothing holds on a mesh.
+   type :: free_motions_t
+      private
+      real(dp), allocatable :: motion(:, :, :)   !! of the points [-], (ndim, n_points, motions)
+      real(dp), allocatable :: momentum(:, :, :) !! mass times these [kg], (ndim, n_points, motions)
+      real(dp), allocatable :: mass(:, :)        !! products of both [kg], (motions, motions)
+   end type free_motions_t
 
 contains
 
@@ -146,74 +154,82 @@ contains
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, u)
    end subroutine turn_with
 
-   !> Take from forces what moves material as a whole where nothing holds it: mass times the acceleration of that, for which no strain stands.
-   subroutine take_inertia(m, force, acceleration)
+   !> Find the motions as a whole that nothing holds, and their momenta.
+   subroutine find_free_motions(m, free)
       type(motion_t), intent(in) :: m
-      real(dp), intent(inout) :: force(:, :)     !! [N], (ndim, n_points)
-      real(dp), allocatable, intent(out) :: acceleration(:, :) !! of the points [m/s2], (ndim, n_points)
+      type(free_motions_t), intent(out) :: free
       type(pin_t), allocatable :: pins(:)
-      real(dp), allocatable :: moved(:, :), whole(:, :, :), matrix(:, :), part(:, :)
-      real(dp) :: shape(m%grid%n_functions)
-      integer :: i, k, info
-      allocate (acceleration, source=0*force)
+      real(dp), allocatable :: moved(:, :)
+      real(dp) :: shape(m%grid%n_functions), by_rate(m%grid%n_functions)
+      integer :: i, j, k
       call find_pins(m, pins)
+      allocate (free%motion(ndim, m%grid%n_points, size(pins)), free%momentum(ndim, m%grid%n_points, size(pins)), &
+                free%mass(size(pins), size(pins)), source=0.0_dp)
       if (size(pins) == 0) return
-      allocate (whole(ndim, size(force, 2), size(pins)), part(ndim, size(pins)))
-      allocate (matrix(size(pins), size(pins)), source=0.0_dp)
       do k = 1, size(pins)
          call turn_with(m, pins(k), moved)
-         whole(:, :, k) = moved
+         free%motion(:, :, k) = moved
       end do
       associate (p => m%particles)
          do i = 1, p%n
             associate (at => m%grid%support_of(p%cell(i)))
                shape = m%grid%functions_in(p%cell(i), inside_cell(m%grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
+               by_rate = p%mass(i)*shape
                do k = 1, size(pins)
-                  part(:, k) = matmul(whole(:, at, k), shape)
+                  associate (rate => matmul(free%motion(:, at, k), by_rate))
+                     do j = 1, size(at)
+                        free%momentum(:, at(j), k) = free%momentum(:, at(j), k) + rate*shape(j)
+                     end do
+                  end associate
                end do
-               matrix = matrix + p%mass(i)*matmul(transpose(part), part)
             end associate
          end do
       end associate
-      moved = reshape([(sum(force*whole(:, :, k)), k=1, size(pins))], [size(pins), 1])
-      call dposv('L', size(pins), 1, matrix, size(pins), moved, size(pins), info)
-      if (info /= 0) return
       do k = 1, size(pins)
-         acceleration = acceleration + moved(k, 1)*whole(:, :, k)
+         free%mass(:, k) = [(sum(free%motion(:, :, i)*free%momentum(:, :, k)), i=1, size(pins))]
       end do
-      call add_inertia(m, -acceleration, force)
+   end subroutine find_free_motions
+
+   !> Take from forces what moves material as a whole where nothing holds it: mass times the acceleration of that, for which no strain stands.
+   subroutine take_inertia(free, force, acceleration)
+      type(free_motions_t), intent(in) :: free
+      real(dp), intent(inout) :: force(:, :)     !! [N], (ndim, n_points)
+      real(dp), allocatable, intent(out) :: acceleration(:, :) !! of the points [m/s2], (ndim, n_points)
+      real(dp) :: share(size(free%mass, 1))
+      integer :: k
+      allocate (acceleration, source=0*force)
+      share = shares_of(free, [(sum(force*free%motion(:, :, k)), k=1, size(share))])
+      do k = 1, size(share)
+         acceleration = acceleration + share(k)*free%motion(:, :, k)
+         force = force - share(k)*free%momentum(:, :, k)
+      end do
    end subroutine take_inertia
 
    !> Take from a displacement what moves material as a whole where nothing holds it: what rounding makes of that in a solution of K u = f turns the
    !> material, and with it what J lacks to be independent of its path.
-   subroutine take_motion_as_whole(m, u)
-      type(motion_t), intent(in) :: m
+   subroutine take_motion_as_whole(free, u)
+      type(free_motions_t), intent(in) :: free
       real(dp), intent(inout) :: u(:, :)         !! [m], (ndim, n_points)
-      real(dp), allocatable :: as_whole(:, :)
-      real(dp) :: weighed(ndim, size(u, 2))
-      weighed = 0
-      call add_inertia(m, u, weighed)
-      call take_inertia(m, weighed, as_whole)
-      u = u - as_whole
+      real(dp) :: share(size(free%mass, 1))
+      integer :: k
+      share = shares_of(free, [(sum(u*free%momentum(:, :, k)), k=1, size(share))])
+      do k = 1, size(share)
+         u = u - share(k)*free%motion(:, :, k)
+      end do
    end subroutine take_motion_as_whole
 
-   !> Add mass times accelerations of the points to forces.
-   pure subroutine add_inertia(m, acceleration, force)
-      type(motion_t), intent(in) :: m
-      real(dp), intent(in) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
-      real(dp), intent(inout) :: force(:, :)     !! [N], (ndim, n_points)
-      real(dp) :: shape(m%grid%n_functions)
-      integer :: i
-      associate (p => m%particles)
-         do i = 1, p%n
-            associate (at => m%grid%support_of(p%cell(i)))
-               shape = m%grid%functions_in(p%cell(i), inside_cell(m%grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
-               force(:, at) = force(:, at) + p%mass(i)*spread(matmul(acceleration(:, at), shape), 2, size(at)) &
-                              *spread(shape, 1, ndim)
-            end associate
-         end do
-      end associate
-   end subroutine add_inertia
+   !> What each motion has of one whose products with their momenta are given; nothing where their masses are singular.
+   pure function shares_of(free, products) result(share)
+      type(free_motions_t), intent(in) :: free
+      real(dp), intent(in) :: products(:)
+      real(dp) :: share(size(products))
+      real(dp) :: matrix(size(products), size(products)), solution(size(products), 1)
+      integer :: info
+      matrix = free%mass
+      solution(:, 1) = products
+      call dposv('L', size(products), 1, matrix, max(1, size(products)), solution, max(1, size(products)), info)
+      share = merge(solution(:, 1), 0.0_dp, info == 0)
+   end function shares_of
 
    !> Add what is held.
    pure subroutine add_row(row, held)
