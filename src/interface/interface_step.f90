@@ -47,10 +47,12 @@ module hampm_interface_step
    real(dp), parameter :: lowered = 0.8_dp       !! part of a slope of cohesion from which on a matrix fits
    real(dp), parameter :: none = 1e-18_dp        !! part of the largest acceleration by a force that is not kept
 
-   !> What a unit force of a point, normal or tangential, does: on some nodes the accelerations A C', and M A C', by which it feels others.
+   !> What unit forces of a point do, those along x along x, and those along y along y: on some nodes the accelerations A C', and M A C', by which it feels
+   !> others.
    type :: response_t
+      integer, allocatable :: felt_by(:)         !! elements that have nodes of the point
       integer, allocatable :: node(:)
-      real(dp), allocatable :: acceleration(:, :) !! [1/kg], (ndim, nodes)
+      real(dp), allocatable :: acceleration(:, :) !! of the first of these, others have none [1/kg], (ndim, nodes)
       real(dp), allocatable :: mapped(:, :)      !! [-], (ndim, nodes)
    end type response_t
 
@@ -63,10 +65,11 @@ module hampm_interface_step
    end type element_t
 
    !> What a mesh has for this, what the matrix was factorised for, and workspace. Unknowns are the normal and the tangential force of each
-   !> point.
+   !> point. Material that moves through the cells changes numbers in each step, and not what there is.
    type :: interface_step_t
       private
-      type(response_t), allocatable :: responses(:) !! (unknowns)
+      type(response_t), allocatable :: responses(:) !! (points)
+      type(element_t), allocatable :: elements(:) !! by which points feel others
       type(sparse_t) :: compliance               !! W [m/N]
       type(sparse_t) :: matrix
       type(factorisation_t) :: factor
@@ -74,6 +77,7 @@ module hampm_interface_step
       real(dp), allocatable :: slopes(:)         !! changes of their forces with their openings [N/m], (unknowns)
       real(dp) :: dt = 0                         !! [s]
       real(dp), allocatable :: opening(:, :)     !! at the beginning of the step [m], (ndim, points)
+      real(dp), allocatable, dimension(:, :) :: unit, moved, mapped !! 0, where C', A C' and M A C' are found, (ndim, n_points)
    end type interface_step_t
 
 contains
@@ -114,12 +118,13 @@ contains
       rubs = have_friction(interfaces)
       if (rubs) call hold_friction(interfaces)
       f = forces_of_law(interfaces)
-      do k = 1, size(f)
-         associate (of => self%responses(k))
-            before(k) = 0
+      do k = 1, interfaces%n
+         associate (of => self%responses(k), point => interfaces%list(k))
+            change = 0
             do j = 1, size(of%node)
-               before(k) = before(k) + dot_product(of%mapped(:, j), acceleration(:, of%node(j)))
+               change = change + of%mapped(:, j)*acceleration(:, of%node(j))
             end do
+            before(ndim*k - 1:ndim*k) = [dot_product(change, point%normal), dot_product(change, along(point))]
          end associate
       end do
       call open_by(interfaces, beta*dt**2*before - opened_by(self, f))
@@ -132,21 +137,17 @@ contains
       end do
       if (rubs) interfaces%list(:interfaces%n)%most_held = -1
       do k = 1, interfaces%n
-         associate (point => interfaces%list(k))
+         associate (point => interfaces%list(k), of => self%responses(k))
             point%felt = point%opening
             point%opening = self%opening(:, k)
             point%acting = f(ndim*k - 1)*point%normal + f(ndim*k)*along(point)
             call give_nodes(point%jump_t, -point%acting, force)
-            if (point%lets_go) point%acting = point%acting - point%kept*point%held
-         end associate
-      end do
-      do k = 1, size(f)
-         associate (of => self%responses(k))
-            do j = 1, size(of%node)
-               change = -f(k)*of%acceleration(:, j)
+            do j = 1, size(of%acceleration, 2)
+               change = -point%acting*of%acceleration(:, j)
                acceleration(:, of%node(j)) = acceleration(:, of%node(j)) + change
                velocity(:, of%node(j)) = velocity(:, of%node(j)) + dt*change
             end do
+            if (point%lets_go) point%acting = point%acting - point%kept*point%held
          end associate
       end do
    end subroutine hold_faces
@@ -161,60 +162,82 @@ contains
       type(mass_matrix_t), intent(in) :: masses
       type(mass_solver_t), intent(inout) :: solver
       type(failure_t), intent(inout) :: failure
-      type(element_t), allocatable :: elements(:)
-      integer, allocatable :: felt_by(:), reached(:) ! elements that have nodes of a point, and the nodes of these
-      real(dp), allocatable, dimension(:, :) :: unit, moved, mapped ! C', A C' and M A C' of an unknown
-      logical :: is_near(m%grid%n_points)
-      integer :: k, j, e, unknown
-      call self%factor%release()
-      if (allocated(self%responses)) deallocate (self%responses, self%states, self%slopes, self%opening)
-      allocate (self%responses(ndim*interfaces%n), self%states(interfaces%n), self%slopes(ndim*interfaces%n), &
-                self%opening(ndim, interfaces%n))
-      is_near = .not. interfaces%are_lumped
+      integer :: k, j, e
+      logical :: is_new
+      is_new = .not. allocated(self%responses)
+      if (is_new) call gather_elements(m, interfaces, remaps, self%elements)
+      call weigh_elements(m, self%elements)
+      if (is_new) call prepare(self, interfaces, m%grid%n_points)
       do k = 1, interfaces%n
-         is_near(pack(interfaces%list(k)%node, interfaces%list(k)%node > 0)) = .true.
-      end do
-      call gather_elements(m, is_near .and. remaps, elements)
-      allocate (unit(ndim, m%grid%n_points), source=0.0_dp)
-      allocate (moved, mapped, source=unit)
-      felt_by = [(e, e=1, size(elements))]
-      do unknown = 1, size(self%responses)
-         associate (point => interfaces%list((unknown + 1)/ndim), is_normal => mod(unknown, ndim) == 1)
+         associate (point => interfaces%list(k), of => self%responses(k))
             associate (nodes => point%node(:count(point%node > 0)))
-               call give_nodes(point%jump_t, merge(point%normal, along(point), is_normal), unit)
+               call give_nodes(point%jump_t, [1.0_dp, 1.0_dp], self%unit)
                if (interfaces%are_lumped) then
                   do j = 1, size(nodes)
                      if (masses%lumped(nodes(j)) > 0) &
-                        moved(:, nodes(j)) = merge(0.0_dp, unit(:, nodes(j))/masses%lumped(nodes(j)), fixed(:, nodes(j)))
+                        self%moved(:, nodes(j)) = merge(0.0_dp, self%unit(:, nodes(j))/masses%lumped(nodes(j)), fixed(:, nodes(j)))
                   end do
-                  if (is_normal) felt_by = pack([(e, e=1, size(elements))], [(have_common(elements(e)%node, nodes), &
-                                                                              e=1, size(elements))])
                else
-                  call solve_aside(solver, m%grid, masses, unit, moved, failure)
+                  call solve_aside(solver, m%grid, masses, self%unit, self%moved, failure)
                   if (failure%failed()) return
                end if
-               do k = 1, size(felt_by)
-                  associate (element => elements(felt_by(k)))
-                     associate (at => element%node(:element%n))
-                        mapped(:, at) = mapped(:, at) + matmul(moved(:, at), element%mass(:size(at), :size(at)))
-                     end associate
-                  end associate
+               do e = 1, size(of%felt_by)
+                  call map_by(self%elements(of%felt_by(e)), self%moved, self%mapped)
                end do
                do j = 1, size(nodes)             ! what is given there the particles do not change
-                  where (fixed(:, nodes(j)) .or. .not. remaps) mapped(:, nodes(j)) = mapped(:, nodes(j)) + unit(:, nodes(j))
-                  unit(:, nodes(j)) = 0
+                  where (fixed(:, nodes(j)) .or. .not. remaps) &
+                     self%mapped(:, nodes(j)) = self%mapped(:, nodes(j)) + self%unit(:, nodes(j))
+                  self%unit(:, nodes(j)) = 0
                end do
+               if (.not. interfaces%are_lumped) of%node = reached_by(self%moved, self%mapped)
+               of%acceleration = self%moved(:, of%node(:merge(size(nodes), size(of%node), interfaces%are_lumped)))
             end associate
+            of%mapped = self%mapped(:, of%node)
+            self%moved(:, of%node) = 0
+            self%mapped(:, of%node) = 0
+            if (interfaces%are_lumped) cycle
+            self%moved = 0
+            self%mapped = 0
          end associate
-         if (interfaces%are_lumped) then
-            if (mod(unknown, ndim) == 1) reached = nodes_of(elements(felt_by), interfaces%list((unknown + 1)/ndim)%node)
-         else
-            reached = [(j, j=1, m%grid%n_points)]
-         end if
-         call take_response(reached, moved, mapped, self%responses(unknown))
       end do
-      call find_compliance(self, m%grid%n_points)
+      if (is_new) call find_pattern(self, m%grid%n_points)
+      call find_compliance(self, interfaces)
    end subroutine find_responses
+
+   !> Find the elements by which the forces of each point are felt and, where masses are lumped, the nodes of these, which they reach.
+   pure subroutine prepare(self, interfaces, n_points)
+      type(interface_step_t), intent(inout) :: self
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: n_points            !! of the grid
+      integer :: e, k
+      allocate (self%responses(interfaces%n), self%states(interfaces%n), self%slopes(ndim*interfaces%n), &
+                self%opening(ndim, interfaces%n))
+      allocate (self%unit(ndim, n_points), self%moved(ndim, n_points), self%mapped(ndim, n_points), source=0.0_dp)
+      do k = 1, interfaces%n
+         associate (of => self%responses(k), node => interfaces%list(k)%node)
+            of%felt_by = [(e, e=1, size(self%elements))]
+            if (.not. interfaces%are_lumped) cycle
+            of%felt_by = pack(of%felt_by, [(have_common(self%elements(e)%node, pack(node, node > 0)), e=1, size(self%elements))])
+            of%node = nodes_of(self%elements(of%felt_by), node)
+         end associate
+      end do
+   end subroutine prepare
+
+   !> Add the masses of an element times accelerations, of which most are 0 where masses are lumped.
+   pure subroutine map_by(element, acceleration, mapped)
+      type(element_t), intent(in) :: element
+      real(dp), intent(in) :: acceleration(:, :) !! (ndim, n_points)
+      real(dp), intent(inout) :: mapped(:, :)
+      integer :: i, j
+      do j = 1, element%n
+         associate (a => acceleration(:, element%node(j)))
+            if (.not. any(abs(a) > 0)) cycle
+            do i = 1, element%n
+               mapped(:, element%node(i)) = mapped(:, element%node(i)) + element%mass(i, j)*a
+            end do
+         end associate
+      end do
+   end subroutine map_by
 
    !> Whether two lists of nodes have any in common.
    pure logical function have_common(a, b)
@@ -223,71 +246,61 @@ contains
       have_common = any([(any(a == b(k)), k=1, size(b))])
    end function have_common
 
-   !> The nodes of some elements, and some others, each once, ascending.
-   pure function nodes_of(elements, others) result(nodes)
+   !> Some nodes, and those of some elements, each once.
+   pure function nodes_of(elements, first) result(nodes)
       type(element_t), intent(in) :: elements(:)
-      integer, intent(in) :: others(:)           !! 0 for none
+      integer, intent(in) :: first(:)            !! 0 for none
       integer, allocatable :: nodes(:)
-      integer :: list(most_nodes_of_leaf*size(elements) + size(others)), k, j, n, last, next
-      do k = 1, size(elements)
-         list(most_nodes_of_leaf*(k - 1) + 1:most_nodes_of_leaf*k) = elements(k)%node
-      end do
-      list(most_nodes_of_leaf*size(elements) + 1:) = others
-      allocate (nodes(size(list)))
+      integer :: k, n
+      nodes = [first, (elements(k)%node, k=1, size(elements))]
       n = 0
-      last = 0
-      do
-         next = huge(next)
-         do j = 1, size(list)
-            if (list(j) > last .and. list(j) < next) next = list(j)
-         end do
-         if (next == huge(next)) exit
+      do k = 1, size(nodes)
+         if (nodes(k) == 0 .or. any(nodes(:n) == nodes(k))) cycle
          n = n + 1
-         nodes(n) = next
-         last = next
+         nodes(n) = nodes(k)
       end do
       nodes = nodes(:n)
    end function nodes_of
 
-   !> Take what is there of accelerations and of what they map to, and clear it.
-   subroutine take_response(reached, moved, mapped, response)
-      integer, intent(in) :: reached(:)          !! nodes that may have something
-      real(dp), intent(inout) :: moved(:, :), mapped(:, :) !! (ndim, n_points)
-      type(response_t), intent(out) :: response
-      real(dp) :: least(2)
+   !> The nodes with accelerations, or something that they map to.
+   pure function reached_by(moved, mapped) result(nodes)
+      real(dp), intent(in) :: moved(:, :), mapped(:, :) !! (ndim, n_points)
+      integer, allocatable :: nodes(:)
       integer :: k
-      least = none*[maxval(abs(moved(:, reached))), maxval(abs(mapped(:, reached)))]
-      response%node = pack(reached, [(any(abs(moved(:, reached(k))) > least(1)) .or. any(abs(mapped(:, reached(k))) > least(2)), &
-                                      k=1, size(reached))])
-      response%acceleration = moved(:, response%node)
-      response%mapped = mapped(:, response%node)
-      moved(:, reached) = 0
-      mapped(:, reached) = 0
-   end subroutine take_response
+      associate (least => none*[maxval(abs(moved)), maxval(abs(mapped))])
+         nodes = pack([(k, k=1, size(moved, 2))], maxval(abs(moved), dim=1) > least(1) .or. maxval(abs(mapped), dim=1) > least(2))
+      end associate
+   end function reached_by
 
-   !> Gather the elements with material that have some nodes, or hang on these, and their masses.
-   subroutine gather_elements(m, is_wanted, elements)
+   !> Gather the elements with material, or that some may enter, that have nodes of points or some that hang on these: where masses are not lumped all.
+   pure subroutine gather_elements(m, interfaces, remaps, elements)
       type(matter_t), intent(in) :: m
-      logical, intent(in) :: is_wanted(:)        !! (n_points)
+      type(interfaces_t), intent(in) :: interfaces
+      logical, intent(in) :: remaps              !! if not, there are none
       type(element_t), allocatable, intent(out) :: elements(:)
-      real(dp) :: by_node(m%grid%n_functions, m%grid%n_functions), n(m%grid%n_functions)
-      integer :: i, c, e, k, found
-      logical :: reaches(size(is_wanted))        ! or hangs on such a node
-      reaches = is_wanted
+      integer :: e, k
+      logical :: is_near(m%grid%n_points), is_wanted(m%grid%n_elements)
+      is_near = .not. interfaces%are_lumped
+      do k = 1, interfaces%n
+         is_near(pack(interfaces%list(k)%node, interfaces%list(k)%node > 0)) = .true.
+      end do
       associate (dofs => m%grid%dofs)
          do k = 1, dofs%n_hanging
-            reaches(dofs%n_nodes + k) = any(is_wanted(dofs%master(dofs%first_master(k):dofs%first_master(k + 1) - 1)))
+            is_near(dofs%n_nodes + k) = any(is_near(dofs%master(dofs%first_master(k):dofs%first_master(k + 1) - 1)))
          end do
       end associate
-      associate (wanted => [(any(reaches(m%grid%element_nodes(:, e))) .and. m%blocks%count_in(e) > 0, e=1, m%grid%n_elements)])
-         allocate (elements(count(wanted)))
-         k = 0
-         do e = 1, m%grid%n_elements
-            if (.not. wanted(e)) cycle
-            k = k + 1
-            elements(k)%number = e
-         end do
-      end associate
+      is_wanted = [(remaps .and. any(is_near(m%grid%element_nodes(:, e))) .and. &
+                    (m%blocks%count_in(e) > 0 .or. .not. m%particles%total_frame), e=1, m%grid%n_elements)]
+      allocate (elements(count(is_wanted)))
+      elements%number = pack([(e, e=1, m%grid%n_elements)], is_wanted)
+   end subroutine gather_elements
+
+   !> Find the masses of elements.
+   pure subroutine weigh_elements(m, elements)
+      type(matter_t), intent(in) :: m
+      type(element_t), intent(inout) :: elements(:)
+      real(dp) :: by_node(m%grid%n_functions, m%grid%n_functions), n(m%grid%n_functions)
+      integer :: i, c, e, found
       do found = 1, size(elements)
          e = elements(found)%number
          by_node = 0
@@ -300,57 +313,63 @@ contains
          call matrix_by_masters(m%grid, e, 1, by_node, elements(found)%n, elements(found)%node, elements(found)%mass)
          elements(found)%node(elements(found)%n + 1:) = 0
       end do
-   end subroutine gather_elements
+   end subroutine weigh_elements
 
-   !> Find W over beta dt**2: by how much unit forces change the accelerations of the openings.
-   subroutine find_compliance(self, n_points)
+   !> Find which forces change which openings: those that reach a node in common.
+   subroutine find_pattern(self, n_points)
       type(interface_step_t), intent(inout) :: self
       integer, intent(in) :: n_points
-      integer :: row, j, k, users(n_points), unknown
-      integer, allocatable :: first(:), user(:), place(:), cliques(:, :)
-      real(dp), allocatable :: of_row(:)
-      users = 0                                  ! the unknowns that a node has something of, in rows
-      do unknown = 1, size(self%responses)
-         users(self%responses(unknown)%node) = users(self%responses(unknown)%node) + 1
-      end do
-      allocate (first(n_points + 1), source=1)
-      do k = 1, n_points
-         first(k + 1) = first(k) + users(k)
-      end do
-      allocate (user(first(n_points + 1) - 1), place(first(n_points + 1) - 1))
-      allocate (cliques(maxval(users), count(users > 0)), source=0)
+      integer, dimension(n_points) :: users, place ! of a node: how many unknowns reach it, and which clique they are
+      integer, allocatable :: cliques(:, :)
+      integer :: k, j, n
       users = 0
-      do unknown = 1, size(self%responses)
-         do j = 1, size(self%responses(unknown)%node)
-            associate (node => self%responses(unknown)%node(j))
-               user(first(node) + users(node)) = unknown
-               place(first(node) + users(node)) = j
-               users(node) = users(node) + 1
+      do k = 1, size(self%responses)
+         users(self%responses(k)%node) = users(self%responses(k)%node) + ndim
+      end do
+      n = 0
+      do k = 1, n_points
+         if (users(k) > 0) n = n + 1
+         place(k) = n
+      end do
+      allocate (cliques(maxval(users), n), source=0)
+      users = 0
+      do k = 1, size(self%responses)
+         do j = 1, size(self%responses(k)%node)
+            associate (node => self%responses(k)%node(j))
+               cliques(users(node) + 1:users(node) + ndim, place(node)) = [ndim*k - 1, ndim*k]
+               users(node) = users(node) + ndim
             end associate
          end do
       end do
-      j = 0
-      do k = 1, n_points
-         if (users(k) == 0) cycle
-         j = j + 1
-         cliques(:users(k), j) = user(first(k):first(k + 1) - 1)
-      end do
-      call pattern_of_cliques(size(self%responses), cliques, self%compliance)
-      allocate (of_row(size(self%responses)), source=0.0_dp)
-      do row = 1, self%compliance%n
-         associate (of => self%responses(row), columns => self%compliance%column(self%compliance%row_start(row): &
-                                                                                self%compliance%row_start(row + 1) - 1))
-            do j = 1, size(of%node)
-               do k = first(of%node(j)), first(of%node(j) + 1) - 1
-                  of_row(user(k)) = of_row(user(k)) + dot_product(of%mapped(:, j), &
-                                                                  self%responses(user(k))%acceleration(:, place(k)))
+      call pattern_of_cliques(ndim*size(self%responses), cliques, self%compliance)
+      self%matrix = self%compliance
+   end subroutine find_pattern
+
+   !> Find W over beta dt**2: by how much unit forces change the accelerations of the openings.
+   pure subroutine find_compliance(self, interfaces)
+      type(interface_step_t), intent(inout) :: self
+      type(interfaces_t), intent(in) :: interfaces
+      real(dp) :: by_axis(ndim)
+      integer :: row, k, j
+      do row = 1, interfaces%n
+         associate (of => self%responses(row), point => interfaces%list(row), w => self%compliance)
+            self%mapped(:, of%node) = of%mapped
+            associate (across => w%row_start(ndim*row - 1), aside => w%row_start(ndim*row))
+               do k = 0, aside - across - 1, ndim  ! columns of both unknowns of a point are beside each other
+                  associate (other => self%responses(w%column(across + k + 1)/ndim), &
+                             at => interfaces%list(w%column(across + k + 1)/ndim))
+                     by_axis = 0
+                     do j = 1, size(other%acceleration, 2)
+                        by_axis = by_axis + self%mapped(:, other%node(j))*other%acceleration(:, j)
+                     end do
+                     w%value(across + k:across + k + 1) = [sum(by_axis*point%normal*at%normal), sum(by_axis*point%normal*along(at))]
+                     w%value(aside + k:aside + k + 1) = [sum(by_axis*along(point)*at%normal), sum(by_axis*along(point)*along(at))]
+                  end associate
                end do
-            end do
-            self%compliance%value(self%compliance%row_start(row):self%compliance%row_start(row + 1) - 1) = of_row(columns)
-            of_row(columns) = 0
+            end associate
+            self%mapped(:, of%node) = 0
          end associate
       end do
-      self%matrix = self%compliance
    end subroutine find_compliance
 
    !> Open the points.
