@@ -22,7 +22,7 @@ module hampm_matching
    use hampm_forest, only: forest_t, outside
    use hampm_grid, only: build_grid
    use hampm_load_following, only: follow_split, follow_recombination
-   use hampm_motion, only: motion_t, rebuild_on_grid, soften_thin_cells, sort_particles, sort_anew, refresh_grid, stored_energy, &
+   use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy, &
                            dissipated_energy
    use hampm_nodal_transfer, only: old_mesh_t, leave_mesh, carry_nodes
    use hampm_outline, only: outline_t
@@ -103,7 +103,6 @@ contains
       if (m%grid%is_quadratic()) allocate (solids, source=m%grid%solids)
       call build_grid(forest, m%grid, failure, cuts, lines, bodies, sheets, solids)
       if (.not. failure%failed()) call sort_particles(m, failure)
-      if (.not. failure%failed()) call soften_thin_cells(m)
       if (.not. failure%failed()) call rebuild_on_grid(m, failure)
       if (allocated(old) .and. .not. failure%failed()) call carry_nodes(old, m)
    end subroutine change_grid
@@ -131,10 +130,7 @@ contains
          call recombine_marked(m, finer_than_cell(m), families, failure)
          if (failure%failed() .or. families == 0) exit
       end do
-      if ((at_lines .or. has_fuller_cells(m)) .and. .not. failure%failed()) then
-         call soften_thin_cells(m)
-         call rebuild_on_grid(m, failure)
-      end if
+      if ((at_lines .or. has_fuller_cells(m)) .and. .not. failure%failed()) call rebuild_on_grid(m, failure)
       m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
    end subroutine match_particles
 

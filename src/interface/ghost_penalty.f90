@@ -23,10 +23,11 @@ module hampm_ghost_penalty
    use hampm_interface_points, only: interfaces_t, interface_point_t, ghost, add_interface_point
    use hampm_grid, only: grid_t, side_corner
    use hampm_matter, only: matter_t
+   use hampm_outer_nodes, only: least_fill
    use hampm_tolerance, only: part_of_cell
    implicit none
    private
-   public :: hold_small_pieces, fills_of_pieces, enough_alone
+   public :: hold_small_pieces, fills_of_pieces, are_nearly_empty, enough_alone
 
    real(dp), parameter :: enough = 0.9_dp        !! part of a cell from which on a piece holds itself
    real(dp), parameter :: enough_alone = 0.6_dp  !! with which a quadratic one moves by itself, where none on its side of the crack is fuller
@@ -37,6 +38,9 @@ module hampm_ghost_penalty
                                                  !! rings with three levels was up to 5 % too large (docs/cracks.md)
    real(dp), parameter :: at_thick_edges = 0.02_dp !! the least of them: few particles leave motions of the nodes free. 0.1 at all makes beams across the
                                                  !! grid stiffer by 0.2 % and the stress at small holes lower by 2 %
+   real(dp), parameter :: in_steps = 1.0_dp      !! of those in explicit steps of usl that are filled by less than `least_fill`: nodes of such a piece alone have so
+                                                 !! little mass that its stress would throw them about, and have to move as the field continued to them. With 0.1
+                                                 !! some do not
    real(dp), parameter :: lightness = 0.3_dp     !! g of the mass over that of the stiffness, of quadratic cells, which resolve waves of the frequency c/h: with
                                                  !! 1 K of a crack that a step of tension meets is off by 0.76 % instead of 0.30, with 0.1 steps of
                                                  !! faces that touch on slivers are shorter by 3 % (docs/quadratic.md)
@@ -63,19 +67,38 @@ contains
       fill = part_of_cell(fill)
    end function fills_of_pieces
 
+   !> Which bilinear elements are of cells that the edges of bodies leave nearly empty, and have nodes of their own.
+   pure function are_nearly_empty(m) result(are)
+      type(matter_t), intent(in) :: m
+      logical :: are(m%grid%n_elements)
+      real(dp) :: fill(m%grid%n_elements)
+      integer :: e
+      are = .false.
+      if (.not. allocated(m%grid%is_full) .or. m%grid%is_quadratic()) return
+      fill = fills_of_pieces(m)
+      do e = 1, size(are)
+         associate (leaf => m%grid%element_leaf(e))
+            are(e) = m%grid%is_met(leaf) .and. .not. m%grid%is_full(leaf) .and. fill(m%grid%first_of_piece(e)) < least_fill &
+                     .and. .not. m%grid%outer_nodes%has_host(leaf)
+         end associate
+      end do
+   end function are_nearly_empty
+
    !> Add the interface points on the sides of small pieces, and note whether one that is to move is alone.
    pure subroutine hold_small_pieces(interfaces, m)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       real(dp), dimension(m%grid%n_elements) :: fill, modulus, density, g
-      logical :: moves(m%grid%n_points), is_held(m%grid%n_elements), is_filled(m%grid%n_elements)
+      logical :: moves(m%grid%n_points), is_held(m%grid%n_elements), is_filled(m%grid%n_elements), thin(m%grid%n_elements)
       type(disjoint_sets_t) :: held
       integer, allocatable :: others(:)
-      logical :: has_mass
+      logical :: has_mass, is_in_steps
       integer :: cell, e, i, k, side
-      has_mass = interfaces%are_moving .and. (interfaces%are_bounded .or. m%grid%is_quadratic())
+      has_mass = interfaces%are_moving .and. m%grid%is_quadratic()
+      is_in_steps = interfaces%are_bounded .and. .not. m%grid%is_quadratic()
       cell = merge(corners, 1, m%grid%is_quadratic()) ! elements of one
       fill = fills_of_pieces(m)
+      thin = are_nearly_empty(m)
       moves = .false.
       is_filled = .false.
       modulus = 0
@@ -125,6 +148,8 @@ contains
          integer, intent(in) :: element
          associate (leaf => m%grid%element_leaf(element))
             g_of = 0
+            if (is_in_steps) g_of = merge(in_steps, 0.0_dp, thin(element))
+            if (is_in_steps) return
             if (m%grid%is_cut(leaf)) g_of = at_cracks
             if (allocated(m%grid%is_full) .and. .not. m%grid%is_quadratic()) then
                if (m%grid%is_met(leaf) .and. .not. m%grid%is_full(leaf)) &

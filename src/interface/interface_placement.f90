@@ -77,7 +77,7 @@ contains
       interfaces%at_end = interfaces%are_bounded .and. .not. m%grid%is_quadratic()
       if (.not. (m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies))) return
       if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
-      if (m%grid%is_quadratic() .or. .not. interfaces%are_bounded) call hold_small_pieces(interfaces, m)
+      if (m%grid%is_quadratic() .or. .not. interfaces%are_bounded .or. interfaces%strain_last) call hold_small_pieces(interfaces, m)
       call go_on(interfaces, old)
       do k = 1, interfaces%n
          interfaces%list(k)%felt = interfaces%list(k)%opening

@@ -88,6 +88,7 @@ module hampm_interface_points
       type(thickness_t) :: thickness             !! of the material
       logical :: are_bounded = .true.            !! whether explicit steps have to be stable
       logical :: at_end = .false.                !! whether the forces of a step feel what it changes (`hampm_interface_step`)
+      logical :: strain_last = .false.           !! whether velocities that particles do not remember open them (usl)
       logical :: are_lumped = .true.             !! whether the masses of their nodes are lumped then
       logical :: are_moving = .true.             !! whether they have masses, where they may
       integer :: alone = 0                       !! first element of a piece too small to move with no fuller one beside it, 0

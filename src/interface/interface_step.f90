@@ -4,12 +4,15 @@
 !>
 !> With C the shares of nodes in the openings g, forces -C' f change the accelerations of nodes by -A C' f, where A is what the run takes for the
 !> inverse of the mass matrix, and those by which the particles are strained (`hampm_critical_step`) by -A M A C' f, M being the matrix of the
-!> particles; of the scheme usl by -A C' f. With a the accelerations without these forces, and beta of Newmark's method,
+!> particles. With a the accelerations without these forces, and beta of Newmark's method,
 !>
 !>    f = law(g + beta dt**2 C A M a - W f),   W = beta dt**2 C A M A C'.
 !>
 !> With beta of 1/4 and more no mode of the points is faster than steps can be, however long: its squared frequency omega**2 becomes
 !> omega**2/(1 + beta dt**2 omega**2). No energy is taken by that. Vibrations that steps resolve, and equilibrium, are as they were.
+!>
+!> In the scheme usl particles are strained by -A C' f, but remember -A M A C' f only: what is not remembered must not go beyond equilibrium in one step. So M A is
+!> M A + (1 - M A)/beta there, with which that comes to it at once; with M A + (1 - M A) it goes to the other side by 1/beta - 1.
 !>
 !> The forces are found by Newton's method: where the law is linear by pieces, as of bonds and faces in contact, one solution does for as long as no point
 !> changes what it does. Of unknowns whose force changes with their opening the matrix is W + 1/law', symmetric and positive definite, as
@@ -96,7 +99,7 @@ contains
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       logical, intent(in) :: fixed(:, :)         !! which components of nodes are given, (ndim, n_nodes)
-      logical, intent(in) :: remaps              !! whether the velocities that strain the particles are mapped from these
+      logical, intent(in) :: remaps              !! whether velocities are mapped from the particles
       real(dp), intent(in) :: dt                 !! [s]
       type(mass_matrix_t), intent(in) :: masses
       type(mass_solver_t), intent(inout) :: solver
@@ -187,12 +190,13 @@ contains
                do j = 1, size(nodes)             ! what is given there the particles do not change
                   where (fixed(:, nodes(j)) .or. .not. remaps) &
                      self%mapped(:, nodes(j)) = self%mapped(:, nodes(j)) + self%unit(:, nodes(j))
-                  self%unit(:, nodes(j)) = 0
                end do
                if (.not. interfaces%are_lumped) of%node = reached_by(self%moved, self%mapped)
                of%acceleration = self%moved(:, of%node(:merge(size(nodes), size(of%node), interfaces%are_lumped)))
             end associate
             of%mapped = self%mapped(:, of%node)
+            if (interfaces%strain_last) of%mapped = of%mapped + (self%unit(:, of%node) - of%mapped)/beta
+            self%unit(:, of%node) = 0
             self%moved(:, of%node) = 0
             self%mapped(:, of%node) = 0
             if (interfaces%are_lumped) cycle

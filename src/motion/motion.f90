@@ -1,12 +1,5 @@
 !> Everything that moves, and how it stands on the grid between two steps.
 !>
-!> Cells that the edges of bodies leave nearly empty, and whose nodes do not hang on others (`hampm_outer_nodes`): those beside cells of
-!> another size or at a crack. Their outer nodes have little mass, and would have explicit steps as short as one likes.
-!>
-!> So in explicit steps the material in them is softer: with f the part of the cell that is filled, and f_least that from which on nodes are free, its stress acts
-!> on the volume times (f/f_least)**2. The stiffness of an outer node falls with f, its mass at least with f**2 if lumped and with f**3 if
-!> not. What is lost is less than a tenth of a cell at the few cells where sizes change along an edge. Masses stay.
-!>
 !> The schemes of a step. They differ in when the stress, that is H, is updated:
 !>
 !>   usf    first, with the velocities mapped from the particles at the start;
@@ -14,7 +7,7 @@
 !>   musl   last, with velocities mapped anew from the updated particles (Sulsky, Zhou & Schreyer 1995);
 !>   usavg  half of it first as in usf and half of it last as in musl (Bardenhagen 2002; Nairn 2003).
 module hampm_motion
-   use hampm_kinds, only: dp, ndim, long
+   use hampm_kinds, only: dp, ndim, corners, long
    use hampm_body_contact, only: body_contact_t, rebuild_body_contact
    use hampm_constraints, only: constraints_t, rebuild_constraints
    use hampm_contact, only: contact_t, rebuild_contact, lump_at_touch
@@ -23,8 +16,8 @@ module hampm_motion
    use hampm_driven_nodes, only: driven_work_t
    use hampm_energy, only: energy_of_particles => kinetic_energy, strain_energy, dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
-   use hampm_ghost_penalty, only: enough_alone
-   use hampm_interface_points, only: interfaces_t, cohesive, interface_energy, energy_of_rates, jumps_with_mass, &
+   use hampm_ghost_penalty, only: enough_alone, are_nearly_empty
+   use hampm_interface_points, only: interfaces_t, cohesive, ghost, interface_energy, energy_of_rates, jumps_with_mass, &
                                      add_interface_momentum
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: load_t, follow_sort, share_by_mass
@@ -45,10 +38,9 @@ module hampm_motion
    use hampm_text, only: to_text
    use hampm_tiling, only: tiling_t
    use hampm_whereabouts, only: when, origin
-   use hampm_outer_nodes, only: least_fill
    implicit none
    private
-   public :: motion_t, start_motion, rebuild_on_grid, soften_thin_cells, sort_particles, sort_anew, update_particles, map_to_grid, &
+   public :: motion_t, start_motion, rebuild_on_grid, sort_particles, sort_anew, update_particles, map_to_grid, &
              rebuild_operators, refresh_grid, pass_on, do_pass, assemble_sums, kinetic_energy, stored_energy, &
              dissipated_energy, keep_history
 
@@ -114,7 +106,7 @@ contains
          m%scheme = new_scheme(scheme, m%mass%by /= by_lumped, m%particles%total_frame)
       end if
       if (.not. allocated(m%loads)) allocate (m%loads(0))
-      call soften_thin_cells(m)
+      m%interfaces%strain_last = scheme == 'usl'
       call rebuild_on_grid(m, failure)
    end subroutine start_motion
 
@@ -134,7 +126,8 @@ contains
       call rebuild_body_contact(m%body_contact, m%grid)
       call rebuild_interfaces(m%interfaces, m%matter_t)
       m%interfaces%are_lumped = m%mass%by == by_lumped .or. .not. m%particles%total_frame .or. &
-                                m%interfaces%n_contact + m%interfaces%n_cohesive > 0
+                                m%interfaces%n_contact + m%interfaces%n_cohesive > 0 .or. &
+                                any(m%interfaces%list(:m%interfaces%n)%law == ghost)
       call forget_faces(m%interface_step)
       if (m%interfaces%alone > 0) call report_thin_piece(m, failure)
       if (m%interfaces%n_cohesive > 0) call look_at_layers(m, failure)
@@ -143,7 +136,7 @@ contains
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
       if (failure%failed()) return
       if (allocated(m%fields%mass_matrix%blend)) call give_ghosts(m)
-      call lump_at_touch(m%contact, [m%constraints%supporting(), nodes_held_in_steps(m)], m%grid, m%fields%mass_matrix)
+      call lump_at_touch(m%contact, [m%constraints%supporting(), nodes_lumped_in_steps(m)], m%grid, m%fields%mass_matrix)
       if (m%body_contact%wanted .and. allocated(m%fields%mass_matrix%blend)) then
          call m%grid%copies_of_nodes(m%fields%mass_matrix%copies)
          m%fields%mass_matrix%blend_apart = m%fields%mass_matrix%blend
@@ -153,16 +146,21 @@ contains
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine rebuild_on_grid
 
-   !> Nodes that interface points move at the end of explicit steps, by their lumped masses.
-   pure function nodes_held_in_steps(m) result(nodes)
+   !> Nodes with lumped masses in explicit steps: those that interface points move at the end of these, and those of nearly empty cells, for which others have
+   !> next to nothing.
+   pure function nodes_lumped_in_steps(m) result(nodes)
       type(motion_t), intent(in) :: m
       integer, allocatable :: nodes(:)
+      logical :: is_thin(m%grid%n_elements)
+      integer :: k
       allocate (nodes(0))
-      if (.not. (m%interfaces%at_end .and. m%interfaces%are_lumped)) return
-      associate (of_points => nodes_of_jumps(m%interfaces%list(:m%interfaces%n)%jump_t))
-         nodes = pack(of_points, of_points > 0)
-      end associate
-   end function nodes_held_in_steps
+      if (.not. m%interfaces%at_end) return
+      is_thin = are_nearly_empty(m%matter_t)
+      nodes = [(m%grid%element_nodes(:, k), k=1, m%grid%n_elements)]
+      nodes = pack(nodes, [(spread(is_thin(k), 1, corners), k=1, m%grid%n_elements)])
+      if (m%interfaces%are_lumped) nodes = [nodes, nodes_of_jumps(m%interfaces%list(:m%interfaces%n)%jump_t)]
+      nodes = pack(nodes, nodes > 0)
+   end function nodes_lumped_in_steps
 
    !> Fail because of a piece of a cell that is too small to move by itself.
    subroutine report_thin_piece(m, failure)
@@ -378,28 +376,6 @@ contains
       type(failure_t), intent(inout) :: failure
       if (part%failed()) call failure%report(part%code, when(step, m%time)//part%message)
    end subroutine pass_on
-
-   !> Give particles the volume on which their stress acts, in the cells of a new grid: explicit steps of bilinear cells have to be stable.
-   pure subroutine soften_thin_cells(m)
-      type(motion_t), intent(inout) :: m
-      real(dp) :: fill(m%grid%n_elements)
-      integer :: i
-      if (.not. (allocated(m%grid%bodies) .and. m%interfaces%are_bounded) .or. m%grid%is_quadratic()) return
-      fill = 0
-      associate (p => m%particles, grid => m%grid)
-         do i = 1, p%n
-            p%volume(i) = p%mass(i)/m%materials(p%material(i))%density
-            fill(p%cell(i)) = fill(p%cell(i)) + p%area_of(i)
-         end do
-         fill = fill/grid%element_size**ndim
-         do i = 1, p%n
-            associate (e => p%cell(i))
-               if (fill(e) < least_fill .and. .not. grid%outer_nodes%has_host(grid%element_leaf(e))) &
-                  p%volume(i) = p%volume(i)*(fill(e)/least_fill)**2
-            end associate
-         end do
-      end associate
-   end subroutine soften_thin_cells
 
    !> The scheme of a name: 'usf', 'usl', 'usavg' or 'musl', with the mapping of a mass matrix where there is one. Where the
    !> particles stay where they are in the grid, masses are mapped only once, and momenta only when velocities have changed.
