@@ -182,7 +182,9 @@ contains
                   if (.not. is_before(before, point)) cycle
                   distance = norm2(before%place - point%place)
                   is_same = max(distance, abs(before%length - point%length)) <= same*point%cell
-                  if (.not. is_same .and. distance >= least) cycle
+                  if (.not. is_same .and. distance > least - same*point%cell) then ! of two as near the longer, whichever is the first
+                     if (distance > least + same*point%cell .or. before%length <= old%list(nearest)%length) cycle
+                  end if
                   least = distance
                   nearest = k
                   if (is_same) exit

@@ -6,10 +6,10 @@
 !>
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapter 10 (active sets).
 module hampm_supports
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
-   use hampm_basis, only: shape_functions
    use hampm_constraints, only: constraints_t
+   use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t, exit_input
    use hampm_motion, only: motion_t
    use hampm_text, only: to_text, without_rounding
@@ -49,24 +49,23 @@ contains
       axis = merge('x', 'y', d == 1)
    end function axis
 
-   !> Mass that stands above and below the supported components of nodes, by its part in these [kg].
+   !> Mass that stands above and below the supported components of nodes, by its part in these and in the nodes that hang on them [kg].
    subroutine weigh_sides(m, above, below)
       type(motion_t), intent(in) :: m
       real(dp), intent(out) :: above(:, :), below(:, :) !! (ndim, n_nodes)
-      real(dp) :: shape(corners), offset(ndim)
-      integer :: i, c
+      real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf), part, offset(ndim)
+      integer :: i, j, n, master(most_nodes_of_leaf)
       above = 0
       below = 0
       associate (p => m%particles)
          do i = 1, p%n
-            shape = shape_functions(m%grid%local_coordinate(p%cell(i), p%place_in_grid(i)))
-            do c = 1, corners
-               associate (node => m%grid%element_nodes(c, p%cell(i)))
-                  if (node > m%grid%n_nodes) cycle
-                  offset = p%place_in_grid(i) - m%grid%node_position(:, node)
-                  above(:, node) = above(:, node) + merge(shape(c)*p%mass(i), 0.0_dp, offset > 0)
-                  below(:, node) = below(:, node) + merge(shape(c)*p%mass(i), 0.0_dp, offset < 0)
-               end associate
+            call m%grid%dofs%masters_of(m%grid%support_of(p%cell(i)), n, master, weight)
+            do j = 1, n
+               part = p%mass(i)*abs(dot_product(weight(:, j), m%grid%functions_in(p%cell(i), &
+                                                               m%grid%local_coordinate(p%cell(i), p%place_in_grid(i)))))
+               offset = p%place_in_grid(i) - m%grid%node_position(:, master(j))
+               above(:, master(j)) = above(:, master(j)) + merge(part, 0.0_dp, offset > 0)
+               below(:, master(j)) = below(:, master(j)) + merge(part, 0.0_dp, offset < 0)
             end do
          end do
       end associate
