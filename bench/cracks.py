@@ -177,6 +177,18 @@ def errors(found, asked):
                                                 found[:, 2] / g - 1)]
 
 
+def errors_of_k(found, asked):
+    """Errors of K_I and K_II of each tip over the larger of both."""
+    return (found[:, :2] - asked) / np.max(np.abs(asked), axis=1)[:, None]
+
+
+def case_scene(case, cells):
+    """The namelist of one of `cases`, with so many of the finest cells to the length that is resolved."""
+    _, cracks, half, resolved, _ = case
+    levels = LEVELS if half == PLATE or resolved >= half[0] / LARGE else LEVELS + 1
+    return scene(cracks, resolved / cells * 2**levels, half, levels)
+
+
 def order(cells, errors):
     """The slope of a straight line through log error over log cells, downwards."""
     return -np.polyfit(np.log(cells), np.log(np.maximum(errors, 1e-300)), 1)[0]
@@ -190,13 +202,12 @@ def table(program, arguments):
     head = [f"{what} %, {n} cells" for n in finest for what in ("K_I", "K_II", "G")]
     out = [("case", *head, "order of K", "sign")]
     of_all = []
-    for name, cracks, half, resolved, asked in list(cases())[arguments.first - 1:]:
-        row, of_case = [name], []
+    for case in list(cases())[arguments.first - 1:]:
+        row, of_case, asked = [case[0]], [], case[4]
         for n in finest:
-            levels = LEVELS if half == PLATE or resolved >= half[0] / LARGE else LEVELS + 1
-            found = program(scene(cracks, resolved / n * 2**levels, half, levels))
+            found = program(case_scene(case, n))
             row += [f"{100 * error:+.2f}" for error in errors(found, asked)]
-            of_case.append((found[:, :2] - asked) / np.max(np.abs(asked), axis=1)[:, None])
+            of_case.append(errors_of_k(found, asked))
         squares = [np.mean(each**2) for each in of_case]
         worst = np.unravel_index(np.argmax(np.abs(of_case[0])), of_case[0].shape)
         same = len({math.copysign(1, each[worst]) for each in of_case}) == 1
@@ -298,16 +309,15 @@ def shift(program, arguments):
     write(out, "shift", arguments.output)
 
 
-def friction(program, arguments):
-    """K_I, which is 0, the error of K_II, over K_II without friction in an infinite plate, and that of J over J there."""
-    out = [("case", "K_II %", "K_I %", "J %")]
+def pressed_cases():
+    """Name, namelist, and K_II and K_II without friction, of slanted cracks that are pressed."""
     a = 8e-3
     root = SIGMA * math.sqrt(math.pi * a)
     cases = [("infinite", float(row["beta[deg]"]), float(row["mu"]), root * float(row["K_II/(sigma*sqrt(pi*a))"]))
              for row in rows("a8_friction_infinite.csv")]
     cases += [("plate", 45.0, float(row["mu"]), float(row["K_II[Pa*sqrt(m)]"])) for row in rows("a8_friction_plate.csv")
               if row["case"].startswith("beta=45 2a=16") and row["tip"] == "1"]
-    for where, beta, mu, asked in cases[arguments.first - 1:]:
+    for where, beta, mu, asked in cases:
         half, loads = PLATE, None
         cosine, sine = direction(beta)
         if where == "infinite":
@@ -316,10 +326,16 @@ def friction(program, arguments):
                             1j * SIGMA * asked / root)
         text = scene([[-a * direction(beta), a * direction(beta)]], a / 32 * 2**LEVELS, half, sigma=-SIGMA, loads=loads)
         contact = f"contact = 'friction'  friction = {mu}" if mu else "contact = 'frictionless'"
-        found = program(text.rstrip().removesuffix("/") + contact + " /\n")
-        free = root * sine * cosine
+        yield f"{where} {beta:g}, mu {mu:g}", text.rstrip().removesuffix("/") + contact + " /\n", asked, root * sine * cosine
+
+
+def friction(program, arguments):
+    """K_I, which is 0, the error of K_II, over K_II without friction in an infinite plate, and that of J over J there."""
+    out = [("case", "K_II %", "K_I %", "J %")]
+    for name, text, asked, free in list(pressed_cases())[arguments.first - 1:]:
+        found = program(text)
         worst = max((tip[1] - asked for tip in found), key=abs)
-        out.append((f"{where} {beta:g}, mu {mu:g}", f"{100 * worst / free:+.2f}", f"{100 * np.max(np.abs(found[:, 0])) / free:.2f}",
+        out.append((name, f"{100 * worst / free:+.2f}", f"{100 * np.max(np.abs(found[:, 0])) / free:.2f}",
                     f"{100 * max(program.j - asked**2, key=abs) / free**2:+.2f}"))
         print("  ".join(out[-1]), flush=True)
     write(out, "friction", arguments.output)

@@ -35,7 +35,7 @@ def command_line(description, parts, folder, program=ROOT / "build/release/hampm
     parser.add_argument("--output", metavar="DIR", type=Path, default=Path(folder), help="folder of the tables")
     parser.add_argument("--program", metavar="FILE", type=Path, default=program)
     for name, (default, text) in numbers.items():
-        parser.add_argument(f"--{name}", metavar="N", type=int, default=default, help=text)
+        parser.add_argument(f"--{name}", metavar="FILE" if isinstance(default, Path) else "N", type=type(default), default=default, help=text)
     arguments = parser.parse_args()
     arguments.part = arguments.part or parts
     if set(arguments.part) - set(parts):
