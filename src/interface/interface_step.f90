@@ -192,7 +192,9 @@ contains
                      self%mapped(:, nodes(j)) = self%mapped(:, nodes(j)) + self%unit(:, nodes(j))
                end do
                if (.not. interfaces%are_lumped) of%node = reached_by(self%moved, self%mapped)
-               of%acceleration = self%moved(:, of%node(:merge(size(nodes), size(of%node), interfaces%are_lumped)))
+               j = size(of%node)
+               if (interfaces%are_lumped) j = min(j, size(nodes)) ! one on both faces is named twice
+               of%acceleration = self%moved(:, of%node(:j))
             end associate
             of%mapped = self%mapped(:, of%node)
             if (interfaces%strain_last) of%mapped = of%mapped + (self%unit(:, of%node) - of%mapped)/beta
