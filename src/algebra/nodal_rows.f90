@@ -151,7 +151,7 @@ contains
       integer, dimension(size(pattern%neighbour, 1)) :: offset, last_offset
       integer :: place(size(nodes) + 1), a, n
       n = 0
-      allocate (spans%of_chunk((size(nodes) - 1)/per_chunk + 2))
+      allocate (spans%of_chunk((size(nodes) + per_chunk - 1)/per_chunk + 1))
       last_offset = 0
       do a = 1, size(nodes)
          offset = pattern%neighbour(:, nodes(a)) - nodes(a)
