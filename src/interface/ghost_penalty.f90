@@ -35,8 +35,7 @@ module hampm_ghost_penalty
                                                  !! by 1.4 times as much, ten times more makes cracks shorter by a tenth of a cell; of all pieces of quadratic cells
    real(dp), parameter :: at_edges = 0.1_dp      !! of linear ones at edges of bodies, which may be as thin as one likes under all of a load, less what they fill: a
                                                  !! piece has that part of the stiffness of a cell by itself. With ten times less the energy of
-                                                 !! rings with three levels was up to 5 % too large (docs/cracks.md)
-   real(dp), parameter :: at_thick_edges = 0.02_dp !! the least of them: few particles leave motions of the nodes free. 0.1 at all makes beams across the
+                                                 !! rings with three levels was up to 5 % too large (docs/cracks.md); 0.1 at all makes beams across the
                                                  !! grid stiffer by 0.2 % and the stress at small holes lower by 2 %
    real(dp), parameter :: in_steps = 1.0_dp      !! of those in explicit steps of usl that are filled by less than `least_fill`: nodes of such a piece alone have so
                                                  !! little mass that its stress would throw them about, and have to move as the field continued to them. With 0.1
@@ -153,7 +152,7 @@ contains
             if (m%grid%is_cut(leaf)) g_of = at_cracks
             if (allocated(m%grid%is_full) .and. .not. m%grid%is_quadratic()) then
                if (m%grid%is_met(leaf) .and. .not. m%grid%is_full(leaf)) &
-                  g_of = max(at_thick_edges, at_edges - fill(m%grid%first_of_piece(element)))
+                  g_of = max(at_cracks, at_edges - fill(m%grid%first_of_piece(element)))
             end if
          end associate
       end function g_of
