@@ -269,7 +269,7 @@ contains
       logical, intent(in) :: marked(:)
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
-      real(dp), allocatable :: gradients(:, :, :), twist(:, :), values(:, :, :), normal(:, :)
+      real(dp), allocatable :: gradients(:, :, :), twist(:, :), values(:, :, :), normal(:, :), from(:, :)
       if (.not. any(marked)) return
       allocate (gradients(ndim, ndim, count(marked)), twist(ndim, count(marked)), source=0.0_dp)
       if (.not. (m%has_domains() .or. m%grid%is_quadratic())) then ! they have fields of their own
@@ -278,12 +278,58 @@ contains
       end if
       if (has_whole_cells(m)) values = values_of_children(m, marked)
       normal = normals_of_cracks(m, marked)
+      from = m%particles%reference
       call split(m%particles, marked, gradients, twist, normal, first_child, failure)
       if (failure%failed()) return
+      if (m%particles%total_frame .and. m%grid%cut_cells%are_there()) call change_sides(m, from, first_child)
       if (allocated(values)) call give_to_children(values, marked, first_child, m)
       call follow_split(m%loads, m%grid%forest%tolerance(), m%particles, marked, first_child)
       call sort_anew(m, failure)
    end subroutine split_marked
+
+   !> Displace and strain children that stand on the other side of a crack than their parent as the nearest other particle on their side; in the mean of those
+   !> as near. What remembers how it was strained stays as it is.
+   pure subroutine change_sides(m, from, first_child)
+      type(motion_t), intent(inout) :: m
+      real(dp), intent(in) :: from(:, :)         !! where the parents stood [m], (parents, ndim)
+      integer, intent(in) :: first_child(:)      !! of each, and behind the last
+      real(dp), parameter :: alike = 1e-9_dp     ! part of a distance by which others are as near
+      real(dp) :: x(ndim), at(ndim), least, u(ndim), h(ndim, ndim)
+      logical :: crosses(m%particles%n)
+      integer :: i, k, n
+      associate (p => m%particles, cuts => m%grid%cut_cells)
+         do i = 1, size(from, 1)
+            at = from(i, :)
+            do k = first_child(i), first_child(i + 1) - 1
+               x = p%reference(k, :)
+               crosses(k) = first_child(i + 1) > first_child(i) + 1
+               if (crosses(k)) crosses(k) = cuts%divide(x, at)
+            end do
+         end do
+         do k = 1, p%n
+            if (.not. crosses(k)) cycle
+            x = p%reference(k, :)
+            least = huge(least)
+            n = 0
+            do i = 1, p%n
+               at = p%reference(i, :)
+               if (crosses(i) .or. p%body(i) /= p%body(k) .or. norm2(at - x) > least + alike*norm2(at - x)) cycle
+               if (cuts%divide(x, at)) cycle
+               if (norm2(at - x) < least - alike*norm2(at - x)) n = 0
+               if (n == 0) u = 0
+               if (n == 0) h = 0
+               least = norm2(at - x)
+               n = n + 1
+               h = h + (p%gradient_of(i) - h)/n
+               u = u + (p%displacement(i, :) + matmul(p%gradient_of(i), x - at) - u)/n
+            end do
+            if (n == 0) cycle
+            if (allocated(p%widening)) p%widening(k) = p%widening(k) + u(1) - p%displacement(k, 1)
+            p%displacement(k, :) = u
+            if (.not. m%materials(p%material(k))%has_history()) p%gradient(k, :, :) = h
+         end do
+      end associate
+   end subroutine change_sides
 
    !> Normals of the cracks that run through the middles of the marked particles, 0 where there is none; (ndim, marked).
    pure function normals_of_cracks(m, marked) result(normal)
