@@ -41,7 +41,7 @@ module hampm_crack_measurements
       real(dp) :: domain(modes) = 0              !! the same, the parts of J [J/m2]
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
       real(dp) :: g_of_k = 0                     !! energy release rate that goes with these [J/m2]
-      real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains [Pa sqrt(m)]
+      real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains; of closed tips with all that is in doubt [Pa sqrt(m)]
       real(dp) :: doubt_of_j = 0                 !! by what K and J differ at a closed tip [J/m2]
       real(dp), allocatable :: j(:)              !! J integral of each domain, by the radii of the tip [J/m2]
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
@@ -553,12 +553,14 @@ contains
          if (closed%are_closed) k(1, :) = 0
       end if
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2) + sum(k_doubt, dim=2)/size(values%j)
-      if (closed%are_closed) values%spread_of_k(1) = 0
       values%intensity = sum(k, dim=2)/size(values%j)
+      if (closed%are_closed) values%spread_of_k = [0.0_dp, values%spread_of_k(2) + abs(values%intensity(2)) &
+               *values%errors%with_cells(tip%nodes%spacing)*values%errors%intensity(2)%relative] ! tractions and the place of the tip err apart
       values%g_of_k = field%rate_of(values%intensity)
       if (domain%material%has_history()) values%g_of_k = sum(values%j)/size(values%j) ! K is of elastic fields
       values%doubt_of_j = 0
-      if (closed%are_closed) values%doubt_of_j = abs(sum(values%j)/size(values%j) - values%g_of_k)
+      if (closed%are_closed) values%doubt_of_j = hypot(sum(values%j)/size(values%j) - values%g_of_k, &
+         field%rate_of(values%intensity + values%spread_of_k) - values%g_of_k)
       values%domain = shares_of_modes(field, sum(values%j)/size(values%j), values%intensity)
       if (tip%grown > 0) then                    ! the fields of the interaction integral are those of a tip at rest
          values%intensity = sign(sqrt(effective_modulus(domain%material)*abs(values%domain) &

@@ -421,7 +421,6 @@ contains
       real(dp), intent(inout) :: j(:), k(:, :)
       real(dp), intent(inout) :: by_closed(:, :) !! what of k is by faces behind a closed tip
       real(dp), intent(inout) :: k_doubt(:, :)   !! the part in doubt of what other tractions than the interface points' own make of k
-      real(dp), parameter :: in_doubt = 0.5_dp
       real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim), doubt(ndim)
       logical :: is_there, is_closed
       integer :: n, i, mode
@@ -441,15 +440,13 @@ contains
          is_closed = closed%has(interfaces%list(n))
          if (is_there .and. .not. is_closed) j = j + dot_product(force, slope)*at_point
          if (is_closed) then
-            doubt = force
             force = interfaces%list(n)%length*closed%traction_at(interfaces%list(n))
-            doubt = in_doubt*(force - doubt)
+            doubt = interfaces%list(n)%length*closed%doubt_at(interfaces%list(n))
          else if (.not. is_there) then
             cycle
          end if
          normal = domain%from_tip(domain%tip + interfaces%list(n)%normal, total_frame)
          force = sign(1.0_dp, normal(2))*domain%in_axes(force)
-         doubt = sign(1.0_dp, normal(2))*domain%in_axes(doubt)
          x = domain%from_tip(interfaces%list(n)%place, total_frame)
          do mode = 1, modes
             of_unit = 2*mean_slope_of_face(domain, mode, -x(1), interfaces%list(n)%length/2)
