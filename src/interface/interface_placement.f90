@@ -41,6 +41,7 @@ module hampm_interface_placement
    !> places of the tip (docs/cracks.md).
    real(dp), parameter :: firmness = 3
 
+   real(dp), parameter :: same = 1e-9_dp         !! distance within which places are the same [cells]
    real(dp), parameter :: least_part = 1e-6_dp   !! of a leaf, that a layer has at least
    real(dp), parameter :: parallel = 1e-3_dp     !! less of a direction along an axis is along a grid line of the other one
 
@@ -161,81 +162,88 @@ contains
 
    !> Let interface points that are where some have been before go on as these: particles tell of the opening only what a linear field between the
    !> nodes would, and a mesh that changes somewhere else again and again would let interface points forget the rest of it, and give back other work
-   !> than they took. Faces that press on each other go on between new places too, with the pressure and the friction of the nearest.
+   !> than they took. Faces go on between old places too.
    pure subroutine go_on(interfaces, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(interfaces_t), intent(in) :: old    !! those on the grid before
-      real(dp), parameter :: same = 1e-9_dp      ! distance within which places are the same [cells]
-      real(dp) :: distance, least
-      integer :: s, k, i, nearest
-      logical :: is_same
+      integer :: s, k, i
+      logical :: is_there
       k = 0
       do s = 1, interfaces%n
          associate (point => interfaces%list(s))
             if (point%tip > 0 .and. .not. (point%lets_go .and. point%line > 0)) cycle ! see `begin_bond`
-            least = huge(least)
-            is_same = .false.
+            is_there = .false.
             do i = 1, old%n                      ! most follow each other as before
-               k = k + 1
-               if (k > old%n) k = 1
+               k = mod(k, old%n) + 1
                associate (before => old%list(k))
                   if (.not. is_before(before, point)) cycle
-                  distance = norm2(before%place - point%place)
-                  is_same = max(distance, abs(before%length - point%length)) <= same*point%cell
-                  if (.not. is_same .and. distance > least - same*point%cell) then ! of two as near the longer, whichever is the first
-                     if (distance > least + same*point%cell .or. before%length <= old%list(nearest)%length) cycle
+                  is_there = max(norm2(before%place - point%place), abs(before%length - point%length)) <= same*point%cell
+                  if (.not. is_there) cycle
+                  if (point%tip == 0) then
+                     point%opening = way_round(point, before)*before%opening
+                     point%rate = way_round(point, before)*before%rate
                   end if
-                  least = distance
-                  nearest = k
-                  if (is_same) exit
+                  if (point%line > 0) call go_on_as(point, before)
+                  exit
                end associate
             end do
-            if (.not. least < huge(least)) cycle
-            associate (before => old%list(nearest))
-               if (is_same .and. point%tip == 0) then
-                  point%opening = way_round(point, before)*before%opening
-                  point%rate = way_round(point, before)*before%rate
-               else if (point%line == 0 .or. least > before%length) then
-                  cycle
-               end if
-               if (point%law == cohesive) then
-                  call stay_damaged(point, old, nearest, is_same)
-               else if (is_same) then
-                  if (point%line > 0) call press_on(point, before)
-               else
-                  call press_on_as(point, old, least + same*point%cell)
-               end if
-            end associate
+            if (.not. is_there .and. point%line > 0) call go_on_between(point, old)
          end associate
       end do
    end subroutine go_on
 
-   !> Let a cohesive point have the damage that there was, and the opening: between two of the old places by a line.
-   pure subroutine stay_damaged(point, old, nearest, is_same)
+   !> Let a point between faces go on as the nearest of the old ones on either side of it did, by a line between these; as the mean of several that are as near.
+   !> Beside all of them it is as the last, no further than that stands for.
+   pure subroutine go_on_between(point, old)
       type(interface_point_t), intent(inout) :: point
       type(interfaces_t), intent(in) :: old
-      integer, intent(in) :: nearest             !! number of the nearest of them
-      logical, intent(in) :: is_same             !! whether it is there
-      real(dp) :: way(ndim), part
-      integer :: k
-      associate (one => old%list(nearest))
-         point%damage = one%damage
-         point%taken = one%taken
-         if (is_same) return
-         point%opening = one%opening
-         do k = max(nearest - 1, 1), min(nearest + 1, old%n)
-            associate (other => old%list(k))
-               if (.not. is_before(other, point) .or. k == nearest) cycle
-               way = other%place - one%place
-               part = dot_product(point%place - one%place, way)/sum(way**2)
-               if (part < 0 .or. part > 1) cycle
-               point%damage = one%damage + part*(other%damage - one%damage)
-               point%taken = one%taken + part*(other%taken - one%taken)
-               point%opening = one%opening + part*(other%opening - one%opening)
-            end associate
-         end do
-      end associate
-   end subroutine stay_damaged
+      type(interface_point_t) :: one, mean(2)
+      real(dp) :: distance, least(2), cell(2), length(2)
+      integer :: k, side, n(2)
+      n = 0
+      least = huge(least)
+      cell = 0
+      length = 0
+      do k = 1, old%n
+         if (.not. is_before(old%list(k), point)) cycle
+         distance = norm2(old%list(k)%place - point%place)
+         side = merge(1, 2, dot_product(along(point), old%list(k)%place - point%place) < 0)
+         if (distance > least(side) + same*point%cell) cycle
+         if (distance < least(side) - same*point%cell) n(side) = 0
+         one = point
+         call go_on_as(one, old%list(k))
+         if (n(side) == 0) then
+            mean(side) = one
+            cell(side) = 0
+            length(side) = 0
+         end if
+         n(side) = n(side) + 1
+         mean(side) = between(mean(side), one, 1.0_dp/n(side))
+         least(side) = distance
+         cell(side) = max(cell(side), old%list(k)%cell)
+         length(side) = max(length(side), old%list(k)%length)
+      end do
+      side = minloc(least, dim=1)
+      if (all(least <= cell)) then
+         point = between(mean(1), mean(2), least(1)/sum(least))
+      else if (least(side) <= length(side)) then
+         point = mean(side)
+      end if
+   end subroutine go_on_between
+
+   !> A point between faces that is a part of the way from one to another.
+   pure type(interface_point_t) function between(one, other, part)
+      type(interface_point_t), intent(in) :: one, other
+      real(dp), intent(in) :: part
+      between = one
+      between%opening = one%opening + part*(other%opening - one%opening)
+      between%touch = one%touch + part*(other%touch - one%touch)
+      between%start = one%start + part*(other%start - one%start)
+      between%pressed = one%pressed + part*(other%pressed - one%pressed)
+      between%slip = one%slip + part*(other%slip - one%slip)
+      between%damage = one%damage + part*(other%damage - one%damage)
+      between%taken = one%taken + part*(other%taken - one%taken)
+   end function between
 
    !> Whether an interface point that was there can be what another one goes on as: faces that press on each other may have been a bond that has let go.
    pure logical function is_before(before, point)
@@ -255,46 +263,36 @@ contains
       way_round = sign(1.0_dp, dot_product(one%normal, other%normal))
    end function way_round
 
-   !> Let faces go on as those within a distance did: in the mean, as several may be as near.
-   pure subroutine press_on_as(point, old, distance)
-      type(interface_point_t), intent(inout) :: point
-      type(interfaces_t), intent(in) :: old
-      real(dp), intent(in) :: distance           !! [m]
-      type(interface_point_t) :: one, mean
-      integer :: k, n
-      mean = point
-      n = 0
-      do k = 1, old%n
-         if (.not. is_before(old%list(k), point) .or. norm2(old%list(k)%place - point%place) > distance) cycle
-         one = point
-         call press_on(one, old%list(k))
-         n = n + 1
-         mean%opening = mean%opening + (one%opening - mean%opening)/n
-         mean%touch = mean%touch + (one%touch - mean%touch)/n
-         mean%pressed = mean%pressed + (one%pressed - mean%pressed)/n
-         mean%slip = mean%slip + (one%slip - mean%slip)/n
-      end do
-      point = mean
-   end subroutine press_on_as
-
-   !> Let faces press on each other and hold each other along as others did, for each length; where those have parted these have.
-   pure subroutine press_on(point, before)
+   !> Let faces go on as others did: with their damage; or, for each length, with their pressure and what friction holds, and those that have parted stay so.
+   !> They overlap and have slid as those did, and feel that by and by (`ease_faces`), as theirs is another layer.
+   pure subroutine go_on_as(point, before)
       type(interface_point_t), intent(inout) :: point
       type(interface_point_t), intent(in) :: before
-      real(dp) :: force(ndim), across
-      force = way_round(point, before)*point%length/before%length*face_force(before)
-      associate (n => point%normal, s => point%stiffness)
-         across = dot_product(n, force)/s
-         if (.not. across < 0) across = max(0.0_dp, merge(-overlap_of(before), dot_product(n, point%opening), point%tip > 0))
-         if (point%tip > 0) then                ! its bond has an opening of its own
-            point%touch = dot_product(n, point%opening) - across
-         else
+      real(dp) :: felt(ndim), strain(ndim), across
+      if (point%tip == 0) point%opening = way_round(point, before)*before%opening ! else it has one of its own
+      point%damage = before%damage
+      point%taken = before%taken
+      if (point%law == cohesive) return
+      strain = way_round(point, before)*face_force(before)/before%stiffness
+      felt = point%length/before%length*before%stiffness/point%stiffness*strain
+      if (point%law == contact) then
+         if (before%law == contact) strain = strain + way_round(point, before)*before%start
+         point%start = strain - felt
+      else
+         strain = felt
+      end if
+      associate (n => point%normal)
+         across = dot_product(n, strain)
+         if (.not. dot_product(n, felt) < 0) across = max(0.0_dp, -overlap_of(before))
+         if (point%law == contact) then
             point%opening = point%opening + (across - dot_product(n, point%opening))*n
+         else
+            point%touch = dot_product(n, point%opening) - across
          end if
-         point%pressed = max(0.0_dp, -across)
-         point%slip = dot_product(along(point), point%opening) - dot_product(along(point), force)/s
+         point%pressed = max(0.0_dp, -dot_product(n, felt))
+         point%slip = dot_product(along(point), point%opening - strain)
       end associate
-   end subroutine press_on
+   end subroutine go_on_as
 
    !> Add the bonds of a tip that moves, along its way: from where the force of the last of them has fallen to 0 to where the cells that are
    !> cut end. Where layers begin and end does not depend on where the tip is.

@@ -41,7 +41,8 @@ module hampm_interface_points
    private
    public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, look_at_cohesion, along, &
              add_interface_forces, stretch_interfaces, &
-             open_interfaces, settle_slip, interface_energy, interface_states, interface_stiffness, force_of, force_at, &
+             open_interfaces, settle_slip, ease_faces, &
+             interface_energy, interface_states, interface_stiffness, force_of, force_at, &
              face_force, overlap_of, energy_of, relax_interfaces, look_at_faces, is_pressed, have_friction, hold_friction, &
              keep_interfaces, add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
              kick_interfaces, energy_of_rates, add_interface_resistance
@@ -72,7 +73,7 @@ module hampm_interface_points
       real(dp) :: way = 0                        !! of that tip from where it was at first to the bond; of `cohesive` to where it begins [m]
       real(dp) :: cell = 0                       !! size of the cell there [m]
       real(dp) :: held(ndim) = 0                 !! force of a bond at the opening `start` [N]
-      real(dp) :: start(ndim) = 0                !! [m]
+      real(dp) :: start(ndim) = 0                !! [m]; of `contact` what of the opening faces do not feel yet, after a change of the mesh
       logical :: lets_go = .false.               !! whether a bond has begun to let go: its force is then `kept` of `held`, and that of faces that touch
       real(dp) :: kept = 1                       !! [-]
       real(dp) :: reached = 0                    !! largest opening since then along the force, of law = toughness [m]
@@ -144,16 +145,24 @@ contains
       if (overlap_of(point) < 0) state = merge(sticks_apart, is_open, holds .and. point%most_held >= 0)
    end function state_of
 
+   !> Opening that faces feel [m].
+   pure function felt_by_faces(point) result(opening)
+      type(interface_point_t), intent(in) :: point
+      real(dp) :: opening(ndim)
+      opening = point%opening
+      if (point%law == contact) opening = opening - point%start
+   end function felt_by_faces
+
    !> By how much faces overlap; below 0 where they have parted [m].
    pure real(dp) function overlap_of(point) result(overlap)
       type(interface_point_t), intent(in) :: point
-      overlap = point%touch - dot_product(point%normal, point%opening)
+      overlap = point%touch - dot_product(point%normal, felt_by_faces(point))
    end function overlap_of
 
    !> How far faces have slid from where they would hold each other without a force along them [m].
    pure real(dp) function sliding_of(point) result(sliding)
       type(interface_point_t), intent(in) :: point
-      sliding = dot_product(along(point), point%opening) - point%slip
+      sliding = dot_product(along(point), felt_by_faces(point)) - point%slip
    end function sliding_of
 
    !> What friction holds at most, over the stiffness [m].
@@ -411,6 +420,19 @@ contains
       energy = sum([(interfaces%list(k)%mass*sum(interfaces%list(k)%rate**2)/2, k=1, interfaces%n)])
    end function energy_of_rates
 
+   !> Let faces on a new mesh feel more of their opening, all of it after a wave has run through some cells: at once they would push waves out.
+   pure subroutine ease_faces(interfaces, way)
+      type(interfaces_t), intent(inout) :: interfaces
+      real(dp), intent(in) :: way                !! of waves, since they felt the last [m]
+      real(dp), parameter :: cells = 10
+      integer :: k
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            if (point%law == contact) point%start = exp(-way/(cells*point%cell))*point%start
+         end associate
+      end do
+   end subroutine ease_faces
+
    !> Let all be as before any load.
    pure subroutine relax_interfaces(interfaces)
       type(interfaces_t), intent(inout) :: interfaces
@@ -419,6 +441,7 @@ contains
       do k = 1, interfaces%n
          interfaces%list(k)%opening = 0
          interfaces%list(k)%slip = 0
+         interfaces%list(k)%start = 0
          interfaces%list(k)%pressed = 0
          interfaces%list(k)%damage = 0
          interfaces%list(k)%taken = 0
@@ -449,7 +472,7 @@ contains
             pressed = max(0.0_dp, overlap_of(point))
             select case (state_of(point))
              case (is_open)
-               point%slip = dot_product(along(point), point%opening)
+               point%slip = dot_product(along(point), felt_by_faces(point))
              case (slides)
                sliding = sliding - sign(point%friction*pressed, sliding)
                interfaces%loss = interfaces%loss + merge(dot_product(point%acting, along(point))*sliding, &

@@ -11,7 +11,7 @@ module hampm_equilibrium
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
    use hampm_balance, only: balance_t, part_t, start_t, is_in_touch
-   use hampm_interface_points, only: along, relax_interfaces, have_friction
+   use hampm_interface_points, only: along, relax_interfaces, have_friction, contact
    use hampm_failure, only: failure_t, exit_computation
    use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
    use hampm_newton, only: out_of_balance, displace, work_of
@@ -287,6 +287,7 @@ contains
          if (allocated(m%particles%widening)) m%particles%widening = 0
          do k = 1, m%interfaces%n                   ! what friction holds stays
             associate (point => m%interfaces%list(k))
+               if (point%law == contact) point%start = 0
                point%slip = point%slip - dot_product(along(point), point%opening)
                point%opening = 0
             end associate

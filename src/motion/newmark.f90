@@ -38,13 +38,14 @@ module hampm_newmark
    use hampm_instant, only: instant_t, remember, go_back_to
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: solve_aside
+   use hampm_critical_step, only: largest_wave_speed
    use hampm_motion, only: motion_t, map_to_grid, refresh_grid, stored_energy, dissipated_energy, kinetic_energy
    use hampm_nodal_fields, only: v_next
    use hampm_nodal_state, only: internal_force
    use hampm_outer_forces, only: drive_t, find_drive
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
-   use hampm_interface_points, only: stretch_interfaces, open_interfaces, kick_interfaces, interface_energy
+   use hampm_interface_points, only: stretch_interfaces, open_interfaces, kick_interfaces, interface_energy, ease_faces
    use hampm_stiffness, only: local_of
    use hampm_supports, only: lift_by
    use hampm_whereabouts, only: when
@@ -256,6 +257,7 @@ contains
       dt = self%dt
       self%a_du = 1/(beta*dt**2)
       self%v_du = gamma/(beta*dt)
+      call ease_faces(m%interfaces, dt*largest_wave_speed(m%materials, 'shear'))
       call internal_force(m, self%r)
       if (.not. self%past%is_now) call forces_at_start(self, m, self%past%r)
       if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss

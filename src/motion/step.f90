@@ -15,6 +15,7 @@ module hampm_step
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_mass_solver, only: by_lumped
+   use hampm_critical_step, only: largest_wave_speed
    use hampm_motion, only: motion_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on
    use hampm_nodal_fields, only: v_n, v_next, v_mapped, find_active_nodes
    use hampm_nodal_motion, only: find_velocity, accelerate, find_powers
@@ -22,7 +23,8 @@ module hampm_step
    use hampm_pass, only: pass_t
    use hampm_tiling, only: plan_tiles, is_planned, step_in_tiles
    use hampm_interface_step, only: hold_faces
-   use hampm_interface_points, only: add_interface_forces, stretch_interfaces, settle_slip, interface_energy, kick_interfaces
+   use hampm_interface_points, only: add_interface_forces, stretch_interfaces, settle_slip, ease_faces, interface_energy, &
+                                     kick_interfaces
    use hampm_whereabouts, only: when, origin
    implicit none
    private
@@ -309,6 +311,7 @@ contains
       if (m%audit) m%numerical_loss = m%numerical_loss + interface_energy(m%interfaces) + m%interfaces%loss
       call stretch_interfaces(m%interfaces, m%fields%velocity(:, :, which), dt)
       call settle_slip(m%interfaces)
+      call ease_faces(m%interfaces, dt*largest_wave_speed(m%materials, 'shear'))
       if (m%audit) m%numerical_loss = m%numerical_loss - interface_energy(m%interfaces) - m%interfaces%loss
    end subroutine open_faces
 
