@@ -7,7 +7,7 @@ module hampm_domain_integral
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_tip, only: frame_along
    use hampm_crack_tip_field, only: modes
-   use hampm_interface_points, only: interfaces_t, cohesive, look_at_faces
+   use hampm_interface_points, only: interfaces_t, holds, look_at_faces
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
    use hampm_material, only: material_t
@@ -434,7 +434,7 @@ contains
             end associate
          end do
          if (.not. any(at_point > 0)) cycle
-         if (domain%has_zone .and. interfaces%list(n)%law == cohesive) at_point = merge(at_point - 1, 0.0_dp, at_point > 0)
+         if (domain%has_zone .and. holds(interfaces%list(n))) at_point = merge(at_point - 1, 0.0_dp, at_point > 0)
          doubt = 0
          call look_at_faces(interfaces, n, direction, force, slope, is_there)
          is_closed = closed%has(interfaces%list(n))

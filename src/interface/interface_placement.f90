@@ -19,9 +19,8 @@ module hampm_interface_placement
    use hampm_cut_cells, only: both_faces, left_face, right_face
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
-   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, along, add_interface_point, &
-                                     force_of, &
-                                     face_force, overlap_of, energy_of, is_half, add_interface_forces
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, holds, along, &
+                                     add_interface_point, force_of, face_force, overlap_of, energy_of, is_half, add_interface_forces
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: hold_small_pieces
    use hampm_lapack, only: dposv
@@ -137,7 +136,8 @@ contains
                    norm2(last - line%points(:, size(line%points, 2))) <= m%grid%cut_cells%slack) last = end%front
             end associate
          end do
-         call add_along(interfaces, m, points, layer_t(cohesive, line%cohesion, line=number, face=line%face))
+         call add_along(interfaces, m, points, layer_t(cohesive, line%cohesion, friction=line%friction, line=number, &
+                                                       face=line%face))
       end associate
    end subroutine add_cohesion
 
@@ -272,7 +272,7 @@ contains
       if (point%tip == 0) point%opening = way_round(point, before)*before%opening ! else it has one of its own
       point%damage = before%damage
       point%taken = before%taken
-      if (point%law == cohesive) return
+      if (holds(point)) return
       strain = way_round(point, before)*face_force(before)/before%stiffness
       felt = point%length/before%length*before%stiffness/point%stiffness*strain
       if (point%law == contact) then

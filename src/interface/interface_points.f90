@@ -26,7 +26,8 @@
 !> mass m too, which moves with the rate w of their jump as particles do with the velocity: it gives m c_j w to the momentum of node j, w gains
 !> c.a dt, and the mass matrix has m c c^T.
 !>
-!> `cohesive`: faces that part by a law of traction and separation (`hampm_cohesive_law`), in series with the layer. Damage is kept after each step.
+!> `cohesive`: faces that part by a law of traction and separation (`hampm_cohesive_law`), in series with the layer. Damage is kept after each step. What has
+!> parted is as `contact`, which slides from there.
 !>
 !> Source: Wriggers, Computational Contact Mechanics (2006), sections 5.2 (penalty) and 10.5 (return mapping of friction).
 module hampm_interface_points
@@ -39,7 +40,7 @@ module hampm_interface_points
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, look_at_cohesion, along, &
+   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, holds, look_at_cohesion, along, &
              add_interface_forces, stretch_interfaces, &
              open_interfaces, settle_slip, ease_faces, &
              interface_energy, interface_states, interface_stiffness, force_of, force_at, &
@@ -127,10 +128,16 @@ contains
       if (is_half(point)) stretch = dot_product(stretch, point%normal)*point%normal
    end function stretch_of
 
+   !> Whether cohesion holds the faces at an interface point.
+   pure logical function holds(point)
+      type(interface_point_t), intent(in) :: point
+      holds = point%law == cohesive .and. point%damage < 1
+   end function holds
+
    !> Whether an interface point is one of faces that are free to part.
    pure logical function is_free(point)
       type(interface_point_t), intent(in) :: point
-      is_free = point%law == contact .or. point%lets_go
+      is_free = point%law == contact .or. point%lets_go .or. point%law == cohesive .and. .not. holds(point)
    end function is_free
 
    !> What an interface point does.
@@ -195,7 +202,7 @@ contains
    !> Whether there is friction.
    pure logical function have_friction(interfaces)
       type(interfaces_t), intent(in) :: interfaces
-      have_friction = interfaces%n_contact > 0
+      have_friction = interfaces%n > 0
       if (have_friction) have_friction = any(interfaces%list(:interfaces%n)%friction > 0)
    end function have_friction
 
@@ -231,7 +238,7 @@ contains
       type(cohesive_state_t) :: answer
       integer :: halves
       associate (point => interfaces%list(k))
-         if (point%law == cohesive) then
+         if (holds(point)) then
             call look_at_cohesion(interfaces, k, answer, area, halves)
             force = area*(answer%traction(1)*along(point) + answer%traction(2)*point%normal)
          else
@@ -268,8 +275,8 @@ contains
       is_there = is_free(interfaces%list(k))
       if (is_there) is_there = state_of(interfaces%list(k)) /= is_open
       if (is_there) force = face_force(interfaces%list(k))
-      if (interfaces%list(k)%law == cohesive) force = force_at(interfaces, k)
-      is_there = is_there .or. interfaces%list(k)%law == cohesive
+      if (holds(interfaces%list(k))) force = force_at(interfaces, k)
+      is_there = is_there .or. holds(interfaces%list(k))
       if (.not. is_there) return
       before = merge(k - 1, k, is_next(max(k - 1, 1)))
       after = merge(k + 1, k, is_next(min(k + 1, interfaces%n)))
@@ -281,7 +288,7 @@ contains
       !> Whether another interface point is one of the same crack, on the same straight part of it.
       pure logical function is_next(other)
          integer, intent(in) :: other
-         is_next = other /= k .and. (is_free(interfaces%list(other)) .or. interfaces%list(other)%law == cohesive) &
+         is_next = other /= k .and. (is_free(interfaces%list(other)) .or. holds(interfaces%list(other))) &
                    .and. interfaces%list(other)%line == interfaces%list(k)%line &
                    .and. norm2(interfaces%list(other)%normal - interfaces%list(k)%normal) <= 1e-6_dp
       end function is_next
@@ -307,7 +314,7 @@ contains
       tangent = 0
       of_both = 0
       associate (point => interfaces%list(k), caution => interfaces%caution)
-         if (point%law == cohesive) then
+         if (holds(point)) then
             call look_at_cohesion(interfaces, k, answer, area, halves)
             answer%tangent = area*halves/point%stiffness*((1 - caution)*answer%tangent + caution*answer%secant)
             of_normal = answer%tangent(2, 2)
@@ -460,12 +467,13 @@ contains
       if (interfaces%n_contact + interfaces%n_cohesive == 0) return
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%law == cohesive) then
+            if (holds(point)) then
                call look_at_cohesion(interfaces, k, answer, area, halves)
                point%damage = answer%damage
                point%taken = point%taken + answer%taken
                interfaces%of_cohesion = interfaces%of_cohesion + area*sum(answer%taken)/halves
                interfaces%loss = interfaces%loss + area*sum(answer%taken)/halves
+               point%slip = dot_product(along(point), point%opening)
             end if
             if (.not. is_free(point)) cycle
             sliding = sliding_of(point)
@@ -493,7 +501,7 @@ contains
       integer :: k, halves
       energy = 0
       do k = 1, interfaces%n
-         if (interfaces%list(k)%law == cohesive) then
+         if (holds(interfaces%list(k))) then
             call look_at_cohesion(interfaces, k, answer, area, halves)
             energy = energy + area*answer%stored/halves
          else
@@ -529,9 +537,8 @@ contains
       interfaces%n = interfaces%n + 1
       interfaces%list(interfaces%n) = interface_point_t(law=law)
       if (law == cohesive) interfaces%n_cohesive = interfaces%n_cohesive + 1
-      if (law /= contact) return
-      interfaces%list(interfaces%n)%touch = 0
-      interfaces%n_contact = interfaces%n_contact + 1
+      if (law == contact) interfaces%n_contact = interfaces%n_contact + 1
+      if (law == contact .or. law == cohesive) interfaces%list(interfaces%n)%touch = 0
    end subroutine add_interface_point
 
    !> Keep interface points: in the updated frame they are where faces were when cells were cut last, and what they remember.

@@ -29,7 +29,7 @@ module hampm_interface_step
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
    use hampm_interface_points, only: interfaces_t, along, interface_states, interface_stiffness, force_at, have_friction, &
-                                     hold_friction, look_at_cohesion, cohesive, is_half
+                                     hold_friction, look_at_cohesion, holds, is_half
    use hampm_cohesive_law, only: cohesive_state_t
    use hampm_jumps, only: give_nodes
    use hampm_mass_matrix, only: mass_matrix_t
@@ -497,7 +497,7 @@ contains
       integer :: k, halves
       do k = 1, interfaces%n
          associate (point => interfaces%list(k), n => interfaces%list(k)%normal, t => along(interfaces%list(k)))
-            if (point%law == cohesive) then
+            if (holds(point)) then
                call look_at_cohesion(interfaces, k, answer, area, halves)
                slopes(ndim*k - 1:ndim*k) = area*halves*[answer%secant(2, 2), merge(0.0_dp, answer%secant(1, 1), is_half(point))]
             else

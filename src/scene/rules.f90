@@ -379,8 +379,8 @@ module hampm_rules
              "on a symmetry plane the constraints tell where a crack is, of a path its points", ""), &
       rule_t("&crack contact = 'frictionless'", requires, "&crack kind = 'line' | 'path'", mechanics, &
              "at a symmetry plane there is one face, and no other to press on", ""), &
-      rule_t("&crack contact = 'frictionless' | 'friction'", no_effect_with, "cohesion all along it", mechanics, &
-             "faces that cohesion holds or has held press on each other, without friction", ""), &
+      rule_t("&crack contact = 'frictionless'", no_effect_with, "cohesion all along it", mechanics, &
+             "faces that cohesion holds or has held press on each other", ""), &
       rule_t("&crack contact = 'friction'", requires, "&crack kind = 'path'", not_built, &
              "pairs of nodes on a grid line hold each other across it only", ""), &
       rule_t("&crack contact = 'friction'", requires, "&crack friction > 0", by_meaning, "", "&crack contact = 'frictionless'"), &

@@ -181,6 +181,35 @@ def test_an_end_notched_flexure_specimen(hampm, tmp_path):
     assert np.allclose((9 * (force[1:] * length)**2 / (16 * modulus * B**2 * H**3))[grown], 900.0, rtol=0.01)
 
 
+RUBS = {"static": ("static'  load_steps = 50", ""), "zz": ("static'  load_steps = 50", "&refine indicator = 'zz'  tolerance = 1e-3  max_level = 1 /"), "implicit": ("implicit'  time_step = 0.02", "")}
+
+
+@pytest.mark.parametrize("how", RUBS)
+def test_faces_that_have_parted_rub(hampm, tmp_path, how):
+    """A block is pressed onto another one and moved along it until cohesion has let go: the rest is Coulomb's friction, and loss is force by way."""
+    text = f"""&run plane = 'stress'  thickness = 1e-3  end_time = 1.0 /
+&grid lower = -2e-3, -1e-3  cell = 1e-3  cells = 14, 6 /
+&material name = 'a'  young = 1e9  poisson = 0.0  density = 1000 /
+&body material = 'a'  lower = 0.0, 0.0  upper = 10e-3, 4e-3 /
+&constraint lower = 0.0, 0.0  upper = 10e-3, 0.0  fix = 'xy' /
+&constraint name = 'top'  lower = 0.0, 4e-3  upper = 10e-3, 4e-3  fix = 'x'  displacement = 1e-4, 0.0  history = 'table'  times = 0.0, 0.1, 1.0  factors = 0.0, 0.0, 1.0 /
+&constraint name = 'press'  lower = 0.0, 4e-3  upper = 10e-3, 4e-3  fix = 'y'  displacement = 0.0, -4e-6  history = 'ramp'  rise_time = 0.1 /
+&method time = '{RUBS[how][0]} /
+{RUBS[how][1]}
+&crack kind = 'path'  name = 'a'  points = -1e-3, 2.3e-3, 11e-3, 2.3e-3  contact = 'friction'  friction = 0.3 /
+&cohesive crack = 'a'  strength = 1e6  toughness = 20.0 /
+&energy_release estimators = 'energy_balance' /
+&output file = 'out.h5' /
+"""
+    row = run(hampm, tmp_path, text)
+    assert row["cohesive_energy"][-1] == pytest.approx(20.0 * 10e-6, rel=1e-3)
+    rubs = np.flatnonzero(row["time"] > 0.7)                           # all of it slides
+    assert np.count_nonzero(rubs) > 10
+    assert np.allclose(row["reaction_top_x"][rubs], -0.3 * row["reaction_press_y"][rubs], rtol=2e-3 if how == "implicit" else 1e-6)
+    way = 1e-4 / 0.9 * np.diff(row["time"][rubs])
+    assert np.allclose(np.diff(row["friction_loss"][rubs]), way * row["reaction_top_x"][rubs][1:], rtol=0.01)
+
+
 @pytest.mark.parametrize("method", ["time = 'implicit'  time_step = 4e-5", "time = 'explicit'"], ids=["implicit", "explicit"])
 def test_a_beam_that_splits_in_motion(hampm, tmp_path, method):
     """Slowly enough J at the tip that moves is the toughness, at 3 cells to the zone to 2 %; the energy is closed."""
