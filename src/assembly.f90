@@ -6,7 +6,7 @@ module hampm_assembly
    use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box, hold_axis
    use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, &
-                                    is_other_within, &
+                                    is_other_within, held_ahead, &
                                     largest_radius, domain_radii, face_normal
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, first_point, last_point, left, right
@@ -26,7 +26,7 @@ module hampm_assembly
    use hampm_mass_choice, only: new_mass_choice
    use hampm_motion, only: motion_t, start_motion
    use hampm_particles, only: particles_t, new_particles, add_history
-   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius, held_part
+   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius, held_part, to_surface
    use hampm_placement, only: tolerance, points_of
    use hampm_pressed_faces, only: press_faces
    use hampm_quadratic_points, only: weigh_points
@@ -212,7 +212,7 @@ contains
    pure subroutine place_crack(scene, crack)
       type(scene_t), intent(in) :: scene
       type(crack_t), intent(out) :: crack
-      real(dp) :: other_end(ndim), axis(ndim, ndim), inward(ndim), cells_behind
+      real(dp) :: other_end(ndim), axis(ndim, ndim), inward(ndim), cells_behind, ahead
       associate (spec => scene%crack, cell => scene%grid%cell)
          crack%kind = spec%kind
          crack%contact = spec%contact
@@ -226,9 +226,18 @@ contains
             axis = frame_along(spec%direction)
             crack%face(left) = dot_product(inward, axis(:, 2)) > 0
             crack%face(right) = dot_product(inward, axis(:, 2)) < 0
-            crack%cuts_cells = size(scene%growth) > 0
+            crack%cuts_cells = size(scene%growth) + size(scene%cohesive) > 0
             crack%began = spec%tip
             if (crack%cuts_cells) crack%points(:, 1) = spec%tip - distance_to_mouth(scene)*spec%direction
+            crack%cohesion = min(size(scene%cohesive), 1)
+            if (crack%cohesion > 0) then         ! as far as constraints hold the plane
+               ahead = distance_in_material(scene, spec%tip, spec%direction)
+               if (held_ahead(scene, spec%tip) > ahead - tolerance(scene%grid)) crack%beyond(last_point) = to_surface*cell
+               ahead = min(ahead, held_ahead(scene, spec%tip))
+               crack%held = [0.0_dp, ahead] + crack%length()
+               crack%points(:, 2) = spec%tip + ahead*spec%direction
+               crack%bonded(last_point) = ahead
+            end if
          end if
          if (crack%is_tip(first_point)) then
             cells_behind = anint(spec%length/cell)/2
@@ -267,7 +276,7 @@ contains
          r%tolerance = spec%tolerance
          r%rings = spec%rings
          r%tips_move = (scene%method%frame /= 'total' .and. size(scene%paths) > 0) .or. size(scene%growth) > 0 &
-                       .or. any(scene%cohesive%from > 0)
+                       .or. any(scene%cohesive%from > 0) .or. scene%crack%present .and. size(scene%cohesive) > 0
          r%at_rest = scene%method%time == 'static'
          r%max_level = spec%max_level
          r%energy_floor = spec%energy_floor

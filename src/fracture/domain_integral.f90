@@ -7,7 +7,7 @@ module hampm_domain_integral
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_tip, only: frame_along
    use hampm_crack_tip_field, only: modes
-   use hampm_interface_points, only: interfaces_t, holds, look_at_faces
+   use hampm_interface_points, only: interfaces_t, holds, is_half, look_at_faces
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
    use hampm_material, only: material_t
@@ -433,6 +433,7 @@ contains
                at_point = at_point + sign(0.5_dp, point%n_left - i + 0.5_dp)*point%share(i)*q(:, point%node(i))
             end associate
          end do
+         if (is_half(interfaces%list(n))) at_point = 2*at_point ! there is one face
          if (.not. any(at_point > 0)) cycle
          if (domain%has_zone .and. holds(interfaces%list(n))) at_point = merge(at_point - 1, 0.0_dp, at_point > 0)
          doubt = 0

@@ -21,6 +21,7 @@ contains
             if (path == 0 .and. scene%cohesive(k)%crack /= '') then
                call settings%complain(entry, 'crack', 'there is no &crack of this name')
             else if (path > 0) then
+               if (size(scene%paths) == 0) cycle ! on a symmetry plane
                if (any(scene%cohesive(:k - 1)%path == path)) &
                   call settings%complain(entry, 'crack', 'must be another crack than that of each other &cohesive')
                if (scene%cohesive(k)%from > length_of(scene%paths(path)%points) - scene%grid%cell) &

@@ -289,6 +289,7 @@ contains
          has = any(scene%materials%name == settings%text(entry, 'name'))
        case ('cohesion all along it')            ! along a crack
          do k = 1, size(scene%cohesive)
+            if (scene%cohesive(k)%path > size(scene%paths)) cycle
             if (scene%cohesive(k)%path == 0 .or. scene%cohesive(k)%from > 0) cycle
             has = has .or. settings%find('crack', scene%paths(scene%cohesive(k)%path)%number) == entry
          end do

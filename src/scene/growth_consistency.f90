@@ -21,18 +21,17 @@ contains
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
       integer :: k
-      if (size(scene%growth) == 0) return
-      if (scene%crack%kind == 'symmetry') call check_on_plane(scene, settings)
+      if (scene%crack%kind == 'symmetry' .and. size(scene%growth) + size(scene%cohesive) > 0) call check_on_plane(scene, settings)
       do k = 1, size(scene%growth)
          call check_one(scene, settings, k, has_bodies)
       end do
    end subroutine check_growth
 
-   !> Check what growth on a symmetry plane asks of a scene.
+   !> Check what growth and cohesion on a symmetry plane ask of a scene.
    pure subroutine check_on_plane(scene, settings)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
-      character(*), parameter :: of_crack = 'with a &growth of a &crack of kind = ''symmetry'''
+      character(*), parameter :: of_crack = 'where a &crack of kind = ''symmetry'' goes on'
       integer :: entry, i, normal
       normal = maxloc(merge(0, 1, abs(scene%crack%direction) > 0), dim=1)
       do i = 1, size(scene%constraints)

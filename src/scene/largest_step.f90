@@ -88,7 +88,7 @@ contains
          if (scene%grid%order > 1) then
             if (cuts_cells(scene)) limit = limit*of_cut_quadratic
             if (any(scene%paths%contact)) limit = limit*of_faces
-         else if (size(scene%paths) > 0 .or. size(scene%growth) > 0) then
+         else if (size(scene%paths) + size(scene%growth) + size(scene%cohesive) > 0) then
             limit = limit*of_cut_cells
          end if
       end associate

@@ -57,7 +57,8 @@ module hampm_rules
       rule_t("&grid order = 2", not_with, "&method time = 'explicit' | 'implicit' and &growth law = 'prescribed' | 'toughness'", &
              not_built, "only paths at rest grow through quadratic cells", "&grid order = 1"), &
       rule_t("&grid order = 2", not_with, "&crack kind = 'symmetry' and &growth", not_built, &
-             "the bonds ahead of the tip are between nodes of bilinear cells", "&grid order = 1")]
+             "the bonds ahead of the tip are between nodes of bilinear cells", "&grid order = 1"), &
+      rule_t("&grid order = 2", not_with, "&crack kind = 'symmetry' and &cohesive", not_built, "", "&grid order = 1")]
 
    type(rule_t), parameter :: of_materials(*) = [ &
       rule_t("&material law /= 'orthotropic'", requires, "&material young", &
@@ -251,6 +252,8 @@ module hampm_rules
              not_built, "faces that touch exchange momentum at one time", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'symmetry' and &growth law = 'prescribed' | 'toughness'", &
              not_built, "bonds are let go in steps that are the same for all", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'symmetry' and &cohesive", not_built, &
+             "damage is that of steps that are the same for all", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&energy_release estimators = 'energy_balance'", not_built, &
              "the loss of the method is not known with them", "&method time_steps = 'global'"), &
       rule_t("&method path = 'reference'", not_with, "&method time = 'static' | 'implicit'", by_meaning, "it is an explicit step", &
@@ -392,8 +395,12 @@ module hampm_rules
              not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'")]
 
    type(rule_t), parameter :: of_cohesion(*) = [ &
-      rule_t("&cohesive", requires, "&crack kind = 'path'", not_built, "cells are cut along paths", &
+      rule_t("&cohesive", requires, "&crack kind = 'symmetry' | 'path'", not_built, "cells are cut along paths", &
              "kind = 'path' and points on the same grid line"), &
+      rule_t("&cohesive crack", not_with, "&crack kind = 'symmetry'", by_meaning, "such a crack is the only one", ""), &
+      rule_t("&cohesive from", not_with, "&crack kind = 'symmetry'", by_meaning, "its tip tells it", ""), &
+      rule_t("&cohesive strength_shear", no_effect_with, "&crack kind = 'symmetry'", mechanics, "its faces do not slide", ""), &
+      rule_t("&cohesive toughness_shear", no_effect_with, "&crack kind = 'symmetry'", mechanics, "its faces do not slide", ""), &
       rule_t("&cohesive and several cracks", requires, "&cohesive crack", by_meaning, "it tells which is meant", ""), &
       rule_t("&cohesive", requires, "&method frame = 'total'", not_built, &
              "cells are cut anew as the faces move, and forget their damage", ""), &
@@ -455,6 +462,8 @@ module hampm_rules
              "its tips are not at nodes, by which these close a crack", "'domain_integral' or 'crack_closure'"), &
       rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "&growth and &crack kind = 'symmetry'", &
              mechanics, "the tip leaves the nodes, by which these close a crack", "'domain_integral'"), &
+      rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "&cohesive", &
+             mechanics, "they take faces for free", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure' | 'crack_closure'", not_with, &
              with_history, mechanics, &
              "closing a crack does not give back what its opening took", "'domain_integral'"), &

@@ -114,9 +114,10 @@ contains
       type(scene_t), intent(inout) :: scene
       integer :: i
       do i = 1, size(scene%cohesive)
-         associate (k => path_of(scene, scene%cohesive(i)%crack))
-            scene%cohesive(i)%path = k
-            if (k > 0) scene%paths(k)%held_from = scene%cohesive(i)%from
+         associate (cohesive => scene%cohesive(i))
+            cohesive%path = path_of(scene, cohesive%crack)
+            if (cohesive%path > 0) scene%paths(cohesive%path)%held_from = cohesive%from
+            if (scene%crack%kind == 'symmetry') cohesive%path = 1
          end associate
       end do
       do i = 1, size(scene%growth)

@@ -79,7 +79,7 @@ class Drawing:
         self.order = 2 if self.frame == "total" and chance.random() < 0.2 else 1
         self.crack = chance.choices(["none", "symmetry", "line", "path"], [0 if cracked else 2, 2, 2, 5])[0]
         self.grows = self.crack in ("path", "symmetry") and self.frame == "total" and self.order == 1 and chance.random() < (0.7 if self.time == "implicit" else 0.25)
-        self.holds = self.crack == "path" and self.frame == "total" and not self.grows and chance.random() < 0.3
+        self.holds = self.crack in ("path", "symmetry") and self.frame == "total" and not self.grows and chance.random() < 0.3
         self.shaped = self.crack in ("none", "path") and not self.grows and chance.random() < 0.35
         small = self.crack == "none"
         self.size = [chance.randint(4, 9) if small else chance.randint(9, 12) + 2 * self.grows for _ in "xy"]
@@ -223,7 +223,7 @@ class Drawing:
             for k, (x, y) in enumerate(places):
                 found.append(["crack", self.path(k, x * w + chance.uniform(-0.5, 0.5), y * h + chance.uniform(-0.5, 0.5), 1 / number)])
         if self.holds:
-            found += [["cohesive", self.cohesive(keys)] for name, keys in found if keys.get("name") == "c0" or chance.random() < 0.5]
+            found += [["cohesive", self.cohesive(keys)] for name, keys in found if name == "crack" and (keys.get("name", "c0") == "c0" or chance.random() < 0.5)]
         if self.grows:
             law = "quasi_static" if self.time == "static" else chance.choice(["prescribed", "toughness"])
             for keys in [keys for name, keys in found if name == "crack"]:
@@ -258,13 +258,16 @@ class Drawing:
         chance = self.chance
         strength = self.young * self.strain * 10 ** chance.uniform(-1, 0.5)
         toughness = strength**2 * self.cell / self.young * 10 ** chance.uniform(0, 1.5)
-        keys = {"crack": crack["name"], "law": chance.choice(["linear", "bilinear", "table"])}
+        keys = {"law": chance.choice(["linear", "bilinear", "table"])}
         if keys["law"] == "table":
             keys |= {"openings": [0.0, 0.2 * toughness / strength, 2.5 * toughness / strength], "tractions": [strength, 0.7 * strength, 0.0]}
         else:
             keys |= {"strength": strength, "toughness": toughness}
         if keys["law"] == "bilinear":
             keys["opening"] = chance.choice([0.1, 0.5]) * toughness / strength
+        if crack["kind"] == "symmetry":
+            return keys
+        keys["crack"] = crack["name"]
         if chance.random() < 0.5:
             keys |= {"strength_shear": chance.choice([0.7, 1.5]) * strength, "toughness_shear": chance.choice([1.0, 3.0]) * toughness,
                      "mixed_mode": chance.choice(["benzeggagh_kenane", "power"]), "exponent": chance.choice([1.0, 1.5])}
@@ -410,7 +413,7 @@ class Drawing:
         names = []
         if self.crack != "none" and (self.grows or chance.random() < 0.8):
             names.append("domain_integral")
-        if self.crack in ("line", "symmetry") and not self.grows:
+        if self.crack in ("line", "symmetry") and not (self.grows or self.holds):
             names += [name for name in ("nodal_force", "stress_closure") if chance.random() < 0.4]
             if len(names) > 2:
                 names.append("crack_closure")
