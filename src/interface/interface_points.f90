@@ -40,7 +40,7 @@ module hampm_interface_points
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, holds, look_at_cohesion, along, &
+   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, holds, cohesion_at, along, &
              add_interface_forces, stretch_interfaces, &
              open_interfaces, settle_slip, ease_faces, &
              interface_energy, interface_states, interface_stiffness, force_of, force_at, &
@@ -213,34 +213,43 @@ contains
       states = [(state_of(interfaces%list(k)), k=1, interfaces%n)]
    end function interface_states
 
-   !> What the law of the k-th, a cohesive point, answers to its opening, and the area for which that stands [m2]. Of a half point the opening is
-   !> twice its own, and the layer that of both halves.
-   pure subroutine look_at_cohesion(interfaces, k, answer, area, halves)
+   !> What the law of the k-th, a cohesive point, answers to its opening, for all of its area: tractions as forces [N], their changes with the opening
+   !> [N/m], energies [J]. Of a half point the opening is twice its own, the layer that of both halves, and energies are halves.
+   pure type(cohesive_state_t) function cohesion_at(interfaces, k) result(answer)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
-      type(cohesive_state_t), intent(out) :: answer
-      real(dp), intent(out) :: area
-      integer, intent(out) :: halves             !! 2 of a half point, else 1
-      associate (point => interfaces%list(k))
-         area = interfaces%thickness%at(point%place)*point%length
+      real(dp) :: halves
+      associate (point => interfaces%list(k), area => area_of(interfaces, k))
          halves = merge(2, 1, is_half(point))
          answer = interfaces%cohesion(point%cohesion)%respond( &
                   halves*[dot_product(along(point), stretch_of(point)), dot_product(point%normal, point%opening)], &
                   point%stiffness/area/halves, point%damage, point%taken)
+         answer%traction = area*answer%traction
+         answer%tangent = area*halves*answer%tangent
+         answer%secant = area*halves*answer%secant
+         answer%stored = area/halves*answer%stored
+         answer%taken = area/halves*answer%taken
+         if (is_half(point)) answer%secant(1, 1) = 0
       end associate
-   end subroutine look_at_cohesion
+   end function cohesion_at
+
+   !> Area of the faces for which the k-th stands [m2].
+   pure real(dp) function area_of(interfaces, k) result(area)
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: k
+      area = interfaces%thickness%at(interfaces%list(k)%place)*interfaces%list(k)%length
+   end function area_of
 
    !> Force by which the k-th interface point resists its opening [N].
    pure function force_at(interfaces, k) result(force)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
-      real(dp) :: force(ndim), area
+      real(dp) :: force(ndim)
       type(cohesive_state_t) :: answer
-      integer :: halves
       associate (point => interfaces%list(k))
          if (holds(point)) then
-            call look_at_cohesion(interfaces, k, answer, area, halves)
-            force = area*(answer%traction(1)*along(point) + answer%traction(2)*point%normal)
+            answer = cohesion_at(interfaces, k)
+            force = answer%traction(1)*along(point) + answer%traction(2)*point%normal
          else
             force = force_of(point)
          end if
@@ -308,15 +317,14 @@ contains
       real(dp) :: tangent(ndim, ndim)
       real(dp) :: of_normal, of_tangent          ! parts of the stiffness
       real(dp) :: of_both(2)                     ! of the force along the faces by opening, and of that across them by sliding
-      real(dp) :: area
       type(cohesive_state_t) :: answer
-      integer :: i, j, state, halves
+      integer :: i, j, state
       tangent = 0
       of_both = 0
       associate (point => interfaces%list(k), caution => interfaces%caution)
          if (holds(point)) then
-            call look_at_cohesion(interfaces, k, answer, area, halves)
-            answer%tangent = area*halves/point%stiffness*((1 - caution)*answer%tangent + caution*answer%secant)
+            answer = cohesion_at(interfaces, k)
+            answer%tangent = ((1 - caution)*answer%tangent + caution*answer%secant)/point%stiffness
             of_normal = answer%tangent(2, 2)
             of_tangent = answer%tangent(1, 1)
             of_both = [answer%tangent(1, 2), answer%tangent(2, 1)]
@@ -461,18 +469,18 @@ contains
    !> where they will meet, and what is damaged stays so.
    pure subroutine settle_slip(interfaces)
       type(interfaces_t), intent(inout) :: interfaces
-      real(dp) :: sliding, pressed, area
+      real(dp) :: sliding, pressed
       type(cohesive_state_t) :: answer
-      integer :: k, halves
+      integer :: k
       if (interfaces%n_contact + interfaces%n_cohesive == 0) return
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
             if (holds(point)) then
-               call look_at_cohesion(interfaces, k, answer, area, halves)
+               answer = cohesion_at(interfaces, k)
                point%damage = answer%damage
-               point%taken = point%taken + answer%taken
-               interfaces%of_cohesion = interfaces%of_cohesion + area*sum(answer%taken)/halves
-               interfaces%loss = interfaces%loss + area*sum(answer%taken)/halves
+               point%taken = point%taken + merge(2, 1, is_half(point))*answer%taken/area_of(interfaces, k)
+               interfaces%of_cohesion = interfaces%of_cohesion + sum(answer%taken)
+               interfaces%loss = interfaces%loss + sum(answer%taken)
                point%slip = dot_product(along(point), point%opening)
             end if
             if (.not. is_free(point)) cycle
@@ -497,13 +505,12 @@ contains
    pure real(dp) function interface_energy(interfaces) result(energy)
       type(interfaces_t), intent(in) :: interfaces
       type(cohesive_state_t) :: answer
-      real(dp) :: area
-      integer :: k, halves
+      integer :: k
       energy = 0
       do k = 1, interfaces%n
          if (holds(interfaces%list(k))) then
-            call look_at_cohesion(interfaces, k, answer, area, halves)
-            energy = energy + area*answer%stored/halves
+            answer = cohesion_at(interfaces, k)
+            energy = energy + answer%stored
          else
             energy = energy + energy_of(interfaces%list(k))
          end if

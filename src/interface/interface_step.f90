@@ -29,7 +29,7 @@ module hampm_interface_step
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
    use hampm_interface_points, only: interfaces_t, along, interface_states, interface_stiffness, force_at, have_friction, &
-                                     hold_friction, look_at_cohesion, holds, is_half
+                                     hold_friction, cohesion_at, holds
    use hampm_cohesive_law, only: cohesive_state_t
    use hampm_jumps, only: give_nodes
    use hampm_mass_matrix, only: mass_matrix_t
@@ -492,14 +492,14 @@ contains
    !> origin, with which a turn never goes too far [N/m].
    pure function slopes_of_law(interfaces) result(slopes)
       type(interfaces_t), intent(in) :: interfaces
-      real(dp) :: slopes(ndim*interfaces%n), tangent(ndim, ndim), area
+      real(dp) :: slopes(ndim*interfaces%n), tangent(ndim, ndim)
       type(cohesive_state_t) :: answer
-      integer :: k, halves
+      integer :: k
       do k = 1, interfaces%n
          associate (point => interfaces%list(k), n => interfaces%list(k)%normal, t => along(interfaces%list(k)))
             if (holds(point)) then
-               call look_at_cohesion(interfaces, k, answer, area, halves)
-               slopes(ndim*k - 1:ndim*k) = area*halves*[answer%secant(2, 2), merge(0.0_dp, answer%secant(1, 1), is_half(point))]
+               answer = cohesion_at(interfaces, k)
+               slopes(ndim*k - 1:ndim*k) = [answer%secant(2, 2), answer%secant(1, 1)]
             else
                tangent = interface_stiffness(interfaces, k)
                slopes(ndim*k - 1:ndim*k) = [dot_product(n, matmul(tangent, n)), dot_product(t, matmul(tangent, t))]
