@@ -294,7 +294,7 @@ contains
             call record_crack(scene, motion%materials(cracks%tips(k)%material), cracks%tips(k), m%crack(k), history)
             if (growing%are_there()) call record_growth(growing, scene, cracks, k, motion%time, history)
             if (cracks%tips(k)%has_zone) then
-               call record_place(cracks, cracks%tips(k), history)
+               if (.not. growing%are_there()) call record_place(cracks, cracks%tips(k), history)
                call history%record('zone_length', 'm', 'length of the faces ahead of the tip that are damaged', &
                                    zone_length(motion%interfaces, cracks%tips(k)%crack))
             end if

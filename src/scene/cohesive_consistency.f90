@@ -21,12 +21,15 @@ contains
             if (path == 0 .and. scene%cohesive(k)%crack /= '') then
                call settings%complain(entry, 'crack', 'there is no &crack of this name')
             else if (path > 0) then
-               if (size(scene%paths) == 0) cycle ! on a symmetry plane
+               if (any(scene%growth%path == path)) &
+                  call settings%complain(entry, 'crack', 'must be another crack than that of a &growth: its tip goes on by itself')
                if (any(scene%cohesive(:k - 1)%path == path)) &
                   call settings%complain(entry, 'crack', 'must be another crack than that of each other &cohesive')
-               if (scene%cohesive(k)%from > length_of(scene%paths(path)%points) - scene%grid%cell) &
-                  call settings%complain(entry, 'from', 'must be less than the length of the crack, '// &
-                                         to_text(length_of(scene%paths(path)%points))//' m, by a cell at least')
+               if (size(scene%paths) > 0) then   ! else it is on a symmetry plane
+                  if (scene%cohesive(k)%from > length_of(scene%paths(path)%points) - scene%grid%cell) &
+                     call settings%complain(entry, 'from', 'must be less than the length of the crack, '// &
+                                            to_text(length_of(scene%paths(path)%points))//' m, by a cell at least')
+               end if
             end if
          end associate
          call check_curve(scene, settings, k, entry)

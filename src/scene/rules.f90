@@ -404,8 +404,8 @@ module hampm_rules
       rule_t("&cohesive and several cracks", requires, "&cohesive crack", by_meaning, "it tells which is meant", ""), &
       rule_t("&cohesive", requires, "&method frame = 'total'", not_built, &
              "cells are cut anew as the faces move, and forget their damage", ""), &
-      rule_t("&cohesive", not_with, "&growth", not_built, "tips of both kinds would be told apart by no column", &
-             "a crack with from, whose tip goes on by itself"), &
+      rule_t("&cohesive", not_with, "&growth law = 'quasi_static'", mechanics, &
+             "loads are scaled as those of a linear body, which forgets them", ""), &
       rule_t("&cohesive law = 'linear' | 'bilinear'", requires, "&cohesive strength > 0 and &cohesive toughness > 0", by_meaning, &
              "", ""), &
       rule_t("&cohesive law = 'bilinear'", requires, "&cohesive opening > 0", by_meaning, "", ""), &

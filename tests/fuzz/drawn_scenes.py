@@ -79,7 +79,7 @@ class Drawing:
         self.order = 2 if self.frame == "total" and chance.random() < 0.2 else 1
         self.crack = chance.choices(["none", "symmetry", "line", "path"], [0 if cracked else 2, 2, 2, 5])[0]
         self.grows = self.crack in ("path", "symmetry") and self.frame == "total" and self.order == 1 and chance.random() < (0.7 if self.time == "implicit" else 0.25)
-        self.holds = self.crack in ("path", "symmetry") and self.frame == "total" and not self.grows and chance.random() < 0.3
+        self.holds = self.crack in ("path", "symmetry") and self.frame == "total" and not (self.grows and (self.time == "static" or self.crack == "symmetry")) and chance.random() < 0.3
         self.shaped = self.crack in ("none", "path") and not self.grows and chance.random() < 0.35
         small = self.crack == "none"
         self.size = [chance.randint(4, 9) if small else chance.randint(9, 12) + 2 * self.grows for _ in "xy"]
@@ -222,12 +222,14 @@ class Drawing:
             places = {1: [(0.5, 0.5)], 2: [(0.3, 0.35), (0.7, 0.65)], 3: [(0.25, 0.3), (0.75, 0.3), (0.5, 0.75)]}[number]
             for k, (x, y) in enumerate(places):
                 found.append(["crack", self.path(k, x * w + chance.uniform(-0.5, 0.5), y * h + chance.uniform(-0.5, 0.5), 1 / number)])
-        if self.holds:
-            found += [["cohesive", self.cohesive(keys)] for name, keys in found if name == "crack" and (keys.get("name", "c0") == "c0" or chance.random() < 0.5)]
+        held = []
+        if self.holds:                                                     # of cracks that grow the first one does
+            held = [keys for name, keys in found if name == "crack" and (keys.get("name", "c0") == f"c{int(self.grows)}" or not self.grows and chance.random() < 0.5)]
+            found += [["cohesive", self.cohesive(keys)] for keys in held]
         if self.grows:
             law = "quasi_static" if self.time == "static" else chance.choice(["prescribed", "toughness"])
             for keys in [keys for name, keys in found if name == "crack"]:
-                if "name" not in keys or keys["name"] == "c0" or chance.random() < 0.5:
+                if keys not in held and ("name" not in keys or keys["name"] == "c0" or chance.random() < 0.5):
                     found.append(["growth", self.growth(law, keys)])
         return found
 

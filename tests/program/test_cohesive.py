@@ -288,6 +288,32 @@ def test_half_of_a_beam_parts_from_its_mirror_image(hampm, tmp_path, time, refin
             assert np.allclose(rows[half][name], part * rows["whole"][name], rtol=0, atol=(0.03 if time[0] == "e" else 1e-3) * np.max(np.abs(rows["whole"][name]))), (half, name)
 
 
+@pytest.mark.parametrize("method", ["", "&method time = 'implicit'  time_step = 2e-7 /"], ids=["explicit", "implicit"])
+def test_beside_a_crack_that_grows(hampm, tmp_path, method):
+    """One crack runs by a toughness, another one parts by cohesion: each has its columns, and the energy is closed."""
+    text = f"""&run plane = 'strain'  end_time = 1e-5  thickness = 0.01 /
+&grid lower = -10e-3, -12e-3  cell = 1e-3  cells = 20, 24 /
+&material name = 'a'  young = 200e9  poisson = 0.3  density = 8000 /
+&body material = 'a'  lower = -10e-3, -10e-3  upper = 10e-3, 10e-3 /
+&load kind = 'traction'  lower = -10e-3, 10e-3  upper = 10e-3, 10e-3  force = 0.0, 16e3 /
+&load kind = 'traction'  lower = -10e-3, -10e-3  upper = 10e-3, -10e-3  force = 0.0, -16e3 /
+{method}
+&crack kind = 'path'  name = 'g'  points = -6.3e-3, 2.1e-3, -1.1e-3, 3.3e-3 /
+&crack kind = 'path'  name = 'h'  points = 0.7e-3, -4.1e-3, 8.2e-3, -3.4e-3 /
+&growth crack = 'g'  law = 'toughness'  toughness = 30  limit_speed = 2000 /
+&cohesive crack = 'h'  from = 3e-3  strength = 300e6  toughness = 100 /
+&energy_release estimators = 'domain_integral', 'energy_balance'  radii = 2e-3 /
+&output file = 'out.h5'  history_interval = 2e-7 /
+"""
+    row = run(hampm, tmp_path, text)
+    assert row["crack_length"][-1] > row["crack_length"][0] + 5e-3
+    assert row["crack_length_tip3"][-1] > row["crack_length_tip3"][0] + 1e-4
+    assert row["cohesive_energy"][-1] > 1e-3 and "zone_length_tip3" in row and "toughness_tip3" not in row
+    assert "must be another crack than that of a &growth" in run(hampm, tmp_path, text.replace("crack = 'h'  from", "crack = 'g'  from"), code=2)
+    taken = row["cohesive_energy"] + row["fracture_energy"] + row["numerical_loss"]
+    assert np.max(np.abs(row["external_work"] - row["strain_energy"] - row["kinetic_energy"] - taken)) < 1e-9 * np.max(row["external_work"])
+
+
 OTHERS = {"large strains": ("law = 'neo_hookean'", 0.02), "yields": ("law = 'j2_plastic'  yield_stress = 1e13", 1e-6), "creeps": ("law = 'viscoelastic'  moduli = 1.0  relaxation_times = 1.0", 1e-6)}
 
 
