@@ -330,7 +330,7 @@ contains
             of_both = [answer%tangent(1, 2), answer%tangent(2, 1)]
          else
             state = state_of(point)
-            if (point%lets_go .and. state == is_open) return
+            if (point%law /= contact .and. state == is_open) return
             of_normal = merge(1.0_dp, caution, state == sticks .or. state == slides)
             of_tangent = merge(1.0_dp, caution, state == sticks .or. state == sticks_apart)
          end if
