@@ -270,6 +270,7 @@ contains
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
       real(dp), allocatable :: gradients(:, :, :), twist(:, :), values(:, :, :), normal(:, :), from(:, :)
+      logical, allocatable :: on(:)
       if (.not. any(marked)) return
       allocate (gradients(ndim, ndim, count(marked)), twist(ndim, count(marked)), source=0.0_dp)
       if (.not. (m%has_domains() .or. m%grid%is_quadratic())) then ! they have fields of their own
@@ -279,19 +280,21 @@ contains
       if (has_whole_cells(m)) values = values_of_children(m, marked)
       normal = normals_of_cracks(m, marked)
       from = m%particles%reference
+      on = are_on_cracks(m)
       call split(m%particles, marked, gradients, twist, normal, first_child, failure)
       if (failure%failed()) return
-      if (m%particles%total_frame .and. m%grid%cut_cells%are_there()) call change_sides(m, from, first_child)
+      if (m%particles%total_frame .and. m%grid%cut_cells%are_there()) call change_sides(m, from, on, first_child)
       if (allocated(values)) call give_to_children(values, marked, first_child, m)
       call follow_split(m%loads, m%grid%forest%tolerance(), m%particles, marked, first_child)
       call sort_anew(m, failure)
    end subroutine split_marked
 
-   !> Displace and strain children that stand on the other side of a crack than their parent as the nearest other particle on their side; in the mean of those
+   !> Displace and strain children that stand on the other side of a crack than their parent, or whose parent stood on it, as the nearest other particle on their side; in the mean of those
    !> as near. What remembers how it was strained stays as it is.
-   pure subroutine change_sides(m, from, first_child)
+   pure subroutine change_sides(m, from, on, first_child)
       type(motion_t), intent(inout) :: m
       real(dp), intent(in) :: from(:, :)         !! where the parents stood [m], (parents, ndim)
+      logical, intent(in) :: on(:)               !! whether a crack runs through their middle, on whose other side they are in a mirror image
       integer, intent(in) :: first_child(:)      !! of each, and behind the last
       real(dp), parameter :: alike = 1e-9_dp     ! part of a distance by which others are as near
       real(dp) :: x(ndim), at(ndim), least, u(ndim), h(ndim, ndim)
@@ -303,7 +306,7 @@ contains
             do k = first_child(i), first_child(i + 1) - 1
                x = p%reference(k, :)
                crosses(k) = first_child(i + 1) > first_child(i) + 1
-               if (crosses(k)) crosses(k) = cuts%divide(x, at)
+               if (crosses(k) .and. .not. on(i)) crosses(k) = cuts%divide(x, at)
             end do
          end do
          do k = 1, p%n

@@ -443,7 +443,7 @@ contains
       integer :: k
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%law == contact) point%start = exp(-way/(cells*point%cell))*point%start
+            if (point%law == contact .and. any(abs(point%start) > tiny(way))) point%start = exp(-way/(cells*point%cell))*point%start
          end associate
       end do
    end subroutine ease_faces
