@@ -8,7 +8,6 @@
     slip    pressed cracks that slide, at random places, angles and friction, 8 to 64 finest cells to the half-length: K_II, J, how often estimates
             cover their errors, and the order
     wave    a step of tension meets a slanted crack: rms difference of K_I(t), K_II(t) of both tips, means over a tenth of the window
-    cost    instructions of the steps of a path along a grid line over those of a line there (needs valgrind)
     shift   a crack that is moved along itself by parts of a cell: G against the straight line, in cells
 
 The solutions are in tests/reference/cracks; each file says where it is from. Run by `make cracks`, or for one part:
@@ -24,7 +23,6 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from instructions import run_counted
 from tables import ROOT, command_line, write
 
 REFERENCE = ROOT / "tests/reference/cracks"
@@ -422,34 +420,7 @@ def wave(program, arguments):
     write(out, "wave", arguments.output)
 
 
-COST = """&run plane = 'strain'  thickness = 1e-3  end_time = {end!r} /
-&grid lower = -0.026, -0.026  cell = 1e-3  cells = 52, 52 /
-&material name = 'a'  young = 200e9  poisson = 0.3  density = 7800 /
-&body material = 'a'  lower = -0.025, -0.025  upper = 0.025, 0.025 /
-&load kind = 'traction'  lower = -0.025, 0.025  upper = 0.025, 0.025  force = 0, 50.0 /
-&load kind = 'traction'  lower = -0.025, -0.025  upper = 0.025, -0.025  force = 0, -50.0 /
-&method courant = 0.5 /
-&output history_interval = {end!r} /
-"""
-
-
-def cost(program, arguments):
-    """Instructions of the steps of a path along a grid line over those of a line there, by callgrind; both take the same steps."""
-    cracks = {"line": "&crack kind = 'line'  tip = 8e-3, 0.0  length = 16e-3 /\n",
-              "path": "&crack kind = 'path'  points = -8e-3, 0.0, 8e-3, 0.0 /\n"}
-    taken = {}
-    for kind, crack in cracks.items():
-        counts = []
-        for end in (1e-6, 5e-6):
-            scene_file = program.folder / "cost.nml"
-            scene_file.write_text(COST.format(end=end) + crack)
-            counts.append(run_counted(program.path, scene_file, "--output", program.folder, "--force", "--quiet", "--threads", "1")[1])
-        taken[kind] = counts[1] - counts[0]
-    write([("kind", "instructions of the steps", "over line"), *((kind, n, f"{n / taken['line']:.3f}") for kind, n in taken.items())],
-          "cost", arguments.output)
-
-
-PARTS = {"cost": cost, "table": table, "places": places, "friction": friction, "slip": slip, "wave": wave, "shift": shift}
+PARTS = {"table": table, "places": places, "friction": friction, "slip": slip, "wave": wave, "shift": shift}
 
 
 def main():

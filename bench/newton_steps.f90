@@ -71,7 +71,7 @@ contains
          u = at_random(s)
          du = part*at_random(s)
          call displace(m, u)
-         call factorise_stiffness(m, stiffness_kind_t(.true., .false.), [logical ::], tangent, failure)
+         call factorise_stiffness(m, stiffness_kind_t(.true., .false.), tangent, failure)
          call displace(m, du)
          call internal_force(m, forth)
          call displace(m, -2*du)

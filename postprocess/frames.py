@@ -30,7 +30,7 @@ class Frames:
 
     times             of all snapshots [s], shape (n)
     scene             the namelist
-    has_crack_lines   whether the snapshots hold the cracks as they are then: those that run in any direction or grow
+    has_crack_lines   whether the snapshots hold the cracks as they are then: all but one on a symmetry plane that stays
     """
 
     def __init__(self, path):
@@ -77,7 +77,7 @@ class Frames:
         return leaves.at(particles.points - particles.point_fields["displacement"][:, :2] if at_first else particles.points)
 
     def cracks(self, number=0):
-        """The cracks of a snapshot; those along grid lines that stay as they are as the scene has them."""
+        """The cracks of a snapshot; one on a symmetry plane that stays, and lines of older files, as the scene has them."""
         scene = self.scene
         if not scene.count("crack"):
             return []
@@ -238,7 +238,7 @@ class Scene:
         return self.text("method", "time") == "static"
 
     def has_paths(self):
-        """Whether its cracks run in any direction."""
+        """Whether its cracks are paths."""
         return self.text("crack", "kind") == "path"
 
     def way_to_edge(self, start, direction):

@@ -5,11 +5,10 @@ module hampm_assembly
    use hampm_bodies, only: pieces_t, points_along, cut_into_pieces, fill_rectangle, fill_outline
    use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box, hold_axis
-   use hampm_crack_placement, only: has_two_tips, distance_in_material, distance_to_mouth, distance_to_next_body, body_at, &
-                                    is_other_within, held_ahead, &
-                                    largest_radius, domain_radii, face_normal
+   use hampm_crack_placement, only: distance_in_material, body_at, is_other_within, held_ahead, domain_radii, face_normal
    use hampm_crack_tip, only: frame_along
-   use hampm_cracks, only: crack_t, cracks_t, first_point, last_point, left, right
+   use hampm_cracks, only: crack_t, cracks_t, last_point
+   use hampm_cut_cells, only: left_face, right_face
    use hampm_domains, only: start_domains
    use hampm_explicit, only: explicit_t, reference_t
    use hampm_failure, only: failure_t, exit_input
@@ -18,7 +17,7 @@ module hampm_assembly
    use hampm_implicit, only: implicit_t
    use hampm_integrator, only: integrator_t
    use hampm_largest_step, only: time_between_outputs
-   use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path, face_start, into_faces
+   use hampm_load_placement, only: is_on_faces, find_edge_normal, into_half
    use hampm_local_leapfrog, only: local_leapfrog_t
    use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles
    use hampm_joints, only: sheets_of_bodies
@@ -31,7 +30,7 @@ module hampm_assembly
    use hampm_pressed_faces, only: press_faces
    use hampm_quadratic_points, only: weigh_points
    use hampm_refinement, only: refinement_t
-   use hampm_scene, only: scene_t, load_spec_t, mass_used
+   use hampm_scene, only: scene_t, load_spec_t, mass_used, path_of
    use hampm_scene_materials, only: materials_of, material_of_body
    use hampm_shape_consistency, only: has_shapes
    use hampm_sorting, only: sort_into_cells
@@ -74,7 +73,7 @@ contains
             solids(:, 2, k) = scene%bodies(k)%upper
          end do
       end if
-      call build_grid(forest, motion%grid, failure, cracks%cuts(forest), cracks%lines(), bodies, sheets, solids)
+      call build_grid(forest, motion%grid, failure, cracks%lines(), bodies, sheets, solids)
       if (failure%failed()) return
       motion%materials = materials_of(scene)
       motion%interfaces%thickness = scene%run%thickness
@@ -96,7 +95,6 @@ contains
       call place_loads(scene, motion, failure)
       if (failure%failed()) return
       motion%damping_rate = scene%damping%rate
-      motion%contact%wanted = any(cracks%crack%contact .and. cracks%crack%kind /= 'path')
       motion%body_contact%wanted = scene%contact%is_wanted()
       motion%body_contact%always_sticks = scene%contact%bodies == 'stick'
       motion%body_contact%friction = scene%contact%friction
@@ -165,10 +163,9 @@ contains
       type(scene_t), intent(in) :: scene
       type(cracks_t), intent(out) :: cracks
       integer :: k, body
-      allocate (cracks%crack(merge(1, size(scene%paths), scene%crack%present)))
-      if (scene%crack%present) call place_crack(scene, cracks%crack(1))
+      allocate (cracks%crack(size(scene%paths)))
       do k = 1, size(scene%paths)
-         call place_path(scene, k, cracks%crack(k))
+         call place_crack(scene, k, cracks%crack(k))
       end do
       if (scene%method%frame /= 'total') cracks%spacing = scene%grid%cell/2
       call cracks%list_tips()
@@ -177,92 +174,53 @@ contains
             body = body_at(scene, tip%place)
             if (body > 0) tip%material = material_of_body(scene, body)
             if (.not. scene%energy_release%needs_radii()) cycle
-            if (scene%crack%present) then
-               tip%radii = domain_radii(scene, largest_radius(scene, tip%place))
-               tip%has_layers = any([(is_other_within(scene, body, tip%place, maxval(tip%radii)), body=1, size(scene%bodies))])
-            else
-               tip%radii = domain_radii(scene, path_radius(scene, tip%crack, tip%end))
-            end if
+            tip%radii = domain_radii(scene, path_radius(scene, tip%crack, tip%end))
+            tip%has_layers = any([(is_other_within(scene, body, tip%place, maxval(tip%radii)), body=1, size(scene%bodies))])
          end associate
       end do
    end subroutine place_cracks
 
-   !> The k-th path of a scene.
-   pure subroutine place_path(scene, k, crack)
+   !> The k-th crack of a scene.
+   pure subroutine place_crack(scene, k, crack)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: k
       type(crack_t), intent(out) :: crack
-      crack%kind = 'path'
+      crack%kind = scene%paths(k)%kind
       crack%name = scene%paths(k)%name
-      crack%cuts_cells = .true.
       crack%points = scene%paths(k)%points
       crack%contact = scene%paths(k)%contact
       crack%friction = scene%paths(k)%friction
+      crack%grows = any(scene%growth%path == k)
       crack%is_tip = path_tips(scene, k)
-      crack%beyond = path_reaches(scene, k)
       crack%mouth = path_mouth(scene, k)
       crack%cohesion = findloc(scene%cohesive%path, k, dim=1)
+      if (scene%is_half()) then
+         call place_on_plane(scene, crack)
+         return
+      end if
+      crack%beyond = path_reaches(scene, k)
       if (crack%cohesion == 0) return
       crack%held = held_part(scene, k)
       if (crack%is_tip(last_point) .and. scene%paths(k)%held_from > 0) crack%bonded(last_point) = crack%length() - crack%held(1)
-   end subroutine place_path
-
-   !> The crack of a scene, from its other end to its tip. Its mouth is the last root node with material at each face, or the one in
-   !> the middle between the tips.
-   pure subroutine place_crack(scene, crack)
-      type(scene_t), intent(in) :: scene
-      type(crack_t), intent(out) :: crack
-      real(dp) :: other_end(ndim), axis(ndim, ndim), inward(ndim), cells_behind, ahead
-      associate (spec => scene%crack, cell => scene%grid%cell)
-         crack%kind = spec%kind
-         crack%contact = spec%contact
-         crack%is_tip = [has_two_tips(scene), .true.]
-         other_end = spec%tip - crack_length(scene)*spec%direction
-         crack%points = reshape([other_end, spec%tip], [ndim, 2])
-         if (spec%kind == 'symmetry') then
-            associate (body => scene%bodies(body_at(scene, spec%tip)))
-               inward = (body%lower + body%upper)/2 - spec%tip
-            end associate
-            axis = frame_along(spec%direction)
-            crack%face(left) = dot_product(inward, axis(:, 2)) > 0
-            crack%face(right) = dot_product(inward, axis(:, 2)) < 0
-            crack%cuts_cells = size(scene%growth) + size(scene%cohesive) > 0
-            crack%began = spec%tip
-            if (crack%cuts_cells) crack%points(:, 1) = spec%tip - distance_to_mouth(scene)*spec%direction
-            crack%cohesion = min(size(scene%cohesive), 1)
-            if (crack%cohesion > 0) then         ! as far as constraints hold the plane
-               ahead = distance_in_material(scene, spec%tip, spec%direction)
-               if (held_ahead(scene, spec%tip) > ahead - tolerance(scene%grid)) crack%beyond(last_point) = to_surface*cell
-               ahead = min(ahead, held_ahead(scene, spec%tip))
-               crack%held = [0.0_dp, ahead] + crack%length()
-               crack%points(:, 2) = spec%tip + ahead*spec%direction
-               crack%bonded(last_point) = ahead
-            end if
-         end if
-         if (crack%is_tip(first_point)) then
-            cells_behind = anint(spec%length/cell)/2
-         else
-            cells_behind = (distance_to_mouth(scene) + tolerance(scene%grid))/cell
-         end if
-         crack%mouth = spec%tip - floor(cells_behind)*cell*spec%direction
-      end associate
    end subroutine place_crack
 
-   !> How far a crack reaches from its tip [m]: to the other tip or, where the crack reaches the edge of the material, as far beyond
-   !> it as material may move: up to the nodes of the next body on its line, if there is one, else out of the lattice.
-   pure real(dp) function crack_length(scene) result(length)
+   !> What a crack on a symmetry plane has of its own: one face, and cohesion as far as constraints hold the plane.
+   pure subroutine place_on_plane(scene, crack)
       type(scene_t), intent(in) :: scene
-      real(dp) :: edge, next, cells
-      associate (spec => scene%crack, cell => scene%grid%cell)
-         length = spec%length
-         if (has_two_tips(scene)) return
-         edge = distance_in_material(scene, spec%tip, -spec%direction)
-         next = min(distance_to_next_body(scene, spec%tip, -spec%direction, beyond=edge), &
-                    2*maxval(scene%grid%cells)*cell)
-         cells = max(floor((next + tolerance(scene%grid))/cell), floor((edge + tolerance(scene%grid))/cell) + 1)
-         length = cells*cell
-      end associate
-   end function crack_length
+      type(crack_t), intent(inout) :: crack
+      real(dp) :: axis(ndim, ndim), tip(ndim), ahead
+      tip = crack%points(:, 2)
+      axis = frame_along(scene%paths(1)%direction)
+      crack%face = merge(left_face, right_face, dot_product(into_half(scene), axis(:, 2)) > 0)
+      crack%began = tip
+      if (crack%cohesion == 0) return
+      ahead = distance_in_material(scene, tip, axis(:, 1))
+      if (held_ahead(scene, tip) > ahead - tolerance(scene%grid)) crack%beyond(last_point) = to_surface*scene%grid%cell
+      ahead = min(ahead, held_ahead(scene, tip))
+      crack%held = [0.0_dp, ahead] + crack%length()
+      crack%points(:, 2) = tip + ahead*axis(:, 1)
+      crack%bonded(last_point) = ahead
+   end subroutine place_on_plane
 
    !> How the cells of a scene refine.
    pure function refinement_of(scene) result(r)
@@ -275,8 +233,8 @@ contains
          r%r_coarsen = spec%r_coarsen
          r%tolerance = spec%tolerance
          r%rings = spec%rings
-         r%tips_move = (scene%method%frame /= 'total' .and. size(scene%paths) > 0) .or. size(scene%growth) > 0 &
-                       .or. any(scene%cohesive%from > 0) .or. scene%crack%present .and. size(scene%cohesive) > 0
+         r%tips_move = (scene%method%frame /= 'total' .and. any(scene%paths%kind /= 'symmetry')) .or. size(scene%growth) > 0 &
+                       .or. any(scene%cohesive%from > 0) .or. scene%is_half() .and. size(scene%cohesive) > 0
          r%at_rest = scene%method%time == 'static'
          r%max_level = spec%max_level
          r%energy_floor = spec%energy_floor
@@ -388,8 +346,7 @@ contains
          if (size(loaded_parts(spec, scene)) > 0) parts_of = ndim
       end if
       if (.not. is_on_faces(spec)) return
-      parts_of = 2*ndim
-      if (scene%crack%present) parts_of = size(into_faces(scene), 2)
+      parts_of = merge(1, 2*ndim, scene%is_half())
    end function parts_of
 
    !> Attach a load to the particles.
@@ -455,20 +412,18 @@ contains
       type(load_spec_t), intent(in) :: spec
       type(motion_t), intent(in) :: m
       type(load_t), intent(inout) :: parts(:)
-      real(dp), allocatable :: normals(:, :)
       integer :: k
-      if (.not. scene%crack%present) then
+      if (.not. scene%is_half()) then
          do k = 1, size(parts)
-            parts(k)%line = pressed_path(scene, spec)
+            parts(k)%line = path_of(scene, spec%crack)
             parts(k)%pressure = spec%pressure
             parts(k)%into(1 + (k - 1)/2) = 3 - 2*(1 + mod(k - 1, 2))
          end do
          return
       end if
-      normals = into_faces(scene)
-      do k = 1, size(parts)
-         call press_segment(scene, m, face_start(scene), scene%crack%tip, normals(:, k), spec%pressure, parts(k))
-      end do
+      associate (points => scene%paths(1)%points)
+         call press_segment(scene, m, points(:, 1), points(:, 2), into_half(scene), spec%pressure, parts(1))
+      end associate
    end subroutine place_on_faces
 
    !> A pressure on a straight part of a surface: its resultant from its length, the unit vector into the material and the thickness.

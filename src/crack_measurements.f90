@@ -36,6 +36,7 @@ module hampm_crack_measurements
    type :: crack_values_t
       real(dp) :: nodal_force(modes) = 0         !! energy release rates, nodal force closure [J/m2]
       real(dp) :: stress_closure(modes) = 0      !! the same, stress closure [J/m2]
+      logical :: has_left_node = .false.         !! whether the material has carried the tip from the node that these need: they are no numbers then
       real(dp) :: crack_closure(modes) = 0       !! the same, closure along any direction [J/m2]
       real(dp) :: spread_of_closure(modes) = 0   !! by what tractions and openings differ there [J/m2]
       real(dp) :: domain(modes) = 0              !! the same, the parts of J [J/m2]
@@ -80,18 +81,22 @@ contains
       real(dp), allocatable, intent(out) :: g
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: middle(ndim) = 0    ! cells on both sides of the mouth tell
+      real(dp) :: at_node(modes)                 ! opening of the nodes behind the tip [m]
       type(best_t) :: best
       type(tip_field_t) :: field
       associate (p => motion%particles, grid => motion%grid, chosen => scene%energy_release, tip => cracks%tips(number))
          if (chosen%stress_closure) call refresh_grid(motion)
          call estimate_rates(scene, motion, factors_at(motion%loads, motion%time), tip, p, state, extrapolation, values, failure)
-         if (tip%nodes%tip > 0) then
-            values%behind = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
-            values%mouth = crack_opening(tip, tip%nodes%mouth, grid, p, motion%blocks)
-         else
-            values%behind = path_opening(tip, tip%now - tip%nodes%spacing*tip%direction, -tip%direction, motion%matter_t)
-            values%mouth = path_opening(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, motion%matter_t)
-         end if
+         associate (behind => tip%now - tip%nodes%spacing*tip%direction, &
+                    mouth => grid%cut_cells%follow(cracks%crack(tip%crack)%mouth))
+            values%behind = path_opening(tip, behind, -tip%direction, motion%matter_t, motion%interfaces)
+            if (tip%nodes%tip > 0) then
+               at_node = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
+               if (tip%may_close .and. values%behind(1) < 0) at_node(1) = values%behind(1)
+               values%behind = at_node
+            end if
+            values%mouth = path_opening(tip, mouth, middle, motion%matter_t, motion%interfaces)
+         end associate
          field = new_tip_field(motion%materials(tip%material), tip%direction)
          call follow_values(scene, tip, field, values)
          call find_best(scene, tip, values, best)
@@ -112,14 +117,16 @@ contains
       type(failure_t), intent(inout) :: failure
       associate (grid => motion%grid, chosen => scene%energy_release)
          call place_loads(motion%loads, grid, p)
-         if (chosen%nodal_force) then
+         values%has_left_node = tip%nodes%tip == 0 .and. chosen%is_by_nodes()
+         if (chosen%nodal_force .and. .not. values%has_left_node) then
             values%nodal_force = nodal_force_closure(tip, grid, p, motion%blocks, motion%materials, &
                                                      scene%run%thickness%at(tip%now), &
                                                      tractions_at([tip%nodes%tip, tip%nodes%tip]), &
                                                      tractions_at(tip%nodes%half_behind))
          end if
-         if (chosen%stress_closure) call stress_closure(tip, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, &
-                                                        values%stress_closure, failure)
+         if (chosen%stress_closure .and. .not. values%has_left_node) &
+            call stress_closure(tip, grid, p, motion%materials, motion%fields%mass_matrix, extrapolation, &
+                                values%stress_closure, failure)
          if (chosen%domain_integral) call measure_domain(scene, motion, factors, tip, p, state, values)
          if (chosen%crack_closure) call path_closure(tip, p, motion%materials, values%crack_closure, &
                                                        values%spread_of_closure, failure)
@@ -149,15 +156,17 @@ contains
       type(crack_values_t), intent(inout) :: values(:) !! by tip
       type(failure_t), intent(inout) :: failure
       type(tips_at_rest_t) :: at_rest
+      logical :: at_nodes
       integer :: k
       if (.not. scene%energy_release%needs_crack() .or. size(values) == 0) return
       if (any(motion%materials(motion%particles%material(:motion%particles%n))%has_history())) return
       associate (tips => cracks%tips(:size(values)))
-         if (any(tips%nodes%tip == 0)) call find_tips_at_rest(motion, tips, at_rest)
+         at_nodes = all(tips%nodes%tip > 0)
+         if (.not. at_nodes) call find_tips_at_rest(motion, tips, at_rest)
          do k = 1, size(values)
             values(k)%errors%cell = tips(k)%nodes%spacing
             values(k)%errors%are_known = .true.
-            if (tips(k)%nodes%tip > 0) then
+            if (at_nodes) then
                call estimate_at_node(scene, motion, cracks, k, extrapolation, values(k), failure)
             else if (at_rest%known) then
                call estimate_by_shifts(scene, motion, tips, k, at_rest, values(k)%errors)
@@ -196,7 +205,7 @@ contains
       type(particles_t) :: p
       type(tip_field_t) :: field                 ! an associate name of what a function returns would free its law twice in gfortran 12
       associate (tip => cracks%tips(number), errors => values%errors, chosen => scene%energy_release)
-         call find_crack_at_rest(motion, cracks%tips, scene%run%thickness%at(tip%now), crack)
+         call find_crack_at_rest(motion, cracks%tips, number, scene%run%thickness%at(tip%now), crack)
          if (.not. crack%known) then
             call estimate_by_lengths(motion, cracks, number, errors)
             return
@@ -207,6 +216,7 @@ contains
          call estimate_rates(scene, motion, crack%scale*largest_factors(motion%loads), tip, p, &
                              resting(motion, crack%acceleration), extrapolation, found, failure)
          if (failure%failed()) return
+         errors%by_mode = .true.
          errors%of_tip = crack%part_of_tip()
          field = new_tip_field(motion%materials(tip%material), tip%direction)
          associate (best => crack%best(), doubt => crack%doubt(), own => motion%grid%is_quadratic())
@@ -289,13 +299,12 @@ contains
          type(crack_values_t) :: found
          type(particles_t) :: p
          tip = tips(number)
-         tip%now = tip%now + shift
          tip%may_close = .false.
          tip%radii = [max(min(minval(tip%radii), maxval(tip%radii)/2), min(2*tip%nodes%spacing, maxval(tip%radii)))]
          call displace(motion, at_rest%u + u, p)
          allocate (found%j(1))
          call measure_domain(scene, motion, at_rest%scale*largest_factors(motion%loads), tip, p, &
-                             resting(motion, at_rest%acceleration), found)
+                             resting(motion, at_rest%acceleration), found, shift)
          k = found%intensity
          j = found%j(1)
       end subroutine find
@@ -316,7 +325,7 @@ contains
       real(dp) :: x(ndim)
       associate (crack => cracks%crack(tip%crack))
          x = crack%mouth
-         if (crack%kind == 'path') x = crack%points(:, merge(size(crack%points, 2), 1, tip%end == first_point))
+         if (.not. tip%is_half()) x = crack%points(:, merge(size(crack%points, 2), 1, tip%end == first_point))
       end associate
    end function other_end
 
@@ -332,7 +341,7 @@ contains
       real(dp) :: j, spread_of_j, of_k(modes), part(modes), least(modes)
       associate (v => values, errors => values%errors, scale => values%errors%with_cells(tip%nodes%spacing))
          call follow(errors%stress_closure, v%stress_closure, scale, 0.0_dp)
-         call follow(errors%crack_closure, merge(v%crack_closure, sum(abs(v%crack_closure)), tip%nodes%tip > 0), scale, &
+         call follow(errors%crack_closure, merge(v%crack_closure, sum(abs(v%crack_closure)), errors%by_mode), scale, &
                      v%spread_of_closure)
          if (.not. scene%energy_release%domain_integral) then
             call follow(errors%nodal_force, v%nodal_force, scale, 0.0_dp)
@@ -345,7 +354,7 @@ contains
          call follow(errors%j, j, scale, spread_of_j)
          part = 0
          if (sum(abs(v%domain)) > 0) part = abs(v%domain)/sum(abs(v%domain))
-         if (tip%nodes%tip > 0 .and. .not. field%modes_couple()) then
+         if (errors%by_mode .and. .not. field%modes_couple()) then
             call follow(errors%domain, v%domain, scale, spread_of_j*part)
             call follow(errors%intensity, v%intensity, scale, v%spread_of_k)
          else                                    ! one mode turns into the other, too
@@ -399,9 +408,17 @@ contains
       type(crack_tip_t), intent(in) :: tip
       type(crack_values_t), intent(in) :: values
       type(history_t), intent(inout) :: history
+      type(crack_values_t) :: v
       integer :: recorded                        ! modes
       recorded = merge(1, modes, tip%is_half())
-      associate (chosen => scene%energy_release, v => values)
+      v = values
+      if (v%has_left_node) then
+         v%nodal_force = ieee_value(0.0_dp, ieee_quiet_nan)
+         v%stress_closure = v%nodal_force
+         v%errors%nodal_force%now = v%nodal_force
+         v%errors%stress_closure%now = v%nodal_force
+      end if
+      associate (chosen => scene%energy_release)
          if (chosen%nodal_force) &
             call record_modes('G_nodal_force_', 'J/m2', 'energy release rate, nodal force closure', v%nodal_force, &
                               'estimated error of G_nodal_force', v%errors%nodal_force)
@@ -513,7 +530,7 @@ contains
    !>
    !> How far behind its node a tip acts depends on the anisotropy of the material: there K has the ratio of modes by the
    !> interaction integrals, and its size by J, which sees no origin.
-   subroutine measure_domain(scene, motion, factors, tip, p, state, values)
+   subroutine measure_domain(scene, motion, factors, tip, p, state, values, shift)
       type(scene_t), intent(in) :: scene
       type(motion_t), intent(in) :: motion
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
@@ -521,12 +538,15 @@ contains
       type(particles_t), intent(in) :: p
       type(nodal_state_t), intent(in) :: state
       type(crack_values_t), intent(inout) :: values
+      real(dp), intent(in), optional :: shift(ndim) !! from the tip to where it is sought [m]
       type(tip_domain_t) :: domain
       type(tip_field_t) :: field
       type(closed_faces_t) :: closed
       real(dp) :: k(modes, size(values%j)), k_doubt(modes, size(values%j))
       integer :: i
       domain%tip = tip%now
+      if (present(shift)) domain%tip = domain%tip + shift
+      if (present(shift)) domain%is_beside = any(abs(shift) > 0)
       domain%direction = tip%axis(:, 1)
       domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
       domain%quadratic = motion%grid%is_quadratic()
@@ -560,7 +580,7 @@ contains
       if (domain%material%has_history()) values%g_of_k = sum(values%j)/size(values%j) ! K is of elastic fields
       values%doubt_of_j = 0
       if (closed%are_closed) values%doubt_of_j = hypot(sum(values%j)/size(values%j) - values%g_of_k, &
-         field%rate_of(values%intensity + values%spread_of_k) - values%g_of_k)
+                                                       error_of_rate(field, values%intensity, values%spread_of_k))
       values%domain = shares_of_modes(field, sum(values%j)/size(values%j), values%intensity)
       if (tip%grown > 0) then                    ! the fields of the interaction integral are those of a tip at rest
          values%intensity = sign(sqrt(effective_modulus(domain%material)*abs(values%domain) &

@@ -113,11 +113,7 @@ contains
    pure real(dp) function room_of_tip(scene, tip) result(room)
       type(scene_t), intent(in) :: scene
       type(crack_tip_t), intent(in) :: tip
-      if (scene%crack%present) then
-         room = room_for(scene, tip%crack, tip%place)
-      else
-         room = path_radius(scene, tip%crack, tip%end)
-      end if
+      room = min(path_radius(scene, tip%crack, tip%end), room_for(scene, tip%crack, tip%place))
    end function room_of_tip
 
    !> Begin to turn the last increments of the tips that have advanced by local symmetry until they have no K_II.

@@ -1,7 +1,7 @@
 !> What the scene says of the surroundings of a crack that grows: it goes on with the crack, and tells how much room there is for a tip.
 module hampm_growth_room
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: room_on_plane, held_ahead, least_radius, distance_in_material, body_at
+   use hampm_crack_placement, only: held_ahead, least_radius, distance_in_material, body_at
    use hampm_cracks, only: cracks_t
    use hampm_path_placement, only: room_around
    use hampm_scene, only: scene_t
@@ -16,13 +16,7 @@ contains
       type(scene_t), intent(inout) :: scene
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: number              !! of the crack
-      real(dp), allocatable :: points(:, :)
-      points = cracks%crack(number)%open_points()
-      if (scene%crack%present) then
-         scene%crack%tip = points(:, size(points, 2))
-      else
-         scene%paths(number)%points = points
-      end if
+      scene%paths(number)%points = cracks%crack(number)%open_part()
    end subroutine follow_in_scene
 
    !> The largest radius of a domain integral around a tip that has come to a place [m]; 0 where there is none.
@@ -30,12 +24,8 @@ contains
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: crack               !! its number
       real(dp), intent(in) :: place(ndim)        !! [m]
-      if (scene%crack%present) then
-         room = 0
-         if (body_at(scene, place) > 0) room = room_on_plane(scene, place)
-      else
-         room = room_around(scene, place, crack)
-      end if
+      room = room_around(scene, place, crack)
+      if (scene%is_half()) room = min(room, held_ahead(scene, place))
    end function room_for
 
    !> Why there is no room for a tip at a place.
@@ -45,8 +35,8 @@ contains
       character(:), allocatable :: why
       why = 'there is no room for a radius of the domain integral of two of the finest cells: a surface, a load, a constraint '// &
             'or another crack is near'
-      if (.not. scene%crack%present .or. body_at(scene, place) == 0) return
-      associate (held => held_ahead(scene, place), material => distance_in_material(scene, place, scene%crack%direction))
+      if (.not. scene%is_half() .or. body_at(scene, place) == 0) return
+      associate (held => held_ahead(scene, place), material => distance_in_material(scene, place, scene%paths(1)%direction))
          if (held < min(least_radius(scene), material)*(1 - 1e-9_dp)) &
             why = 'there is no &constraint that holds its symmetry plane ahead of it, over two of the finest cells at least'
       end associate

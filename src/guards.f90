@@ -52,6 +52,7 @@ module hampm_guards
                               overlapped = ' have gone through each other, ', &
                               travelled = 'strained material has travelled through the cells', &
                               unbalanced = 'the energy balance does not account for ', &
+                              carried = 'the tip of a crack away from its node', &
                               crossed = 'stretched material has passed from cell to cell'
 
 contains
@@ -102,6 +103,10 @@ contains
          call look_at_stretch(motion, measurements, now, warning)
          call look_at_travel(motion, measurements, now, warning)
          call look_at_angular_momentum(motion, measurements, now, warning)
+         if (any(measurements%crack%has_left_node)) &
+            call warn(now//'the material has carried '//carried//', by which ''nodal_force'' and ''stress_closure'' close it: '// &
+                      'they are no numbers from now on. Use &energy_release estimators = ''domain_integral'' or '// &
+                      '''crack_closure'', or &method frame = ''total''', carried, warning)
       end if
       if (.not. motion%interfaces%are_bounded .and. .not. failure%failed()) call check_pieces(motion, now, failure)
    end subroutine check_state
@@ -320,8 +325,8 @@ contains
                which = which//' number '//to_text(k)
             end if
             remedy = '&crack contact = ''frictionless'''
-            if (crack%kind == 'symmetry') remedy = 'a whole body with a &crack of kind = '''//trim(merge('path', 'line', &
-                                                   crack%cuts_cells))//''' and contact = ''frictionless'''
+            if (crack%kind == 'symmetry') remedy = 'a whole body with a &crack of kind = ''line'' and contact = '// &
+                                                   '''frictionless'''
             call warn(which//overlapped//'by up to '//three_digits(overlap%overlap)//' m, '// &
                       three_digits(100*overlap%overlap/overlap%largest_jump)//' % of their largest displacement against each '// &
                       'other, at '//three_digits(overlap%time)//' s: then G and K are those of material that cannot be. Use '// &
@@ -391,7 +396,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(patch_t) :: patch
       real(dp) :: moved(ndim)                    !! of the material at the tip [m]
-      if (motion%particles%total_frame .or. tip%nodes%tip == 0) return ! paths go with the material
+      if (motion%particles%total_frame .or. .not. tip%is_half()) return ! others go with the material
       call patch_around(motion%grid, motion%particles, motion%blocks, tip%nodes%tip, patch)
       moved = fitted_displacement(patch, motion%particles)
       if (patch%n > 0 .and. norm2(moved) <= tip%nodes%spacing) return

@@ -91,7 +91,7 @@ contains
       call note_initial_energy(motion, m)
       m%rounding_energy = energy_of_rounding(scene, motion%loads)
       call angular_momentum(motion%particles, m%initial_angular_momentum, largest)
-      allocate (m%crack(cracks%n_measured()), m%overlap(size(cracks%crack)))
+      allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
       do k = 1, size(m%crack)
          call new_crack_values(scene, cracks%tips(k), m%crack(k))
       end do
@@ -202,8 +202,9 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: g
       type(nodal_state_t) :: state
+      real(dp), parameter :: rounding = 1e-12_dp ! of displacements
       real(dp) :: least, largest
-      integer :: k
+      integer :: k, tip
       m%kinetic_energy = kinetic_energy(motion)
       m%strain_energy = stored_energy(motion)
       m%plastic_dissipation = dissipation(motion%particles, motion%materials, plastic=.true.)
@@ -217,16 +218,18 @@ contains
       if (any(scene%constraints%name /= '')) m%reactions = state%reactions
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
          call measure_crack(scene, motion, cracks, k, state, m%extrapolation, m%crack(k), g, failure)
-         if (cracks%tips(k)%nodes%tip > 0) &
-            call m%overlap(cracks%tips(k)%crack)%look(reshape([m%crack(k)%behind, m%crack(k)%mouth], [2, 2]), motion%time)
       end do
-      if (motion%grid%cut_cells%are_there()) then
-         do k = 1, size(cracks%crack)
-            if (cracks%crack(k)%contact) cycle
-            call look_at_openings(motion%matter_t, k, least, largest)
-            call m%overlap(k)%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), motion%time)
+      do k = 1, size(cracks%crack)
+         if (cracks%crack(k)%contact) cycle
+         call look_at_openings(motion%matter_t, k, least, largest)
+         do tip = 1, size(cracks%tips)
+            if (cracks%tips(tip)%crack /= k) cycle
+            least = min(least, m%crack(tip)%behind(1), m%crack(tip)%mouth(1))
+            largest = max(largest, norm2(m%crack(tip)%behind), norm2(m%crack(tip)%mouth))
          end do
-      end if
+         largest = max(largest, rounding*maxval(abs(motion%particles%displacement(:motion%particles%n, :))))
+         call m%overlap(k)%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), motion%time)
+      end do
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
       if (m%g_ref > 0 .and. allocated(g)) m%g_ratio = g/m%g_ref
    end subroutine measure
@@ -235,7 +238,7 @@ contains
    pure logical function needs_nodal_state(scene) result(needs)
       type(scene_t), intent(in) :: scene
       needs = scene%energy_release%domain_integral .or. any(scene%constraints%name /= '') &
-              .or. ((scene%crack%present .or. size(scene%paths) > 0) .and. size(scene%constraints) > 0)
+              .or. (size(scene%paths) > 0 .and. size(scene%constraints) > 0)
    end function needs_nodal_state
 
    !> Take a row of what was measured last: this is the list of all columns.

@@ -100,9 +100,8 @@ contains
       integer :: level, k
       density = needs%particles/occupied
       tips = 1
-      if (scene%crack%kind == 'symmetry') tips = 0.5_dp
-      if (scene%crack%kind == 'line' .and. scene%crack%length > 0) tips = 2
       if (size(scene%paths) > 0) tips = count([(path_tips(scene, k), k=1, size(scene%paths))])
+      if (scene%is_half()) tips = tips/2
       fit = occupied
       do level = 0, scene%refine%max_level - 1
          divided = min(fit, tips*(2*scene%refine%rings + 1.0_dp)**ndim)
@@ -163,7 +162,7 @@ contains
    pure integer function columns_of(scene) result(columns)
       type(scene_t), intent(in) :: scene
       columns = 10
-      columns = columns + (merge(1, 0, scene%crack%present) + 2*size(scene%paths))*(24 + size(scene%energy_release%radii))
+      columns = columns + merge(1, 2*size(scene%paths), scene%is_half())*(24 + size(scene%energy_release%radii))
    end function columns_of
 
    !> Fail where the libraries have no room, before anything calls them.

@@ -43,7 +43,7 @@ module hampm_simulation
    use hampm_threads, only: use_threads, thread_count, host_name
    use hampm_critical_step, only: stable_time_step
    use hampm_version, only: version
-   use hampm_views, only: particle_view, mesh_view, crack_view
+   use hampm_views, only: shows_cracks, particle_view, mesh_view, crack_view
    use hampm_whereabouts, only: when
    implicit none
    private
@@ -92,7 +92,7 @@ contains
       call assemble(scene, s%motion, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
       if (failure%failed()) return
-      call attach_cracks(s%carried, s%motion)
+      call attach_cracks(s%carried, s%motion, scene%energy_release%is_by_nodes())
       call refine_at_start(s%refinement, s%motion, s%cracks%tip_places(), failure)
       if (failure%failed()) return
       do k = 1, size(scene%bodies)               ! with the particles as they now are: rigid motions to the last digit
@@ -117,7 +117,7 @@ contains
       call assemble(scene, s%motion, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
       if (.not. failure%failed()) then
-         call attach_cracks(s%carried, s%motion)
+         call attach_cracks(s%carried, s%motion, scene%energy_release%is_by_nodes())
          call new_measurements(scene, s%motion, s%cracks, s%measurements)  ! of the start, as G_ref is
          call new_growing(scene, s%cracks, s%growing)
          call keep_cracks(s%cracks, checkpoint)
@@ -642,7 +642,7 @@ contains
       if (.not. failure%failed()) call look_at_normals(s%motion, failure)
       if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%motion, s%cracks%tips(1), failure)
       if (failure%failed()) return
-      do k = 1, s%cracks%n_measured()
+      do k = 1, size(s%cracks%tips)
          call look_at_modes(s%motion, s%cracks%tips(k), s%warning)
       end do
       if (s%motion%interfaces%n_cohesive > 0) call look_at_zones(s%cracks, s%motion%interfaces, s%warning)
@@ -659,16 +659,18 @@ contains
       end if
    end subroutine record
 
-   !> Write a snapshot of particles and mesh, and of cracks that cut cells.
+   !> Write a snapshot of particles and mesh, and of cracks.
    subroutine write_snapshot(s, after_failure, failure)
       type(simulation_t), intent(inout) :: s
       logical, intent(in) :: after_failure
       type(failure_t), intent(inout) :: failure
       type(piece_t), allocatable :: pieces(:)    ! an array of what functions return would leak in gfortran 12
-      allocate (pieces(merge(3, 2, s%motion%grid%cut_cells%are_there())))
-      call particle_view(s%motion, pieces(1))
-      call mesh_view(s%motion, s%refinement, after_failure, pieces(2))
-      if (size(pieces) == 3) call crack_view(s%cracks, pieces(3))
+      logical :: with_cracks
+      with_cracks = shows_cracks(s%cracks)
+      allocate (pieces(merge(3, 2, with_cracks)))
+      call particle_view(s%motion, with_cracks, pieces(1))
+      call mesh_view(s%motion, s%refinement, with_cracks, after_failure, pieces(2))
+      if (with_cracks) call crack_view(s%cracks, pieces(3))
       call s%results%write_snapshot(s%motion%time, pieces, failure)
    end subroutine write_snapshot
 

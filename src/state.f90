@@ -8,7 +8,6 @@ module hampm_state
    use hampm_kinds, only: dp, ndim
    use hampm_body_contact, only: keep_body_contact
    use hampm_checkpoint, only: checkpoint_t
-   use hampm_contact, only: keep_contact
    use hampm_cracks, only: cracks_t
    use hampm_cut_cells, only: line_t
    use hampm_element_operators, only: keep_gains
@@ -61,7 +60,6 @@ contains
          call keep_gains(m%operators, c)
       end if
       if (c%failure%failed()) return
-      call keep_contact(m%contact, c)
       call keep_body_contact(m%body_contact, c)
       call keep_supports(m%constraints, c)
       call keep_interfaces(m%interfaces, c)
@@ -101,8 +99,7 @@ contains
       if (allocated(grid%bodies)) allocate (bodies, source=grid%bodies)
       if (allocated(grid%sheet_of_body)) allocate (sheets, source=grid%sheet_of_body)
       if (grid%is_quadratic()) allocate (solids, source=grid%solids)
-      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, cracks%cuts(forest), lines, &
-                                                                       bodies, sheets, solids)
+      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, lines, bodies, sheets, solids)
    end subroutine keep_grid
 
    !> Keep where lines that the material carries are in a grid; those that are read are the ones in `lines`.
@@ -113,6 +110,7 @@ contains
       integer :: k
       call c%section('lines')
       do k = 1, size(lines)
+         if (.not. allocated(lines(k)%origin)) cycle
          if (.not. c%is_read) lines(k)%points = grid%cut_cells%lines(k)%points
          call c%keep_reals('points_'//to_text(k), size(lines(k)%points), lines(k)%points)
       end do

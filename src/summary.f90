@@ -82,14 +82,10 @@ contains
       integer :: i
       associate (crack => s%cracks%crack(tip%crack), cell => s%scene%grid%cell)
          text = 'crack           '//trim(crack%kind)//', tip '//point_text(tip%place)
-         if (crack%kind == 'path') then
-            text = text//' m at its '//trim(merge('first', 'last ', tip%end == first_point))//' point, length '// &
-                   length_text(crack%length())//' m'//nl
-         else if (crack%is_tip(first_point)) then
-            text = text//', other tip '//point_text(decimal(crack%points(:, 1), cell))//' m'//nl
-         else
-            text = text//', mouth '//point_text(decimal(crack%mouth, cell))//' m'//nl
-         end if
+         if (.not. tip%is_half()) text = text//' m at its '//trim(merge('first', 'last ', tip%end == first_point))// &
+                                     ' point, length '//length_text(crack%length())//trim(merge('  ', ' m', all(crack%is_tip)))
+         if (.not. all(crack%is_tip)) text = text//', mouth '//point_text(decimal(crack%mouth, cell))
+         text = text//' m'//nl
       end associate
       text = text//'cells at tip    '//to_text(tip%nodes%spacing)//' m'//nl
       if (size(tip%radii) == 0) return

@@ -1,9 +1,10 @@
-!> What a snapshot shows: the particles as points, the mesh as cells and cracks in any direction as lines, with their fields.
+!> What a snapshot shows: the particles as points, the mesh as cells and cracks as lines, with their fields.
 module hampm_views
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic
    use hampm_cracks, only: cracks_t, first_point, last_point
+   use hampm_cut_cells, only: both_faces
    use hampm_grid, only: grid_t
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
    use hampm_motion, only: motion_t
@@ -12,14 +13,23 @@ module hampm_views
    use hampm_snapshots, only: piece_t, vtk_line, vtk_quad, vtk_biquadratic_quad
    implicit none
    private
-   public :: particle_view, mesh_view, crack_view
+   public :: shows_cracks, particle_view, mesh_view, crack_view
 
 contains
 
-   !> The particles at their present position. Where cells are cut, each has the piece of its cell to which it belongs, and the side
-   !> of the crack on which it began.
-   subroutine particle_view(motion, view)
+   !> Whether snapshots show the cracks, and which side of them is which: not one on a symmetry plane that stays as the scene has it.
+   pure logical function shows_cracks(cracks)
+      type(cracks_t), intent(in) :: cracks
+      integer :: c
+      shows_cracks = any([(cracks%crack(c)%face == both_faces .or. cracks%crack(c)%grows .or. cracks%crack(c)%cohesion > 0, &
+                           c=1, size(cracks%crack))])
+   end function shows_cracks
+
+   !> The particles at their present position. With cracks, each has the piece of its cell to which it belongs, and the side of the
+   !> crack on which it began.
+   subroutine particle_view(motion, with_cracks, view)
       type(motion_t), intent(in) :: motion
+      logical, intent(in) :: with_cracks
       type(piece_t), intent(out) :: view
       real(dp) :: h(ndim, ndim), stress(ndim, ndim)
       real(dp), allocatable :: components(:, :), energy(:), plastic(:)
@@ -49,32 +59,35 @@ contains
          call view%add_point_field('energy_density', reshape(energy, [1, p%n]))
          if (any(motion%materials%yields())) call view%add_point_field('plastic_strain', reshape(plastic, [1, p%n]))
       end associate
-      if (motion%grid%cut_cells%are_there()) call add_sides(motion, view)
+      if (with_cracks) call add_sides(motion, view)
    end subroutine particle_view
 
-   !> Add to the particles their pieces and sides.
+   !> Add to the particles their pieces and sides; after a failure some may be in no cell.
    subroutine add_sides(motion, view)
       type(motion_t), intent(in) :: motion
       type(piece_t), intent(inout) :: view
-      real(dp) :: side(1, motion%particles%n), origin(ndim)
+      real(dp) :: of(2, motion%particles%n), origin(ndim) ! piece, side
       integer :: i
+      of = 0
       associate (grid => motion%grid, p => motion%particles)
          do i = 1, p%n
+            if (p%cell(i) == 0) cycle
             origin = p%reference(i, :)
-            side(1, i) = grid%cut_cells%side_at(grid%element_leaf(p%cell(i)), grid%cut_cells%follow(origin))
+            of(:, i) = [grid%piece_of(p%cell(i)), &
+                        grid%cut_cells%side_at(grid%element_leaf(p%cell(i)), grid%cut_cells%follow(origin))]
          end do
-         call view%add_point_field('piece', reshape([(real(grid%piece_of(p%cell(i)), dp), i=1, p%n)], [1, p%n]))
-         call view%add_point_field('side', side)
+         call view%add_point_field('piece', of(1:1, :))
+         call view%add_point_field('side', of(2:2, :))
       end associate
    end subroutine add_sides
 
    !> The grid, transition cells by their quarters, cut cells by their pieces, each over the whole cell, and quadratic cells whole. With the mass and velocity
    !> that its nodes had in the last step and, where the mesh follows a gradient, the refinement parameter: not a number after a
    !> failure, when it can't be had from the particles.
-   subroutine mesh_view(motion, refinement, after_failure, view)
+   subroutine mesh_view(motion, refinement, with_cracks, after_failure, view)
       type(motion_t), intent(inout) :: motion
       type(refinement_t), intent(in) :: refinement
-      logical, intent(in) :: after_failure
+      logical, intent(in) :: with_cracks, after_failure
       type(piece_t), intent(out) :: view
       integer, parameter :: around(corners) = [1, 2, 4, 3]  ! corners in VTK's order, around the cell
       real(dp), allocatable :: phi(:), r(:)
@@ -94,7 +107,7 @@ contains
          call view%add_point_field('mass', reshape(f%mass_matrix%lumped, [1, grid%n_points]))
          call view%add_point_field('velocity', f%velocity(:, :, v_n))
          if (grid%is_quadratic()) then
-            call add_quadratic_cells(grid, motion%blocks%count_in, view)
+            call add_quadratic_cells(grid, motion%blocks%count_in, with_cracks, view)
             return
          end if
          view%connectivity = reshape(grid%element_nodes(around, :) - 1, [corners*grid%n_elements])
@@ -103,15 +116,16 @@ contains
          call view%add_cell_field('level', reshape([(real(grid%forest%level_of(grid%element_leaf(e)), dp), &
                                                      e=1, grid%n_elements)], [1, grid%n_elements]))
          call view%add_cell_field('particles', reshape(real(motion%blocks%count_in, dp), [1, grid%n_elements]))
-         if (grid%cut_cells%are_there()) call view%add_cell_field('piece', reshape([(real(grid%piece_of(e), dp), &
-                                                                                      e=1, grid%n_elements)], [1, grid%n_elements]))
+         if (with_cracks) call view%add_cell_field('piece', reshape([(real(grid%piece_of(e), dp), e=1, grid%n_elements)], &
+                                                                    [1, grid%n_elements]))
       end associate
    end subroutine mesh_view
 
    !> Quadratic cells, or their pieces, each with its nine nodes, its level and the number of its particles.
-   subroutine add_quadratic_cells(grid, particles, view)
+   subroutine add_quadratic_cells(grid, particles, with_cracks, view)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: particles(:)        !! by element
+      logical, intent(in) :: with_cracks
       type(piece_t), intent(inout) :: view
       integer, parameter :: n = points_of_quadratic
       integer, parameter :: around(n) = [1, 3, 9, 7, 2, 6, 8, 4, 5]  ! VTK's order: corners, middles of sides, middle
@@ -128,12 +142,11 @@ contains
                                                    [1, cells]))
          call view%add_cell_field('particles', reshape([(real(sum(particles(first(k):first(k) + corners - 1)), dp), k=1, cells)], &
                                                        [1, cells]))
-         if (grid%cut_cells%are_there()) call view%add_cell_field('piece', reshape([(real(grid%piece_of(first(k)), dp), &
-                                                                                      k=1, cells)], [1, cells]))
+         if (with_cracks) call view%add_cell_field('piece', reshape([(real(grid%piece_of(first(k)), dp), k=1, cells)], [1, cells]))
       end associate
    end subroutine add_quadratic_cells
 
-   !> The cracks of kind 'path' in the reference configuration, a line for each straight part. With the number of the crack and, at
+   !> The cracks in the reference configuration, a line for each straight part. With the number of the crack and, at
    !> its points, that of the tip there, or 0.
    subroutine crack_view(cracks, view)
       type(cracks_t), intent(in) :: cracks
@@ -143,7 +156,7 @@ contains
       integer :: c, k
       first(1) = 1
       do c = 1, size(cracks%crack)
-         first(c + 1) = first(c) + size(cracks%crack(c)%open_points(), 2)
+         first(c + 1) = first(c) + size(cracks%crack(c)%open_part(), 2)
       end do
       associate (n_points => first(size(first)) - 1, n_lines => first(size(first)) - size(first))
          allocate (view%points(ndim, n_points), view%connectivity(0), number(1, n_lines))
@@ -153,7 +166,7 @@ contains
          view%cell_types = spread(vtk_line, 1, n_lines)
       end associate
       do c = 1, size(cracks%crack)
-         view%points(:, first(c):first(c + 1) - 1) = cracks%crack(c)%open_points()
+         view%points(:, first(c):first(c + 1) - 1) = cracks%crack(c)%open_part()
          view%connectivity = [view%connectivity, [([k - 1, k], k=first(c), first(c + 1) - 2)]]
          number(1, first(c) - c + 1:first(c + 1) - 1 - c) = c
       end do

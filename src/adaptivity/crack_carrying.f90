@@ -19,12 +19,13 @@ module hampm_crack_carrying
 
    integer, parameter :: faces = 2               !! the left and the right one
    integer, parameter :: hosts = 4               !! most particles that are as near to a point, as those around one are
-   real(dp), parameter :: lag = 0.05_dp          !! finest cells by which a line may be behind the material
+   real(dp), parameter :: usual_lag = 0.05_dp, lag_of_nodes = 0.2_dp !! see `carried_cracks_t`; particles are no nearer to a crack than a quarter of a cell
    real(dp), parameter :: most_overlap = 0.5_dp  !! finest cells by which faces may overlap
 
    !> What points of lines hang on. A particle that splits gives its number to its children; a face hangs on the nearest of these. An entry is one of
    !> the places of `host`, in its order.
    type :: carried_cracks_t
+      real(dp), private :: lag = 0               !! finest cells by which a line may be behind the material: more where nodes are to close a crack
       integer, allocatable, private :: host(:, :, :) !! numbers of the particles, 0 behind the last; (hosts, faces, points of all lines)
       integer, allocatable, private :: first(:)  !! the first entry that is the particle of a number, 0 for none
       integer, allocatable, private :: next(:)   !! the next one of the same particle, 0 behind the last; (entries)
@@ -41,14 +42,16 @@ contains
    end function are_there
 
    !> Find the particles on which lines hang, at the start of a run, where lines are carried at all.
-   pure subroutine attach_cracks(carried, m)
+   pure subroutine attach_cracks(carried, m, by_nodes)
       type(carried_cracks_t), intent(inout) :: carried
       type(motion_t), intent(in) :: m
+      logical, intent(in) :: by_nodes            !! whether the nodes where cracks end are to close them
       real(dp), allocatable :: origin(:, :), normal(:, :), nearest(:, :)
       real(dp) :: away(ndim), distance
       integer :: i, n, face, k, entry
       if (.not. m%grid%cut_cells%are_there()) return
       if (.not. allocated(m%grid%cut_cells%lines(1)%origin)) return
+      carried%lag = merge(lag_of_nodes, usual_lag, by_nodes)
       call list_points(m%grid%cut_cells%lines, origin, normal)
       allocate (carried%host(hosts, faces, size(origin, 2)), source=0)
       allocate (nearest(faces, size(origin, 2)), source=huge(1.0_dp))
@@ -112,7 +115,7 @@ contains
             n = n + size(points, 2)
          end associate
       end do
-      moved = behind > lag*m%grid%finest_cell
+      moved = behind > carried%lag*m%grid%finest_cell
       if (.not. moved) return
       lines = m%grid%cut_cells%lines
       n = 0

@@ -15,7 +15,6 @@ module hampm_matching
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: interpolate_gradient, inside_cell, shape_functions, shape_gradients
    use hampm_cut_cells, only: line_t
-   use hampm_cuts, only: cut_t
    use hampm_domains, only: longest_edge
    use hampm_energy, only: kinetic_energy
    use hampm_failure, only: failure_t
@@ -92,16 +91,14 @@ contains
       type(line_t), allocatable, intent(in) :: lines(:)
       type(failure_t), intent(inout) :: failure
       type(old_mesh_t), allocatable :: old
-      type(cut_t), allocatable :: cuts(:)
       type(outline_t), allocatable :: bodies(:)
       integer, allocatable :: sheets(:)
       real(dp), allocatable :: solids(:, :, :)
       call leave_mesh(m, old)
-      cuts = m%grid%cuts
       if (allocated(m%grid%bodies)) allocate (bodies, source=m%grid%bodies)
       if (allocated(m%grid%sheet_of_body)) allocate (sheets, source=m%grid%sheet_of_body)
       if (m%grid%is_quadratic()) allocate (solids, source=m%grid%solids)
-      call build_grid(forest, m%grid, failure, cuts, lines, bodies, sheets, solids)
+      call build_grid(forest, m%grid, failure, lines, bodies, sheets, solids)
       if (.not. failure%failed()) call sort_particles(m, failure)
       if (.not. failure%failed()) call rebuild_on_grid(m, failure)
       if (allocated(old) .and. .not. failure%failed()) call carry_nodes(old, m)

@@ -4,7 +4,6 @@ module hampm_refinement
    use hampm_kinds, only: dp, ndim, long, name_len
    use hampm_archive, only: archive_t
    use hampm_cell_values, only: mean_of_nodes, is_occupied
-   use hampm_cuts, only: cut_t, crosses
    use hampm_error_indicator, only: estimate_errors
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, outside
@@ -117,7 +116,7 @@ contains
       call forest%adapt(change)
       if (forest%same_leaves(m%grid%forest)) return
       call forest%balance()
-      call even_out(m%grid, tips, forest)
+      call even_out(tips, forest)
       if (forest%same_leaves(m%grid%forest)) return
       if (would_exceed(r, m, forest)) return
       call adopt_forest(m, forest, failure)
@@ -269,9 +268,8 @@ contains
    end function part_to_mark
 
    !> Refine until the cells at each tip and those around them are of one size, so that the nodes behind and ahead of it are at the
-   !> same distance; and quadratic cells across from each other at a cut whose sides are matched, so that all their nodes are.
-   subroutine even_out(grid, tips, forest)
-      type(grid_t), intent(in) :: grid
+   !> same distance.
+   subroutine even_out(tips, forest)
       real(dp), intent(in) :: tips(:, :)
       type(forest_t), intent(inout) :: forest
       integer, allocatable :: change(:)
@@ -281,33 +279,12 @@ contains
          do k = 1, size(tips, 2)
             call mark_coarse_at_tip(tips(:, k), forest, change)
          end do
-         do k = 1, merge(size(grid%cuts), 0, grid%is_quadratic())
-            if (grid%cuts(k)%matched) call mark_coarse_across(grid%cuts(k), forest, change)
-         end do
          if (all(change == 0)) return
          call forest%adapt(change)
          call forest%balance()
          deallocate (change)
       end do
    end subroutine even_out
-
-   !> Mark the leaves at a cut that are coarser than one across from them.
-   subroutine mark_coarse_across(cut, forest, change)
-      type(cut_t), intent(in) :: cut
-      type(forest_t), intent(in) :: forest
-      integer, intent(inout) :: change(:)        !! by leaf: 1 where it is to be refined
-      real(dp) :: beyond(ndim)
-      integer :: leaf, other, side
-      do leaf = 1, size(change)
-         do side = -1, 1, 2
-            beyond = middle_of(forest, leaf)
-            beyond(cut%normal) = beyond(cut%normal) + side*forest%size_of(leaf)
-            other = forest%leaf_at(beyond)
-            if (other == outside .or. .not. crosses(cut, forest, middle_of(forest, leaf), beyond)) cycle
-            if (forest%level_of(other) < forest%level_of(leaf)) change(other) = 1
-         end do
-      end do
-   end subroutine mark_coarse_across
 
    !> Mark the leaves at a tip that are coarser than the finest at the cells at the tip.
    subroutine mark_coarse_at_tip(tip, forest, change)

@@ -20,7 +20,7 @@ module hampm_mass_matrix
    use hampm_nodal_rows, only: pattern_t, spans_t, find_spans, sum_rows
    implicit none
    private
-   public :: mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, clear_empty_cells, invert_lumped, &
+   public :: lump_at, mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, clear_empty_cells, invert_lumped, &
              assemble, eigenvalue_floor, floor_of_domains, floor_of_quadratic, nodes_per_chunk
 
    real(dp), parameter :: eigenvalue_floor = 0.05_dp
@@ -150,6 +150,18 @@ contains
          call find_spans(matrix%pattern, region%nodes(:region%n_points), nodes_per_chunk, matrix%spans)
       end associate
    end subroutine find_coupled_region
+
+   !> Lump the cells around some nodes.
+   subroutine lump_at(matrix, grid, nodes)
+      type(mass_matrix_t), intent(inout) :: matrix
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: nodes(:)
+      integer :: k
+      if (.not. allocated(matrix%blend)) return
+      do k = 1, size(nodes)
+         matrix%blend(matrix%cell_of(grid%dofs%elements_at(nodes(k)))) = 1
+      end do
+   end subroutine lump_at
 
    !> Lump the cells around nodes at which several bodies have mass: an impulse between the copies of a node then moves only these.
    subroutine lump_where_bodies_meet(grid, matrix)

@@ -48,7 +48,7 @@ contains
       allocate (closing%parting(0), force(ndim, m%grid%n_points))
       do found = 0, size(cells) - 1
          k = size(closing%parting)
-         call add_pair(m, tips(found + 1), cells(found + 1), found + 1, closing%parting)
+         call add_pair(m, tips(found + 1), cells(found + 1), found + 1, u, closing%parting)
          if (size(closing%parting) == k) exit
       end do
       associate (n => size(closing%parting))
@@ -68,11 +68,12 @@ contains
    end subroutine new_closing
 
    !> Add the partings of the pair that is so many cells behind a tip, if it is there. Of quadratic cells the pair half a cell nearer to the tip
-   !> goes with it: both together close a cell.
-   subroutine add_pair(m, tip, cells, place, list)
+   !> goes with it: both together close a cell. Faces that press on each other are closed: what they overlap by is that of the layer between them.
+   subroutine add_pair(m, tip, cells, place, u, list)
       type(motion_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
       integer, intent(in) :: cells, place
+      real(dp), intent(in) :: u(:, :)            !! displacement by the loads [m], (ndim, n_points)
       type(parting_t), allocatable, intent(inout) :: list(:)
       integer :: node(2), middle(2), mode
       node = face_nodes(tip, m%grid, tip%place - cells*tip%nodes%spacing*tip%axis(:, 1))
@@ -82,9 +83,20 @@ contains
          if (any(middle == 0 .and. tip%face)) return
       end if
       do mode = 1, merge(1, modes, tip%is_half())
-         if (m%grid%is_quadratic()) list = [list, parting_t(middle, mode, tip%axis(:, modes + 1 - mode), place)]
-         list = [list, parting_t(node, mode, tip%axis(:, modes + 1 - mode), place)]
+         if (m%grid%is_quadratic()) call add(middle)
+         call add(node)
       end do
+
+   contains
+
+      !> Add one of them.
+      subroutine add(at)
+         integer, intent(in) :: at(2)            !! nodes
+         type(parting_t) :: parting
+         parting = parting_t(at, mode, tip%axis(:, modes + 1 - mode), place)
+         if (mode == 1 .and. tip%may_close .and. parting_by(parting, u) < 0) return
+         list = [list, parting]
+      end subroutine add
    end subroutine add_pair
 
    !> By how much a displacement of the points parts a pair [m].

@@ -9,6 +9,7 @@ module hampm_crack_closure
    use hampm_face_jumps, only: faces, faces_at, jump_between
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
+   use hampm_interface_points, only: interfaces_t, extend_opening
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
@@ -47,16 +48,20 @@ contains
 
    !> How far the faces of a path have parted at the point of it next to a place; 0 where there is no material on both sides [m].
    !> Where cells meet there, those on one side of it tell, or the mean of both: so mirror images of a crack open alike. Where none is cut
-   !> there, the next that is, within half a cell.
-   pure function path_opening(tip, x, toward, m) result(opening)
+   !> there, the next that is, within half a cell. Particles on both sides tell, and of faces that press on each other interface points
+   !> by how much they overlap.
+   pure function path_opening(tip, x, toward, m, interfaces) result(opening)
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(in) :: x(ndim)            !! on the line of a crack, or near it, in the grid [m]
       real(dp), intent(in) :: toward(ndim)       !! unit vector along the crack to the side whose cells tell, 0: both
       type(matter_t), intent(in) :: m
+      type(interfaces_t), intent(in) :: interfaces
       real(dp) :: opening(modes)
       real(dp), parameter :: beside = 1e-2_dp    ! cells; far more than faces are looked for beside the line (`faces_at`), or those of a
                                                  ! crack at 45 degrees through an edge of cells would be sought on that edge
-      real(dp) :: point(ndim), normal(ndim), along(ndim), axis(ndim, ndim)
+      real(dp) :: point(ndim), normal(ndim), along(ndim), axis(ndim, ndim), jump(ndim), at_points(ndim), across
+      logical :: may_touch
+      real(dp), parameter :: rounding = 1e-9_dp  ! part of an opening: faces that are driven alike have none
       integer, parameter :: steps = 8            ! a sixteenth of a cell each: a sliver without a sample (`hampm_cut_cells`) is not cut off
       integer :: elements(faces), side, n, k
       opening = 0
@@ -72,7 +77,13 @@ contains
             if (any(elements > 0)) exit
          end do
          if (all(elements == 0)) cycle
-         opening = opening + matmul(jump_between(m, elements, point), axis(:, [2, 1]))
+         jump = jump_between(m, elements, point)
+         call extend_opening(interfaces, tip%crack, point, side*along, at_points, may_touch)
+         if (may_touch) then
+            across = dot_product(at_points, normal)
+            if (across < rounding*norm2(jump)) jump = jump + (across - dot_product(jump, normal))*normal
+         end if
+         opening = opening + matmul(jump, axis(:, [2, 1]))
          n = n + 1
          if (norm2(toward) > 0) exit
       end do
@@ -201,12 +212,20 @@ contains
       real(dp), intent(in) :: half_behind(ndim, 2) !! and, of quadratic cells, on the nodes half a cell behind it [N]
       real(dp) :: g(modes)
       real(dp) :: work(modes)
-      work = force_at(tip%nodes%tip, 2*applied)*crack_opening(tip, tip%nodes%behind, grid, p, blocks)
+      work = force_at(tip%nodes%tip, 2*applied)*opening_at(tip%nodes%behind)
       if (tip%nodes%half_ahead > 0) &
-         work = work + force_at(tip%nodes%half_ahead, half_behind)*crack_opening(tip, tip%nodes%half_behind, grid, p, blocks)
+         work = work + force_at(tip%nodes%half_ahead, half_behind)*opening_at(tip%nodes%half_behind)
       g = work/(2*tip%nodes%spacing*thickness)
 
    contains
+
+      !> Opening and sliding at nodes of the faces; what faces that press on each other overlap by is that of the layer between them [m].
+      pure function opening_at(face) result(opening)
+         integer, intent(in) :: face(2)
+         real(dp) :: opening(modes)
+         opening = crack_opening(tip, face, grid, p, blocks)
+         if (tip%may_close) opening(1) = max(opening(1), 0.0_dp)
+      end function opening_at
 
       !> Force through a node across the crack and along it [N], between two materials with its sign, else its size.
       pure function force_at(node, applied) result(force)

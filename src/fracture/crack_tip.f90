@@ -23,7 +23,6 @@ module hampm_crack_tip
       integer :: ahead = 0                       !! node one cell ahead of it
       integer :: half_behind(2) = 0              !! of quadratic cells, as `behind` half a cell behind the tip
       integer :: half_ahead = 0                  !! and half a cell ahead
-      integer :: mouth(2) = 0                    !! nodes of the faces at the mouth, 0 where there is no face
       logical :: in_cell = .false.               !! whether the tip is inside a cell that is cut, and at no node
       real(dp) :: spacing = 0                    !! distance between the nodes around the tip: the smallest cell there [m]
    end type tip_nodes_t
@@ -85,26 +84,27 @@ contains
       if (self%is_half()) inward = merge(1, -1, self%face(upper))*self%axis(:, 2)
    end function into_half
 
-   !> Find the nodes in a grid. `found` tells whether all of them are there.
-   pure subroutine find_nodes(self, grid, mouth, found)
+   !> Find the nodes in a grid. `found` tells whether all of them are there; else nothing changes.
+   pure subroutine find_nodes(self, grid, found)
       class(crack_tip_t), intent(inout) :: self
       type(grid_t), intent(in) :: grid
-      real(dp), intent(in) :: mouth(ndim)        !! of the crack [m]
       logical, intent(out) :: found
+      type(tip_nodes_t) :: before
+      before = self%nodes
       self%nodes = tip_nodes_t(tip=grid%node_at(self%place))
       associate (nodes => self%nodes)
          if (nodes%tip > 0) then
             nodes%spacing = grid%smallest_leaf_at(nodes%tip)
             nodes%behind = face_nodes(self, grid, self%place - nodes%spacing*self%axis(:, 1))
             nodes%ahead = grid%node_at(self%place + nodes%spacing*self%axis(:, 1))
-            nodes%mouth = face_nodes(self, grid, mouth)
             if (grid%is_quadratic()) then
                nodes%half_behind = face_nodes(self, grid, self%place - nodes%spacing/2*self%axis(:, 1))
                nodes%half_ahead = grid%node_at(self%place + nodes%spacing/2*self%axis(:, 1))
             end if
          end if
-         found = min(nodes%tip, nodes%ahead) > 0 .and. all(min(nodes%behind, nodes%mouth) > 0 .or. .not. self%face)
+         found = min(nodes%tip, nodes%ahead) > 0 .and. all(nodes%behind > 0 .or. .not. self%face)
       end associate
+      if (.not. found) self%nodes = before
    end subroutine find_nodes
 
    !> Find the cells at the tip of a path, the smallest of them, and whether it is inside one. The grid knows where a tip that the

@@ -8,41 +8,27 @@ module hampm_cracks
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_archive, only: archive_t
    use hampm_crack_tip, only: keep_surroundings, crack_tip_t, frame_along, upper, lower
-   use hampm_cut_cells, only: line_t, length_of, left_face, right_face
-   use hampm_cuts, only: cut_t, cut_of
+   use hampm_cut_cells, only: line_t, length_of, both_faces, left_face, right_face
    use hampm_failure, only: failure_t, exit_input
-   use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t
    use hampm_text, only: to_text
    implicit none
    private
-   public :: crack_t, cracks_t, first_point, last_point, left, right, keep_cracks
+   public :: crack_t, cracks_t, first_point, last_point, keep_cracks
 
    integer, parameter :: first_point = 1, last_point = 2 !! the ends
-   integer, parameter :: left = 1, right = 2     !! the faces, as one walks along the crack
 
    real(dp), parameter :: straight = 1e-14_dp    !! 1 less the cosine of an angle that is no kink
 
-   !> A crack.
-   type :: crack_t
+   !> A crack: a line in the reference configuration, in the order in which one walks along it.
+   type, extends(line_t) :: crack_t
       character(name_len) :: kind = ''           !! 'symmetry', 'line' or 'path'
       character(name_len) :: name = ''           !! of a path, '' where it has none
-      real(dp), allocatable :: points(:, :)      !! in the order in which one walks along it [m], (ndim, 2 or more)
-      logical :: is_tip(2) = .false.             !! whether its first and its last point are tips
-      logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
-      logical :: cuts_cells = .false.            !! whether cells are cut along it: a path, or on a symmetry plane one that grows
-      real(dp) :: began(ndim) = 0                !! on a symmetry plane: where its tip was at first [m]
-      logical :: contact = .false.               !! whether the faces press on each other
-      real(dp) :: friction = 0                   !! coefficient, of a path [-]
-      integer :: cohesion = 0                    !! number of the law by which its faces hold each other, 0 for none
-      real(dp) :: held(2) = 0                    !! ways from its first point from and to which they do [m]
-      real(dp) :: beyond(2) = 0                  !! of a path: how far ends that are no tips reach beyond their points [m]
+      logical :: grows = .false.                 !! whether it does: then its tips are at nodes by chance only
+      real(dp) :: beyond(2) = 0                  !! how far ends that are no tips reach beyond their points [m]
       real(dp) :: mouth(ndim) = 0                !! where the opening at the mouth is measured, on the crack [m]
-      real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point tips are that grow in motion: cells are cut
-                                                 !! ahead of these [m]
    contains
       procedure :: length
-      procedure :: open_points
    end type crack_t
 
    !> All of them, and their tips.
@@ -54,9 +40,8 @@ module hampm_cracks
    contains
       procedure :: list_tips
       procedure :: tip_places
-      procedure :: n_measured
-      procedure :: cuts
       procedure :: lines
+      procedure :: carries
       procedure :: extend
       procedure :: put_back
       procedure :: move_tip
@@ -75,16 +60,6 @@ contains
       length = length_of(self%points) - sum(self%bonded)
    end function length
 
-   !> Its points, with the places of the tips as the first and the last one [m].
-   pure function open_points(self) result(points)
-      class(crack_t), intent(in) :: self
-      real(dp), allocatable :: points(:, :)
-      type(line_t) :: line
-      line%points = self%points
-      line%bonded = self%bonded
-      points = line%open_part()
-   end function open_points
-
    !> Number the tips, and find their places and frames.
    pure subroutine list_tips(self)
       class(cracks_t), intent(inout) :: self
@@ -100,7 +75,7 @@ contains
             self%tips(n)%crack = c
             self%tips(n)%end = end
             self%tips(n)%has_zone = end == last_point .and. self%crack(c)%cohesion > 0 .and. self%crack(c)%bonded(end) > 0
-            self%tips(n)%may_close = self%crack(c)%kind == 'path' .and. self%crack(c)%contact
+            self%tips(n)%may_close = self%crack(c)%contact
          end do
       end do
    end subroutine list_tips
@@ -114,17 +89,17 @@ contains
       real(dp), allocatable :: points(:, :)
       real(dp) :: outward(ndim)
       integer :: n
-      points = crack%open_points()
+      points = crack%open_part()
       if (end == last_point) then
          n = size(points, 2)
          tip%place = points(:, n)
          outward = points(:, n) - points(:, n - 1)
-         tip%face([upper, lower]) = crack%face([left, right])
       else
          tip%place = points(:, 1)
          outward = points(:, 1) - points(:, 2)
-         tip%face([upper, lower]) = crack%face([right, left])
       end if
+      tip%face(upper) = crack%face /= merge(right_face, left_face, end == last_point)
+      tip%face(lower) = crack%face /= merge(left_face, right_face, end == last_point)
       tip%now = tip%place
       tip%direction = outward/norm2(outward)
       tip%axis = frame_along(tip%direction)
@@ -224,7 +199,7 @@ contains
          associate (crack => self%crack(tip%crack))
             other = crack%bonded(3 - tip%end)
             crack%bonded(3 - tip%end) = 0
-            points = crack%open_points()
+            points = crack%open_part()
             crack%bonded = 0
             crack%bonded(3 - tip%end) = other
          end associate
@@ -274,64 +249,37 @@ contains
       end do
    end function tip_places
 
-   !> Number of the tips, from the first on, whose energy release rate is measured: of a crack along a grid line one.
-   pure integer function n_measured(self)
-      class(cracks_t), intent(in) :: self
-      n_measured = size(self%tips)
-      if (n_measured == 0) return
-      if (self%crack(1)%kind /= 'path') n_measured = 1
-   end function n_measured
-
-   !> Where a grid is not connected along grid lines: at cracks with two faces that are no paths.
-   pure function cuts(self, forest)
-      class(cracks_t), intent(in) :: self
-      type(forest_t), intent(in) :: forest       !! of the grid
-      type(cut_t), allocatable :: cuts(:)
-      real(dp) :: from(ndim), to(ndim)
-      integer :: c
-      allocate (cuts(0))
-      do c = 1, size(self%crack)
-         if (.not. all(self%crack(c)%face) .or. self%crack(c)%kind == 'path') cycle
-         from = self%crack(c)%points(:, 1)
-         to = self%crack(c)%points(:, size(self%crack(c)%points, 2))
-         cuts = [cuts, cut_of(forest, minloc(abs(to - from), dim=1), from, to, matched=self%crack(c)%contact)]
-      end do
-   end function cuts
-
    !> The lines along which cells are cut, as they are at the start, with ends that are no tips going on straight.
    pure function lines(self)
       class(cracks_t), intent(in) :: self
       type(line_t), allocatable :: lines(:)
-      integer :: c, n, k
-      allocate (lines(count([(self%crack(c)%cuts_cells, c=1, size(self%crack))])))
-      n = 0
+      integer :: c, k
+      allocate (lines(size(self%crack)))
       do c = 1, size(self%crack)
-         if (.not. self%crack(c)%cuts_cells) cycle
-         n = n + 1
-         lines(n)%points = self%crack(c)%points
-         lines(n)%is_tip = self%crack(c)%is_tip
-         lines(n)%contact = self%crack(c)%contact
-         lines(n)%friction = self%crack(c)%friction
-         lines(n)%cohesion = self%crack(c)%cohesion
-         lines(n)%held = self%crack(c)%held + self%crack(c)%beyond(first_point)
-         lines(n)%bonded = self%crack(c)%bonded + merge(self%crack(c)%beyond, 0.0_dp, self%crack(c)%bonded > 0)
-         lines(n)%began = self%crack(c)%began
-         if (.not. self%crack(c)%face(right)) lines(n)%face = left_face
-         if (.not. self%crack(c)%face(left)) lines(n)%face = right_face
+         lines(c) = self%crack(c)%line_t
+         lines(c)%held = self%crack(c)%held + self%crack(c)%beyond(first_point)
+         lines(c)%bonded = self%crack(c)%bonded + merge(self%crack(c)%beyond, 0.0_dp, self%crack(c)%bonded > 0)
          if (allocated(self%tips)) then
             do k = 1, size(self%tips)
-               if (self%tips(k)%crack == c) lines(n)%grown(self%tips(k)%end) = self%tips(k)%grown
+               if (self%tips(k)%crack == c) lines(c)%grown(self%tips(k)%end) = self%tips(k)%grown
             end do
          end if
-         associate (p => lines(n)%points, last => size(lines(n)%points, 2), beyond => self%crack(c)%beyond)
+         associate (p => lines(c)%points, last => size(lines(c)%points, 2), beyond => self%crack(c)%beyond)
             p(:, 1) = p(:, 1) + beyond(first_point)*(p(:, 1) - p(:, 2))/norm2(p(:, 1) - p(:, 2))
             p(:, last) = p(:, last) + beyond(last_point)*(p(:, last) - p(:, last - 1))/norm2(p(:, last) - p(:, last - 1))
          end associate
-         if (.not. self%spacing > 0) cycle
-         lines(n)%origin = with_points_between(lines(n)%points, self%spacing)
-         lines(n)%points = lines(n)%origin
+         if (.not. self%carries(c)) cycle
+         lines(c)%origin = with_points_between(lines(c)%points, self%spacing)
+         lines(c)%points = lines(c)%origin
       end do
    end function lines
+
+   !> Whether the material carries a crack through the grid: a symmetry plane stays.
+   pure logical function carries(self, crack)
+      class(cracks_t), intent(in) :: self
+      integer, intent(in) :: crack
+      carries = self%spacing > 0 .and. self%crack(crack)%face == both_faces
+   end function carries
 
    !> A polyline with more points, none further than `spacing` from the next [m].
    pure function with_points_between(points, spacing) result(more)
@@ -351,7 +299,8 @@ contains
       more(:, n + 1) = points(:, size(points, 2))
    end function with_points_between
 
-   !> Find the nodes around the tips in a grid. Fails where there are none.
+   !> Find the cells and nodes around the tips in a grid: the nodes where a crack that does not grow ends at one, along a grid line, as long as it is
+   !> there. Fails where a crack on a symmetry plane has none.
    subroutine find_nodes(self, grid, failure)
       class(cracks_t), intent(inout) :: self
       type(grid_t), intent(in) :: grid
@@ -360,13 +309,13 @@ contains
       integer :: k
       do k = 1, size(self%tips)
          associate (tip => self%tips(k))
-            if (self%crack(tip%crack)%cuts_cells) then
-               call tip%find_cells(grid%cut_cells%ends(k), self%spacing > 0, grid)
-               cycle
-            end if
-            call tip%find_nodes(grid, self%crack(tip%crack)%mouth, found)
+            call tip%find_cells(grid%cut_cells%ends(k), self%carries(tip%crack), grid)
+            if (tip%nodes%in_cell .or. self%crack(tip%crack)%grows .or. tip%has_zone .or. norm2(tip%now - tip%place) > 0 &
+                .or. all(abs(tip%direction) > straight)) cycle
+            call tip%find_nodes(grid, found)
+            if (found .or. .not. tip%is_half()) cycle
          end associate
-         if (.not. found) call failure%report(exit_input, &
+         call failure%report(exit_input, &
             '&crack tip: must be at a grid node, with a node of the grid one cell behind it and one ahead of it')
       end do
    end subroutine find_nodes

@@ -36,6 +36,7 @@ module hampm_domain_integral
       real(dp) :: direction(ndim) = 0            !! unit vector from the crack into the body, in the reference configuration
       real(dp) :: turn(ndim, ndim) = 0           !! R - I, R being the rotation of the material around the tip since then
       real(dp) :: face_of_line = 1               !! 1 where material on the line of the crack belongs to the upper face, -1 to the lower one
+      logical :: is_beside = .false.             !! whether the tip is sought ahead or behind: on the line of the crack whole particles may then be on both faces
       logical :: has_zone = .false.              !! whether cohesion holds faces ahead of it
       logical :: half = .false.                  !! whether the crack is on a symmetry plane and one side of it is modelled
       real(dp) :: thickness = 0                  !! B; of a crack around an axis the length of its front, 2 pi a [m]
@@ -57,6 +58,7 @@ module hampm_domain_integral
    type :: sample_t
       real(dp) :: volume                         !! reference volume [m3]
       real(dp) :: size                           !! of its element [m]
+      logical :: on_both                         !! whether it is on both faces of the crack
       real(dp) :: x(ndim)                        !! place in the grid, from the tip [m]
       real(dp) :: stress(ndim, ndim)             !! P, conjugate to the displacement gradient [Pa]
       real(dp) :: slope(ndim)                    !! u,1 - c [-]
@@ -76,11 +78,11 @@ contains
    !> J, and K_I and K_II, of each disc:
    !>
    !>    J = (1/B) [ sum_p V { P_iJ w_i q,J - W q,1 + rho d_i w_i q } - sum_points f_i w_i q ],
-   !>    K = E'/(2 B) [ sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + rho d_i a_i,1 q } - sum_pairs F [a_2],1 q
-   !>                   - sum_points f_i a_i,1 q ],   w = u,1 - c,
+   !>    K = E'/(2 B) [ sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + rho d_i a_i,1 q } - sum_points f_i a_i,1 q ],
+   !>    w = u,1 - c,
    !>
-   !> in the reference configuration, with rho d = div P, the displacement a and stress s of a unit K of the mode, [a_2] its opening
-   !> F the force with which the faces press on each other, and f that of the tractions on them at a point. J holds for any
+   !> in the reference configuration, with rho d = div P, the displacement a and stress s of a unit K of the mode and f the force of the tractions on
+   !> the faces at a point. J holds for any
    !> elastic law (Nakamura, Shih & Freund 1985), K for small strain (Yau, Wang & Corten 1980). The constant c has no part in the
    !> integrals, but takes the rotation of the disc out of the errors of the sums. Where a law is for large rotations, all is turned back
    !> by R, the rotation in the mean of F over the discs: F becomes R**T F, P becomes R**T P, and K is that of the small strain that
@@ -140,14 +142,13 @@ contains
                end do
             end associate
          end do
-         if (allocated(state%pressing)) call add_pressed_faces(domain, grid, q, state, k)
          call add_faces_on_interfaces(domain, motion%interfaces, closed, p%total_frame, q, j, k, by_closed, k_doubt)
          do n = 1, size(motion%loads)
             if (motion%loads(n)%by_mass .or. motion%loads(n)%line > 0) cycle
             call add_loaded_faces(domain, grid, p, blocks, motion%loads(n), factors(n), q, c, j, k)
          end do
       end associate
-      j = j/domain%thickness
+      j = (j + closed%work_at_tip())/domain%thickness
       do n = 1, size(j)
          k(:, n) = domain%field%intensities_of(k(:, n), domain%thickness)
          if (closed%are_closed) j(n) = j(n) + by_closed(2, n)*k(2, n)/domain%thickness ! faces there slide as those of K_II do
@@ -293,6 +294,7 @@ contains
          s%gradient(:grid%n_functions, :) = matmul(grid%gradients_in(e, xi), to_reference)
          s%volume = p%volume(i)
          s%x = domain%from_tip(p%place_in_grid(i), p%total_frame)
+         s%on_both = domain%is_beside .and. abs(s%x(2)) <= on_line*grid%element_size(e)
          if (abs(s%x(2)) <= on_line*grid%element_size(e)) s%x(2) = sign(s%x(2), domain%face_of_line)
          s%size = grid%element_size(e)
          s%slope = matmul(matmul(h, domain%direction), axes) - c
@@ -359,6 +361,7 @@ contains
          x(1) = x(1) + domain%lag(mode)
          if (norm2(x) < singular*s%size) cycle
          a = domain%field%gradient(mode, x)
+         if (s%on_both) a = (a + domain%field%gradient(mode, [x(1), -x(2)]))/2
          stress = domain%field%stress(a)
          flux = matmul(a(:, 1), s%stress) + matmul(s%slope, stress)
          k(mode, :) = k(mode, :) + s%volume*(matmul(dq, flux) - sum(s%stress*a)*dq(:, 1) &
@@ -371,39 +374,6 @@ contains
       end do
    end subroutine add_to_interaction
 
-   !> Add what the pressed faces contribute to the interaction: the force F at each pair times the mean of the slope -[a_2],1 of the
-   !> opening of a unit K, weighted as the node gathers the pressure; K_II opens in anisotropic material only. At the tip is one node, at which the
-   !> forces of the faces cancel: the one there is continued from the first two pairs, as long as it presses.
-   pure subroutine add_pressed_faces(domain, grid, q, state, k)
-      type(tip_domain_t), intent(in) :: domain
-      type(grid_t), intent(in) :: grid
-      real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
-      type(nodal_state_t), intent(in) :: state
-      real(dp), intent(inout) :: k(:, :)
-      real(dp), parameter :: to_tip(2) = [2.0_dp, -1.0_dp]  ! a line through the forces of the first and the second pair
-      real(dp) :: r, cell, at_tip(modes), part
-      integer :: n, place, mode
-      logical :: is_corner
-      at_tip = 0
-      do n = 1, size(state%face_node)
-         associate (node => state%face_node(n), f => state%pressing(n))
-            r = dot_product(domain%tip - grid%node_position(:, node), domain%direction)
-            cell = grid%smallest_leaf_at(node)
-            is_corner = grid%is_corner_of_leaf(node)
-            place = nint(r/cell*merge(2, 1, domain%quadratic))
-            part = 1
-            if (domain%quadratic) part = merge(1.0_dp, 0.5_dp, is_corner) ! of a corner and of the middle of a side, for one pressure
-            do mode = 1, modes
-               k(mode, :) = k(mode, :) + f*mean_slope_at_node(domain, mode, r, cell, is_corner)*q(:, node)
-               if (any(place == [1, 2])) at_tip(mode) = at_tip(mode) &
-                                    + to_tip(place)*part*f*mean_slope_at_node(domain, mode, 0.0_dp, cell, is_corner=.true.)
-            end do
-         end associate
-      end do
-      if (.not. at_tip(1) > 0) at_tip = 0
-      k = k + spread(at_tip, 2, size(k, 2))
-   end subroutine add_pressed_faces
-
    !> Add what faces that press on each other by interface points contribute to both integrals: the force f by which an interface point resists the opening,
    !> times the change of that along the crack, f . [u],1 q for B J and f . [a],1 q for the interaction.
    !>
@@ -411,7 +381,8 @@ contains
    !> faces count with q - 1. J is then what it takes from the body, wherever q is 1, and K what the body has around a zone that is short.
    !>
    !> In the last cells the slope of a is largest, and the layer of interface points, which gives way where the tip does not, carries too little
-   !> and too much by turns. At a closed tip the traction there is that of the faces behind, continued, and they slide as K_II has it.
+   !> and too much by turns. At a closed tip the traction there is that of the faces behind, continued, they slide as K_II has it, and the
+   !> layer follows that traction.
    pure subroutine add_faces_on_interfaces(domain, interfaces, closed, total_frame, q, j, k, by_closed, k_doubt)
       type(tip_domain_t), intent(in) :: domain
       type(interfaces_t), intent(in) :: interfaces
@@ -442,13 +413,14 @@ contains
          if (is_there .and. .not. is_closed) j = j + dot_product(force, slope)*at_point
          if (is_closed) then
             force = interfaces%list(n)%length*closed%traction_at(interfaces%list(n))
+            j = j + dot_product(force, closed%slope_across())*at_point
             doubt = interfaces%list(n)%length*closed%doubt_at(interfaces%list(n))
          else if (.not. is_there) then
             cycle
          end if
          normal = domain%from_tip(domain%tip + interfaces%list(n)%normal, total_frame)
          force = sign(1.0_dp, normal(2))*domain%in_axes(force)
-         x = domain%from_tip(interfaces%list(n)%place, total_frame)
+         x = domain%from_tip(interfaces%list(n)%middle, total_frame)
          do mode = 1, modes
             of_unit = 2*mean_slope_of_face(domain, mode, -x(1), interfaces%list(n)%length/2)
             k(mode, :) = k(mode, :) + dot_product(force, of_unit)*at_point
@@ -562,57 +534,4 @@ contains
          mean(d) = -(domain%field%opening(3 - d, mode, far) - domain%field%opening(3 - d, mode, near))/(4*half)
       end do
    end function mean_slope_of_face
-
-   !> Mean of the slope of the opening of a unit K around a node at the distance r behind the tip, weighted by its shape function
-   !> [1/(Pa sqrt(m))].
-   pure real(dp) function mean_slope_at_node(domain, mode, r, cell, is_corner) result(mean)
-      type(tip_domain_t), intent(in) :: domain
-      integer, intent(in) :: mode
-      real(dp), intent(in) :: r, cell            !! [m]
-      logical, intent(in) :: is_corner           !! of a cell, else in the middle of a side
-      if (domain%quadratic) then
-         mean = mean_slope_by_quadratic(domain, mode, r, cell, is_corner)
-      else
-         mean = mean_slope_of_opening(domain, mode, r, cell)
-      end if
-   end function mean_slope_at_node
-
-   !> The same for the functions of quadratic cells, N: by parts the integral of N a' is that of N a - N' A + N'' B over the ends of its parts,
-   !> with the opening a, its integral A = 2/3 x a, and the integral of this, B = 4/15 x**2 a.
-   pure real(dp) function mean_slope_by_quadratic(domain, mode, r, cell, is_corner) result(mean)
-      type(tip_domain_t), intent(in) :: domain
-      integer, intent(in) :: mode
-      real(dp), intent(in) :: r, cell            !! [m]
-      logical, intent(in) :: is_corner
-      real(dp) :: x(-1:1), once(-1:1), twice(-1:1), half
-      integer :: i
-      half = merge(cell, cell/2, is_corner)      ! the function is there that far to both sides
-      do i = -1, 1
-         x(i) = max(r + i*half - domain%lag(mode), 0.0_dp)
-         once(i) = 2*x(i)/3*domain%field%opening(1, mode, x(i))
-         twice(i) = 4*x(i)**2/15*domain%field%opening(1, mode, x(i))
-      end do
-      if (is_corner) then
-         mean = 3/cell*(-(once(-1) + 6*once(0) + once(1))/cell + 4*(twice(1) - twice(-1))/cell**2)
-      else
-         mean = 1.5_dp/cell*(4*(once(-1) + once(1))/cell - 8*(twice(1) - twice(-1))/cell**2)
-      end if
-   end function mean_slope_by_quadratic
-
-   !> Mean of the slope of the opening of a unit K around a place at the distance r behind the tip, weighted by the shape function
-   !> of a node there: the second difference of the integral of the opening, 2/3 x opening(x), over cell**2 [1/(Pa sqrt(m))].
-   pure real(dp) function mean_slope_of_opening(domain, mode, r, cell) result(mean)
-      type(tip_domain_t), intent(in) :: domain
-      integer, intent(in) :: mode
-      real(dp), intent(in) :: r                  !! [m]
-      real(dp), intent(in) :: cell               !! [m]
-      real(dp), parameter :: difference(3) = [1.0_dp, -2.0_dp, 1.0_dp]
-      real(dp) :: x
-      integer :: i
-      mean = 0
-      do i = 1, 3
-         x = max(r + (i - 2)*cell - domain%lag(mode), 0.0_dp)
-         mean = mean + difference(i)*2*x/3*domain%field%opening(1, mode, x)/cell**2
-      end do
-   end function mean_slope_of_opening
 end module hampm_domain_integral

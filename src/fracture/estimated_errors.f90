@@ -37,6 +37,7 @@ module hampm_estimated_errors
       type(error_t) :: j
       real(dp) :: of_rate = 0                    !! now, of G by K [J/m2]
       logical :: are_known = .false.             !! whether there are any
+      logical :: by_mode = .false.               !! whether each mode has an error of its own
       real(dp) :: of_tip = 1                     !! part of the estimate that goes with the cells at the tip [-]
       real(dp) :: cell = 0                       !! size of these at the start [m]
    contains
@@ -94,6 +95,7 @@ contains
       call archive%keep('of_tip', errors%of_tip)
       call archive%keep('error_cell', errors%cell)
       call archive%keep('errors_are_known', errors%are_known)
+      call archive%keep('errors_by_mode', errors%by_mode)
    end subroutine keep_errors
 
    !> Keep those of the columns of an estimator.

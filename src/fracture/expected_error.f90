@@ -21,6 +21,8 @@ module hampm_expected_error
    use hampm_crack_tip_field, only: modes
    use hampm_error_indicator, only: errors_at_particles, energy_of_stress, stress_components
    use hampm_estimated_errors, only: hardly, uncertainty
+   use hampm_interface_points, only: interfaces_t, contact, overlap_of
+   use hampm_jumps, only: jump_of
    use hampm_material, only: material_t
    use hampm_motion, only: motion_t
    use hampm_particles, only: particles_t
@@ -47,7 +49,7 @@ module hampm_expected_error
    end type tips_at_rest_t
 
    integer, parameter :: n_stress = ndim*ndim
-   integer, parameter :: most_turns = 5              !! of solving and tying faces that press on each other
+   integer, parameter :: most_turns = 5              !! of solving and looking which faces part
    integer, parameter :: most_pairs = 3              !! behind the tip that are closed
 
    !> Unknowns of the largest problem that is solved: it takes about a gigabyte.
@@ -134,24 +136,29 @@ contains
       end associate
    end function error_by_lengths
 
-   !> Find the first of some tips, of one crack, at rest. `known` is false where the crack has less than two nodes behind the tip,
+   !> Find one of all tips, which are at nodes, at rest. `known` is false where its crack has less than two nodes behind the tip,
    !> where nothing opens it, and where there are too many unknowns.
-   subroutine find_crack_at_rest(m, tips, thickness, crack)
+   subroutine find_crack_at_rest(m, all_tips, number, thickness, crack)
       type(motion_t), intent(inout) :: m
-      type(crack_tip_t), intent(in) :: tips(:)
+      type(crack_tip_t), intent(in) :: all_tips(:)
+      integer, intent(in) :: number              !! of the tip
       real(dp), intent(in) :: thickness          !! [m]
       type(crack_at_rest_t), intent(out) :: crack
       type(stiffness_t) :: rest
       type(free_motions_t) :: free
       type(closing_t) :: closing
-      type(crack_tip_t), allocatable :: chosen(:)
+      type(crack_tip_t), allocatable :: chosen(:), tips(:) ! the tip, and the others
       real(dp), parameter :: no_work = 1e-8_dp   ! that closing it takes, over the strain energy
-      integer :: of_tip(most_pairs + size(tips) - 1), cells(size(of_tip)), k, pairs, found
+      integer :: of_tip(most_pairs + size(all_tips) - 1), cells(size(of_tip)), k, pairs, found
       real(dp) :: to_g
       logical :: done
       call come_to_rest(m, rest, free, crack%u, crack%acceleration, crack%scale, done)
       if (.not. done) call rest%release()
       if (.not. done) return
+      allocate (tips(size(all_tips)))
+      do k = 1, size(tips)
+         tips(k) = all_tips(merge(number, k - merge(1, 0, k <= number), k == 1))
+      end do
       of_tip = [(1, k=1, most_pairs), (k, k=2, size(tips))]
       cells = [(k, k=1, most_pairs), (1, k=2, size(tips))]
       do pairs = most_pairs, 2, -1
@@ -167,13 +174,14 @@ contains
       if (pairs < 2) return
       to_g = merge(2.0_dp, 1.0_dp, tips(1)%is_half())/(thickness*tips(1)%nodes%spacing)
       call follow_closing(closing, pairs, size(tips) - 1, to_g, shortness_of(m, tips(1)), crack)
+      where (abs(crack%g) < hardly**2*sum(abs(crack%g))) crack%g = max(crack%g, 0.0_dp) ! rounding, of any sign
       ! Else its modes share rounding, or G changes so much from cell to cell that no parabola tells it
       crack%known = all(crack%g >= 0) .and. sum(crack%g) > to_g*no_work*strain_energy(m, crack%u)
       if (crack%known) call find_far_error(m, tips, closing, to_g, crack)
    end subroutine find_crack_at_rest
 
    !> Solve for rest under all loads, scaled to small gradients, of material that nothing holds beside its motion as a whole; `done` is false where
-   !> they all act on what is held or do no more than that. Faces in contact that would go through each other are tied, and stay so.
+   !> they all act on what is held or do no more than that. Faces in contact are free where they part, with friction they hold where they do not.
    subroutine come_to_rest(m, rest, free, u, acceleration, scale, done)
       type(motion_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: rest
@@ -184,10 +192,11 @@ contains
       logical, intent(out) :: done
       real(dp), allocatable :: force(:, :)
       real(dp), parameter :: nothing = 1.0e-10_dp !! what rounding leaves of forces beside them
-      logical :: tied(m%contact%n), through(m%contact%n)
+      type(interfaces_t) :: before
       real(dp) :: largest                        ! [N]
-      integer :: turn, k
-      tied = .false.
+      logical :: is_new
+      integer :: turn
+      before = m%interfaces
       scale = 1
       call full_loads(m, force)
       if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not those that stop bodies, which have no size
@@ -198,21 +207,47 @@ contains
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force) ! hanging nodes are held where their masters are
       done = maxval(m%constraints%free*abs(force)) > nothing*max(largest, maxval(abs(force)))
       do turn = 1, most_turns
-         if (done) call new_stiffness(m, most_unknowns, tied, rest, done)
-         if (.not. done) return
+         if (done) call new_stiffness(m, most_unknowns, rest, done)
+         if (.not. done) exit
          call rest%solve(m, force, u)
          call take_motion_as_whole(free, u)
-         if (.not. any(m%materials%has_eigenstrain)) call make_small(m, u, scale)
-         do k = 1, size(tied)
-            associate (pair => m%contact%node(:, k), normal => m%contact%normal(k))
-               through(k) = .not. tied(k) .and. u(normal, pair(1)) < u(normal, pair(2))
-            end associate
-         end do
-         if (.not. any(through)) exit
-         tied = tied .or. through
+         call part_faces(m%interfaces, u, is_new)
+         if (.not. is_new) exit
       end do
+      m%interfaces = before
+      if (.not. done) return
+      if (.not. any(m%materials%has_eigenstrain)) call make_small(m, u, scale)
       acceleration = scale*acceleration
    end subroutine come_to_rest
+
+   !> Let faces in contact that a displacement parts be open, and stay so. `is_new` tells whether any were not so before.
+   pure subroutine part_faces(interfaces, u, is_new)
+      type(interfaces_t), intent(inout) :: interfaces
+      real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
+      logical, intent(out) :: is_new
+      real(dp), parameter :: rounding = 1e-6_dp  ! of the largest opening or overlap
+      real(dp) :: largest
+      logical :: is_open
+      integer :: k
+      is_new = .false.
+      largest = 0
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            if (point%law == contact) largest = max(largest, abs(dot_product(point%normal, jump_of(point%jump_t, u))))
+         end associate
+      end do
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            if (point%law /= contact) cycle
+            if (overlap_of(point) < 0) cycle
+            is_open = dot_product(point%normal, jump_of(point%jump_t, u)) > rounding*largest
+            is_new = is_new .or. is_open
+            point%touch = 0
+            point%slip = 0
+            point%opening = merge(point%cell, 0.0_dp, is_open)*point%normal
+         end associate
+      end do
+   end subroutine part_faces
 
    !> Add the forces of the strains without stress, as the material has them where it is not displaced.
    pure subroutine add_eigenstrains(m, force)

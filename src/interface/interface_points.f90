@@ -40,11 +40,12 @@ module hampm_interface_points
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, holds, cohesion_at, along, &
-             add_interface_forces, stretch_interfaces, &
+   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, holds, are_apart, cohesion_at, along, &
+             add_interface_forces, forces_of_firm_faces, stretch_interfaces, &
              open_interfaces, settle_slip, ease_faces, &
              interface_energy, interface_states, interface_stiffness, force_of, force_at, &
-             face_force, overlap_of, energy_of, relax_interfaces, look_at_faces, is_pressed, have_friction, hold_friction, &
+             face_force, overlap_of, energy_of, relax_interfaces, look_at_faces, extend_opening, &
+             is_pressed, have_friction, hold_friction, &
              keep_interfaces, add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
              kick_interfaces, energy_of_rates, add_interface_resistance
 
@@ -58,6 +59,8 @@ module hampm_interface_points
       integer :: n_left = 0                      !! how many of the nodes are those of the left face, which come first
       real(dp) :: stiffness = 0                  !! s [N/m]
       real(dp) :: place(ndim) = 0                !! on the line [m]
+      real(dp) :: middle(ndim) = 0               !! of the part of the line that it stands for [m]
+      real(dp) :: origin(ndim) = 0               !! that in the reference configuration, of faces that touch or hold each other [m]
       real(dp) :: length = 0                     !! of the line that it stands for [m]
       real(dp) :: normal(ndim) = [1, 0]          !! from the right to the left face
       real(dp) :: friction = 0                   !! coefficient [-]
@@ -65,10 +68,10 @@ module hampm_interface_points
       real(dp) :: touch = -huge(1.0_dp)          !! opening across the faces below which they press on each other [m]
       real(dp) :: slip = 0                       !! sliding at which they hold each other without a force along them [m]
       real(dp) :: pressed = 0                    !! by how much the faces overlapped after the last step [m]
-      real(dp) :: acting(ndim) = 0               !! what of the force in a step at the end of which forces are (`at_end`) is not that of a bond which lets go [N]
       real(dp) :: felt(ndim) = 0                 !! opening that had the force of the last step, where forces are those at its end [m]
       real(dp) :: most_held = -1                 !! what friction holds at most, over the stiffness; below 0 where that follows the
                                                  !! pressure [m]
+      logical :: is_firm = .false.               !! whether the layer is far stiffer than the cells beside it
       integer :: line = 0                        !! number of the crack whose faces may touch there, 0 for none
       integer :: tip = 0                         !! number of the tip that moves over a bond, 0 for none
       real(dp) :: way = 0                        !! of that tip from where it was at first to the bond; of `cohesive` to where it begins [m]
@@ -97,6 +100,7 @@ module hampm_interface_points
                                                  !! for none
       integer :: n = 0                           !! number of interface points
       integer :: n_contact = 0                   !! of which are for contact
+      real(dp) :: weight = 1                     !! of the forces of firm faces, in an implicit step (`hampm_newmark`) [-]
       real(dp) :: caution = 0                    !! part of the stiffness that the tangent of faces has at least, whatever they do [-]
       integer :: n_cohesive = 0                  !! and of which are `cohesive`
       type(cohesive_law_t), allocatable :: cohesion(:) !! the laws
@@ -139,6 +143,12 @@ contains
       type(interface_point_t), intent(in) :: point
       is_free = point%law == contact .or. point%lets_go .or. point%law == cohesive .and. .not. holds(point)
    end function is_free
+
+   !> Whether an interface point is one of two faces that no bond has held, or none since cohesion did.
+   pure logical function are_apart(point)
+      type(interface_point_t), intent(in) :: point
+      are_apart = is_free(point) .and. point%law /= bonded
+   end function are_apart
 
    !> What an interface point does.
    pure integer function state_of(point) result(state)
@@ -303,6 +313,34 @@ contains
       end function is_next
    end subroutine look_at_faces
 
+   !> How far faces that may touch have parted at a place of their crack [m]: the opening at the two points that are next to it on one side, continued. Not
+   !> there without such points.
+   pure subroutine extend_opening(interfaces, line, x, toward, opening, is_there)
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: line                !! number of the crack
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: toward(ndim)       !! unit vector along the crack to that side
+      real(dp), intent(inout) :: opening(ndim)
+      logical, intent(out) :: is_there
+      real(dp) :: way(interfaces%n)              ! from the place to the points [m]
+      integer :: k, near, next
+      way = [(dot_product(interfaces%list(k)%place - x, toward), k=1, interfaces%n)]
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            if (point%line /= line .or. all(point%law /= [contact, cohesive]) .or. way(k) > 1.5_dp*point%cell) way(k) = -1
+         end associate
+      end do
+      is_there = count(way > 0) > 1
+      if (.not. is_there) return
+      near = minloc(way, dim=1, mask=way > 0)
+      next = minloc(way, dim=1, mask=way > way(near))
+      is_there = next > 0
+      if (.not. is_there) return
+      associate (a => interfaces%list(near)%opening, b => interfaces%list(next)%opening)
+         opening = a + way(near)/(way(next) - way(near))*(a - b)
+      end associate
+   end subroutine extend_opening
+
    !> Whether an interface point is for contact and its faces press on each other.
    pure logical function is_pressed(point)
       type(interface_point_t), intent(in) :: point
@@ -335,6 +373,10 @@ contains
             of_tangent = merge(1.0_dp, caution, state == sticks .or. state == sticks_apart)
          end if
          if (is_half(point)) of_tangent = 0
+         if (point%is_firm) then
+            of_normal = interfaces%weight*of_normal
+            of_tangent = interfaces%weight*of_tangent
+         end if
          associate (n => point%normal, t => along(point), s => point%stiffness)
             do j = 1, ndim
                do i = 1, ndim
@@ -351,9 +393,22 @@ contains
       real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
       integer :: k
       do k = 1, interfaces%n
-         call give_nodes(interfaces%list(k)%jump_t, -force_at(interfaces, k), force)
+         call give_nodes(interfaces%list(k)%jump_t, &
+                         -merge(interfaces%weight, 1.0_dp, interfaces%list(k)%is_firm)*force_at(interfaces, k), force)
       end do
    end subroutine add_interface_forces
+
+   !> The forces on the nodes of firm faces alone [N].
+   pure function forces_of_firm_faces(interfaces, n_points) result(force)
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: n_points            !! of the grid
+      real(dp) :: force(ndim, n_points)
+      integer :: k
+      force = 0
+      do k = 1, interfaces%n
+         if (interfaces%list(k)%is_firm) call give_nodes(interfaces%list(k)%jump_t, -force_of(interfaces%list(k)), force)
+      end do
+   end function forces_of_firm_faces
 
    !> Add the forces by which interface points, as they are, resist a small displacement of the nodes [N].
    pure subroutine add_interface_resistance(interfaces, u, force)
@@ -465,7 +520,7 @@ contains
       interfaces%of_cohesion = 0
    end subroutine relax_interfaces
 
-   !> After a step: what has slid stays so, under the mean of the friction at both ends of the step, open faces hold each other
+   !> After a step: what has slid stays so, under the friction at its end in explicit steps, in others under the mean of that at both ends, open faces hold each other
    !> where they will meet, and what is damaged stays so.
    pure subroutine settle_slip(interfaces)
       type(interfaces_t), intent(inout) :: interfaces
@@ -491,9 +546,8 @@ contains
                point%slip = dot_product(along(point), felt_by_faces(point))
              case (slides)
                sliding = sliding - sign(point%friction*pressed, sliding)
-               interfaces%loss = interfaces%loss + merge(dot_product(point%acting, along(point))*sliding, &
-                                                         point%stiffness*point%friction*(point%pressed + pressed)/2*abs(sliding), &
-                                                         interfaces%at_end)
+               interfaces%loss = interfaces%loss + point%stiffness*point%friction*&
+                                 merge(pressed, (point%pressed + pressed)/2, interfaces%at_end)*abs(sliding)
                point%slip = point%slip + sliding
             end select
             point%pressed = pressed
@@ -575,12 +629,13 @@ contains
          end do
          do d = 1, ndim
             call archive%keep_reals('place_'//to_text(d), n, of%place(d))
+            call archive%keep_reals('middle_'//to_text(d), n, of%middle(d))
+            call archive%keep_reals('origin_'//to_text(d), n, of%origin(d))
             call archive%keep_reals('normal_'//to_text(d), n, of%normal(d))
             call archive%keep_reals('opening_'//to_text(d), n, of%opening(d))
             call archive%keep_reals('held_'//to_text(d), n, of%held(d))
             call archive%keep_reals('start_'//to_text(d), n, of%start(d))
             call archive%keep_reals('rate_'//to_text(d), n, of%rate(d))
-            call archive%keep_reals('acting_'//to_text(d), n, of%acting(d))
             call archive%keep_reals('felt_'//to_text(d), n, of%felt(d))
             call archive%keep_reals('taken_'//to_text(d), n, of%taken(d))
          end do
@@ -593,6 +648,7 @@ contains
          call archive%keep_reals('way', n, of%way)
          call archive%keep_reals('cell', n, of%cell)
          call archive%keep_logicals('lets_go', n, of%lets_go)
+         call archive%keep_logicals('is_firm', n, of%is_firm)
          call archive%keep_reals('kept', n, of%kept)
          call archive%keep_reals('touch', n, of%touch)
          call archive%keep_reals('slip', n, of%slip)

@@ -11,8 +11,12 @@
 !> With beta of 1/4 and more no mode of the points is faster than steps can be, however long: its squared frequency omega**2 becomes
 !> omega**2/(1 + beta dt**2 omega**2). No energy is taken by that. Vibrations that steps resolve, and equilibrium, are as they were.
 !>
-!> In the scheme usl particles are strained by -A C' f, but remember -A M A C' f only: what is not remembered must not go beyond equilibrium in one step. So M A is
-!> M A + (1 - M A)/beta there, with which that comes to it at once; with M A + (1 - M A) it goes to the other side by 1/beta - 1.
+!> Faces that are free to part would gain energy by that, as they do so and meet again. Their forces are those of the openings at the end of the step,
+!> g + dt C v + dt**2 C A M a - W f with beta of 1, which never add energy: with any stiffness steps are stable as long as they are for the cells, and faces
+!> that meet have one velocity after a step, as in plastic impact (Carpenter, Taylor & Katona 1991).
+!>
+!> In the scheme usl particles are strained by -A C' f, but remember -A M A C' f only: what is not remembered must not go beyond equilibrium in one
+!> step. There beta is 1, and A stands for A M A.
 !>
 !> The forces are found by Newton's method: where the law is linear by pieces, as of bonds and faces in contact, one solution does for as long as no point
 !> changes what it does. Of unknowns whose force changes with their opening the matrix is W + 1/law', symmetric and positive definite, as
@@ -21,7 +25,8 @@
 !> Masses are lumped at the nodes of points, where faces may touch and where the material moves through the cells; elsewhere A is that of the run, and
 !> its columns for the forces are found once for each mesh.
 !>
-!> Source: Hughes & Liu, Implicit-explicit finite elements in transient analysis, Journal of Applied Mechanics 45 (1978) 371-378.
+!> Source: Hughes & Liu, Implicit-explicit finite elements in transient analysis, Journal of Applied Mechanics 45 (1978) 371-378; Carpenter, Taylor & Katona,
+!> Lagrange constraints for transient finite element surface contact, International Journal for Numerical Methods in Engineering 32 (1991) 103-128.
 module hampm_interface_step
    use hampm_kinds, only: dp, ndim
    use hampm_dofs, only: most_nodes_of_leaf
@@ -29,9 +34,9 @@ module hampm_interface_step
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
    use hampm_interface_points, only: interfaces_t, along, interface_states, interface_stiffness, force_at, have_friction, &
-                                     hold_friction, cohesion_at, holds
+                                     hold_friction, cohesion_at, holds, are_apart
    use hampm_cohesive_law, only: cohesive_state_t
-   use hampm_jumps, only: give_nodes
+   use hampm_jumps, only: jump_of, give_nodes
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_mass_solver, only: mass_solver_t, solve_aside
    use hampm_matter, only: matter_t
@@ -40,7 +45,7 @@ module hampm_interface_step
    private
    public :: interface_step_t, hold_faces, forget_faces
 
-   real(dp), parameter :: beta = 0.3_dp          !! see above
+   real(dp), parameter :: of_newmark = 0.3_dp    !! beta, see above
    integer, parameter :: most_turns = 50         !! in which points find what they do; what they do then has to do for the step
    integer, parameter :: most_passes = 20        !! in which friction finds its limits
    integer, parameter :: most_looks = 10         !! for the least on a way
@@ -79,6 +84,7 @@ module hampm_interface_step
       integer, allocatable :: states(:)          !! what points did, (points)
       real(dp), allocatable :: slopes(:)         !! changes of their forces with their openings [N/m], (unknowns)
       real(dp) :: dt = 0                         !! [s]
+      real(dp), allocatable :: beta(:)           !! 1 where the faces are free to part, (points)
       real(dp), allocatable :: opening(:, :)     !! at the beginning of the step [m], (ndim, points)
       real(dp), allocatable, dimension(:, :) :: unit, moved, mapped !! 0, where C', A C' and M A C' are found, (ndim, n_points)
    end type interface_step_t
@@ -107,7 +113,7 @@ contains
       real(dp), intent(inout) :: acceleration(:, :) !! [m/s2]
       real(dp), intent(inout) :: force(:, :)     !! [N]
       type(failure_t), intent(inout) :: failure
-      real(dp) :: f(ndim*interfaces%n), before(ndim*interfaces%n), change(ndim)
+      real(dp) :: f(ndim*interfaces%n), before(ndim*interfaces%n), change(ndim), acting(ndim)
       integer :: pass, k, j
       logical :: rubs, is_new
       is_new = .not. (allocated(self%responses) .and. m%particles%total_frame)
@@ -117,6 +123,7 @@ contains
       self%dt = dt
       do k = 1, interfaces%n
          self%opening(:, k) = interfaces%list(k)%opening
+         self%beta(k) = merge(1.0_dp, of_newmark, are_apart(interfaces%list(k)) .or. interfaces%strain_last)
       end do
       rubs = have_friction(interfaces)
       if (rubs) call hold_friction(interfaces)
@@ -127,10 +134,12 @@ contains
             do j = 1, size(of%node)
                change = change + of%mapped(:, j)*acceleration(:, of%node(j))
             end do
-            before(ndim*k - 1:ndim*k) = [dot_product(change, point%normal), dot_product(change, along(point))]
+            change = dt*change
+            if (are_apart(point)) change = change + jump_of(point%jump_t, velocity) - dt*jump_of(point%jump_t, acceleration)
+            before(ndim*k - 1:ndim*k) = dt*[dot_product(change, point%normal), dot_product(change, along(point))]
          end associate
       end do
-      call open_by(interfaces, beta*dt**2*before - opened_by(self, f))
+      call open_by(self, interfaces, before - opened_by(self, f))
       do pass = 1, most_passes
          before = f
          call find_forces(self, interfaces, f, is_new, failure)
@@ -143,14 +152,13 @@ contains
          associate (point => interfaces%list(k), of => self%responses(k))
             point%felt = point%opening
             point%opening = self%opening(:, k)
-            point%acting = f(ndim*k - 1)*point%normal + f(ndim*k)*along(point)
-            call give_nodes(point%jump_t, -point%acting, force)
+            acting = f(ndim*k - 1)*point%normal + f(ndim*k)*along(point)
+            call give_nodes(point%jump_t, -acting, force)
             do j = 1, size(of%acceleration, 2)
-               change = -point%acting*of%acceleration(:, j)
+               change = -acting*of%acceleration(:, j)
                acceleration(:, of%node(j)) = acceleration(:, of%node(j)) + change
                velocity(:, of%node(j)) = velocity(:, of%node(j)) + dt*change
             end do
-            if (point%lets_go) point%acting = point%acting - point%kept*point%held
          end associate
       end do
    end subroutine hold_faces
@@ -197,7 +205,7 @@ contains
                of%acceleration = self%moved(:, of%node(:j))
             end associate
             of%mapped = self%mapped(:, of%node)
-            if (interfaces%strain_last) of%mapped = of%mapped + (self%unit(:, of%node) - of%mapped)/beta
+            if (interfaces%strain_last) of%mapped = self%unit(:, of%node)
             self%unit(:, of%node) = 0
             self%moved(:, of%node) = 0
             self%mapped(:, of%node) = 0
@@ -217,7 +225,7 @@ contains
       integer, intent(in) :: n_points            !! of the grid
       integer :: e, k
       allocate (self%responses(interfaces%n), self%states(interfaces%n), self%slopes(ndim*interfaces%n), &
-                self%opening(ndim, interfaces%n))
+                self%opening(ndim, interfaces%n), self%beta(interfaces%n))
       allocate (self%unit(ndim, n_points), self%moved(ndim, n_points), self%mapped(ndim, n_points), source=0.0_dp)
       do k = 1, interfaces%n
          associate (of => self%responses(k), node => interfaces%list(k)%node)
@@ -379,13 +387,14 @@ contains
    end subroutine find_compliance
 
    !> Open the points.
-   subroutine open_by(interfaces, way)
+   subroutine open_by(self, interfaces, way)
+      type(interface_step_t), intent(in) :: self
       type(interfaces_t), intent(inout) :: interfaces
-      real(dp), intent(in) :: way(:)             !! normal and tangential, of all points [m]
+      real(dp), intent(in) :: way(:)             !! normal and tangential, of all points, over beta [m]
       integer :: k
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            point%opening = point%opening + way(ndim*k - 1)*point%normal + way(ndim*k)*along(point)
+            point%opening = point%opening + self%beta(k)*(way(ndim*k - 1)*point%normal + way(ndim*k)*along(point))
          end associate
       end do
    end subroutine open_by
@@ -399,7 +408,7 @@ contains
       associate (w => self%compliance)
          do i = 1, w%n
             associate (first => w%row_start(i), last => w%row_start(i + 1) - 1)
-               way(i) = beta*self%dt**2*dot_product(w%value(first:last), f(w%column(first:last)))
+               way(i) = self%dt**2*dot_product(w%value(first:last), f(w%column(first:last)))
             end associate
          end do
       end associate
@@ -431,7 +440,7 @@ contains
       rest = forces_of_law(interfaces) - f
       do turn = 1, most_turns
          states = interface_states(interfaces)
-         slopes = slopes_of_law(interfaces)
+         slopes = slopes_of_law(self, interfaces)
          is_new = is_new .or. any(states /= self%states) .or. any(slopes > self%slopes .or. slopes < lowered*self%slopes)
          if (is_new) call factorise(self, states, slopes, failure)
          if (failure%failed()) return
@@ -454,7 +463,7 @@ contains
          call go_by(1.0_dp)
          is_done = all(states == interface_states(interfaces))
          slope = dot_product(way, rest)
-         if (.not. slope > -near*of_least) then
+         if (.not. (of_least < 0 .and. slope > -near*of_least)) then ! at 0 it is rounding
             if (is_done .and. interfaces%n_cohesive > 0) is_done = maxval(abs(rest)) <= of_cohesion*maxval(abs(f))
             if (is_done) return
             cycle
@@ -483,14 +492,15 @@ contains
       subroutine go_by(step)
          real(dp), intent(in) :: step            !! [-]
          f = f + step*turned
-         call open_by(interfaces, step*way)
+         call open_by(self, interfaces, step*way)
          rest = forces_of_law(interfaces) - f
       end subroutine go_by
    end subroutine find_forces
 
    !> Changes of the normal and the tangential forces of the points with these components of their openings; of cohesion those on the way back to the
    !> origin, with which a turn never goes too far [N/m].
-   pure function slopes_of_law(interfaces) result(slopes)
+   pure function slopes_of_law(self, interfaces) result(slopes)
+      type(interface_step_t), intent(in) :: self
       type(interfaces_t), intent(in) :: interfaces
       real(dp) :: slopes(ndim*interfaces%n), tangent(ndim, ndim)
       type(cohesive_state_t) :: answer
@@ -504,6 +514,7 @@ contains
                tangent = interface_stiffness(interfaces, k)
                slopes(ndim*k - 1:ndim*k) = [dot_product(n, matmul(tangent, n)), dot_product(t, matmul(tangent, t))]
             end if
+            slopes(ndim*k - 1:ndim*k) = self%beta(k)*slopes(ndim*k - 1:ndim*k)
          end associate
       end do
    end function slopes_of_law
@@ -517,7 +528,7 @@ contains
       integer :: i
       self%states = states
       self%slopes = slopes
-      self%matrix%value = beta*self%dt**2*self%compliance%value
+      self%matrix%value = self%dt**2*self%compliance%value
       do i = 1, self%matrix%n
          associate (first => self%matrix%row_start(i), last => self%matrix%row_start(i + 1) - 1)
             where (.not. (slopes(self%matrix%column(first:last)) > 0 .and. slopes(i) > 0)) self%matrix%value(first:last) = 0

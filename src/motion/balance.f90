@@ -139,7 +139,7 @@ contains
    !> Whether faces or supports may open and close.
    pure logical function is_in_touch(m)
       type(motion_t), intent(in) :: m
-      is_in_touch = m%contact%n > 0 .or. m%interfaces%n_contact > 0 .or. m%constraints%only_push()
+      is_in_touch = m%interfaces%n_contact > 0 .or. m%constraints%only_push()
    end function is_in_touch
 
    !> Whether internal forces are linear in the displacement, so that one solution is a step.
@@ -193,7 +193,7 @@ contains
       end if
    end subroutine look_for_pins
 
-   !> Tie the pairs that overlap, hold what would go through its support, and let go what pulls. Where a body would not be held any more only
+   !> Hold what would go through its support, and let go what pulls. Where a body would not be held any more only
    !> the support that pulls most is let go.
    subroutine change_touch(self, m, one_only, pins, n_wrong)
       class(balance_t), intent(inout) :: self
@@ -202,32 +202,21 @@ contains
       type(pin_t), allocatable, intent(inout) :: pins(:)
       integer, intent(out) :: n_wrong            !! how many did touch or not as they should not
       real(dp), allocatable :: r(:, :), pull(:, :)
-      logical, allocatable :: wrong(:, :), wrong_pair(:)
+      logical, allocatable :: wrong(:, :)
       real(dp) :: rounding
-      integer :: k, last(2), n_before
+      integer :: last(2), n_before
       n_wrong = 0
-      if (m%contact%n == 0 .and. .not. m%constraints%only_push()) return
+      if (.not. m%constraints%only_push()) return
       call out_of_balance(m, self%outer, self%moved, r)
       rounding = pulls*largest_force(m, r)
       call look_at_supports(m, r, rounding, wrong, pull)
-      allocate (wrong_pair(m%contact%n))
-      do k = 1, m%contact%n
-         associate (force => -r(m%contact%normal(k), m%contact%node(1, k)), gap => m%contact%gap)
-            wrong_pair(k) = merge(force < -rounding, gap(k) < -1e-12_dp*maxval(abs(gap)), m%contact%touches(k))
-         end associate
-      end do
-      n_wrong = count(wrong) + count(wrong_pair)
+      n_wrong = count(wrong)
       if (n_wrong == 0) return
       if (one_only) then
-         k = findloc(wrong_pair, .true., dim=1, back=.true.)
          last = findloc(wrong, .true., back=.true.)
          wrong = .false.
-         wrong_pair = .false.
-         if (k > 0) wrong_pair(k) = .true.
-         if (k == 0) wrong(last(1), last(2)) = .true.
+         wrong(last(1), last(2)) = .true.
       end if
-      if (m%contact%n > 0) m%contact%touches = m%contact%touches .neqv. wrong_pair
-      if (.not. any(wrong)) return
       n_before = size(pins)
       call turn_supports(m%constraints, wrong)
       call look_for_pins(self, m, pins)

@@ -62,7 +62,6 @@ contains
          self%first%force = 0
          self%first%way = 0
          m%nodal_displacement = self%first%force
-         if (m%contact%n > 0) m%contact%touches = .true.
       end if
       call self%follow(m, time, failure)
       self%begun = self%begun .or. .not. failure%failed()
@@ -152,7 +151,6 @@ contains
       m%external_work = 0
       call press_on_supports(m%constraints)
       call displace(m, 0*m%nodal_displacement)
-      if (m%contact%n > 0) m%contact%gap = 0
       self%begun = .false.
       call self%find(m, m%time, failure)
    end subroutine find_again
@@ -299,9 +297,6 @@ contains
             end associate
          end do
          if (m%constraints%only_push()) call lift_by(m, u)
-         do k = 1, m%contact%n
-            m%contact%gap(k) = dot_product(u(m%contact%normal(k), m%contact%node(:, k)), [1, -1])
-         end do
       end associate
    end subroutine carry_over
 end module hampm_equilibrium

@@ -15,8 +15,6 @@ module hampm_instant
       type(particles_t) :: particles
       type(interfaces_t) :: interfaces
       type(constraints_t) :: constraints
-      real(dp), allocatable :: gap(:)            !! of pairs of nodes on faces [m]
-      logical, allocatable :: touches(:)
       real(dp), allocatable :: nodal_displacement(:, :), nodal_velocity(:, :), nodal_acceleration(:, :)
       type(driven_work_t) :: driven
       real(dp) :: time = 0, last_dt = 0, external_work = 0, damping_loss = 0, fracture_energy = 0, numerical_loss = 0
@@ -32,8 +30,6 @@ contains
       instant%particles = m%particles
       instant%interfaces = m%interfaces
       instant%constraints = m%constraints
-      if (m%contact%n > 0) instant%gap = m%contact%gap
-      if (m%contact%n > 0) instant%touches = m%contact%touches
       if (allocated(m%nodal_displacement)) instant%nodal_displacement = m%nodal_displacement
       if (allocated(m%nodal_velocity)) instant%nodal_velocity = m%nodal_velocity
       if (allocated(m%nodal_acceleration)) instant%nodal_acceleration = m%nodal_acceleration
@@ -54,8 +50,6 @@ contains
       m%particles = instant%particles
       m%interfaces = instant%interfaces
       m%constraints = instant%constraints
-      if (m%contact%n > 0) m%contact%gap = instant%gap
-      if (m%contact%n > 0) m%contact%touches = instant%touches
       if (allocated(instant%nodal_displacement)) m%nodal_displacement = instant%nodal_displacement
       if (allocated(instant%nodal_velocity)) m%nodal_velocity = instant%nodal_velocity
       if (allocated(instant%nodal_acceleration)) m%nodal_acceleration = instant%nodal_acceleration

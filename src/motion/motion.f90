@@ -10,8 +10,6 @@ module hampm_motion
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_body_contact, only: body_contact_t, rebuild_body_contact
    use hampm_constraints, only: constraints_t, rebuild_constraints
-   use hampm_contact, only: contact_t, rebuild_contact, lump_at_touch
-   use hampm_cuts, only: crosses
    use hampm_domain_pass, only: corner_map_t, locate_corners, move_corners, map_corners, assemble_corners
    use hampm_driven_nodes, only: driven_work_t
    use hampm_energy, only: energy_of_particles => kinetic_energy, strain_energy, dissipation
@@ -26,6 +24,7 @@ module hampm_motion
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_matter, only: matter_t
    use hampm_remembering, only: remember
+   use hampm_mass_matrix, only: lump_at
    use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble, v_n, v_next, v_mapped
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_particles, only: particles_t
@@ -40,7 +39,7 @@ module hampm_motion
    use hampm_whereabouts, only: when, origin
    implicit none
    private
-   public :: motion_t, start_motion, rebuild_on_grid, sort_particles, sort_anew, update_particles, map_to_grid, &
+   public :: motion_t, start_motion, rebuild_on_grid, renew_interfaces, sort_particles, sort_anew, update_particles, map_to_grid, &
              rebuild_operators, refresh_grid, pass_on, do_pass, assemble_sums, kinetic_energy, stored_energy, &
              dissipated_energy, keep_history
 
@@ -54,7 +53,6 @@ module hampm_motion
       type(mass_choice_t) :: mass                !! which mass matrix
       type(mass_solver_t) :: solver
       type(nodal_fields_t) :: fields
-      type(contact_t) :: contact                 !! of the faces of cuts
       type(body_contact_t) :: body_contact       !! of bodies with velocity fields of their own
       type(corner_map_t) :: corners              !! of the domains of particles, where these have any
       type(interfaces_t) :: interfaces           !! between the sides of cracks that cut cells
@@ -122,7 +120,6 @@ contains
       m%operators = element_operators_t()
       m%corners = corner_map_t()
       call rebuild_constraints(m%constraints, m%grid)
-      call rebuild_contact(m%contact, m%grid)
       call rebuild_body_contact(m%body_contact, m%grid)
       call rebuild_interfaces(m%interfaces, m%matter_t)
       m%interfaces%are_lumped = m%mass%by == by_lumped .or. .not. m%particles%total_frame .or. &
@@ -136,7 +133,7 @@ contains
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
       if (failure%failed()) return
       if (allocated(m%fields%mass_matrix%blend)) call give_ghosts(m)
-      call lump_at_touch(m%contact, [m%constraints%supporting(), nodes_lumped_in_steps(m)], m%grid, m%fields%mass_matrix)
+      call lump_at(m%fields%mass_matrix, m%grid, [m%constraints%supporting(), nodes_lumped_in_steps(m)])
       if (m%body_contact%wanted .and. allocated(m%fields%mass_matrix%blend)) then
          call m%grid%copies_of_nodes(m%fields%mass_matrix%copies)
          m%fields%mass_matrix%blend_apart = m%fields%mass_matrix%blend
@@ -145,6 +142,15 @@ contains
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine rebuild_on_grid
+
+   !> Let interface points hang on the nodes of the cells that have material now, where that moves through the cells: others have no motion.
+   subroutine renew_interfaces(m)
+      type(motion_t), intent(inout) :: m
+      if (m%particles%total_frame .or. m%interfaces%n == 0) return
+      call rebuild_interfaces(m%interfaces, m%matter_t)
+      call forget_faces(m%interface_step)
+      call lump_at(m%fields%mass_matrix, m%grid, nodes_lumped_in_steps(m))
+   end subroutine renew_interfaces
 
    !> Nodes with lumped masses in explicit steps: those that interface points move at the end of these, and those of nearly empty cells, for which others have
    !> next to nothing.
@@ -328,8 +334,8 @@ contains
       if (.not. failure%failed()) call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine sort_anew
 
-   !> Sort the particles into the cells of the grid, with the loads that they carry. Fails where one has left the grid or gone
-   !> through a cut: it would go on as part of the other side.
+   !> Sort the particles into the cells of the grid, with the loads that they carry. Fails where one has left the
+   !> grid.
    subroutine sort_particles(m, failure, left)
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
@@ -343,30 +349,7 @@ contains
          call weigh_points(m%matter_t)
          call share_by_mass(m%loads, m%particles)
       end if
-      if (size(m%grid%cuts) > 0 .and. .not. m%particles%total_frame) call look_for_crossing(m, failure)
    end subroutine sort_particles
-
-   !> Fail where a particle is no longer on its side of a cut.
-   subroutine look_for_crossing(m, failure)
-      type(motion_t), intent(in) :: m
-      type(failure_t), intent(inout) :: failure
-      character(:), allocatable :: advice
-      real(dp) :: start(ndim)
-      integer :: i, k
-      do i = 1, m%particles%n
-         start = m%particles%reference(i, :)
-         do k = 1, size(m%grid%cuts)
-            if (.not. crosses(m%grid%cuts(k), m%grid%forest, start, m%particles%position(i))) cycle
-            advice = 'a face, or the body as a whole, moves by more than a fraction of a cell: use &method frame = ''total'''
-            if (.not. m%contact%wanted) advice = advice//'; or the faces press on each other: use &crack contact = '// &
-                                                 '''frictionless'''
-            call failure%report(exit_computation, when(m%steps, m%time)//'the particle that started at '// &
-                                origin(m%grid, m%particles, i)//' has crossed the line of the crack, and would stick to the '// &
-                                'other face. Likely cause: '//advice)
-            return
-         end do
-      end do
-   end subroutine look_for_crossing
 
    !> Fail as a part of a step did, if it did, and say when.
    subroutine pass_on(m, step, part, failure)

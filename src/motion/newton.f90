@@ -2,7 +2,6 @@
 !> gives displacements of the nodes, by which the particles move and strain as in a pass of a step. With the linear law the first is
 !> exact but for rounding. With others each is made shorter until it lessens the work r . du of what is out of balance.
 !>
-!> Pairs of nodes on faces that are pressed together are tied in the direction normal to the faces.
 !>
 !> Where nothing holds how a body turns (`hampm_rigid_motions`), loads that balance each other on the undeformed one have a moment of the second
 !> order on the deformed one, load times displacement. The body comes to rest where it has turned until they have none: the pin that holds it is
@@ -17,7 +16,6 @@
 module hampm_newton
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_cell_blocks, only: of_force
-   use hampm_contact, only: pressed_pairs
    use hampm_energy, only: determinant_of, most_crushed_particle
    use hampm_interface_points, only: stretch_interfaces, add_interface_resistance, interface_states, have_friction, hold_friction
    use hampm_failure, only: failure_t, exit_computation
@@ -56,7 +54,6 @@ module hampm_newton
                                                  !! allocated where other faces touch at its end or have jumped apart
       type(stiffness_t), private :: k            !! that was factorised last
       integer, private :: layout = 0             !! of the blocks for which it was
-      logical, allocatable, private :: tied(:)   !! the pairs that touched
       logical, allocatable, private :: fixed(:, :) !! the components that were fixed
       integer, allocatable, private :: states(:) !! and what interface points did
       real(dp), private :: caution = 0           !! see `interfaces_t`
@@ -149,7 +146,6 @@ contains
          end if
          if (failure%failed()) exit
          moved = moved + du
-         call follow_gaps(m, du)
          if (m%constraints%only_push()) m%constraints%lift = m%constraints%lift + du(:, :m%grid%n_nodes)
       end do
       if (m%interfaces%n > 0) m%interfaces%list%most_held = -1  ! what friction holds follows the pressure again
@@ -280,19 +276,16 @@ contains
       type(failure_t) :: unsolved
       logical :: fits
       fits = all(m%materials%linear) .and. m%interfaces%n_cohesive == 0 .and. self%layout == m%fields%layout &
-             .and. allocated(self%tied) .and. .not. abs(self%mass_factor - outer%mass_factor) > 0
-      if (fits) fits = all(self%tied .eqv. pressed_pairs(m%contact))
+             .and. allocated(self%fixed) .and. .not. abs(self%mass_factor - outer%mass_factor) > 0
       if (fits) fits = all(self%fixed .eqv. m%constraints%fixed)
       if (fits) fits = all(self%states == interface_states(m%interfaces)) .and. .not. abs(self%caution - m%interfaces%caution) > 0
       if (fits) return
-      self%tied = pressed_pairs(m%contact)
       self%fixed = m%constraints%fixed
       self%states = interface_states(m%interfaces)
       self%caution = m%interfaces%caution
       self%layout = m%fields%layout
       self%mass_factor = outer%mass_factor
-      call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, pins, outer%mass_factor), self%tied, self%k, &
-                               unsolved)
+      call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, pins, outer%mass_factor), self%k, unsolved)
       if (unsolved%failed()) call failure%report(unsolved%code, 'the stiffness cannot be factorised: '//unsolved%message// &
                                                  ', as where cells hold too few particles')
    end subroutine factorise_now
@@ -365,22 +358,17 @@ contains
                                          *maxval(abs(m%particles%gradient(:m%particles%n, :, :))))
    end function largest_force
 
-   !> By how much nodes are to move whatever the forces: held ones with their constraints, and the lower ones of pairs that touch,
-   !> to where the upper ones are.
+   !> By how much nodes are to move whatever the forces: held ones with their constraints.
    subroutine find_offset(m, left, offset, has_offset)
       type(motion_t), intent(in) :: m
       real(dp), intent(in) :: left(:, :)         !! of the way of fixed components [m], (ndim, n_nodes)
       real(dp), allocatable, intent(out) :: offset(:, :) !! (ndim, n_points)
       logical, intent(out) :: has_offset
-      integer :: k
       allocate (offset(ndim, m%grid%n_points), source=0.0_dp)
       where (m%constraints%fixed) offset(:, :m%grid%n_nodes) = left
       if (m%constraints%only_push()) then
          where (m%constraints%fixed .and. m%constraints%supported) offset(:, :m%grid%n_nodes) = -m%constraints%lift
       end if
-      do k = 1, m%contact%n
-         if (m%contact%touches(k)) offset(m%contact%normal(k), m%contact%node(2, k)) = m%contact%gap(k)
-      end do
       has_offset = any(abs(offset) > 0)
       if (has_offset) call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, offset)
    end subroutine find_offset
@@ -523,17 +511,4 @@ contains
          end associate
       end do
    end subroutine look_at_size
-
-   !> Follow the gaps of pairs.
-   pure subroutine follow_gaps(m, du)
-      type(motion_t), intent(inout) :: m
-      real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
-      integer :: k
-      do k = 1, m%contact%n
-         associate (d => m%contact%normal(k), i => m%contact%node(:, k))
-            m%contact%gap(k) = m%contact%gap(k) + du(d, i(1)) - du(d, i(2))
-            if (m%contact%touches(k)) m%contact%gap(k) = 0
-         end associate
-      end do
-   end subroutine follow_gaps
 end module hampm_newton

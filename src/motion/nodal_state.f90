@@ -1,7 +1,6 @@
 !> The motion of the nodes at an instant between steps, for what is measured there.
 module hampm_nodal_state
    use hampm_kinds, only: dp, ndim
-   use hampm_contact, only: pressing_forces, share_normal
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads, add_loads
    use hampm_mass_solver, only: solve_aside
@@ -20,8 +19,6 @@ module hampm_nodal_state
       real(dp), allocatable :: velocity(:, :)    !! v of M v = p [m/s], (ndim, n_points)
       real(dp), allocatable :: divergence(:, :)  !! (div stress)/rho: the acceleration by internal force and surface loads, without
                                                  !! damping and body loads; 0 for fixed components [m/s2], (ndim, n_points)
-      integer, allocatable :: face_node(:)       !! one node of each pair on the faces of cuts; not allocated without contact
-      real(dp), allocatable :: pressing(:)       !! force with which the faces press on each other there [N]
       real(dp) :: reaction(ndim) = 0             !! force of the constraints on the bodies, without the inertia that a mass matrix
                                                  !! that is not diagonal couples to held nodes [N]
       real(dp), allocatable :: reactions(:, :)   !! the same of each of the constraints [N], (ndim, constraints)
@@ -34,9 +31,7 @@ contains
    !>    M v = p,   M d = f_internal + f_surface,   reaction = -sum over fixed components of (f_internal + f_loads).
    !>
    !> Since M d is the weak form of rho d, d is the divergence of the stress over the density, which the equation of motion sets
-   !> equal to a + alpha v - b. Where the faces of a cut are pressed together, each has its own normal components of v and d only
-   !> as a mean over its own side, and without the pressure of the other: both have the common ones, and `pressing` is
-   !> the force that makes them so. The run goes on with the same bytes. Fails where the nodal equations cannot be solved.
+   !> equal to a + alpha v - b. The run goes on with the same bytes. Fails where the nodal equations cannot be solved.
    subroutine find_nodal_state(m, state, failure)
       type(motion_t), intent(inout) :: m
       type(nodal_state_t), intent(inout) :: state
@@ -50,12 +45,6 @@ contains
       call gather_loads(m, by_mass=.false.)
       state%divergence = m%fields%acceleration
       call solve(m, m%fields%force, state%divergence, failure)
-      if (m%contact%n > 0) then
-         state%face_node = m%contact%node(1, :)
-         state%pressing = pressing_forces(m%contact, m%fields%mass_matrix, state%divergence)
-         call share_normal(m%contact, m%grid, m%fields%mass_matrix, state%velocity)
-         call share_normal(m%contact, m%grid, m%fields%mass_matrix, state%divergence)
-      end if
       call gather_loads(m, by_mass=.true.)
       allocate (reactions(ndim, m%constraints%number()), source=0.0_dp)
       call sum_on_held(m, reactions)

@@ -6,7 +6,6 @@
 !> it hardly moves is seen to be far from rest all the same.
 module hampm_rest
    use hampm_kinds, only: dp, ndim
-   use hampm_contact, only: pressed_pairs
    use hampm_motion, only: motion_t, refresh_grid, update_particles, stored_energy, kinetic_energy
    use hampm_nodal_state, only: unbalanced_force
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads
@@ -44,7 +43,7 @@ contains
       stored = stored_energy(m)
       if (.not. stored > 0) return
       call unbalanced_force(m, force, internal)
-      call new_stiffness(m, merge(most_unknowns, most_unasked, m%damping_rate > 0), pressed_pairs(m%contact), k, done)
+      call new_stiffness(m, merge(most_unknowns, most_unasked, m%damping_rate > 0), k, done)
       if (done) then
          call k%solve(m, force, way)
          missing = sum(force*way)/2
@@ -73,7 +72,7 @@ contains
       call refresh_grid(m)                       ! nodes have their masses now
       call full_loads(m, force)
       if (.not. any(abs(force) > 0)) return
-      call new_stiffness(m, most_proposed, pressed_pairs(m%contact), k, done)
+      call new_stiffness(m, most_proposed, k, done)
       if (done) then
          allocate (mass(ndim, m%grid%n_points), source=0.0_dp)
          do i = 1, m%fields%mass_matrix%all%n_nodes

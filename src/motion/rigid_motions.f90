@@ -302,9 +302,6 @@ contains
             call sets%join(masters(1), masters(j))
          end do
       end do
-      do k = 1, m%contact%n
-         call sets%join(m%contact%node(1, k), m%contact%node(2, k))
-      end do
       do k = 1, m%interfaces%n
          do j = 2, count(m%interfaces%list(k)%node > 0)
             call sets%join(m%interfaces%list(k)%node(1), m%interfaces%list(k)%node(j))

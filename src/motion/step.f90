@@ -9,14 +9,14 @@ module hampm_step
    use hampm_kinds, only: dp, ndim
    use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, keep_bodies_apart
    use hampm_bond_release, only: work_of_release
-   use hampm_contact, only: share_velocity, keep_apart
    use hampm_driven_nodes, only: driven_velocity, driven_acceleration, by_mass, move_driven, find_work
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_mass_solver, only: by_lumped
    use hampm_critical_step, only: largest_wave_speed
-   use hampm_motion, only: motion_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on
+   use hampm_motion, only: motion_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on, &
+                           renew_interfaces
    use hampm_nodal_fields, only: v_n, v_next, v_mapped, find_active_nodes
    use hampm_nodal_motion, only: find_velocity, accelerate, find_powers
    use hampm_particle_pass, only: pass_report_t, pass_over, look_for_leavers
@@ -87,7 +87,7 @@ contains
    !> Whether nodes need no more than the cells around them: then a step can be done in tiles.
    pure logical function is_local(m)
       type(motion_t), intent(in) :: m
-      is_local = m%solver%by == by_lumped .and. m%grid%dofs%n_hanging == 0 .and. m%contact%n == 0 .and. m%body_contact%n == 0 &
+      is_local = m%solver%by == by_lumped .and. m%grid%dofs%n_hanging == 0 .and. m%body_contact%n == 0 &
                  .and. .not. m%audit .and. .not. m%constraints%move() .and. .not. m%has_domains() &
                  .and. .not. allocated(m%blocks%supports) .and. (m%particles%total_frame .or. m%interfaces%n == 0)
    end function is_local
@@ -209,7 +209,6 @@ contains
       else
          call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
       end if
-      if (m%contact%n > 0) call share_velocity(m%contact, m%grid, m%fields, which)
       if (m%body_contact%n > 0) call share_between_bodies(m%body_contact, m%grid, m%constraints%free, m%fields, which)
       call pass_on(m, m%steps + 1, unsolved, failure)
    end subroutine solve_velocity
@@ -242,10 +241,9 @@ contains
          if (m%audit) m%numerical_loss = m%numerical_loss + work
       end if
       taken = m%body_contact%loss + m%body_contact%friction_loss
-      if (m%contact%n > 0) call keep_apart(m%contact, m%grid, dt, m%fields)
       if (m%body_contact%n > 0) call keep_bodies_apart(m%body_contact, m%grid, m%constraints%free, dt, m%fields)
       taken = m%body_contact%loss + m%body_contact%friction_loss - taken
-      if ((m%constraints%move() .or. m%contact%n + m%body_contact%n + m%interfaces%n > 0) &
+      if ((m%constraints%move() .or. m%body_contact%n + m%interfaces%n > 0) &
           .and. (m%audit .or. m%damping_rate > 0)) &
          call find_powers(m%fields, m%damping_rate, damping_power, mapping_power)
       call pass_on(m, m%steps + 1, unsolved, failure)
@@ -345,6 +343,7 @@ contains
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
       m%mapped = m%fields%layout == layout
+      if (.not. m%mapped) call renew_interfaces(m)
       if (.not. m%mapped) return
       associate (blocks => m%blocks)
          allocate (touched(blocks%n))

@@ -65,35 +65,32 @@ module hampm_stiffness
 
 contains
 
-   !> Assemble and factorise the stiffness of small strain on interface points, of at most so many unknowns. Of the pairs of the contact those
-   !> that are `tied` move alike in the direction normal to their faces. `done` is false where there are more unknowns or memory does
+   !> Assemble and factorise the stiffness of small strain on interface points, of at most so many unknowns. `done` is false where there are more unknowns or memory does
    !> not suffice.
-   subroutine new_stiffness(m, most_unknowns, tied, stiffness, done)
+   subroutine new_stiffness(m, most_unknowns, stiffness, done)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: most_unknowns
-      logical, intent(in) :: tied(:)             !! by pair of the contact
       type(stiffness_t), intent(inout) :: stiffness
       logical, intent(out) :: done
       type(failure_t) :: failure                 ! nobody is told: without a solution there is only no estimate
       call stiffness%release()
       stiffness%kind = stiffness_kind_t()
-      call number(m, tied, stiffness)
+      call number(m, stiffness)
       done = stiffness%unknowns%n > 0 .and. stiffness%unknowns%n <= most_unknowns
       if (.not. done) return
       call assemble_and_factorise(m, stiffness, failure)
       done = .not. failure%failed()
    end subroutine new_stiffness
 
-   !> Assemble and factorise, or make ready for iteration, a stiffness of some kind, with pairs that are tied as above. Fails where it
+   !> Assemble and factorise, or make ready for iteration, a stiffness of some kind. Fails where it
    !> is singular or memory does not suffice.
-   subroutine factorise_stiffness(m, kind, tied, stiffness, failure)
+   subroutine factorise_stiffness(m, kind, stiffness, failure)
       type(motion_t), intent(in) :: m
       type(stiffness_kind_t), intent(in) :: kind
-      logical, intent(in) :: tied(:)             !! by pair of the contact
       type(stiffness_t), intent(inout) :: stiffness
       type(failure_t), intent(inout) :: failure
       stiffness%kind = kind
-      call number(m, tied, stiffness)
+      call number(m, stiffness)
       if (stiffness%unknowns%n > 0) call assemble_and_factorise(m, stiffness, failure)
    end subroutine factorise_stiffness
 
@@ -117,10 +114,9 @@ contains
       stiffness%matrix = matrix
    end subroutine assemble_and_factorise
 
-   !> Number the unknowns: a tied pair has one for both of its nodes.
-   pure subroutine number(m, tied, stiffness)
+   !> Number the unknowns.
+   pure subroutine number(m, stiffness)
       type(motion_t), intent(in) :: m
-      logical, intent(in) :: tied(:)
       type(stiffness_t), intent(inout) :: stiffness
       logical, allocatable :: fixed(:, :)
       integer :: k
@@ -128,20 +124,12 @@ contains
          call nodes_of_elements(m%grid, all%cells(:all%n_cells), stiffness%nodes)
       end associate
       allocate (fixed, source=m%constraints%fixed)
-      do k = 1, size(tied)
-         if (tied(k)) fixed(m%contact%normal(k), m%contact%node(2, k)) = .true.
-      end do
       if (allocated(stiffness%kind%pins)) then
          do k = 1, size(stiffness%kind%pins)
             fixed(stiffness%kind%pins(k)%direction, stiffness%kind%pins(k)%node) = .true.
          end do
       end if
       call number_unknowns(stiffness%nodes, fixed, stiffness%unknowns)
-      do k = 1, size(tied)
-         associate (dof => stiffness%unknowns%dof, normal => m%contact%normal(k), pair => m%contact%node(:, k))
-            if (tied(k)) dof(normal, pair(2)) = dof(normal, pair(1))
-         end associate
-      end do
    end subroutine number
 
    !> Add the stiffness of all cells. Where few particles are, nodes have motions that strain nothing: these are hardly held, to have some
@@ -577,7 +565,7 @@ contains
       end associate
    end subroutine solve
 
-   !> What forces on the nodes, condensed, are on the unknowns: those on a tied pair are one.
+   !> What forces on the nodes, condensed, are on the unknowns.
    pure function on_unknowns(self, force) result(b)
       class(stiffness_t), intent(in) :: self
       real(dp), intent(in) :: force(:, :)        !! [N], (ndim, n_points)

@@ -6,7 +6,7 @@ module hampm_caveats
    use hampm_crack_placement, only: body_at
    use hampm_history_resolution, only: begins_too_late, coarse_histories
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, sheets_of_bodies
-   use hampm_path_placement, only: path_tips
+   use hampm_path_placement, only: path_tip, path_direction, path_tips
    use hampm_placement, only: length_text, upper_corner, points_of, tolerance
    use hampm_scene, only: scene_t, material_spec_t
    use hampm_text, only: add => add_line, to_text, three_digits
@@ -120,10 +120,19 @@ contains
       type(scene_t), intent(in) :: scene
       character(:), allocatable, intent(inout) :: text
       integer :: body
-      if (.not. scene%crack%present .or. .not. scene%energy_release%nodal_force) return
-      body = body_at(scene, scene%crack%tip)
+      real(dp), allocatable :: tips(:, :), directions(:, :)
+      integer :: k
+      if (.not. scene%energy_release%nodal_force) return
+      call list_tips(scene, tips, directions)
+      body = 0
+      do k = 1, size(tips, 2)
+         body = body_at(scene, tips(:, k))
+         if (body > 0) then
+            if (scene%bodies(body)%points_per_cell == 1) exit
+         end if
+         body = 0
+      end do
       if (body == 0) return
-      if (scene%bodies(body)%points_per_cell > 1) return
       call add(text, 'G_nodal_force is 14 to 21 % off with points_per_cell = 1 around the tip of the crack; use 2, or the '// &
                'estimator ''domain_integral''')
    end subroutine look_at_points
@@ -191,21 +200,41 @@ contains
    pure subroutine look_at_interfaces(scene, text)
       type(scene_t), intent(in) :: scene
       character(:), allocatable, intent(inout) :: text
-      real(dp) :: tip(ndim), aside(ndim)
-      integer :: around(4), k
-      associate (crack => scene%crack)
-         if (.not. crack%present) return
-         tip = crack%tip
+      real(dp), allocatable :: tips(:, :), directions(:, :)
+      real(dp) :: aside(ndim)
+      integer :: around(4), k, t
+      call list_tips(scene, tips, directions)
+      do t = 1, size(tips, 2)
          do k = 1, 4
-            aside = 0.25_dp*scene%grid%cell*(merge(1, -1, k <= 2)*crack%direction + merge(1, -1, mod(k, 2) == 0) &
-                                             *[-crack%direction(2), crack%direction(1)])
-            around(k) = material_at(scene, tip + aside)
+            aside = 0.25_dp*scene%grid%cell*(merge(1, -1, k <= 2)*directions(:, t) + merge(1, -1, mod(k, 2) == 0) &
+                                             *[-directions(2, t), directions(1, t)])
+            around(k) = material_at(scene, tips(:, t) + aside)
          end do
-      end associate
-      if (any(around > 0 .and. .not. are_alike(scene, around, maxval(around)))) &
+         if (.not. any(around > 0 .and. .not. are_alike(scene, around, maxval(around)))) cycle
          call add(text, 'the tip of the crack is between two materials: the parts of modes I and II depend on the size of the '// &
                   'cells there, and only their sum has a meaning; K is not recorded')
+         return
+      end do
    end subroutine look_at_interfaces
+
+   !> All tips, and unit vectors out of the cracks there.
+   pure subroutine list_tips(scene, tips, directions)
+      type(scene_t), intent(in) :: scene
+      real(dp), allocatable, intent(out) :: tips(:, :), directions(:, :) !! (ndim, tips), [m]
+      logical :: is_tip(2)
+      real(dp) :: out(ndim)
+      integer :: k, end
+      allocate (tips(ndim, 0), directions(ndim, 0))
+      do k = 1, size(scene%paths)
+         is_tip = path_tips(scene, k)
+         do end = 1, 2
+            if (.not. is_tip(end)) cycle
+            out = path_direction(scene%paths(k), end)
+            tips = reshape([tips, path_tip(scene%paths(k), end)], [ndim, size(tips, 2) + 1])
+            directions = reshape([directions, out/norm2(out)], [ndim, size(directions, 2) + 1])
+         end do
+      end do
+   end subroutine list_tips
 
    !> The material at a point, 0 for none.
    pure integer function material_at(scene, x)

@@ -1,5 +1,6 @@
 !> Whether faces can hold each other by cohesion as a scene asks for.
 module hampm_cohesive_consistency
+   use hampm_kinds, only: dp
    use hampm_cut_cells, only: length_of
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
@@ -25,11 +26,9 @@ contains
                   call settings%complain(entry, 'crack', 'must be another crack than that of a &growth: its tip goes on by itself')
                if (any(scene%cohesive(:k - 1)%path == path)) &
                   call settings%complain(entry, 'crack', 'must be another crack than that of each other &cohesive')
-               if (size(scene%paths) > 0) then   ! else it is on a symmetry plane
-                  if (scene%cohesive(k)%from > length_of(scene%paths(path)%points) - scene%grid%cell) &
-                     call settings%complain(entry, 'from', 'must be less than the length of the crack, '// &
-                                            to_text(length_of(scene%paths(path)%points))//' m, by a cell at least')
-               end if
+               if (scene%cohesive(k)%from > max(length_of(scene%paths(path)%points) - scene%grid%cell, 0.0_dp)) &
+                  call settings%complain(entry, 'from', 'must be less than the length of the crack, '// &
+                                         to_text(length_of(scene%paths(path)%points))//' m, by a cell at least')
             end if
          end associate
          call check_curve(scene, settings, k, entry)

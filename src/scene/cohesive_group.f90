@@ -9,7 +9,7 @@ module hampm_cohesive_group
    public :: cohesive_group, cohesive_keys, cohesive_t, fill_cohesive
 
    type(group_t), parameter :: cohesive_group = group_t('cohesive', repeats, is_optional, &
-      'how the faces of a crack of kind path hold each other by cohesion; without this group they do not', is_apart=.true.)
+      'how the faces of a crack hold each other by cohesion; without this group they do not', is_apart=.true.)
 
    ! group, name, type, fewest values, most values, required, default, example, unit,
    !    allowed, meaning

@@ -6,17 +6,18 @@
 module hampm_conditions
    use hampm_keys, only: keys, find_group, find_key, first_key, default_count, default_value, is_text
    use hampm_kinds, only: dp
-   use hampm_scene, only: scene_t, cuts_cells, mass_acts
+   use hampm_scene, only: scene_t, cuts_cells, cracks_cut_cells, mass_acts, path_of
    use hampm_settings, only: settings_t, setting_t
    use hampm_values, only: parse_real
-   use hampm_load_placement, only: pressed_path, is_on_faces
+   use hampm_load_placement, only: is_on_faces
    implicit none
    private
    public :: atom_t, parse_condition, holds, shown_atom, condition_mistake
 
    !> The names.
    character(*), parameter :: names(*) = [character(48) :: &
-      'cells that are cut', 'several cracks', 'several bodies', 'edges that are no grid lines', 'growth by laws of both kinds', &
+      'cells that are cut', 'cracks that cut cells', 'tips at no nodes', 'several cracks', 'several bodies', &
+      'edges that are no grid lines', 'growth by laws of both kinds', &
       'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
       'a pressed path that grows in motion', 'samples at other times than load steps', 'a body of it', &
       'another body of that part', 'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it']
@@ -271,8 +272,12 @@ contains
       integer :: k
       has = .false.
       select case (name)
-       case ('cells that are cut')               ! by cracks of kind 'path', polygons, circles and holes
+       case ('cells that are cut')               ! by cracks that cut cells, polygons, circles and holes
          has = cuts_cells(scene)
+       case ('cracks that cut cells')
+         has = cracks_cut_cells(scene)
+       case ('tips at no nodes')
+         has = .not. all(scene%paths%at_nodes)
        case ('a mass matrix that acts')
          has = mass_acts(scene)
        case ('quadratic cells at an axis')
@@ -289,9 +294,8 @@ contains
          has = any(scene%materials%name == settings%text(entry, 'name'))
        case ('cohesion all along it')            ! along a crack
          do k = 1, size(scene%cohesive)
-            if (scene%cohesive(k)%path > size(scene%paths)) cycle
             if (scene%cohesive(k)%path == 0 .or. scene%cohesive(k)%from > 0) cycle
-            has = has .or. settings%find('crack', scene%paths(scene%cohesive(k)%path)%number) == entry
+            has = has .or. settings%find('crack', scene%cohesive(k)%path) == entry
          end do
        case ('another body of that part')
          has = count(scene%bodies%part == settings%text(entry, 'part')) > 1
@@ -301,8 +305,9 @@ contains
          if (size(strain) >= k) has = abs(strain(k)) > 0
        case ('a pressed path that grows in motion')
          do k = 1, size(scene%loads)
-            if (.not. is_on_faces(scene%loads(k)) .or. pressed_path(scene, scene%loads(k)) == 0) cycle
-            has = has .or. any(scene%growth%path == pressed_path(scene, scene%loads(k)) .and. .not. scene%growth%is_at_rest())
+            if (.not. is_on_faces(scene%loads(k)) .or. path_of(scene, scene%loads(k)%crack) == 0) cycle
+            has = has .or. any(scene%growth%path == path_of(scene, scene%loads(k)%crack) .and. .not. scene%growth%is_at_rest()) &
+                           .and. .not. scene%is_half()
          end do
        case ('samples at other times than load steps')
          has = scene%method%time == 'static' .and. asks_for_other_samples(settings, settings%find('output', 1))

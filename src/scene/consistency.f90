@@ -18,7 +18,7 @@ module hampm_consistency
    use hampm_shape_consistency, only: check_shape, check_holes, outlines_overlap
    use hampm_stability_consistency, only: check_stability
    use hampm_text, only: to_text, three_digits, did_you_mean
-   use hampm_crack_placement, only: body_at, distance_to_mouth
+   use hampm_crack_placement, only: body_at
    use hampm_orthotropic, only: why_not_definite
    implicit none
    private
@@ -369,13 +369,10 @@ contains
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
       integer :: k, i
-      if (scene%crack%present) call check_way(scene, settings, settings%find('crack', 1), 'tip', scene%crack%tip, &
-                                              scene%crack%tip - distance_to_mouth(scene)*scene%crack%direction)
       do k = 1, size(scene%paths)
          associate (path => scene%paths(k))
             do i = 2, size(path%points, 2)
-               call check_way(scene, settings, settings%find('crack', path%number), 'points', path%points(:, i - 1), &
-                              path%points(:, i))
+               call check_way(scene, settings, settings%find('crack', k), trim(path%key), path%points(:, i - 1), path%points(:, i))
             end do
          end associate
       end do
@@ -444,7 +441,7 @@ contains
          end associate
          why = why_not_definite(of, plane_stress)
          if (why /= '') call settings%complain(entry, 'poisson_12', why//': else a strain would release energy')
-         if (scene%crack%present .and. scene%crack%kind == 'symmetry' .and. abs(of%angle - 90*anint(of%angle/90)) > 0) &
+         if (scene%is_half() .and. abs(of%angle - 90*anint(of%angle/90)) > 0) &
             call settings%complain(entry, 'angle', 'must be a multiple of 90 degrees with &crack kind = '// &
                                    '''symmetry'': else the other half is no mirror image. Use kind = ''line''')
       end associate

@@ -21,7 +21,7 @@ contains
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
       integer :: k
-      if (scene%crack%kind == 'symmetry' .and. size(scene%growth) + size(scene%cohesive) > 0) call check_on_plane(scene, settings)
+      if (scene%is_half() .and. size(scene%growth) + size(scene%cohesive) > 0) call check_on_plane(scene, settings)
       do k = 1, size(scene%growth)
          call check_one(scene, settings, k, has_bodies)
       end do
@@ -33,13 +33,13 @@ contains
       type(settings_t), intent(inout) :: settings
       character(*), parameter :: of_crack = 'where a &crack of kind = ''symmetry'' goes on'
       integer :: entry, i, normal
-      normal = maxloc(merge(0, 1, abs(scene%crack%direction) > 0), dim=1)
+      normal = maxloc(merge(0, 1, abs(scene%paths(1)%direction) > 0), dim=1)
+      if (size(scene%paths(1)%points, 2) < 2) return ! told already
       do i = 1, size(scene%constraints)
          entry = settings%find('constraint', i)
-         associate (constraint => scene%constraints(i), tol => tolerance(scene%grid))
+         associate (constraint => scene%constraints(i), tol => tolerance(scene%grid), plane => scene%paths(1)%points(normal, 2))
             if (.not. constraint%fixed(normal)) cycle
-            if (max(abs(constraint%lower(normal) - scene%crack%tip(normal)), &
-                    abs(constraint%upper(normal) - scene%crack%tip(normal))) > tol) cycle
+            if (max(abs(constraint%lower(normal) - plane), abs(constraint%upper(normal) - plane)) > tol) cycle
             if (abs(constraint%motion%displacement(normal)) > 0) call settings%complain(entry, 'displacement', &
                'must not move the symmetry plane '//of_crack)
             if (abs(constraint%motion%velocity(normal)) > 0) call settings%complain(entry, 'velocity', &
@@ -108,11 +108,9 @@ contains
          end if
          if (.not. growth%is_at_rest()) call check_keys_in_motion(scene, settings, k)
          if (.not. has_bodies) return
-         if (.not. scene%crack%present) then
-            if (size(scene%paths(growth%path)%points, 2) < 2) return ! told already
-            if (.not. any(path_tips(scene, growth%path))) &
-               call settings%complain(entry, 'crack', 'this crack has no tip inside the material')
-         end if
+         if (size(scene%paths(growth%path)%points, 2) < 2) return ! told already
+         if (.not. any(path_tips(scene, growth%path))) &
+            call settings%complain(entry, 'crack', 'this crack has no tip inside the material')
          if (growth%is_at_rest() .and. growth%increment > 0 .and. &
              growth%increment < least_radius(scene) - tolerance(scene%grid)) &
             call settings%complain(entry, 'increment', 'must be at least two of the finest cells, '// &

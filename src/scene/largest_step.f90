@@ -11,7 +11,7 @@ module hampm_largest_step
    use hampm_outer_nodes, only: least_fill
    use hampm_placement, only: tolerance, points_of
    use hampm_quadratic_points, only: fewest_points
-   use hampm_scene, only: scene_t, body_t, cuts_cells
+   use hampm_scene, only: scene_t, body_t, cuts_cells, cracks_cut_cells
    use hampm_scene_materials, only: materials_of, material_of
    implicit none
    private
@@ -88,7 +88,7 @@ contains
          if (scene%grid%order > 1) then
             if (cuts_cells(scene)) limit = limit*of_cut_quadratic
             if (any(scene%paths%contact)) limit = limit*of_faces
-         else if (size(scene%paths) + size(scene%growth) + size(scene%cohesive) > 0) then
+         else if (cracks_cut_cells(scene) .or. size(scene%growth) + size(scene%cohesive) > 0) then
             limit = limit*of_cut_cells
          end if
       end associate
@@ -166,7 +166,7 @@ contains
             end do
             limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false., &
                                     are_quadratic=scene%grid%order > 1, ring=ring)/speed
-            if (size(scene%paths) > 0 .and. scene%grid%order == 1) &
+            if (cracks_cut_cells(scene) .and. scene%grid%order == 1) &
                limit = min(limit, limit_of_fills(fills_at_cracks(body%points_per_cell), 0.0_dp, body%points_per_cell, moduli, &
                                                  material%isotropic, mass, strains_last, damping)/speed/of_cut_cells)
             if (.not. refines(scene) .or. scene%grid%order > 1) return

@@ -4,10 +4,10 @@ module hampm_load_consistency
    use hampm_load_groups, only: check_history
    use hampm_joints, only: holds_material
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: is_on_crack
-   use hampm_load_placement, only: is_on_faces, find_edge_normal, pressed_path
+   use hampm_crack_placement, only: path_at
+   use hampm_load_placement, only: is_on_faces, find_edge_normal
    use hampm_placement, only: tolerance, nodes_touched, on_face, is_part_of, point_text
-   use hampm_scene, only: scene_t, load_spec_t, constraint_spec_t
+   use hampm_scene, only: scene_t, load_spec_t, constraint_spec_t, path_of
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: has_shapes, comes_near_edges
    implicit none
@@ -108,9 +108,9 @@ contains
       integer, intent(in) :: entry                 !! position of the group
       type(settings_t), intent(inout) :: settings
       integer :: path
-      path = pressed_path(scene, load)
+      path = path_of(scene, load%crack)
       if (path == 0 .and. load%crack /= '' .and. settings%good(entry, 'crack')) then
-         call settings%complain(entry, 'crack', 'must be the name of a &crack of kind = ''path''')
+         call settings%complain(entry, 'crack', 'must be the name of a &crack of kind = ''line'' or ''path''')
       else if (path > 0) then
          if (comes_near_edges(scene, scene%paths(path)%points)) call settings%complain(entry, 'on', '''crack'': the '// &
             'crack must stay two cells away from the edges of polygons, circles and holes, which cut the particles that are '// &
@@ -194,7 +194,7 @@ contains
                                             ' is the edge of bodies on both sides: a pressure acts on a free edge')
    end subroutine check_edge
 
-   !> Look whether a load misses the face of a crack: a face is one of a crack of kind 'line', and what acts on the line of such a
+   !> Look whether a load misses the face of a crack: a face is one of a crack with two, and what acts on the line of such a
    !> crack needs to say on which.
    pure subroutine check_face(scene, load, entry, settings, misses)
       type(scene_t), intent(in) :: scene
@@ -202,26 +202,19 @@ contains
       integer, intent(in) :: entry
       type(settings_t), intent(inout) :: settings
       logical, intent(out) :: misses
-      logical :: has_faces, on_crack
-      integer :: crack
+      logical :: on_crack
       misses = .false.
       if (.not. settings%good(entry, 'face') .or. load%kind == 'pressure') return
-      crack = settings%find('crack', 1)
-      has_faces = scene%crack%present
-      if (has_faces) has_faces = scene%crack%kind == 'line' .and. settings%good(crack, 'tip') .and. &
-                                 settings%good(crack, 'direction') .and. settings%good(crack, 'length') .and. &
-                                 count(abs(scene%crack%direction) > 0) == 1
       on_crack = .false.
-      if (has_faces .and. load%kind /= 'body') on_crack = is_on_crack(scene, load%lower, load%upper)
+      if (load%kind /= 'body' .and. .not. scene%is_half()) on_crack = all(path_at(scene, load%lower, load%upper) > 0)
       misses = on_crack .neqv. load%face /= 'none'
-      if (.not. misses .or. (scene%crack%kind == 'line' .and. .not. has_faces)) then
-         misses = .false.
-      else if (on_crack) then
+      if (.not. misses) return
+      if (on_crack) then
          call settings%complain(entry, 'face', 'must be ''left'' or ''right'': the load is on the line of the crack, '// &
                                 'which has two faces there')
       else
          call settings%complain(entry, 'face', 'must be ''none'' but for a point or traction on the line of a '// &
-                                'crack of kind = ''line'', between its mouth or other tip and its tip')
+                                'crack, between its mouth or other tip and its tip')
       end if
    end subroutine check_face
 end module hampm_load_consistency

@@ -87,7 +87,7 @@ module hampm_load_groups
       key_t('load', 'acceleration', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s2', &
             any_number, 'of gravity: force on each mass where its factor is 1'), &
       key_t('load', 'face', type_name, 1, 1, may, 'none', '', '', &
-            'none|left|right', 'of a point or traction on a crack of kind line: its face, as one looks towards the tip'), &
+            'none|left|right', 'of a point or traction on a line or path: its face, as one walks to its tip or last point'), &
       (key_t('load', history_keys(i)%name, history_keys(i)%value_type, history_keys(i)%fewest, history_keys(i)%most, &
              history_keys(i)%required, history_keys(i)%default, history_keys(i)%example, history_keys(i)%unit, &
              history_keys(i)%allowed, history_keys(i)%meaning), i=1, size(history_keys))]

@@ -1,12 +1,13 @@
 !> Where pressures act: the normal of an edge of a body, and the faces of cracks. For the checks of the input and for the assembly.
 module hampm_load_placement
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: distance_to_mouth, has_two_tips, body_at
+   use hampm_crack_placement, only: body_at
+   use hampm_path_placement, only: path_tip, last_end
    use hampm_placement, only: tolerance, on_face
    use hampm_scene, only: scene_t, load_spec_t
    implicit none
    private
-   public :: is_on_faces, find_edge_normal, pressed_path, face_start, into_faces
+   public :: is_on_faces, find_edge_normal, into_half
 
 contains
 
@@ -41,41 +42,16 @@ contains
       sides = count(is_there)
    end subroutine find_edge_normal
 
-   !> Number of the path that a pressure is on: that of its name, or the only one; 0 for none.
-   pure integer function pressed_path(scene, load) result(path)
+   !> Unit vector from the line of a crack on a symmetry plane into the material.
+   pure function into_half(scene) result(normal)
       type(scene_t), intent(in) :: scene
-      type(load_spec_t), intent(in) :: load
-      integer :: k
-      path = merge(1, 0, load%crack == '' .and. size(scene%paths) == 1)
-      do k = 1, size(scene%paths)
-         if (load%crack /= '' .and. scene%paths(k)%name == load%crack) path = k
-      end do
-   end function pressed_path
-
-   !> Where the faces of a crack along a grid line begin: at its mouth or its other tip [m].
-   pure function face_start(scene) result(x)
-      type(scene_t), intent(in) :: scene
-      real(dp) :: x(ndim)
-      associate (spec => scene%crack)
-         x = spec%tip - merge(spec%length, distance_to_mouth(scene), has_two_tips(scene))*spec%direction
+      real(dp) :: normal(ndim), inward(ndim)
+      associate (direction => scene%paths(1)%direction, tip => path_tip(scene%paths(1), last_end))
+         normal = [-direction(2), direction(1)]
+         associate (body => scene%bodies(body_at(scene, tip)))
+            inward = (body%lower + body%upper)/2 - tip
+         end associate
+         normal = sign(1.0_dp, dot_product(inward, normal))*normal
       end associate
-   end function face_start
-
-   !> Unit vectors from the line of such a crack into the material at each of its faces, (ndim, faces): on a symmetry plane one is modelled.
-   pure function into_faces(scene) result(normals)
-      type(scene_t), intent(in) :: scene
-      real(dp), allocatable :: normals(:, :)
-      real(dp) :: left(ndim), inward(ndim)
-      associate (spec => scene%crack)
-         left = [-spec%direction(2), spec%direction(1)]
-         if (spec%kind == 'line') then
-            normals = reshape([left, -left], [ndim, 2])
-         else
-            associate (body => scene%bodies(body_at(scene, spec%tip)))
-               inward = (body%lower + body%upper)/2 - spec%tip
-            end associate
-            normals = reshape(sign(1.0_dp, dot_product(inward, left))*left, [ndim, 1])
-         end if
-      end associate
-   end function into_faces
+   end function into_half
 end module hampm_load_placement

@@ -1,12 +1,13 @@
-!> Whether the cracks of kind 'path' of a scene can be cut: each by itself, against each other, and against what they do not go with.
+!> Whether the cracks of a scene can be cut: each by itself, against each other, and against what they do not go with.
 module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: least_radius, domain_radii, body_at
-   use hampm_path_placement, only: path_tips, path_tip, path_radius, distance_to_cracks, length_along, is_inside, first_end, &
+   use hampm_crack_placement, only: least_radius, domain_radii, is_other_within, is_layer
+   use hampm_path_placement, only: path_tips, path_tip, path_direction, path_radius, clear_radius, distance_to_cracks, &
+                                   length_along, &
+                                   is_inside, first_end, &
                                    last_end
-   use hampm_placement, only: tolerance, upper_corner, overlap, point_text, length_text
+   use hampm_placement, only: tolerance, upper_corner, point_text, length_text
    use hampm_scene, only: scene_t
-   use hampm_scene_materials, only: are_alike
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: do_cross
    use hampm_text, only: to_text
@@ -25,9 +26,8 @@ contains
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
       integer :: k, before
-      if (size(scene%paths) == 0) return
       do k = 1, size(scene%paths)
-         if (.not. settings%good(settings%find('crack', scene%paths(k)%number), 'kind')) cycle
+         if (.not. settings%good(settings%find('crack', k), 'kind') .or. scene%paths(k)%kind == 'symmetry') cycle
          before = settings%mistakes%count
          call check_points(scene, settings, k)
          if (settings%mistakes%count == before .and. has_bodies) call check_place(scene, settings, k)
@@ -40,9 +40,13 @@ contains
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k
       integer :: entry, i, j
-      entry = settings%find('crack', scene%paths(k)%number)
-      if (.not. settings%good(entry, 'points')) return
-      associate (points => scene%paths(k)%points, numbers => settings%numbers(entry, 'points'))
+      entry = settings%find('crack', k)
+      if (.not. settings%good(entry, trim(scene%paths(k)%key))) return
+      if (scene%paths(k)%kind == 'line') then
+         if (.not. norm2(scene%paths(k)%direction) > 0) call settings%complain(entry, 'direction', 'must not be 0, 0')
+         if (size(scene%paths(k)%points, 2) < 2) return ! told, or elsewhere
+      end if
+      associate (points => scene%paths(k)%points, numbers => settings%numbers(entry, trim(scene%paths(k)%key)))
          if (mod(size(numbers), ndim) /= 0) then
             call settings%complain(entry, 'points', 'must be pairs x, y: it has '//to_text(size(numbers))//' values')
             return
@@ -52,7 +56,7 @@ contains
          end if
          do i = 2, size(points, 2)
             if (norm2(points(:, i) - points(:, i - 1)) >= least_way*scene%grid%cell - tolerance(scene%grid)) cycle
-            call settings%complain(entry, 'points', 'points '//to_text(i - 1)//' and '//to_text(i)//' are '// &
+            call settings%complain(entry, trim(scene%paths(k)%key), 'points '//to_text(i - 1)//' and '//to_text(i)//' are '// &
                                    length_text(norm2(points(:, i) - points(:, i - 1)))//' m apart, less than a cell, '// &
                                    to_text(scene%grid%cell)//' m: the cells cannot follow. Use fewer points or smaller cells')
             return
@@ -60,7 +64,7 @@ contains
          do i = 2, size(points, 2)
             do j = i + 2, size(points, 2)
                if (.not. do_cross(points(:, i - 1), points(:, i), points(:, j - 1), points(:, j))) cycle
-               call settings%complain(entry, 'points', 'the path crosses itself: from point '//to_text(i - 1)// &
+               call settings%complain(entry, trim(scene%paths(k)%key), 'the path crosses itself: from point '//to_text(i - 1)// &
                                       ' to '//to_text(i)//' and from '//to_text(j - 1)//' to '//to_text(j)// &
                                       '; make two cracks of it')
                return
@@ -81,38 +85,43 @@ contains
       logical :: is_tip(2)
       integer :: entry, end, i
       real(dp) :: near
-      entry = settings%find('crack', scene%paths(k)%number)
+      entry = settings%find('crack', k)
       associate (path => scene%paths(k))
          is_tip = path_tips(scene, k)
+         if (path%kind == 'line' .and. .not. is_tip(last_end)) then
+            call settings%complain(entry, 'tip', 'must be inside the material, and on no other crack')
+            return
+         end if
          if (.not. enters(scene, path%points)) then
-            call settings%complain(entry, 'points', 'the crack must run through material: no part of it does')
+            call settings%complain(entry, trim(scene%paths(k)%key), 'the crack must run through material: no part of it does')
             return
          end if
          if (any([(any(path%points(:, i) < 2*scene%grid%lower - upper_corner(scene%grid) .or. &
                        path%points(:, i) > 2*upper_corner(scene%grid) - scene%grid%lower), i=1, size(path%points, 2))])) then
-            call settings%complain(entry, 'points', 'a point is further outside of the grid than that is wide, up to '// &
+            call settings%complain(entry, trim(scene%paths(k)%key), 'a point is further outside of the grid '// &
+                                   'than that is wide, up to '// &
                                    point_text(upper_corner(scene%grid))//'; lengths are in m')
             return
          end if
          near = least_way*scene%grid%cell
          do i = 1, k - 1
             if (length_along(scene, k, i, beside*scene%grid%cell) <= near) cycle
-            call settings%complain(entry, 'points', 'the path runs along another one, that of &crack '// &
-                                   to_text(scene%paths(i)%number)//', for more than a cell, '//to_text(scene%grid%cell)// &
+            call settings%complain(entry, trim(scene%paths(k)%key), 'the path runs along another one, that of &crack '// &
+                                   to_text(i)//', for more than a cell, '//to_text(scene%grid%cell)// &
                                    ' m, and nearer to it than a tenth of one: nothing of what is between them would be modelled')
             return
          end do
          do end = first_end, last_end
             if (.not. is_tip(end)) cycle
             associate (tip => path_tip(path, end))
-               if (path_radius(scene, k, end) >= near - tolerance(scene%grid)) cycle
+               if (clear_radius(scene, k, end) >= near - tolerance(scene%grid)) cycle
                if (distance_to_cracks(scene, tip, k) < near) then
-                  call settings%complain(entry, 'points', 'the tip '//point_text(tip)//' is '// &
+                  call settings%complain(entry, trim(scene%paths(k)%key), 'the tip '//point_text(tip)//' is '// &
                                          length_text(distance_to_cracks(scene, tip, k))//' m from another crack, less than a '// &
                                          'cell, '//to_text(scene%grid%cell)//' m: let it end on that crack, or use smaller cells')
                else
-                  call settings%complain(entry, 'points', 'the tip '//point_text(tip)//' is less than a cell, '// &
-                                         to_text(scene%grid%cell)//' m, from a surface, a load, a constraint or another part '// &
+                  call settings%complain(entry, trim(scene%paths(k)%key), 'the tip '//point_text(tip)//' is less than a cell, '// &
+                                         to_text(scene%grid%cell)//' m, from a surface or another part '// &
                                          'of its crack: let it end beyond the surface, move it, or use smaller cells')
                end if
             end associate
@@ -164,15 +173,13 @@ contains
                else if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) then
                   why = 'must be in ['//to_text(least)//', '//length_text(most)// &
                         '] [m] around the tip '//point_text(tip)//': two of the finest cells at least, and nothing within them '// &
-                        'but material and the straight end of this crack'
+                        'but material and the straight end of this crack: no load but on its faces, and no constraint'
                end if
                do i = 1, size(scene%bodies)
-                  associate (body => scene%bodies(i), reach => maxval(radii))
-                     if (why /= '' .or. are_alike(scene, i, body_at(scene, tip))) cycle
-                     if (overlap(tip - reach, tip + reach, body%lower, body%upper, tolerance(scene%grid))) &
-                        why = 'there must be one material within them around the tip '//point_text(tip)//'; body '// &
-                              to_text(i)//' is of another one, or has another eigenstrain'
-                  end associate
+                  if (why /= '' .or. .not. is_other_within(scene, i, tip, maxval(radii))) cycle
+                  if (.not. is_layer(scene, i, tip, path_direction(scene%paths(k), end), maxval(radii))) &
+                     why = 'there must be one material within them, or layers along the crack, around the tip '// &
+                           point_text(tip)//'; body '//to_text(i)//' is of another one, or has another eigenstrain'
                end do
                if (why /= '') call settings%complain(entry, 'radii', why)
                if (why /= '') return

@@ -1,15 +1,15 @@
-!> Where cracks of kind 'path' are in the bodies: which of their ends are tips, how far from a tip a domain integral may reach. For
+!> Where cracks are in the bodies: which of their ends are tips, how far from a tip a domain integral may reach. For
 !> the checks of the input and for the assembly; in the run `cracks_t` knows where cracks are.
 module hampm_path_placement
    use hampm_kinds, only: dp, ndim
    use hampm_cut_cells, only: length_of
-   use hampm_crack_placement, only: is_covered, covered_radius, distance_to_box
+   use hampm_crack_placement, only: is_covered, covered_radius, distance_to_loads, distance_to_constraints
    use hampm_placement, only: tolerance
    use hampm_scene, only: scene_t, path_spec_t
    implicit none
    private
-   public :: path_tips, path_reaches, path_mouth, path_tip, path_radius, held_part, to_surface, room_around, distance_to_cracks, &
-             length_along, is_inside, first_end, last_end
+   public :: path_tips, path_reaches, path_mouth, path_tip, path_direction, path_radius, clear_radius, held_part, to_surface, &
+             room_around, distance_to_cracks, length_along, is_inside, first_end, last_end
 
    integer, parameter :: first_end = 1, last_end = 2
    real(dp), parameter :: to_surface = 2         !! cells by which an end at a surface is continued
@@ -32,6 +32,17 @@ contains
       x = path%points(:, merge(1, size(path%points, 2), end == first_end))
       if (end == last_end .and. path%held_from > 0) x = place_along(path%points, path%held_from/length_of(path%points))
    end function path_tip
+
+   !> The direction of the straight part of a path out of an end, of any length.
+   pure function path_direction(path, end) result(direction)
+      type(path_spec_t), intent(in) :: path
+      integer, intent(in) :: end
+      real(dp) :: direction(ndim)
+      integer :: i
+      i = straight_at(path, end)
+      direction = path%points(:, i) - path%points(:, i - 1)
+      if (end == first_end) direction = -direction
+   end function path_direction
 
    !> The ways along the k-th path from and to which cohesion holds its faces: within the material, from where its tip is at first [m].
    pure function held_part(scene, k) result(held)
@@ -98,17 +109,30 @@ contains
       is_in_material = is_inside(scene, x) .and. distance_to_cracks(scene, x, k) > tolerance(scene%grid)
    end function is_in_material
 
-   !> How far the ends of the k-th path that are no tips reach beyond their points, to cut all that is there [m].
+   !> How far the ends of the k-th path that are no tips reach beyond their points, to cut all that is there [m]; where there is other material beyond a
+   !> gap, half way to that.
    pure function path_reaches(scene, k) result(beyond)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: k
       real(dp) :: beyond(2)
-      integer :: end
+      integer, parameter :: looks = 16
+      real(dp) :: out(ndim), step
+      integer :: end, i
+      step = to_surface/looks*scene%grid%cell
       do end = first_end, last_end
          associate (points => scene%paths(k)%points)
             associate (x => points(:, merge(1, size(points, 2), end == first_end)))
                beyond(end) = merge(to_crack, to_surface, is_inside(scene, x))*scene%grid%cell
                if (is_in_material(scene, k, x)) beyond(end) = 0
+               if (is_inside(scene, x)) cycle
+               out = path_direction(scene%paths(k), end)
+               out = out/norm2(out)
+               if (.not. is_inside(scene, x - step*out)) cycle ! it ends outside anyway
+               do i = 1, looks
+                  if (.not. is_inside(scene, x + i*step*out)) cycle
+                  beyond(end) = i*step/2
+                  exit
+               end do
             end associate
          end associate
       end do
@@ -122,6 +146,10 @@ contains
       integer, parameter :: looks = 1000
       integer :: i
       associate (is_tip => path_tips(scene, k))
+         if (scene%paths(k)%key == 'tip' .and. .not. is_tip(first_end)) then
+            x = scene%paths(k)%points(:, 1)
+            return
+         end if
          x = place_along(scene%paths(k)%points, 0.5_dp)
          if (all(is_tip)) return
          do i = 0, looks
@@ -200,6 +228,13 @@ contains
    pure real(dp) function path_radius(scene, k, end) result(radius)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: k, end
+      radius = min(clear_radius(scene, k, end), room_around(scene, path_tip(scene%paths(k), end), k))
+   end function path_radius
+
+   !> The same with loads and constraints.
+   pure real(dp) function clear_radius(scene, k, end) result(radius)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: k, end
       integer :: i, n
       associate (path => scene%paths(k), tip => path_tip(scene%paths(k), end))
          n = straight_at(path, end)
@@ -208,9 +243,9 @@ contains
             if (i == n) cycle
             radius = min(radius, distance_to_segment(tip, path%points(:, i - 1), path%points(:, i)))
          end do
-         radius = min(radius, room_around(scene, tip, k))
+         radius = covered_radius(scene, tip, min(radius, distance_to_cracks(scene, tip, k)))
       end associate
-   end function path_radius
+   end function clear_radius
 
    !> The largest radius around a tip of the k-th path within which there are only material and this crack, and no load and no constraint
    !> [m]; 0 where there is none.
@@ -218,16 +253,7 @@ contains
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: tip(ndim)          !! its place [m]
       integer, intent(in) :: k
-      integer :: i
       radius = min(distance_to_cracks(scene, tip, k), sum(scene%grid%cells)*scene%grid%cell) ! else there may be no bound
-      do i = 1, size(scene%loads)
-         if (scene%loads(i)%kind /= 'body' .and. scene%loads(i)%has_place) &
-            radius = min(radius, distance_to_box(tip, scene%loads(i)%lower, scene%loads(i)%upper))
-      end do
-      do i = 1, size(scene%constraints)
-         if (any(scene%constraints(i)%fixed)) &
-            radius = min(radius, distance_to_box(tip, scene%constraints(i)%lower, scene%constraints(i)%upper))
-      end do
-      radius = covered_radius(scene, tip, radius)
+      radius = covered_radius(scene, tip, min(radius, distance_to_loads(scene, tip), distance_to_constraints(scene, tip)))
    end function room_around
 end module hampm_path_placement

@@ -197,7 +197,7 @@ module hampm_rules
       rule_t("&load crack", requires, "&load kind = 'pressure' and &load on = 'crack'", by_meaning, "", ""), &
       rule_t("&load face = 'left' | 'right'", not_with, "&load kind = 'pressure' | 'gravity'", by_meaning, "", ""), &
       rule_t("&load on = 'crack'", requires, "&crack", by_meaning, "", ""), &
-      rule_t("&load crack", requires, "&crack kind = 'path'", by_meaning, "other cracks are the only one", ""), &
+      rule_t("&load crack", requires, "&crack kind = 'line' | 'path'", by_meaning, "other cracks are the only one", ""), &
       rule_t("&load on = 'crack' and several cracks", requires, "&load crack", by_meaning, "it tells which is meant", ""), &
       rule_t("&load on = 'crack'", not_with, "a pressed path that grows in motion", not_built, &
              "bonds hold cells that are cut ahead of the tip, which must not be pressed", "law = 'quasi_static'"), &
@@ -246,14 +246,14 @@ module hampm_rules
              "fine steps are those of cells by moments of their volume", "&material dilatation = 'point'"), &
       rule_t("&method time_steps = 'local'", not_with, "&refine indicator = 'gradient' | 'zz'", mechanics, &
              "where the mesh changes, vibrations of the small cells grow", "&method time_steps = 'global'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'path'", not_built, &
+      rule_t("&method time_steps = 'local'", not_with, "cracks that cut cells", not_built, &
              "forces act across faces between cells that step apart", "&method time_steps = 'global'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&crack contact = 'frictionless' | 'friction' and &crack kind = 'line'", &
-             not_built, "faces that touch exchange momentum at one time", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&crack contact = 'frictionless' | 'friction'", not_built, &
+             "forces act across faces between cells that step apart", "&method time_steps = 'global'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&cohesive", not_built, &
+             "forces act across faces between cells that step apart", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'symmetry' and &growth law = 'prescribed' | 'toughness'", &
              not_built, "bonds are let go in steps that are the same for all", "&method time_steps = 'global'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'symmetry' and &cohesive", not_built, &
-             "damage is that of steps that are the same for all", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&energy_release estimators = 'energy_balance'", not_built, &
              "the loss of the method is not known with them", "&method time_steps = 'global'"), &
       rule_t("&method path = 'reference'", not_with, "&method time = 'static' | 'implicit'", by_meaning, "it is an explicit step", &
@@ -369,34 +369,27 @@ module hampm_rules
       rule_t("&crack points", requires, "&crack kind = 'path'", by_meaning, "", ""), &
       rule_t("&crack tip", not_with, "&crack kind = 'path'", by_meaning, "the ends of a path inside the material are its tips", &
              ""), &
-      rule_t("&crack name", no_effect_without, "&crack kind = 'path'", by_meaning, "there is one crack, which needs no name", &
+      rule_t("&crack name", no_effect_with, "&crack kind = 'symmetry'", by_meaning, "there is one crack, which needs no name", &
              ""), &
       rule_t("&crack direction", no_effect_with, "&crack kind = 'path'", by_meaning, "its points tell where it goes", ""), &
-      rule_t("&crack kind = 'symmetry' | 'line'", not_with, "several cracks", not_built, &
-             "only cracks of kind 'path' may be several", "kind = 'path' and its points"), &
-      rule_t("&crack kind = 'symmetry' | 'line'", not_with, "edges that are no grid lines", not_built, &
-             "cells that edges cut are those of paths", "kind = 'path' and its points"), &
-      rule_t("&crack kind = 'line'", not_with, "&method functions = 'cpdi'", not_built, &
-             "domains at the faces of a line begin on it, and would come across it", "kind = 'path' and its points"), &
+      rule_t("&crack kind = 'symmetry'", not_with, "several cracks", not_built, &
+             "only cracks of the kinds line and path may be several", "a whole body and kind = 'line'"), &
+      rule_t("&crack kind = 'symmetry'", not_with, "edges that are no grid lines", not_built, &
+             "cells that edges cut are those of lines and paths", "a whole body and kind = 'line'"), &
       rule_t("&crack length", requires, "&crack kind = 'line'", by_meaning, &
              "on a symmetry plane the constraints tell where a crack is, of a path its points", ""), &
-      rule_t("&crack contact = 'frictionless'", requires, "&crack kind = 'line' | 'path'", mechanics, &
+      rule_t("&crack contact = 'frictionless' | 'friction'", requires, "&crack kind = 'line' | 'path'", mechanics, &
              "at a symmetry plane there is one face, and no other to press on", ""), &
       rule_t("&crack contact = 'frictionless'", no_effect_with, "cohesion all along it", mechanics, &
              "faces that cohesion holds or has held press on each other", ""), &
-      rule_t("&crack contact = 'friction'", requires, "&crack kind = 'path'", not_built, &
-             "pairs of nodes on a grid line hold each other across it only", ""), &
       rule_t("&crack contact = 'friction'", requires, "&crack friction > 0", by_meaning, "", "&crack contact = 'frictionless'"), &
       rule_t("&crack friction", requires, "&crack contact = 'friction'", by_meaning, "", ""), &
       rule_t("&crack contact = 'friction'", not_with, "&growth and &method time = 'static'", not_built, &
              "tips grow before the loads follow, and what slides meanwhile does not slide back", &
-             "&method time = 'implicit'"), &
-      rule_t("&crack contact = 'frictionless' | 'friction' and &crack kind = 'path'", not_with, "&method frame = 'updated'", &
-             not_built, "cells are cut anew as the faces move, and forget how these hold each other", "&method frame = 'total'")]
+             "&method time = 'implicit'")]
 
    type(rule_t), parameter :: of_cohesion(*) = [ &
-      rule_t("&cohesive", requires, "&crack kind = 'symmetry' | 'path'", not_built, "cells are cut along paths", &
-             "kind = 'path' and points on the same grid line"), &
+      rule_t("&cohesive", requires, "&crack", by_meaning, "it tells how its faces hold each other", ""), &
       rule_t("&cohesive crack", not_with, "&crack kind = 'symmetry'", by_meaning, "such a crack is the only one", ""), &
       rule_t("&cohesive from", not_with, "&crack kind = 'symmetry'", by_meaning, "its tip tells it", ""), &
       rule_t("&cohesive strength_shear", no_effect_with, "&crack kind = 'symmetry'", mechanics, "its faces do not slide", ""), &
@@ -422,7 +415,6 @@ module hampm_rules
 
    type(rule_t), parameter :: of_growth(*) = [ &
       rule_t("&growth", requires, "&crack", by_meaning, "", ""), &
-      rule_t("&growth", not_with, "&crack kind = 'line'", not_built, "", "kind = 'path' and points on the same grid line"), &
       rule_t("&growth", requires, "&energy_release estimators = 'domain_integral'", mechanics, &
              "a crack grows by G, K_I and K_II", ""), &
       rule_t("&growth crack", not_with, "&crack kind = 'symmetry'", by_meaning, "such a crack is the only one", ""), &
@@ -458,8 +450,8 @@ module hampm_rules
       rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure' | 'domain_integral'", requires, "&crack", by_meaning, &
              "", ""), &
       rule_t("&energy_release estimators = 'crack_closure'", requires, "&crack", by_meaning, "", ""), &
-      rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "&crack kind = 'path'", mechanics, &
-             "its tips are not at nodes, by which these close a crack", "'domain_integral' or 'crack_closure'"), &
+      rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "tips at no nodes", mechanics, &
+             "by nodes these close a crack", "'domain_integral' or 'crack_closure'"), &
       rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "&growth and &crack kind = 'symmetry'", &
              mechanics, "the tip leaves the nodes, by which these close a crack", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "&cohesive", &

@@ -1,20 +1,22 @@
 !> What the user asked for: one type for each group of the namelist, after validation, in SI units. What the keys are, and how they
 !> come from the text, is beside these types in the modules of the groups.
 module hampm_scene
-   use hampm_body_group, only: body_t, hole_t, fill_bodies, fill_holes
+   use hampm_body_group, only: area_in_box, body_t, hole_t, fill_bodies, fill_holes
    use hampm_load_groups, only: constraint_spec_t, fill_constraints, load_spec_t, fill_loads
+   use hampm_kinds, only: dp, ndim
    use hampm_cohesive_group, only: cohesive_t, fill_cohesive
-   use hampm_crack_groups, only: crack_spec_t, path_spec_t, fill_crack, fill_paths, energy_release_t, fill_energy_release, &
+   use hampm_crack_groups, only: path_spec_t, fill_paths, energy_release_t, fill_energy_release, &
                                  growth_t, fill_growth
    use hampm_plain_groups, only: grid_spec_t, fill_grid, run_t, fill_run, damping_t, fill_damping, output_t, fill_output, &
                                  body_contact_spec_t, fill_contact, method_t, fill_method, refine_t, fill_refine
    use hampm_material_group, only: material_spec_t, fill_materials
    use hampm_settings, only: settings_t
+   use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: scene_t, fill_scene, cuts_cells, mass_acts, mass_used, run_t, &
+   public :: scene_t, fill_scene, area_around, path_of, cuts_cells, cracks_cut_cells, mass_acts, mass_used, run_t, &
              grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
-             damping_t, body_contact_spec_t, method_t, refine_t, crack_spec_t, path_spec_t, growth_t, energy_release_t, output_t
+             damping_t, body_contact_spec_t, method_t, refine_t, path_spec_t, growth_t, energy_release_t, output_t
 
    !> All groups.
    type :: scene_t
@@ -29,8 +31,7 @@ module hampm_scene
       type(body_contact_spec_t) :: contact
       type(method_t) :: method
       type(refine_t) :: refine
-      type(crack_spec_t) :: crack                !! that is no path
-      type(path_spec_t), allocatable :: paths(:) !! cracks of kind 'path'
+      type(path_spec_t), allocatable :: paths(:) !! the cracks
       type(cohesive_t), allocatable :: cohesive(:)
       type(growth_t), allocatable :: growth(:)
       type(energy_release_t) :: energy_release
@@ -38,9 +39,17 @@ module hampm_scene
       character(:), allocatable :: as_used       !! complete namelist text: every key with the value in force
       character(:), allocatable :: warned        !! what the table of rules warns of, a line each
       character(:), allocatable :: noted         !! what it tells, a line each
+   contains
+      procedure :: is_half
    end type scene_t
 
 contains
+
+   !> Whether its bodies are half of what is meant, with a crack on the symmetry plane.
+   pure logical function is_half(self)
+      class(scene_t), intent(in) :: self
+      is_half = any(self%paths%kind == 'symmetry')
+   end function is_half
 
    !> Whether the mass matrix acts: in motion, and where stress is extrapolated by it.
    pure logical function mass_acts(scene)
@@ -71,13 +80,13 @@ contains
       call fill_contact(settings, scene%contact)
       call fill_method(settings, scene%method)
       call fill_refine(settings, scene%refine)
-      call fill_crack(settings, scene%crack)
       call fill_paths(settings, scene%paths)
       call fill_cohesive(settings, scene%cohesive)
       call fill_growth(settings, scene%growth)
       call fill_energy_release(settings, scene%energy_release)
       call fill_output(settings, scene%output)
       call find_materials(scene)
+      call place_lines(scene)
       call find_growing_paths(scene)
    end subroutine fill_scene
 
@@ -109,6 +118,71 @@ contains
       end do
    end subroutine find_materials
 
+   !> Find the other ends of cracks that are straight to a tip: as far from it as their length or, of those without one or with one that is longer, where
+   !> one of the faces ends.
+   pure subroutine place_lines(scene)
+      type(scene_t), intent(inout) :: scene
+      real(dp) :: reach
+      integer :: k
+      do k = 1, size(scene%paths)
+         associate (path => scene%paths(k))
+            if (path%key /= 'tip' .or. size(path%points, 2) /= 1) cycle
+            if (.not. (norm2(path%direction) > 0 .and. scene%grid%cell > 0)) cycle
+            path%direction = path%direction/norm2(path%direction)
+            reach = max(way_out(scene, path%points(:, 1), -path%direction), scene%grid%cell)
+            if (path%length > 0) reach = min(reach, path%length)
+            path%points = reshape([path%points(:, 1) - reach*path%direction, path%points(:, 1)], [ndim, 2])
+         end associate
+      end do
+   end subroutine place_lines
+
+   !> How far it is from a point in a direction to where there is no material at one side of the way, on a symmetry plane at none [m].
+   pure real(dp) function way_out(scene, from, direction) result(way)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: from(ndim)         !! [m]
+      real(dp), intent(in) :: direction(ndim)    !! unit vector
+      integer, parameter :: looks = 8, halvings = 50 ! looks in a cell
+      real(dp) :: step, nodes(ndim)
+      integer :: k
+      step = scene%grid%cell/looks
+      way = 0
+      do k = 1, looks*sum(scene%grid%cells)
+         if (.not. has_sides(way + step)) exit
+         way = way + step
+      end do
+      do k = 1, halvings
+         step = step/2
+         if (has_sides(way + step)) way = way + step
+      end do
+      associate (grid => scene%grid, x => from + way*direction) ! without the rounding of this
+         nodes = grid%lower + grid%cell*anint((x - grid%lower)/grid%cell)
+         if (all(abs(nodes - x) <= position_tolerance(grid%cell, grid%lower, grid%lower + grid%cells*grid%cell))) &
+            way = dot_product(nodes - from, direction)
+      end associate
+
+   contains
+
+      !> Whether there is material at both sides so far on the way.
+      pure logical function has_sides(way)
+         real(dp), intent(in) :: way             !! [m]
+         real(dp), parameter :: beside = 1e-3_dp, looked_at = 1e-7_dp ! [cells]
+         real(dp) :: areas(2)
+         integer :: side
+         areas = [(area_around(scene, from + way*direction + side*beside*scene%grid%cell*[-direction(2), direction(1)], &
+                                       looked_at*scene%grid%cell), side=-1, 1, 2)]
+         has_sides = merge(sum(areas), minval(areas), scene%is_half()) >= 2*(looked_at*scene%grid%cell)**2 ! half of it
+      end function has_sides
+   end function way_out
+
+   !> Area of material in the box around a point [m2].
+   pure real(dp) function area_around(scene, x, reach) result(area)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: reach              !! half of the width of the box [m]
+      integer :: i
+      area = sum([(area_in_box(scene%bodies(i), x - reach, x + reach), i=1, size(scene%bodies))])
+   end function area_around
+
    !> Find the crack of each cohesion and growth by its name, or the only one; 0 where there is none.
    pure subroutine find_growing_paths(scene)
       type(scene_t), intent(inout) :: scene
@@ -117,18 +191,18 @@ contains
          associate (cohesive => scene%cohesive(i))
             cohesive%path = path_of(scene, cohesive%crack)
             if (cohesive%path > 0) scene%paths(cohesive%path)%held_from = cohesive%from
-            if (scene%crack%kind == 'symmetry') cohesive%path = 1
          end associate
       end do
       do i = 1, size(scene%growth)
-         associate (growth => scene%growth(i))
-            growth%path = path_of(scene, growth%crack)
-            if (growth%crack == '' .and. scene%crack%kind == 'symmetry') growth%path = 1
-         end associate
+         scene%growth(i)%path = path_of(scene, scene%growth(i)%crack)
+      end do
+      do i = 1, size(scene%paths)
+         scene%paths(i)%at_nodes = scene%paths(i)%kind == 'symmetry' .or. runs_along_cells(scene, i) .and. &
+                                   .not. (any(scene%growth%path == i) .or. scene%paths(i)%held_from > 0)
       end do
    end subroutine find_growing_paths
 
-   !> Number of the path of a name, or without one of the only path; 0 where there is none.
+   !> Number of the crack of a name, or without one of the only crack; 0 where there is none.
    pure integer function path_of(scene, name)
       type(scene_t), intent(in) :: scene
       character(*), intent(in) :: name
@@ -137,12 +211,41 @@ contains
       end do
    end function path_of
 
-   !> Whether cracks of kind 'path', or edges of bodies that are no rectangles, cut cells.
+   !> Whether cracks, or edges of bodies that are no rectangles, cut cells.
    pure logical function cuts_cells(scene)
       type(scene_t), intent(in) :: scene
       integer :: k
-      cuts_cells = size(scene%paths) > 0 .or. any([(scene%bodies(k)%outline%is_there(), k=1, size(scene%bodies))])
+      cuts_cells = cracks_cut_cells(scene) .or. any([(scene%bodies(k)%outline%is_there(), k=1, size(scene%bodies))])
    end function cuts_cells
+
+   !> Whether cracks do: all but those along grid lines, with tips at nodes, that stay there.
+   pure logical function cracks_cut_cells(scene) result(cut)
+      type(scene_t), intent(in) :: scene
+      cut = .not. all(scene%paths%at_nodes) .or. any(scene%paths%kind /= 'symmetry') .and. scene%method%frame == 'updated'
+   end function cracks_cut_cells
+
+   !> Whether the k-th path is along grid lines and its points are nodes of the lattice; ends at surfaces and beyond need not be. True where that is
+   !> not known, as one of them is mistaken.
+   pure logical function runs_along_cells(scene, k) result(along)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: k
+      real(dp) :: tol
+      logical :: on_line(ndim)
+      integer :: i, n
+      associate (grid => scene%grid, points => scene%paths(k)%points, within => 1e-3_dp*scene%grid%cell)
+         n = size(points, 2)
+         along = .true.
+         if (.not. grid%cell > 0 .or. n < 2) return
+         tol = position_tolerance(grid%cell, grid%lower, grid%lower + grid%cells*grid%cell)
+         along = all([(count(abs(points(:, i) - points(:, i - 1)) > tol) == 1, i=2, n)])
+         do i = 1, n
+            on_line = abs(points(:, i) - grid%lower - grid%cell*anint((points(:, i) - grid%lower)/grid%cell)) <= tol
+            if (any(i == [1, n]) .and. area_around(scene, points(:, i), within) < (2*within)**2 - 4*within*tol) &
+               on_line = on_line .or. abs(points(:, i) - points(:, merge(2, n - 1, i == 1))) > tol
+            along = along .and. all(on_line)
+         end do
+      end associate
+   end function runs_along_cells
 
    !> Position of the material of this name, 0 where there is none.
    pure integer function material_index(scene, name)

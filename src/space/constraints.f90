@@ -143,7 +143,7 @@ contains
       real(dp) :: x(ndim)
       integer :: i, e, sheet
       is = .true.
-      if (size(grid%cuts) == 0 .and. .not. grid%cut_cells%are_there()) return
+      if (.not. grid%cut_cells%are_there()) return
       do i = 0, 3
          x = grid%node_position(:, node) + aside*grid%smallest_leaf_at(node)*(2*[mod(i, 2), i/2] - 1)
          if (any(box%upper - box%lower > 2*margin .and. (x < box%lower .or. x > box%upper))) cycle

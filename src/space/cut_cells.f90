@@ -1,6 +1,6 @@
 !> Cells that lines in any direction cut. A leaf that a line divides falls into pieces: over the square of the leaf there is one
 !> element for each. A particle belongs to the piece in which it stands, and so to its element; a node around which the pieces are not
-!> all connected has a copy for each part that is. All else follows from that, as with cuts along grid lines (`hampm_cuts`): mass
+!> all connected has a copy for each part that is. All else follows from that: mass
 !> matrices come apart, and forces do not cross.
 !>
 !> Which parts of a leaf are connected is found on a lattice of samples in it: neighbours are, unless a line runs between them. Leaves
@@ -77,6 +77,7 @@ module hampm_cut_cells
       procedure :: piece_at
       procedure :: is_in_sliver
       procedure :: follow
+      procedure :: origin_of
       procedure :: find_nearest
       procedure :: freed_at
       procedure :: divide
@@ -557,6 +558,30 @@ contains
          end do
       end do
    end function follow
+
+   !> Where a place on a line was in the reference configuration [m]. Where lines stay, that is the place.
+   pure function origin_of(self, line, x) result(origin)
+      class(cut_cells_t), intent(in) :: self
+      integer, intent(in) :: line
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: origin(ndim)
+      real(dp) :: nearest, distance, along
+      integer :: k
+      origin = x
+      nearest = huge(nearest)
+      associate (of => self%lines(line))
+         if (.not. allocated(of%origin)) return
+         do k = 2, size(of%points, 2)
+            associate (a => of%points(:, k - 1), b => of%points(:, k))
+               along = dot_product(x - a, b - a)/sum((b - a)**2)
+               distance = norm2(x - a - min(max(along, 0.0_dp), 1.0_dp)*(b - a))
+               if (distance >= nearest) cycle
+               nearest = distance
+               origin = of%origin(:, k - 1) + along*(of%origin(:, k) - of%origin(:, k - 1))
+            end associate
+         end do
+      end associate
+   end function origin_of
 
    !> The nearest point of all lines, or of one, to a place, and the unit vector to the left of its line.
    pure subroutine find_nearest(self, x, point, normal, of)

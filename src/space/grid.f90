@@ -12,9 +12,8 @@
 !> its nodes stands are hanging nodes (`hampm_dofs`), numbered on from the nodes. A kernel that visits elements need not know
 !> which is which. Nodes of cells that are nearly empty hang, too (`hampm_outer_nodes`).
 !>
-!> Along a cut (`hampm_cuts`) there are nodes on either side, at one position. Where its sides are matched, a leaf across from
-!> finer ones is a transition element too. A leaf that a line in any direction divides (`hampm_cut_cells`) has an element, or four
-!> quarters, for each of its pieces, and its nodes have copies.
+!> A leaf that a line divides (`hampm_cut_cells`) has an element, or four quarters, for each of its pieces, and its nodes have copies; along a line on
+!> a grid line there are nodes on either side, at one position.
 !>
 !> Where cells are quadratic, of order 2, every leaf is stored as its quarters, and all corners of these, nine, are nodes of the leaf. Its
 !> functions are biquadratic: values in an element depend on all points of its leaf, its support. Beside a coarser leaf with material
@@ -31,7 +30,6 @@ module hampm_grid
    use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point, shape_functions, shape_gradients, &
                           quadratic_functions, quadratic_gradients
    use hampm_cut_cells, only: cut_cells_t, line_t, find_cut_cells, place_of_copy
-   use hampm_cuts, only: cut_t, place_seen, place_across
    use hampm_dofs, only: dofs_t, element_of_slot, corner_of_slot, most_nodes_of_leaf
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_failure, only: failure_t, exit_computation
@@ -47,8 +45,7 @@ module hampm_grid
    !> Nodes and elements of a forest.
    type :: grid_t
       type(forest_t) :: forest                          !! what the grid was built from
-      type(cut_t), allocatable :: cuts(:)               !! and where it was cut then, along grid lines
-      type(cut_cells_t) :: cut_cells                    !! and in any direction
+      type(cut_cells_t) :: cut_cells                    !! and where it was cut then
       type(outline_t), allocatable :: bodies(:)         !! in it, where edges of bodies may cut cells; else not allocated
       logical, allocatable :: is_full(:)                !! whether one of them fills each leaf; not allocated where there are none, (leaves)
       logical, allocatable :: is_met(:)                 !! whether any of them has a part of each leaf; as above, (leaves)
@@ -104,13 +101,12 @@ module hampm_grid
 
 contains
 
-   !> Build the grid of a forest, with or without cuts along grid lines, and lines that cut in any direction. Fails where the memory does
+   !> Build the grid of a forest, with or without lines that cut. Fails where the memory does
    !> not suffice.
-   subroutine build_grid(forest, grid, failure, cuts, lines, bodies, sheets, solids)
+   subroutine build_grid(forest, grid, failure, lines, bodies, sheets, solids)
       type(forest_t), intent(in) :: forest
       type(grid_t), intent(out) :: grid
       type(failure_t), intent(inout) :: failure
-      type(cut_t), intent(in), optional :: cuts(:)
       type(line_t), intent(in), optional :: lines(:)
       type(outline_t), allocatable, intent(in), optional :: bodies(:) !! whose edges may cut cells
       integer, allocatable, intent(in), optional :: sheets(:)         !! the sheet on which each body is, from 1 on
@@ -118,8 +114,6 @@ contains
       type(place_table_t) :: points
       integer :: status, leaf
       grid%forest = forest
-      allocate (grid%cuts(0))
-      if (present(cuts)) grid%cuts = cuts
       if (present(solids)) then
          if (allocated(solids)) then
             allocate (grid%solids, source=solids)
@@ -146,7 +140,6 @@ contains
          if (status == 0) then
             call number_nodes(grid, points)
             if (grid%is_quadratic()) call number_inner_nodes(grid, points)
-            if (any(grid%cuts%matched) .and. .not. forest%is_uniform()) call match_sides(grid, points)
             grid%n_nodes = points%n
             grid%leaf_element(1) = 1
             do leaf = 1, n_leaves
@@ -296,20 +289,6 @@ contains
       end do
    end function is_solid
 
-   !> Number on nodes in the middle of sides of leaves that have a node opposite to them, across a cut whose sides are matched.
-   subroutine match_sides(grid, points)
-      type(grid_t), intent(in) :: grid
-      type(place_table_t), intent(inout) :: points
-      integer(long) :: middle(ndim)
-      integer :: leaf, side, number
-      do leaf = 1, grid%forest%leaf_count()
-         do side = 1, sides
-            middle = middle_of_side(grid, leaf, 1, side)
-            if (points%number_of(place_across(grid%cuts, middle)) > 0) call points%enter(middle, number)
-         end do
-      end do
-   end subroutine match_sides
-
    !> A place as a piece of a leaf, on its sheet, sees it: points at one place that are not the same have different ones. Those of
    !> sheets but the first one are far outside the lattice.
    pure function seen_from(grid, leaf, piece, place) result(seen)
@@ -324,8 +303,6 @@ contains
       seen = place
       if (sheet == 0 .and. grid%cut_cells%are_there()) then
          seen = place_of_copy(place, grid%cut_cells%copy_at(grid%forest, place, leaf, piece))
-      else if (sheet == 0) then
-         seen = place_seen(grid%cuts, place, grid%forest%place_of(leaf))
       end if
       seen(2) = seen(2) + sheet*far
    end function seen_from

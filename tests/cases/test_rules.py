@@ -36,18 +36,19 @@ def test_every_key_of_a_history_is_refused_with_every_other_history(case, text_o
         assert len(result.stderr.splitlines()) == 1
 
 
-def test_a_crack_that_would_be_dropped(case):
-    result = case("second_line_crack_dropped")
-    assert result.code == 2
-    for number, line in (1, 7), (2, 8):
-        assert f"nml:{line}: &crack({number}) kind = 'line' is not allowed with several cracks" in result.stderr
+@pytest.mark.parametrize("second", ["kind='line' tip=0.0,3e-3", "kind='path' points=-9e-3,3.2e-3,0.0,3.3e-3", "kind='line' tip=0.0,3.3e-3 direction=1.0,0.1"])
+def test_a_second_crack_of_any_kind_is_not_dropped(case, text_of, second):
+    text = text_of("second_line_crack_dropped").replace("kind='line' tip=0.0,3e-3", second)
+    result, alone = case("two", text=text), case("alone", text=text.replace(f"&crack {second} /\n", ""))
+    assert result.code == alone.code == 0, result.stderr
+    assert {"J", "J_tip2"} <= set(result.row)
+    assert "J_tip2" not in alone.row
 
 
-@pytest.mark.parametrize("second", ["kind='symmetry' tip=0.0,-8e-3", "kind='path' points=-4e-3,3.2e-3,4e-3,3.3e-3"])
-def test_a_crack_that_would_be_dropped_beside_one_of_another_kind(case, text_of, second):
-    result = case("others", text=text_of("second_line_crack_dropped").replace("kind='line' tip=0.0,3e-3", second))
+def test_a_crack_beside_one_on_a_symmetry_plane_is_refused(case, text_of):
+    result = case("others", text=text_of("second_line_crack_dropped").replace("kind='line' tip=0.0,3e-3", "kind='symmetry' tip=0.0,-8e-3"))
     assert result.code == 2
-    assert "&crack(1) kind = 'line' is not allowed with several cracks" in result.stderr
+    assert "&crack(2) kind = 'symmetry' is not allowed with several cracks" in result.stderr
 
 
 def test_refinement_without_an_indicator(case):

@@ -107,9 +107,9 @@ def test_check_tells_where_the_crack_is_and_where_its_energy_release_rate_is_loo
     assert crack_facts(check(GOOD[: GOOD.index("&crack")])) == {}
     assert crack_facts(check(GOOD)) == {"crack": "symmetry, tip (0.05, 0.0), mouth (0.0, 0.0)", "cells at tip": "0.00125"}
     assert crack_facts(check(LINE + REFINE.replace("gradient", "tip"), idle=["interval"])) == {
-        "crack": "line, tip (0.05, 0.01), mouth (0.0, 0.01)", "cells at tip": "7.8125e-5", "domain radii": "0.004, 0.006, 0.008"}
+        "crack": "line, tip (0.05, 0.01) m at its last point, length 0.05 m, mouth (0.0, 0.01)", "cells at tip": "7.8125e-5", "domain radii": "0.004, 0.006, 0.008"}
     assert crack_facts(check(changed(("length = 0.0", "length = 0.02"), scene=LINE)))["crack"] == (
-        "line, tip (0.05, 0.01), other tip (0.03, 0.01)")
+        "line, tip (0.03, 0.01) m at its first point, length 0.02")
 
 
 @pytest.mark.parametrize(("grid", "expected"), [("cell = 1.25e-3 cells = 80, 17", "0.004, 0.006, 0.008"),

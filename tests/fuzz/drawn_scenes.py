@@ -78,9 +78,9 @@ class Drawing:
         self.frame = "updated" if self.time == "explicit" and chance.random() < 0.4 else "total"
         self.order = 2 if self.frame == "total" and chance.random() < 0.2 else 1
         self.crack = chance.choices(["none", "symmetry", "line", "path"], [0 if cracked else 2, 2, 2, 5])[0]
-        self.grows = self.crack in ("path", "symmetry") and self.frame == "total" and self.order == 1 and chance.random() < (0.7 if self.time == "implicit" else 0.25)
-        self.holds = self.crack in ("path", "symmetry") and self.frame == "total" and not (self.grows and (self.time == "static" or self.crack == "symmetry")) and chance.random() < 0.3
-        self.shaped = self.crack in ("none", "path") and not self.grows and chance.random() < 0.35
+        self.grows = self.crack != "none" and self.frame == "total" and self.order == 1 and chance.random() < (0.7 if self.time == "implicit" else 0.25)
+        self.holds = self.crack != "none" and self.frame == "total" and not (self.grows and (self.time == "static" or self.crack == "symmetry")) and chance.random() < 0.3
+        self.shaped = self.crack != "symmetry" and not self.grows and chance.random() < 0.35
         small = self.crack == "none"
         self.size = [chance.randint(4, 9) if small else chance.randint(9, 12) + 2 * self.grows for _ in "xy"]
         self.margin = 3 if self.frame == "updated" else chance.choice([0, 1])
@@ -154,7 +154,7 @@ class Drawing:
                 first |= {"shape": "polygon", "points": [x for point in points_of for x in point]}
             else:
                 first |= self.box(0, 0, w, h)
-        elif chance.random() < 0.2 and self.crack in ("none", "path"):
+        elif chance.random() < 0.2 and self.crack != "symmetry":
             first |= self.box(chance.choice([0, 0.5]), 0, w - chance.choice([0.25, 0.5]), h - chance.choice([0, 0.3]))
         else:
             first |= self.box(0, 0, w, h)
@@ -209,19 +209,12 @@ class Drawing:
             self.tip = chance.randint(3, w - 4)
             found = [["crack", {"kind": "symmetry", "tip": self.place(self.tip, 0)}],
                      ["constraint", self.box(self.tip, 0, self.width, 0) | {"fix": "y", "name": "plane"}]]
-        elif self.crack == "line":
-            keys = {"kind": "line", "contact": chance.choice(["none", "none", "frictionless"])}
-            across = chance.random() < 0.3
-            x, y = chance.randint(4, w - 4), chance.randint(4, h - 4)
-            keys |= {"tip": self.place(x, y), "direction": [0.0, 1.0] if across else chance.choice([[1.0, 0.0], [-1.0, 0.0]])}
-            if chance.random() < 0.4:
-                keys["length"] = 2 * self.cell
-            found = [["crack", keys]]
         else:
             found, number = [], chance.choices([1, 2, 3], [6, 2, 1])[0] if not self.grows else chance.choice([1, 1, 2])
             places = {1: [(0.5, 0.5)], 2: [(0.3, 0.35), (0.7, 0.65)], 3: [(0.25, 0.3), (0.75, 0.3), (0.5, 0.75)]}[number]
             for k, (x, y) in enumerate(places):
-                found.append(["crack", self.path(k, x * w + chance.uniform(-0.5, 0.5), y * h + chance.uniform(-0.5, 0.5), 1 / number)])
+                drawn = self.line if self.crack == "line" and (k == 0 or chance.random() < 0.5) else self.path
+                found.append(["crack", drawn(k, x * w + chance.uniform(-0.5, 0.5), y * h + chance.uniform(-0.5, 0.5), 1 / number)])
         held = []
         if self.holds:                                                     # of cracks that grow the first one does
             held = [keys for name, keys in found if name == "crack" and (keys.get("name", "c0") == f"c{int(self.grows)}" or not self.grows and chance.random() < 0.5)]
@@ -249,11 +242,24 @@ class Drawing:
         if self.cracked and chance.random() < 0.4:                         # on particles, nodes, and the edges of cells
             part = chance.choice([1, 2, 4, 6, 8])
             points = [[round(part * x) / part for x in point] for point in points]
-        kind = chance.choice(["none", "none", "none", "frictionless", "friction"])
-        keys = {"kind": "path", "name": f"c{number}", "points": [x for point in points for x in self.place(*point)], "contact": kind}
-        if kind == "friction":
-            keys["friction"] = chance.choice([0.2, 0.7])
-        return keys
+        return {"kind": "path", "name": f"c{number}", "points": [x for point in points for x in self.place(*point)]} | self.faces()
+
+    def line(self, number, x, y, room):
+        """The keys of a crack of kind line whose tip is near a place [cells]: half of them along grid lines from node to node, the others anywhere."""
+        chance, angle = self.chance, self.chance.choice([None, None, 45, 30, self.chance.uniform(0, 360)])
+        if angle is None:
+            x, y, direction = round(x), round(y), chance.choice([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+        else:
+            direction = [math.cos(math.radians(angle)), math.sin(math.radians(angle))]
+        keys = {"kind": "line", "name": f"c{number}", "tip": self.place(x, y), "direction": direction}
+        if chance.random() < 0.5 or room < 1:
+            keys["length"] = (chance.randint(2, 4) if angle is None else chance.uniform(1.5, 4)) * self.cell
+        return keys | self.faces()
+
+    def faces(self):
+        """The keys of the contact of faces."""
+        kind = self.chance.choice(["none", "none", "none", "frictionless", "friction"])
+        return {"contact": kind} | ({"friction": self.chance.choice([0.2, 0.7])} if kind == "friction" else {})
 
     def cohesive(self, crack):
         """The keys of a cohesion of a path, whose zone is some cells long."""
@@ -274,7 +280,7 @@ class Drawing:
             keys |= {"strength_shear": chance.choice([0.7, 1.5]) * strength, "toughness_shear": chance.choice([1.0, 3.0]) * toughness,
                      "mixed_mode": chance.choice(["benzeggagh_kenane", "power"]), "exponent": chance.choice([1.0, 1.5])}
         if chance.random() < 0.5:
-            keys["from"] = chance.choice([0.3, 0.5]) * math.dist(crack["points"][:2], crack["points"][2:4])
+            keys["from"] = chance.choice([0.3, 0.5]) * (math.dist(crack["points"][:2], crack["points"][2:4]) if "points" in crack else 2 * self.cell)
         return keys
 
     def growth(self, law, crack):
@@ -349,7 +355,7 @@ class Drawing:
                 keys = {"kind": kind, "pressure": chance.choice([-1, 1]) * self.strain * self.young} | self.box(*edge)
             elif kind == "gravity":
                 keys = {"kind": kind, "acceleration": [f / (self.density * w * h * self.cell**2 * self.thickness) for f in direction]}
-            elif self.crack == "path":
+            elif self.crack in ("path", "line"):
                 keys = {"kind": "pressure", "on": "crack", "pressure": chance.choice([-0.5, 1, 1]) * self.strain * self.young, "crack": "c0"}
             else:
                 continue
@@ -374,7 +380,7 @@ class Drawing:
             keys["functions"] = "cpdi"
         if self.time == "explicit" and chance.random() < 0.1 and self.order == 1 and self.frame == "total":
             keys["time_steps"] = "local"
-        if self.order == 2 and self.time != "static" and (self.shaped or self.crack == "path"):
+        if self.order == 2 and self.time != "static" and (self.shaped or self.crack in ("path", "line")):
             keys |= {"mass": "full", "solver": "direct"}
         elif chance.random() < 0.5:
             keys["mass"] = chance.choice(["lumped", "full", "partial", "fmpm", "blend"])

@@ -97,7 +97,7 @@ SCENES = {
     "growth along points": plate(end="8e-6", cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("")
     + "&growth law = 'prescribed' direction = 'path' points = 4e-3, 1e-3, 9e-3, 2e-3 tips = 'last' speed = 600 start = 1e-6 end = 6e-6 /\n" + EVERY.format("1e-6"),
     "cohesion at rest": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + PATH.format("") + J.format("radii = 2e-3")
-    + "&cohesive crack = 'p' from = 3e-3 law = 'bilinear' strength = 400e6 toughness = 2e3 opening = 1e-6 strength_shear = 500e6 toughness_shear = 4e3 mixed_mode = 'power' exponent = 1.5 /\n"
+    + "&cohesive crack = 'p' from = 3e-3 law = 'bilinear' strength = 400e6 toughness = 5e4 opening = 1e-6 strength_shear = 500e6 toughness_shear = 1e5 mixed_mode = 'power' exponent = 1.5 /\n"
     + STATIC.format("load_steps = 2"),
     "cohesion by a table": plate(end="1e-5") + HELD + PULL.format("") + PATH.format("")
     + "&cohesive crack = 'p' law = 'table' openings = 0.0, 1e-6, 1e-5 tractions = 200e6, 100e6, 0.0 /\n" + EVERY.format("1e-6"),

@@ -197,8 +197,10 @@ def reversed_cracks(scene):
     swap = {"last": "first", "first": "last"}
     for keys in paths:
         keys["points"] = [x for point in np.reshape(keys["points"], (-1, 2))[::-1].tolist() for x in point]
+    lines = [keys.get("name") for keys in groups(scene, "crack") if keys not in paths]
     for keys in groups(scene, "growth"):
-        keys["tips"] = swap.get(keys.get("tips", "all"), keys.get("tips", "all"))
+        if keys.get("crack") not in lines:
+            keys["tips"] = swap.get(keys.get("tips", "all"), keys.get("tips", "all"))
     return scene if paths and not any(keys.get("from") for keys in groups(scene, "cohesive")) else None
 
 

@@ -60,7 +60,7 @@ TWO_TIPS = """\
 &constraint lower = 0.05, -0.01 upper = 0.05, 0.01 fix = 'xy' /
 &load kind = 'traction' lower = 0.0, 0.0 upper = 0.0, 0.01 force = 500.0, 2000.0 /
 &crack kind = 'line' tip = 0.035, 0.0 length = 0.01 /
-&energy_release estimators = 'nodal_force', 'stress_closure', 'domain_integral', 'energy_balance' /
+&energy_release estimators = 'nodal_force', 'stress_closure', 'domain_integral', 'energy_balance' radii = 5e-3, 7e-3 /
 &output history_interval = 1e-6 snapshot_interval = 1e-5 /
 """
 # A block that turns, with a crack from its edge that it carries through the cells
@@ -228,9 +228,10 @@ def test_a_run_goes_on_with_the_cracks_where_the_checkpoint_has_them(hampm, tmp_
     assert hampm("--resume", "case.h5.checkpoint", "--quiet").returncode == 0
     assert hampm("case.nml", "--quiet", "--output", "there", "--set", "crack.tip=0.0325,0.0").returncode == 0
     there, found = (History(tmp_path / folder / "case.h5").columns for folder in ("there", ""))
-    names = [name for name in there if not name.endswith("_error")]
+    names = [name for name in there if "_error" not in name]
     assert found.keys() == there.keys()
-    assert {name: found[name].tobytes() for name in names} == {name: there[name].tobytes() for name in names}
+    for name in names:  # where its first point is differs in the last digit
+        assert found[name] == pytest.approx(there[name], rel=1e-10, abs=1e-10 * np.max(np.abs(there[name]))), name
     assert np.max(found["K_I"]) > 0
 
 
@@ -391,8 +392,8 @@ WRONG = {
     "damaged": (damage, "it has changed since it was written: its checksum does not fit"),
     "a result": (lambda path: shutil.copy(path.with_name("dcb.h5"), path), "cannot be resumed: it is no checkpoint of hampm"),
     "other version": (lambda path: change(path, "version", "99.1"),
-                      "it was written by hampm 99.1 (format 20), this is hampm 1.0.0 (format 20); resume the run with the program that"),
-    "other format": (lambda path: change(path, "format", 99), "(format 99), this is hampm 1.0.0 (format 20)"),
+                      "it was written by hampm 99.1 (format 21), this is hampm 1.0.0 (format 21); resume the run with the program that"),
+    "other format": (lambda path: change(path, "format", 99), "(format 99), this is hampm 1.0.0 (format 21)"),
     "other number": (lambda path: change(path, "particles/number", 159), "/particles/mass has 160 values, not 159"),
     "wrong order": (lambda path: change(path, "particles/cell", lambda cells: cells[::-1]),
                     "its particles do not stand in the order of their cells"),

@@ -224,8 +224,8 @@ def test_what_cannot_be_cut_is_refused(hampm, tmp_path, points, message):
 
 
 @pytest.mark.parametrize("change, message", [
-    (("time = 'static'", "time_steps = 'local'"), "time_steps = 'local' is not allowed with &crack kind = 'path'"),
-    (("'domain_integral'", "'nodal_force'"), "estimators = 'nodal_force' is not allowed with &crack kind = 'path'"),
+    (("time = 'static'", "time_steps = 'local'"), "time_steps = 'local' is not allowed with cracks that cut cells"),
+    (("'domain_integral'", "'nodal_force'"), "estimators = 'nodal_force' is not allowed with tips at no nodes"),
     (("points =", "tip = 0.0, 0.0  points ="), "tip = 0.0, 0.0 is not allowed with kind = 'path'"),
     (("points = -0.004, ", "points = "), "must be pairs"),
     (("points =", "friction = 0.2  points ="), "friction = 0.2 requires contact = 'friction'"),

@@ -1,4 +1,4 @@
-"""Snapshots of cracks that ignore the grid: the cracks themselves, the side of each particle, and both pieces of a cell."""
+"""Snapshots of cracks: the cracks themselves, the side of each particle, and both pieces of a cell."""
 
 import sys
 
@@ -107,14 +107,23 @@ def names(path):
         return sorted(found)
 
 
-def test_only_paths_are_in_the_files(hampm, tmp_path, file):
-    """Files of other scenes have two blocks, with the fields that they always have."""
+def test_lines_are_in_the_files_too(hampm, tmp_path, file):
+    """Their cells are not cut where they run along grid lines."""
     (tmp_path / "line.nml").write_text(plate([]) + "&crack kind = 'line'  tip = 5e-3, 0.0  length = 9e-3 /\n")
     assert hampm("line.nml", "--quiet").returncode == 0
-    particles, mesh = read_steps(tmp_path / "line.h5")[1][0]
+    for particles, mesh, cracks in read_steps(tmp_path / "line.h5")[1]:
+        np.testing.assert_allclose(points(cracks)[:, :2], [[-4e-3, 0], [5e-3, 0]], rtol=0, atol=1e-15)
+        assert list(field(cracks.GetPointData(), "tip")) == [2, 1]
+        assert not any(np.any(field(data, "piece")) for data in (particles.GetPointData(), mesh.GetCellData()))
+    assert names(tmp_path / "line.h5") == names(file)
+
+
+def test_a_symmetry_plane_that_stays_is_not_in_the_file(file, dcb_result):
+    """Such files, and those of scenes without cracks, have two blocks, with the fields that they always have."""
+    particles, mesh = read_steps(dcb_result)[1][0]
     assert sorted(field_names(particles.GetPointData())) == PARTICLE_FIELDS
     assert sorted(field_names(mesh.GetCellData())) == ["level", "particles"]
-    added = set(names(file)) - set(names(tmp_path / "line.h5"))
+    added = set(names(file)) - set(names(dcb_result))
     assert {name for name in added if not name.startswith("cracks/")} == {
         "cracks", "particles/PointData/piece", "particles/PointData/side", "mesh/CellData/piece"}
 

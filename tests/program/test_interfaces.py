@@ -72,5 +72,5 @@ def test_an_interface_across_the_crack_is_refused(hampm, tmp_path):
     (tmp_path / "case.nml").write_text(beams(right=31e-3).replace("&constraint", rest + "&constraint", 1))
     result = hampm("case.nml")
     assert result.returncode == 2
-    assert "&energy_release radii" in result.stderr and "one material within them, or layers along the crack; body 2" in result.stderr
+    assert "&energy_release radii" in result.stderr and "one material within them, or layers along the crack, around the tip (0.03, 0.0); body 2" in result.stderr
     assert len(result.stderr.splitlines()) == 1

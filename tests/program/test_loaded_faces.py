@@ -86,22 +86,45 @@ def test_faces_that_open_have_no_contact(hampm, tmp_path):
         assert contact[name] == pytest.approx(plain[name], rel=1e-9), name
 
 
+OVERLAP = PRESSURE * 4e-3 / (3 * 70e9)  # of a layer of a third of a cell [m]
+AT_REST = CONTACT.replace("courant = 0.4", "time = 'static'").replace("&damping rate = 2e4 /\n", "").replace("history_interval = 5e-4 ", "")
+
+
 @pytest.mark.parametrize("press", [on_faces, from_afar])
-def test_pressed_faces_that_tractions_shear_have_the_mode_ii_of_free_ones(hampm, tmp_path, press):
-    """Pressed together by tractions on themselves or from afar: without friction mode II is what it is without pressure."""
-    plain = last_values(hampm, tmp_path, SCENE + on_faces(PRESSURE, 0))
-    pressed = last_values(hampm, tmp_path, CONTACT + on_faces(PRESSURE, 0) + press(0, -PRESSURE))
+@pytest.mark.parametrize(("scene", "exact"), [(CONTACT, 5e-4), (AT_REST, 1e-6)], ids=["explicit", "static"])
+def test_pressed_faces_that_tractions_shear_have_the_mode_ii_of_free_ones(hampm, tmp_path, press, scene, exact):
+    """Pressed together by tractions on themselves or from afar: without friction mode II is what it is without pressure, at rest. In explicit steps
+    the faces overlap by what the layer of a third of a cell between them gives way by."""
+    plain = last_values(hampm, tmp_path, scene.replace(" contact = 'frictionless'", "") + on_faces(PRESSURE, 0))
+    pressed = last_values(hampm, tmp_path, scene + on_faces(PRESSURE, 0) + press(0, -PRESSURE))
     for name in ("G_nodal_force_II", "J", "K_II", "mouth_sliding"):
-        assert pressed[name] == pytest.approx(plain[name], rel=1e-6), name
-    assert abs(pressed["mouth_opening"]) < 1e-9 * plain["mouth_sliding"]
+        print(name, pressed[name] / plain[name] - 1)
+        assert pressed[name] == pytest.approx(plain[name], rel=exact), name
+    assert abs(pressed["mouth_opening"]) < (1.02 if scene == CONTACT else 1e-3) * OVERLAP
     assert abs(pressed["G_nodal_force_I"]) < 1e-9 * plain["J"]
     assert abs(pressed["K_I"]) < 1e-3 * plain["K_II"]
 
 
-def test_tractions_that_close_a_crack_do_nothing(hampm, tmp_path):
-    closed = last_values(hampm, tmp_path, CONTACT + on_faces(0, -PRESSURE))
-    assert max(abs(closed[name]) for name in ("J", "G_nodal_force_I", "G_nodal_force_II", "mouth_opening")) < 1e-15
+@pytest.mark.parametrize(("scene", "exact"), [(CONTACT, 1e-3), (AT_REST, 1e-6)], ids=["explicit", "static"])
+def test_tractions_that_close_a_crack_do_nothing(hampm, tmp_path, scene, exact):
+    """Beside those that open it; J in explicit steps, where faces overlap a little, to a part of that."""
+    open_crack = last_values(hampm, tmp_path, scene + on_faces(0, PRESSURE))
+    closed = last_values(hampm, tmp_path, scene + on_faces(0, -PRESSURE))
+    assert abs(closed["mouth_opening"]) < (1.02 if scene == CONTACT else 1e-3) * OVERLAP
+    for name in ("J", "G_nodal_force_I", "G_nodal_force_II"):
+        print(name, closed[name], open_crack[name])
+        assert abs(closed[name]) < exact * abs(open_crack[name.replace("II", "I")]), name
     assert abs(closed["K_I"]) < 1e-3 * PRESSURE * math.sqrt(math.pi * LENGTH)
+
+
+@pytest.mark.parametrize(("cells", "tolerance"), [(1, 0.07), (2, 0.02)])
+def test_the_cells_at_a_tip_open_beside_closed_faces(hampm, tmp_path, cells, tolerance):
+    """Faces of so many cells are wedged apart at the tip, all others are pressed together: K_I is that of J, no closed tip's 0."""
+    start, width = f"{LENGTH - cells*4e-3}, 0", cells*4e-3*THICKNESS
+    wedge = (traction(start, "0.04, 0", (0, sign*6*PRESSURE), width, face) for sign, face in ((1, "left"), (-1, "right")))
+    found = last_values(hampm, tmp_path, AT_REST + from_afar(0, -PRESSURE) + "".join(wedge))
+    assert found["mouth_opening"] < 0 < found["crack_opening"]
+    assert found["K_I"] == pytest.approx(math.sqrt(70e9*found["J"]), rel=tolerance)
 
 
 @pytest.mark.verify

@@ -165,7 +165,7 @@ def test_pressed_faces_on_a_symmetry_plane(hampm, tmp_path):
         f"lower = {-HALF}, {-HALF}", "lower = 0, 0").replace(f"lower = {-HALF - 2e-3}, {-HALF - 2e-3}", "lower = -2e-3, -2e-3")
     half += "&constraint lower = 0.01, 0 upper = 1, 0 fix = 'y' /\n&constraint lower = 0, 0 upper = 0, 1 fix = 'x' /\n"
     half = last(run(hampm, tmp_path, half))
-    for name, tolerance in (("G", 1e-6), ("J", 1e-6), ("K_I", 1e-6)):
+    for name, tolerance in (("G", 1e-6), ("J", 1e-6), ("K_I", 2e-4)):
         assert half[name] == pytest.approx(whole[name], rel=tolerance), name
 
 

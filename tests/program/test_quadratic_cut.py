@@ -173,7 +173,7 @@ def test_a_closed_line_passes_pressure_on(hampm, tmp_path, levels):
         text = quadratic(scene([], 2e-3, (half, half), levels, loads=loads))
         return run(hampm, tmp_path, text + f"&crack kind = 'line'  tip = 8e-3, 0.0  length = 16e-3  {contact} /\n&output snapshot_interval = 1.0 /\n")
     row = line(press)
-    assert row["stress"] / SIGMA == pytest.approx(np.outer([0, -1, 0], np.ones(row["stress"].shape[1])), abs=1e-9)
+    assert row["stress"] / SIGMA == pytest.approx(np.outer([0, -1, 0], np.ones(row["stress"].shape[1])), abs=2e-5)
     assert abs(row["K_I"][-1]) < 3e-4 * ROOT
     both, open_crack = line(press + shear), line(shear, "")
     assert both["K_II"][-1] == pytest.approx(open_crack["K_II"][-1], rel=1e-6)

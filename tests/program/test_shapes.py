@@ -344,7 +344,7 @@ MISTAKES = [
     ("&body shape = 'circle' center = 0.3, 0.5 radius = 0.2 hole = .true. /", "there must be a &body of material"),
     *((f"&body material = 's' lower = 0,0 upper = 1,1 /\n&body shape = 'circle' center = 0.5, 0.5 radius = 0.1 hole = .true. {key} /",
        "is not allowed with hole = .true.: a hole has none") for key in ("velocity = 1, 0", "spin = 2", "eigenstrain = 0, 0, 1e-3", "part = 'a'")),
-    ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n&crack tip = 0.5, 0.5 kind = 'line' /",
+    ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n&crack tip = 0.5, 0.2 kind = 'symmetry' /",
      "is not allowed with edges that are no grid lines"),
     ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n"
      "&load kind = 'traction' lower = 0.1, 0.1 upper = 0.2, 0.2 force = 1, 0 /", "must hold a part of the edge"),
@@ -353,6 +353,21 @@ MISTAKES = [
     ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n"
      "&constraint lower = 0.2, 0.2 upper = 0.2, 0.2 fix = 'x' /", "must hold a node of a cell with material"),
 ]
+
+
+def test_a_line_ends_where_the_edge_is(hampm, tmp_path):
+    """In a disc with a hole the line from a tip ends at the hole, and is the path through these points."""
+    found = []
+    for crack in ("kind = 'line' tip = 0.73, 0.5", "kind = 'path' points = 0.6, 0.5, 0.73, 0.5"):
+        text = ("&run plane = 'stress' end_time = 1.0 /\n&grid lower = 0, 0 cell = 0.02 cells = 50, 50 /\n" + STEEL
+                + "&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.4 /\n"
+                "&body shape = 'circle' center = 0.5, 0.5 radius = 0.1 hole = .true. /\n"
+                "&load kind = 'pressure' lower = 0.4, 0.4 upper = 0.6, 0.6 pressure = 1e6 /\n"
+                "&constraint lower = 0.12, 0.5 upper = 0.12, 0.5 fix = 'xy' /\n&constraint lower = 0.2, 0.5 upper = 0.2, 0.5 fix = 'y' /\n"
+                f"&method time = 'static' /\n&crack {crack} /\n&energy_release estimators = 'domain_integral' /\n")
+        found.append([run(hampm, tmp_path, text)["history"][name][-1] for name in ("J", "K_I", "mouth_opening")])
+    assert found[0][:2] == pytest.approx(found[1][:2], rel=1e-9) and min(found[0]) > 0
+    assert found[0][2] == pytest.approx(found[1][2], rel=1e-3)  # the mouth of a path is found by looking along it
 
 
 @pytest.mark.parametrize("groups, message", MISTAKES)

@@ -114,7 +114,7 @@ WHOLE = """&load kind = 'traction'  lower = 0.005, -0.02  upper = 0.01, -0.02  f
 
 @pytest.mark.parametrize("order", [(), ("--set", "grid.order=2", "--set", "body.points_per_cell=3")], ids=["bilinear", "quadratic"])
 def test_half_a_body_on_a_support_is_half_of_a_body_with_a_crack_in_contact(hampm, tmp_path, order):
-    """A part of the faces opens. Pressed nodes are tied on one way, fixed on the other."""
+    """A part of the faces opens. Pressed faces are held by a layer that hardly gives way on one way, nodes are fixed on the other."""
     energy = {}
     for name, bottom, ny, rest in ("half", 0.0, 8, HALF), ("whole", -0.02, 16, WHOLE):
         (tmp_path / f"{name}.nml").write_text(BLOCK.format(bottom=bottom, ny=ny, rest=rest))
@@ -126,7 +126,7 @@ def test_half_a_body_on_a_support_is_half_of_a_body_with_a_crack_in_contact(hamp
                 force = file["history/reaction_base_y"][-1] + file["history/reaction_rest_y"][-1]
                 assert file["history/reaction_base_y"][-1] > 100
                 assert abs(force) < 1e-6
-    assert energy["whole"] == pytest.approx(2 * energy["half"], rel=1e-9)
+    assert energy["whole"] == pytest.approx(2 * energy["half"], rel=2e-6)
 
 
 def both_halves(hampm, tmp_path, half, whole, *settings):
@@ -154,8 +154,8 @@ QUADRATIC = ("grid.order=2", "body.points_per_cell=3")
     ((), "law = 'neo_hookean'"), ((), "law = 'j2_plastic' yield_stress = 1e7 hardening = 1e9"),
     (QUADRATIC, "law = 'viscoelastic' moduli = 1e9, 2e10 relaxation_times = 1e-5, 1e-6")])
 def test_faces_and_supports_part_and_meet_in_implicit_steps(hampm, tmp_path, settings, law):
-    """The block shaken: its half on the support is half of the whole with a crack whose faces part and meet, energies, loss and all. The
-    audit closes, and what meets loses energy, of the order of that of its nodes."""
+    """The block shaken: its half on the support is half of the whole with a crack whose faces part and meet, but for what their layer gives way by
+    (docs/contact.md): a few parts in a hundred. The audit closes, and nodes that meet a support lose energy, of the order of theirs."""
     scenes = [SWINGING.format(bottom=bottom, ny=ny, rest=rest, end=4e-5, time="implicit", law=law)
               for bottom, ny, rest in ((0.0, 8, HALF.replace("0.0275", "0.029")), (-0.02, 16, WHOLE))]
     for k, scene in enumerate(scenes):
@@ -164,8 +164,10 @@ def test_faces_and_supports_part_and_meet_in_implicit_steps(hampm, tmp_path, set
             scene = scene.replace(f"force = 0.0, {force} /", f"force = 0.0, {force} {SINE}")
         scenes[k] = scene
     half, whole = both_halves(hampm, tmp_path, *scenes, "method.time_step=1e-6", *settings)
-    for column in ("kinetic_energy", "strain_energy", "external_work", "numerical_loss"):
-        assert whole[column] == pytest.approx(2 * half[column], rel=1e-8, abs=1e-10 * np.max(whole["external_work"]))
+    for column in ("kinetic_energy", "strain_energy", "external_work"):
+        print(column, np.max(np.abs(whole[column] - 2 * half[column])) / np.max(np.abs(whole[column])))
+        assert whole[column] == pytest.approx(2 * half[column], rel=0, abs=0.04 * np.max(np.abs(whole[column])))
+    assert np.abs(whole["numerical_loss"][-1]) < 0.02 * np.max(whole["strain_energy"])
     took = sum(half.get(column, 0) for column in ("kinetic_energy", "strain_energy", "numerical_loss", "plastic_dissipation", "viscous_dissipation"))
     assert took == pytest.approx(half["external_work"], rel=0, abs=1e-12 * np.max(half["external_work"]))
     pressed = half["reaction_base_y"] > 1

@@ -271,10 +271,22 @@ def test_a_plate_that_shrinks_between_its_sides_is_one_whose_sides_move_apart(ha
         assert shrinks[name] == pytest.approx(moves[name], rel=within, abs=within * abs(moves["K_I"])), name
 
 
-TWO = """&body material = 'a' lower = 0, 0 upper = 0.04, 0.012 eigenstrain = 1e-3, 1e-3, 0 /
-&body material = 'a' lower = 0, 0.012 upper = 0.04, 0.024 /
+TWO = """&body material = 'a' lower = 0, 0 upper = 0.026, 0.024 eigenstrain = 1e-3, 1e-3, 0 /
+&body material = 'a' lower = 0.026, 0 upper = 0.04, 0.024 /
 &crack kind = 'path' points = -0.001, 0.010, 0.02, 0.010 /
 """
+LAYERS = """&body material = 'a' lower = 0, 0 upper = 0.04, 0.014 /
+&body material = 'a' lower = 0, 0.014 upper = 0.04, 0.024 eigenstrain = 1e-3, 1e-3, 0 /
+&constraint lower = 0.04, 0 upper = 0.04, 0.024 fix = 'xy' /
+"""
+
+
+@pytest.mark.parametrize("crack", ["kind = 'path' points = -0.001, 0.0103, 0.02, 0.0103", "kind = 'line' tip = 0.02, 0.01"])
+def test_layers_along_a_crack_leave_j_independent_of_the_path(hampm, tmp_path, crack):
+    """What expands beside a crack bends its arm open: discs that end within the layer of the tip have the J of those that reach beyond."""
+    text = bodies(LAYERS + f"&crack {crack} /\n", "84, 52", "-0.001, -0.001", 5e-4, estimators=", 'domain_integral' radii = 2e-3, 3e-3, 6e-3, 8e-3")
+    row = run(hampm, tmp_path, text)
+    assert [row[f"J_{k}"] for k in (2, 3, 4)] == pytest.approx(3 * [row["J_1"]], rel=0.01) and row["J_1"] > 0
 
 
 @pytest.mark.parametrize(("text", "phrase"), [

@@ -21,19 +21,18 @@ contains
       type(forest_t), intent(in) :: forest
       type(material_t), intent(in) :: material
       type(rectangle_t), intent(in) :: body
-      type(crack_t), intent(in) :: crack         !! its mouth need not be known
+      type(crack_t), intent(in) :: crack
       type(motion_t), intent(out) :: m
       type(cracks_t), intent(out) :: cracks
       type(failure_t) :: failure
       integer :: k
       cracks%crack = [crack]
-      cracks%crack(1)%mouth = crack%points(:, 2) - sign(forest%cell, crack%points(:, 2) - crack%points(:, 1))*[1, 0]
       call cracks%list_tips()
       do k = 1, size(cracks%tips)
          cracks%tips(k)%material = 1
       end do
-      call place_bodies(forest, material, [body], m, cracks%cuts(forest))
-      m%contact%wanted = crack%contact
+      call place_bodies(forest, material, [body], m, cracks%lines())
+      m%interfaces%are_moving = .false.          ! faces that touch are as one, but for a layer that hardly gives way
       call start(m, 'musl')
       call cracks%find_nodes(m%grid, failure)
       call check(.not. failure%failed(), 'the tips have their nodes')
@@ -58,19 +57,17 @@ contains
       call move_alloc(loads, m%loads)
    end subroutine add_pull
 
-   !> Displacement at rest under all loads [m], (ndim, n_points), and the energy that is stored then [J], where of the pairs of
-   !> faces in contact none is tied or all are.
-   subroutine rest_of(m, stiffness, u, energy, all_tied)
+   !> Displacement at rest under all loads [m], (ndim, n_points), and the energy that is stored then [J]; faces in contact touch
+   !> everywhere.
+   subroutine rest_of(m, stiffness, u, energy)
       type(motion_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: stiffness
       real(dp), allocatable, intent(out) :: u(:, :)
       real(dp), intent(out) :: energy
-      logical, intent(in) :: all_tied
       real(dp), allocatable :: force(:, :)
-      logical :: tied(m%contact%n), done
-      tied = all_tied
+      logical :: done
       call full_loads(m, force)
-      call new_stiffness(m, 1000000, tied, stiffness, done)
+      call new_stiffness(m, 1000000, stiffness, done)
       call check(done, 'there is a state of rest')
       call stiffness%solve(m, force, u)
       energy = sum(force*u)/2

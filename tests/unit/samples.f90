@@ -2,7 +2,7 @@
 module hampm_samples
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: fill_rectangle
-   use hampm_cuts, only: cut_t
+   use hampm_cut_cells, only: line_t
    use hampm_energy, only: kinetic_energy, strain_energy
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
@@ -31,22 +31,23 @@ module hampm_samples
 
 contains
 
-   !> A grid, with or without cuts, with rectangles of one material in it.
-   subroutine place_bodies(forest, material, rectangles, m, cuts)
+   !> A grid, with or without lines that cut, with rectangles of one material in it.
+   subroutine place_bodies(forest, material, rectangles, m, lines)
       type(forest_t), intent(in) :: forest
       type(material_t), intent(in) :: material
       type(rectangle_t), intent(in) :: rectangles(:)
       type(motion_t), intent(out) :: m
-      type(cut_t), intent(in), optional :: cuts(:)
+      type(line_t), intent(in), optional :: lines(:)
       type(failure_t) :: failure
       integer :: k, n, first
       n = 0
       do k = 1, size(rectangles)
          n = n + product(rectangles(k)%points)
       end do
-      call build_grid(forest, m%grid, failure, cuts)
+      call build_grid(forest, m%grid, failure, lines)
       call new_particles(n, m%particles, failure)
       m%particles%thickness = thickness_t(thickness)
+      m%interfaces%thickness = thickness_t(thickness)
       m%materials = [material]
       first = 1
       do k = 1, size(rectangles)

@@ -4,14 +4,15 @@ program test_crack_closure
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: shape_functions
    use hampm_constraints, only: constraints_t
-   use hampm_crack_closure, only: crack_opening, stress_closure, nodal_force_closure
+   use hampm_crack_closure, only: path_opening, stress_closure, nodal_force_closure
    use hampm_crack_tip_field, only: modes
    use hampm_cracks, only: cracks_t, last_point
+   use hampm_cut_cells, only: left_face, right_face
    use hampm_measurements, only: dcb_energy_release_rate, chi_foundation
    use hampm_extrapolation, only: extrapolate
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t
-   use hampm_grid, only: build_grid
+   use hampm_grid, only: grid_t, build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_mass_choice, only: new_mass_choice
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver
@@ -165,6 +166,7 @@ contains
       real(dp), parameter :: strain = 1.0e-3_dp, d = 0.01_dp*cell
       type(motion_t) :: m
       type(cracks_t) :: cracks
+      type(forest_t) :: forest
       type(failure_t) :: failure
       type(mass_solver_t) :: solver
       real(dp) :: s, opening(modes), g_force(modes), g_stress(modes)
@@ -172,16 +174,19 @@ contains
       s = young*strain
       call place(2, side, m)
       cracks = crack_to([0.0_dp, 0.0_dp], [1.0_dp, 0.0_dp], [side > 0, side < 0])
+      forest = m%grid%forest
+      call build_grid(forest, m%grid, failure, cracks%lines())
       call cracks%find_nodes(m%grid, failure)
       call check(.not. failure%failed(), 'the tip has its nodes')
       associate (p => m%particles, tip => cracks%tips(1))
-         do i = 1, p%n
-            p%gradient(i, :, :) = reshape([-poisson*strain, 0.0_dp, 0.0_dp, strain], [ndim, ndim])
-         end do
          do turn = 1, -1, -2
             p%displacement(:, 2) = turn*side*d
-            opening = crack_opening(tip, tip%nodes%behind, m%grid, p, m%blocks)
+            p%gradient = 0                       ! which tells of displacements, too
+            opening = path_opening(tip, tip%place - cell*tip%direction, -tip%direction, m%matter_t, m%interfaces)
             call check_close(opening(1), turn*2*d, 1.0e-14_dp*d, 'the opening counts both faces')
+            do i = 1, p%n
+               p%gradient(i, :, :) = reshape([-poisson*strain, 0.0_dp, 0.0_dp, strain], [ndim, ndim])
+            end do
             p%reference(:, 2) = p%reference(:, 2) - p%displacement(:, 2)
             g_force = nodal_force_closure(tip, m%grid, p, m%blocks, m%materials, thickness, none, none)
             call start(m, 'musl')
@@ -202,13 +207,18 @@ contains
       real(dp), parameter :: strain = 1.0e-3_dp, d = 0.01_dp*cell, of_sample = 2.0_dp
       type(motion_t) :: m
       type(cracks_t) :: cracks
+      type(forest_t) :: forest
       type(failure_t) :: failure
       type(mass_solver_t) :: solver
+      real(dp), allocatable :: solids(:, :, :)
       real(dp) :: x, g(modes)
       integer :: i
       call fill_with_quadratic(forest_t([0.0_dp, 0.0_dp], cell, [4, 4]), 4, 4*cell, 1.0_dp, 1.0_dp, m, &
                                new_mass_choice('full', 'direct', 1, 0.0_dp, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp]))
       cracks = crack_to([2*cell, 0.0_dp], [1.0_dp, 0.0_dp], [.true., .false.])
+      allocate (solids, source=m%grid%solids)
+      forest = m%grid%forest
+      call build_grid(forest, m%grid, failure, cracks%lines(), solids=solids)
       call cracks%find_nodes(m%grid, failure)
       associate (p => m%particles, tip => cracks%tips(1))
          do i = 1, p%n
@@ -246,19 +256,21 @@ contains
       forest = forest_t([-3*cell, -3*cell], cell, [6, 6])
       call place_bodies(forest, new_material('', 'linear_elastic', .true., young, poisson, 1.0_dp), &
                         [rectangle_t([-2*cell, -2*cell], [2*cell, 2*cell], [8, 8])], m)
-      call build_grid(forest, m%grid, failure, cracks%cuts(forest))
+      call build_grid(forest, m%grid, failure, cracks%lines())
       call cracks%find_nodes(m%grid, failure)
       call check(.not. failure%failed(), 'the tip has its nodes')
       associate (p => m%particles, tip => cracks%tips(1))
          do i = 1, p%n
-            p%gradient(i, :, :) = h
             p%displacement(i, :) = sign(d, dot_product(p%reference(i, :), tip%axis(:, 2)))*(tip%axis(:, 1) + tip%axis(:, 2))
          end do
          p%reference = p%reference - p%displacement
-         opening = crack_opening(tip, tip%nodes%behind, m%grid, p, m%blocks)
+         opening = path_opening(tip, tip%place - cell*tip%direction, -tip%direction, m%matter_t, m%interfaces)
          call check_close(maxval(abs(opening - 2*d)), 0.0_dp, 1.0e-13_dp*d, 'opening and sliding are those of the faces')
-         opening = crack_opening(tip, tip%nodes%mouth, m%grid, p, m%blocks)
+         opening = path_opening(tip, cracks%crack(1)%mouth, [0.0_dp, 0.0_dp], m%matter_t, m%interfaces)
          call check_close(maxval(abs(opening - 2*d)), 0.0_dp, 1.0e-13_dp*d, 'so are those at the mouth')
+         do i = 1, p%n
+            p%gradient(i, :, :) = h
+         end do
          g = nodal_force_closure(tip, m%grid, p, m%blocks, m%materials, thickness, none, none)
          call check_close(maxval(abs(g/stress - d)), 0.0_dp, 1.0e-13_dp*d, 'nodal force closure of both modes')
          call start(m, 'musl')
@@ -278,20 +290,21 @@ contains
       associate (crack => cracks%crack(1))
          crack%points = reshape([tip - 10*cell*direction, tip], [ndim, 2])
          crack%is_tip(last_point) = .true.
-         crack%face = face
+         if (.not. all(face)) crack%face = merge(left_face, right_face, face(1))
          crack%mouth = tip - 2*cell*direction
       end associate
       call cracks%list_tips()
    end function crack_to
 
+   !> On a symmetry plane the nodes of a tip have to be there.
    subroutine tip_without_node()
-      type(motion_t) :: m
+      type(grid_t) :: grid
       type(cracks_t) :: cracks
       type(failure_t) :: failure
-      call place(2, 1.0_dp, m)
-      cracks = crack_to([0.1_dp*cell, 0.0_dp], [1.0_dp, 0.0_dp], [.true., .false.])
-      call cracks%find_nodes(m%grid, failure)
-      call check(failure%code == exit_input, 'a tip between nodes is a mistake of the input')
+      cracks = crack_to([3*cell, 0.0_dp], [1.0_dp, 0.0_dp], [.true., .false.])
+      call build_grid(forest_t([-3*cell, -3*cell], cell, [6, 6]), grid, failure, cracks%lines())
+      call cracks%find_nodes(grid, failure)
+      call check(failure%code == exit_input, 'a tip without a node ahead is a mistake of the input')
    end subroutine tip_without_node
 
    !> G = P**2 / (2 B) dC/da with the compliance C = 2 a**3 / (3 E I), I = B D**3 / 12, of two cantilevers.

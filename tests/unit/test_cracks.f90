@@ -1,10 +1,10 @@
-!> Where cracks are: their tips, numbered through, with frames, faces and surroundings, the nodes around these, and the cuts.
+!> Where cracks are: their tips, numbered through, with frames, faces and surroundings, the nodes around these, and their lines.
 program test_cracks
    use hampm_kinds, only: dp, ndim
    use hampm_assembly, only: assemble
    use hampm_crack_tip, only: crack_tip_t, upper, lower
-   use hampm_cracks, only: crack_t, cracks_t, first_point, last_point, left, right
-   use hampm_cuts, only: cut_t
+   use hampm_cracks, only: crack_t, cracks_t, first_point
+   use hampm_cut_cells, only: line_t, left_face
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t, build_grid
@@ -53,6 +53,18 @@ contains
       scene%energy_release%domain_integral = .true.
    end function scene_of
 
+   !> Let the crack of a scene be a line between two points, its tip the second.
+   subroutine put_line(scene, from, to)
+      type(scene_t), intent(inout) :: scene
+      real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
+      deallocate (scene%paths)
+      allocate (scene%paths(1))
+      scene%paths(1)%kind = 'line'
+      scene%paths(1)%key = 'tip'
+      scene%paths(1)%direction = to - from
+      scene%paths(1)%points = reshape([from, to], [ndim, 2])
+   end subroutine put_line
+
    !> The cracks of a scene and its grid, with the nodes around the tips.
    subroutine build(scene, cracks, grid)
       type(scene_t), intent(in) :: scene
@@ -98,25 +110,25 @@ contains
       type(cracks_t) :: cracks
       type(grid_t) :: grid
       call build(scene_of([0.5_dp, 0.5_dp], [5.5_dp, 3.5_dp]), cracks, grid)
-      call check(size(cracks%crack) == 0 .and. size(cracks%tips) == 0 .and. size(cracks%cuts(grid%forest)) == 0, 'no crack, no tip')
+      call check(size(cracks%crack) == 0 .and. size(cracks%tips) == 0 .and. size(cracks%lines()) == 0, 'no crack, no tip')
       call check(size(cracks%tip_places(), 2) == 0 .and. doubled(grid) == 0, 'and no cut')
    end subroutine scene_without_crack
 
-   !> From the left edge of a body into it: cut out of the lattice, its mouth at the edge.
+   !> From the left edge of a body into it: a line out of the lattice, its mouth at the edge.
    subroutine edge_crack()
       type(scene_t) :: scene
       type(cracks_t) :: cracks
       type(grid_t) :: grid
+      type(line_t), allocatable :: lines(:)
       real(dp), parameter :: tip(ndim) = [2.5_dp, 2.0_dp]
       scene = scene_of([0.5_dp, 0.5_dp], [5.5_dp, 3.5_dp])
-      scene%crack%present = .true.
-      scene%crack%kind = 'line'
-      scene%crack%tip = tip
-      scene%crack%direction = x
+      call put_line(scene, [0.5_dp, 2.0_dp], tip)
       call build(scene, cracks, grid)
       call check(size(cracks%tips) == 1 .and. .not. cracks%crack(1)%is_tip(first_point), 'an edge crack has one tip')
       call check_place(cracks%tips(1), 1, tip, x, 'the tip of an edge crack')
-      call check(cracks%crack(1)%points(1, 1) < 0.5_dp, 'its other end is beyond the surface')
+      lines = cracks%lines()
+      call check(lines(1)%points(1, 1) < 0.5_dp - cell, 'its line ends beyond the surface')
+      call check(norm2(cracks%crack(1)%mouth - [0.5_dp, 2.0_dp]) <= 0, 'its mouth is where it leaves the body')
       call check(doubled(grid) == 5, 'its nodes are double from the edge of the lattice to the last before the tip')
       associate (tip_1 => cracks%tips(1), nodes => cracks%tips(1)%nodes)
          call check(.not. tip_1%is_half() .and. tip_1%material == 2, 'it has two faces, and the material of its body')
@@ -127,9 +139,6 @@ contains
          call check(is_at(grid, nodes%behind(upper), tip - cell*x, y) .and. &
                     is_at(grid, nodes%behind(lower), tip - cell*x, -y) .and. &
                     nodes%behind(upper) /= nodes%behind(lower), 'behind the tip each face has its node')
-         call check(is_at(grid, nodes%mouth(upper), [0.5_dp, 2.0_dp], y) .and. &
-                    is_at(grid, nodes%mouth(lower), [0.5_dp, 2.0_dp], -y), &
-                    'so it has at the mouth, where the crack leaves the body')
       end associate
    end subroutine edge_crack
 
@@ -140,30 +149,25 @@ contains
       type(grid_t) :: grid
       real(dp), parameter :: tip(ndim) = [4.5_dp, 2.0_dp], other(ndim) = [2.5_dp, 2.0_dp]
       scene = scene_of([0.5_dp, 0.5_dp], [5.5_dp, 3.5_dp])
-      scene%crack%present = .true.
-      scene%crack%kind = 'line'
-      scene%crack%tip = tip
-      scene%crack%direction = x
-      scene%crack%length = 2
+      call put_line(scene, other, tip)
       call build(scene, cracks, grid)
       call check(size(cracks%tips) == 2 .and. all(cracks%crack(1)%is_tip), 'a crack inside the body has two tips')
       call check_place(cracks%tips(1), 1, tip, x, 'the first tip')
       call check_place(cracks%tips(2), 1, other, -x, 'the second tip')
       call check(maxval(abs(cracks%tip_places() - reshape([tip, other], [ndim, 2]))) <= 0, 'places are in the order of the tips')
       call check(doubled(grid) == 3, 'the nodes between the tips are double')
+      call check(norm2(cracks%crack(1)%mouth - (tip - x)) <= 0, 'the mouth of both is in the middle')
       call check(size(cracks%tips(1)%radii) == 1 .and. size(cracks%tips(2)%radii) == 3, &
                  'each tip has the radii that fit there: the first is nearer to an edge')
       associate (one => cracks%tips(1)%nodes, two => cracks%tips(2)%nodes)
          call check(is_at(grid, one%behind(upper), tip - cell*x, y) .and. is_at(grid, two%behind(upper), other + cell*x, -y), &
                     'the upper faces are to the left of the tips')
-         call check(all(one%mouth([upper, lower]) == two%mouth([lower, upper])) .and. is_at(grid, one%mouth(upper), tip - x, y), &
-                    'the mouth of both is in the middle, seen from both sides')
          call check(is_at(grid, one%ahead, tip + cell*x, x) .and. is_at(grid, two%ahead, other - cell*x, -x), &
                     'ahead is out of the crack')
       end associate
    end subroutine two_tips
 
-   !> On a symmetry plane the crack has the face at which there is a body, and cuts nothing.
+   !> On a symmetry plane the crack has the face at which there is a body.
    subroutine symmetry_crack(bottom, top, direction, face)
       real(dp), intent(in) :: bottom, top        !! of the body, on one side of the plane at 2 m [m]
       real(dp), intent(in) :: direction(ndim)
@@ -175,22 +179,19 @@ contains
       real(dp) :: body_side(ndim)
       integer :: k
       scene = scene_of([0.5_dp, bottom], [5.5_dp, top])
-      scene%crack%present = .true.
-      scene%crack%kind = 'symmetry'
-      scene%crack%tip = tip
-      scene%crack%direction = direction
+      call put_line(scene, tip - 2.5_dp*direction, tip)
+      scene%paths(1)%kind = 'symmetry'
+      scene%paths(1)%direction = direction
       call build(scene, cracks, grid)
       call check(size(cracks%tips) == 1, 'a crack on a symmetry plane has one tip')
       call check_place(cracks%tips(1), 1, tip, direction, 'the tip on a symmetry plane')
-      call check(size(cracks%cuts(grid%forest)) == 0 .and. doubled(grid) == 0, 'the plane cuts no grid')
+      call check(norm2(cracks%crack(1)%mouth - (tip - 2.5_dp*direction)) <= 0, 'its mouth is at the edge of the body')
       k = merge(upper, lower, face(upper))
       body_side = y*sign(1.0_dp, bottom + top - 4)
       associate (tip_1 => cracks%tips(1))
          call check(all(tip_1%face .eqv. face) .and. tip_1%is_half(), 'there is the face of the body')
          call check(count(tip_1%nodes%behind > 0) == 1 .and. is_at(grid, tip_1%nodes%behind(k), tip - cell*direction, body_side), &
                     'with its node behind the tip')
-         call check(count(tip_1%nodes%mouth > 0) == 1 .and. is_at(grid, tip_1%nodes%mouth(k), tip - 2.5_dp*direction, body_side), &
-                    'and its mouth at the edge of the body')
       end associate
    end subroutine symmetry_crack
 
@@ -200,7 +201,7 @@ contains
       type(grid_t) :: grid
       type(forest_t) :: forest
       type(failure_t) :: failure
-      type(cut_t), allocatable :: cuts(:)
+      type(line_t), allocatable :: lines(:)
       allocate (cracks%crack(3))
       call put(cracks%crack(1), [1.0_dp, 2.0_dp], [2.5_dp, 2.0_dp], [.true., .true.])
       call put(cracks%crack(2), [4.0_dp, -1.0_dp], [4.0_dp, 1.5_dp], [.false., .true.])
@@ -213,12 +214,10 @@ contains
       call check_place(cracks%tips(3), 2, [4.0_dp, 1.5_dp], y, 'tip 3, the last point of the second crack,')
       call check_place(cracks%tips(4), 3, [5.0_dp, 2.5_dp], -y, 'tip 4, the first point of the third crack,')
       forest = forest_t([0.0_dp, 0.0_dp], cell, cells)
-      cuts = cracks%cuts(forest)
-      call check(size(cuts) == 3 .and. all(cuts%normal == [2, 1, 1]), 'each crack is a cut, normal to its line')
-      call check(all(cuts%matched .eqv. [.false., .true., .false.]), 'that with contact has matched sides')
-      call check(all(cuts(1)%lower == forest%nearest_place([1.0_dp, 2.0_dp])) .and. &
-                 all(cuts(1)%upper == forest%nearest_place([2.5_dp, 2.0_dp])), 'and goes from end to end')
-      call build_grid(forest, grid, failure, cuts)
+      lines = cracks%lines()
+      call check(size(lines) == 3 .and. all(lines%contact .eqv. [.false., .true., .false.]), 'each crack is a line')
+      call check(all(abs(lines(1)%points - cracks%crack(1)%points) <= 0) .and. all(lines(1)%is_tip), 'from end to end')
+      call build_grid(forest, grid, failure, lines)
       call check(doubled(grid) == 2 + 3 + 3, 'all nodes of the cracks but the tips are double')
       call cracks%find_nodes(grid, failure)
       call check(.not. failure%failed(), 'every tip has its nodes')
@@ -226,18 +225,13 @@ contains
                  is_at(grid, cracks%tips(4)%nodes%behind(upper), [5.0_dp, 3.0_dp], x), 'the upper face is to the left of each tip')
    end subroutine several_cracks
 
-   !> Put a crack between two points, with its mouth in the grid, two cells behind its last tip or the first.
+   !> Put a crack between two points.
    subroutine put(crack, from, to, is_tip)
       type(crack_t), intent(out) :: crack
       real(dp), intent(in) :: from(ndim), to(ndim)
       logical, intent(in) :: is_tip(2)
       crack%points = reshape([from, to], [ndim, 2])
       crack%is_tip = is_tip
-      if (is_tip(last_point)) then
-         crack%mouth = to - 2*cell*(to - from)/norm2(to - from)
-      else
-         crack%mouth = from + 2*cell*(to - from)/norm2(to - from)
-      end if
    end subroutine put
 
    !> The frame of a tip is that of the segment that ends there, in any direction; its faces are those of the crack, from there.
@@ -247,8 +241,7 @@ contains
       associate (crack => cracks%crack(1))
          crack%points = reshape([0.0_dp, 0.0_dp, 1.0_dp, 0.0_dp, 4.0_dp, 4.0_dp], [ndim, 3])
          crack%is_tip = .true.
-         crack%face(left) = .true.
-         crack%face(right) = .false.
+         crack%face = left_face
       end associate
       call cracks%list_tips()
       call check_place(cracks%tips(1), 1, [4.0_dp, 4.0_dp], [0.6_dp, 0.8_dp], 'the tip of an oblique segment')

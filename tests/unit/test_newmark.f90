@@ -82,7 +82,7 @@ contains
       newmark%alpha = alpha
       call newmark%start(m, dt, failure)
       call check(.not. failure%failed(), 'the motion of the nodes is found')
-      call newmark%begin(m, dt, dt, drive)
+      call newmark%begin(m, dt, dt, drive, failure)
       m%materials%elapsed = dt
    end subroutine begin
 
@@ -92,8 +92,7 @@ contains
       type(newmark_t), intent(in) :: newmark
       type(stiffness_t), intent(inout) :: k
       type(failure_t) :: failure
-      call factorise_stiffness(m, stiffness_kind_t(.true., .false., mass_factor=newmark%outer%mass_factor), [logical ::], k, &
-                               failure)
+      call factorise_stiffness(m, stiffness_kind_t(.true., .false., mass_factor=newmark%outer%mass_factor), k, failure)
       call check(.not. failure%failed(), 'the tangent is factorised')
    end subroutine factorise
 

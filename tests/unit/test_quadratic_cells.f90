@@ -123,7 +123,7 @@ contains
          ! energy: the integral of mu |grad u|**2/2 + (lambda + mu) (div u)**2/2, as u is zero on the edges
          exact = thickness*pi**2*(law%mu*sum(part**2)/4 + (law%lambda + law%mu)*sum(part**2)/8)
       end associate
-      call factorise_stiffness(m, stiffness_kind_t(is_tangent=.true., on_interfaces=.false.), [logical ::], stiffness, failure)
+      call factorise_stiffness(m, stiffness_kind_t(is_tangent=.true., on_interfaces=.false.), stiffness, failure)
       call stiffness%solve(m, force, u, failure)
       call check(.not. failure%failed(), 'the square is solved')
       error = abs(sum(force*u)/2/exact - 1)

@@ -133,7 +133,7 @@ contains
       call check_close(maxval(abs(y(:, :m%grid%n_nodes) - matmul(field(:, :m%grid%n_nodes), a))), 0.0_dp, 1.0e-14_dp, &
                        what//'the product with M')
       kind = stiffness_kind_t(is_tangent=.true., on_interfaces=.false., mass_factor=c)
-      call factorise_stiffness(m, kind, [logical ::], k, failure)
+      call factorise_stiffness(m, kind, k, failure)
       call check(.not. failure%failed(), what//'K + c M is factorised')
       call k%solve(m, b, u)
       associate (nodes => m%fields%mass_matrix%all%nodes(:m%fields%mass_matrix%all%n_nodes))

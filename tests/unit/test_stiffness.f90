@@ -1,13 +1,14 @@
 !> The stiffness at small strain is symmetric, is the change of the internal forces, resists no rigid motion and passes the patch
-!> test: with cells of two sizes, two materials and faces that are tied.
+!> test: with cells of two sizes, two materials and faces in contact.
 program test_stiffness
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_gradients, inside_cell
    use hampm_constraints, only: constrain_box, hold
-   use hampm_cuts, only: cut_t, cut_of
+   use hampm_cut_cells, only: line_t
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_interface_points, only: contact
    use hampm_loads, only: load_on_points
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
@@ -45,22 +46,25 @@ program test_stiffness
 contains
 
    !> A bar of two materials, one after the other, with smaller cells around the place where they meet or not.
-   subroutine build(mesh, law, plane_stress, m, total_frame, cuts)
+   subroutine build(mesh, law, plane_stress, m, total_frame, line)
       integer, intent(in) :: mesh
       character(*), intent(in) :: law
       logical, intent(in) :: plane_stress
       type(motion_t), intent(out) :: m
       logical, intent(in), optional :: total_frame
-      type(cut_t), intent(in), optional :: cuts(:)
+      type(line_t), intent(in), optional :: line
       type(forest_t) :: forest
       type(failure_t) :: failure
+      type(line_t), allocatable :: lines(:)
       real(dp) :: half
       integer :: k
       half = length/2
+      allocate (lines(0))
+      if (present(line)) lines = [line]
       forest = forest_t([-cell, -cell], cell, [10, 6])
       call place_bodies(forest, new_material('', law, plane_stress, young(1), poisson(1), density(1)), &
                         [rectangle_t([0.0_dp, 0.0_dp], [half, depth], [16, 16]), &
-                         rectangle_t([half, 0.0_dp], [length, depth], [16, 16])], m, cuts)
+                         rectangle_t([half, 0.0_dp], [length, depth], [16, 16])], m, lines)
       m%materials = [(new_material('', law, plane_stress, young(k), poisson(k), density(k)), k=1, 2)]
       associate (p => m%particles)
          if (present(total_frame)) p%total_frame = total_frame
@@ -70,7 +74,7 @@ contains
          end where
       end associate
       call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
-      m%contact%wanted = present(cuts)
+      m%interfaces%are_moving = .false.          ! faces that touch are as one, but for a layer that hardly gives way
       call start(m, 'musl')
       if (meshes(mesh) == 'uniform') return
       call refine_box(forest, [1.1_dp, 0.6_dp], [2.4_dp, 1.4_dp], 2)
@@ -85,14 +89,11 @@ contains
       call constrain_box(m%constraints, m%grid, lower, upper, components)
    end subroutine hold_box
 
-   !> The stiffness, of which no pair is tied or all are.
-   subroutine factorise(m, k, all_tied)
+   subroutine factorise(m, k)
       type(motion_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: k
-      logical, intent(in) :: all_tied
-      logical :: tied(m%contact%n), done
-      tied = all_tied
-      call new_stiffness(m, 100000, tied, k, done)
+      logical :: done
+      call new_stiffness(m, 100000, k, done)
       call check(done, 'the stiffness is factorised')
    end subroutine factorise
 
@@ -119,7 +120,7 @@ contains
       real(dp), allocatable :: f(:, :), g(:, :), u(:, :), v(:, :)
       call build(mesh, 'linear_elastic', .true., m)
       call hold_box(m, [0.0_dp, 0.0_dp], [0.0_dp, depth], [.true., .true.])
-      call factorise(m, k, .false.)
+      call factorise(m, k)
       allocate (f(ndim, m%grid%n_points), g(ndim, m%grid%n_points))
       call random_number(f)
       call random_number(g)
@@ -148,7 +149,7 @@ contains
       call force_of(m, small, forth)
       small = -small
       call force_of(m, small, back)
-      call factorise(m, k, .false.)
+      call factorise(m, k)
       call k%solve(m, (back - forth)/(2*part), found)
       call check_close(maxval(abs(found - u)), 0.0_dp, 1e-6_dp, trim(meshes(mesh))//', '//trim(law)// &
                        merge(', plane stress', ', plane strain', plane_stress)//merge(', total:  ', ', updated:', total_frame)// &
@@ -203,7 +204,7 @@ contains
       character(*), parameter :: names(3) = [character(12) :: 'moving in x', 'moving in y', 'turning']
       integer :: i
       call build(mesh, 'linear_elastic', .true., m)
-      call factorise(m, k, .false.)
+      call factorise(m, k)
       do i = 1, size(names)
          motion = linear_field(m, real(merge([1, 0], [0, 1], i == 1), dp)*merge(1, 0, i < 3), merge(turn, none, i == 3))
          call k%solve(m, k%point*quarters_of_mass(m)*motion, u)
@@ -270,34 +271,48 @@ contains
       call hold_box(m, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp], [.false., .true.])
       call load_end(m, stress)
       call full_loads(m, force)
-      call factorise(m, k, .false.)
+      call factorise(m, k)
       call k%solve(m, force, u)
       call check_close(maxval(abs(u - stretched_bar(m, stress)))/(stress*length), 0.0_dp, 1e-7_dp, &
                        trim(meshes(mesh))//': a bar of two materials in tension')
       call k%release()
    end subroutine stretched
 
-   !> The bar in two halves, one beside the other: tied they shrink under a pressure as one piece does; apart, nothing but the soft
-   !> interface points stops the one that is pushed.
+   !> The bar in two halves, one beside the other: where they touch they shrink under a pressure as one piece does, but for the layer between
+   !> them; apart, nothing but the soft interface points stops the one that is pushed.
    subroutine pressed_halves(mesh)
       integer, intent(in) :: mesh
       type(motion_t) :: m
       type(stiffness_t) :: k
+      type(line_t) :: line
       real(dp), allocatable :: force(:, :), u(:, :)
-      call build(mesh, 'linear_elastic', .true., m, cuts=[cut_of(forest_t([-cell, -cell], cell, [10, 6]), 1, &
-                                                          [length/2, -9.0_dp], [length/2, 9.0_dp], matched=.true.)])
+      real(dp) :: gives                          !! way by which the layer between the halves gives in [m]
+      integer :: i
+      line%points = reshape([length/2, -9.0_dp, length/2, 9.0_dp], [ndim, 2])
+      line%contact = .true.
+      call build(mesh, 'linear_elastic', .true., m, line=line)
       call hold_box(m, [0.0_dp, 0.0_dp], [0.0_dp, depth], [.true., .false.])
       call hold_box(m, [0.0_dp, 0.0_dp], [length, 0.0_dp], [.false., .true.])
       call load_end(m, -stress)
       call full_loads(m, force)
-      call check(m%contact%n > depth/cell, trim(meshes(mesh))//': the halves have pairs of nodes')
-      call factorise(m, k, .true.)
+      associate (faces => m%interfaces)
+         call check_close(sum(faces%list(:faces%n)%length, &
+                              mask=[(faces%list(i)%law == contact .and. abs(faces%list(i)%place(2) - depth/2) < depth/2, &
+                                     i=1, faces%n)]), depth, 1e-12_dp, &
+                          trim(meshes(mesh))//': all along the halves are interface points')
+         call factorise(m, k)
+         call k%solve(m, force, u)
+         gives = stress*depth*thickness/sum(faces%list(:faces%n)%stiffness)
+         call check(gives < 1e-5_dp*stress*length, trim(meshes(mesh))//': the layer between them hardly gives in')
+         call check_close((maxval(abs(u - stretched_bar(m, -stress))) - gives)/(stress*length), 0.0_dp, 1e-6_dp, &
+                          trim(meshes(mesh))//': but for that, halves that touch are one piece')
+         do i = 1, faces%n
+            faces%list(i)%opening = faces%list(i)%cell*faces%list(i)%normal
+         end do
+      end associate
+      call factorise(m, k)
       call k%solve(m, force, u)
-      call check_close(maxval(abs(u - stretched_bar(m, -stress)))/(stress*length), 0.0_dp, 1e-7_dp, &
-                       trim(meshes(mesh))//': tied halves are one piece')
-      call factorise(m, k, .false.)
-      call k%solve(m, force, u)
-      call check(minval(u(1, :)) < -1e6_dp*stress*length, trim(meshes(mesh))//': halves that are not tied go on')
+      call check(minval(u(1, :)) < -1e6_dp*stress*length, trim(meshes(mesh))//': halves that are apart go on')
       call k%release()
    end subroutine pressed_halves
 
@@ -322,9 +337,9 @@ contains
       logical :: done
       call build(1, 'linear_elastic', .true., m)
       associate (unknowns => ndim*m%fields%mass_matrix%all%n_nodes)
-         call new_stiffness(m, unknowns - 1, [logical ::], k, done)
+         call new_stiffness(m, unknowns - 1, k, done)
          call check(.not. done, 'one unknown too many')
-         call new_stiffness(m, unknowns, [logical ::], k, done)
+         call new_stiffness(m, unknowns, k, done)
          call check(done, 'as many unknowns as may be')
       end associate
       call k%release()

@@ -8,7 +8,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = sorted(source.stem for source in Path(__file__).parent.glob("test_*.f90"))
 
-LONG = {("test_contact", "checked"), ("test_manufactured", "checked"), ("test_mass_positions", "release"), ("test_refine_cycles", "release"),
+LONG = {("test_manufactured", "checked"), ("test_mass_positions", "release"), ("test_refine_cycles", "release"),
         ("test_element_operators", "checked"), ("test_reference_step", "release"), ("test_cut_mass", "release"),
         ("test_crossing_levels", "checked"), ("test_patch", "checked"), ("test_cut_cells", "release"), ("test_newmark", "release"),
         ("test_changing_cells", "release"), ("test_quadratic_children", "release"), ("test_quadratic_cells", "release"), ("test_threads", "release"),

@@ -1,0 +1,76 @@
+"""Scenes with cracks that random ones (`combinations.py --cracked`) found to hang on a mirror or on the order of points: their histories are to be the same to 1e-9."""
+
+import combinations
+import pytest
+from paths import CHECKED_PROGRAM
+
+SCENES = {
+    "a closed tip that slides either way": ("mirror in x", [
+        ["run", {"plane": "strain", "end_time": 4.3223090711018e-06, "thickness": 3.0}],
+        ["grid", {"lower": [0.0029296875, 0.0], "cell": 0.0009765625, "cells": [9, 12]}],
+        ["material", {"name": "m0", "law": "linear_elastic", "young": 70000000000.0, "poisson": 0.0, "density": 2700.0}],
+        ["body", {"material": "m0", "points_per_cell": 2, "lower": [0.0029296875, 0.0], "upper": [0.01171875, 0.01171875], "velocity": [0.024037113069869696, -0.02806834751357469]}],
+        ["crack", {"kind": "line", "contact": "frictionless", "tip": [0.0078125, 0.0048828125], "direction": [0.0, 1.0], "length": 0.001953125}],
+        ["constraint", {"lower": [0.0029296875, 0.0], "upper": [0.0029296875, 0.0], "fix": "xy", "name": "a"}],
+        ["constraint", {"lower": [0.01171875, 0.0], "upper": [0.01171875, 0.0], "fix": "y", "name": "b"}],
+        ["load", {"kind": "point", "force": [0.0, 3781.720368886139], "lower": [0.00732421875, 0.01171875], "upper": [0.00732421875, 0.01171875], "history": "sine", "frequency": 69407.34571846038, "start": -4.3223090711018004e-07}],
+        ["load", {"kind": "gravity", "acceleration": [-250.88209594470422, -22885.82525473374]}],
+        ["method", {"time": "explicit", "scheme": "musl", "time_steps": "global"}],
+        ["refine", {"indicator": "tip", "max_level": 2, "max_particles": 4000, "rings": 2}],
+        ["energy_release", {"estimators": ["domain_integral"]}],
+        ["output", {"file": "case.h5", "history_interval": 1.08057726777545e-06}],
+    ]),
+    "particles on the line ahead of a tip": ("mirror in y", [
+        ["run", {"plane": "stress", "end_time": 0.0013277586906449191, "thickness": 3.0}],
+        ["grid", {"lower": [0.5, -0.25], "cell": 0.25, "cells": [13, 12], "order": 1}],
+        ["material", {"name": "m0", "law": "linear_elastic", "young": 3000000000.0, "poisson": 0.4, "density": 1200.0}],
+        ["body", {"material": "m0", "points_per_cell": 4, "lower": [0.875, 0.0], "upper": [3.4375, 2.5], "eigenstrain": [0.00014576894591996495, 0.0001755407083322703, 0.0]}],
+        ["crack", {"kind": "path", "name": "c0", "points": [1.75, 1.0, 2.0, 1.5, 2.25, 1.75], "contact": "none"}],
+        ["constraint", {"lower": [0.75, 0.0], "upper": [3.5, 0.0], "fix": "xy"}],
+        ["constraint", {"lower": [0.75, 2.5], "upper": [3.5, 2.5], "fix": "xy", "velocity": [-0.35888080989767274, -0.6761872162690927], "name": "a"}],
+        ["load", {"kind": "point", "force": [1683727.9684881791, -1665634.2362220564], "lower": [2.125, 2.5], "upper": [2.125, 2.5]}],
+        ["method", {"time": "explicit", "scheme": "musl", "mass": "full", "solver": "direct"}],
+        ["refine", {"indicator": "tip", "max_level": 1, "max_particles": 4000, "rings": 4}],
+        ["energy_release", {"estimators": ["domain_integral"]}],
+        ["output", {"file": "case.h5", "history_interval": 0.00018967981294927417}],
+    ]),
+    "cohesion all along from a hole": ("reverse", [
+        ["run", {"plane": "axisymmetric", "end_time": 9.255260126692795e-06}],
+        ["grid", {"lower": [0.019, 0.0030919120612231837], "cell": 0.001, "cells": [13, 13]}],
+        ["material", {"name": "m0", "law": "viscoelastic", "young": 3000000000.0, "poisson": 0.3, "density": 1200.0, "moduli": [300000000.0, 150000000.0], "relaxation_times": [4.6276300633463974e-07, 9.255260126692795e-06]}],
+        ["body", {"material": "m0", "points_per_cell": 2, "lower": [0.02, 0.004091912061223184], "upper": [0.031, 0.015091912061223184], "velocity": [0.11993377709856598, -0.019531613876957725]}],
+        ["body", {"hole": True, "shape": "circle", "center": [0.024829974350334204, 0.008897111785090497], "radius": 0.002173403548324349, "points_per_cell": 1}],
+        ["crack", {"kind": "path", "name": "c1", "points": [0.026100800204255648, 0.010284083682500113, 0.028899199795744353, 0.011899740439946255], "contact": "friction", "friction": 0.2}],
+        ["cohesive", {"law": "linear", "strength": 717981.0451879007, "toughness": 0.910750961606402, "crack": "c1"}],
+        ["constraint", {"lower": [0.019, 0.0035919120612231837], "upper": [0.032, 0.005291912061223184], "fix": "xy", "name": "a"}],
+        ["constraint", {"lower": [0.02, 0.015091912061223184], "upper": [0.031, 0.015091912061223184], "fix": "xy", "displacement": [-2.800538196021692e-07, 5.582736635702179e-07], "history": "sine", "frequency": 32413.999811283506, "name": "b"}],
+        ["load", {"kind": "pressure", "pressure": 229002.83395926908, "lower": [0.019, 0.009591912061223184], "upper": [0.032, 0.016091912061223183]}],
+        ["method", {"time": "explicit", "scheme": "usavg", "mass": "blend", "solver": "auto"}],
+        ["energy_release", {}],
+        ["output", {"file": "case.h5", "history_interval": 9.255260126692795e-07}],
+    ]),
+    "what tractions behind a closed tip bear beside their line": ("reverse", [
+        ["run", {"plane": "stress", "end_time": 1.362667700408506, "thickness": 0.01}],
+        ["grid", {"lower": [0.0, -0.22499999999999998], "cell": 0.03, "cells": [14, 13]}],
+        ["material", {"name": "spare", "law": "mooney_rivlin", "young": 10000.0, "poisson": 0.49, "density": 1000.0, "c01": 1677.8523489932886}],
+        ["material", {"name": "m0", "law": "neo_hookean", "young": 10000.0, "poisson": 0.49, "density": 2000.0}],
+        ["body", {"material": "m0", "points_per_cell": 3, "lower": [0.0, -0.22499999999999998], "upper": [0.42, 0.16499999999999998], "spin": 0.000366289674655246}],
+        ["crack", {"kind": "path", "name": "c0", "points": [0.09071298584415177, -0.12981253573049095, 0.18374762107420742, -0.05815965551954415], "contact": "friction", "friction": 0.7}],
+        ["crack", {"kind": "path", "name": "c1", "points": [0.34125, -0.0075, 0.25875, 0.0375], "contact": "none"}],
+        ["constraint", {"lower": [0.0, -0.22499999999999998], "upper": [0.42, -0.22499999999999998], "fix": "y", "push_only": True}],
+        ["load", {"kind": "gravity", "acceleration": [0.0, 0.0003592046989886401]}],
+        ["method", {"time": "implicit", "time_step": 0.06813338502042529, "hht_alpha": -0.1, "mass": "lumped", "solver": "auto"}],
+        ["energy_release", {"estimators": ["domain_integral"]}],
+        ["output", {"file": "case.h5", "history_interval": 0.3406669251021265}],
+        ["damping", {"rate": 1.0540925533894598}],
+    ]),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_images_are_the_same(name):
+    oracle, scene = SCENES[name]
+    bench = combinations.Bench(CHECKED_PROGRAM, exact=True)
+    base = bench.run(scene)
+    assert base.code == 0, base.said
+    assert combinations.ask(bench, scene, base, oracle, "1") == "passed"
