@@ -89,7 +89,8 @@ contains
          call estimate_rates(scene, motion, factors_at(motion%loads, motion%time), tip, p, state, extrapolation, values, failure)
          associate (behind => tip%now - tip%nodes%spacing*tip%direction, &
                     mouth => grid%cut_cells%follow(cracks%crack(tip%crack)%mouth))
-            values%behind = path_opening(tip, behind, -tip%direction, motion%matter_t, motion%interfaces)
+            if (tip%nodes%tip == 0 .or. tip%may_close) &
+               values%behind = path_opening(tip, behind, -tip%direction, motion%matter_t, motion%interfaces)
             if (tip%nodes%tip > 0) then
                at_node = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
                if (tip%may_close .and. values%behind(1) < 0) at_node(1) = values%behind(1)

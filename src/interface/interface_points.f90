@@ -322,12 +322,13 @@ contains
       real(dp), intent(in) :: toward(ndim)       !! unit vector along the crack to that side
       real(dp), intent(inout) :: opening(ndim)
       logical, intent(out) :: is_there
+      real(dp), parameter :: far = 1.5_dp        ! cells; points of the next cell are no farther
       real(dp) :: way(interfaces%n)              ! from the place to the points [m]
       integer :: k, near, next
       way = [(dot_product(interfaces%list(k)%place - x, toward), k=1, interfaces%n)]
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%line /= line .or. all(point%law /= [contact, cohesive]) .or. way(k) > 1.5_dp*point%cell) way(k) = -1
+            if (point%line /= line .or. all(point%law /= [contact, cohesive]) .or. way(k) > far*point%cell) way(k) = -1
          end associate
       end do
       is_there = count(way > 0) > 1
@@ -546,8 +547,8 @@ contains
                point%slip = dot_product(along(point), felt_by_faces(point))
              case (slides)
                sliding = sliding - sign(point%friction*pressed, sliding)
-               interfaces%loss = interfaces%loss + point%stiffness*point%friction*&
-                                 merge(pressed, (point%pressed + pressed)/2, interfaces%at_end)*abs(sliding)
+               interfaces%loss = interfaces%loss + point%stiffness*point%friction*abs(sliding) &
+                                 *merge(pressed, (point%pressed + pressed)/2, interfaces%at_end)
                point%slip = point%slip + sliding
             end select
             point%pressed = pressed

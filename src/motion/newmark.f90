@@ -328,6 +328,7 @@ contains
       real(dp), intent(in) :: times
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: by_faces(:, :)
+      if (m%interfaces%n_contact == 0) return
       if (.not. any(m%interfaces%list(:m%interfaces%n)%is_firm)) return
       call solve_mass_equation(m, forces_of_firm_faces(m%interfaces, m%grid%n_points), 0*a, by_faces, failure)
       a = a - times*by_faces
