@@ -22,7 +22,7 @@ module hampm_interface_placement
    use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, holds, along, &
                                      add_interface_point, force_of, face_force, overlap_of, energy_of, is_half, add_interface_forces
    use hampm_forest, only: forest_t, outside
-   use hampm_ghost_penalty, only: hold_small_pieces
+   use hampm_ghost_penalty, only: hold_small_pieces, hold_lone_particles
    use hampm_lapack, only: dposv
    use hampm_matter, only: matter_t
    use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
@@ -80,10 +80,10 @@ contains
       interfaces%n_contact = 0
       interfaces%n_cohesive = 0
       interfaces%at_end = interfaces%are_bounded .and. .not. m%grid%is_quadratic()
-      if (.not. (m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies))) return
       if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
       if (m%grid%is_quadratic() .or. .not. interfaces%are_bounded .or. interfaces%strain_last) call hold_small_pieces(interfaces, m)
       call go_on(interfaces, old)
+      if (.not. (interfaces%are_bounded .or. m%grid%is_quadratic())) call hold_lone_particles(interfaces, m)
       do k = 1, interfaces%n
          interfaces%list(k)%felt = interfaces%list(k)%opening
       end do

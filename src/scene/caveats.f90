@@ -133,7 +133,7 @@ contains
          body = 0
       end do
       if (body == 0) return
-      call add(text, 'G_nodal_force is 14 to 21 % off with points_per_cell = 1 around the tip of the crack; use 2, or the '// &
+      call add(text, 'G_nodal_force is 14 to 24 % off with points_per_cell = 1 around the tip of the crack; use 2, or the '// &
                'estimator ''domain_integral''')
    end subroutine look_at_points
 

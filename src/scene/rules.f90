@@ -134,9 +134,6 @@ module hampm_rules
              "parts are told apart by contact only", ""), &
       rule_t("&body part", no_effect_without, "another body of that part", mechanics, &
              "a body without a name is one by itself", ""), &
-      rule_t("&body points_per_cell = 1", not_with, "&method time = 'static'", mechanics, &
-             "one particle in a cell does not feel how that is bent, and nothing else holds its nodes", &
-             "&body points_per_cell = 2"), &
       rule_t("&body points_per_cell < 3", not_with, "&grid order = 2", mechanics, &
              "with fewer than 3 some motions of the nodes strain no particle", "&body points_per_cell = 3"), &
       rule_t("&body velocity", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &

@@ -128,7 +128,7 @@ def test_a_constraint_in_the_cells_of_a_body_is_none(hampm, tmp_path):
 
 def test_one_particle_a_cell(hampm, tmp_path):
     result = check(hampm, tmp_path, changed(GOOD, "points_per_cell = 2", "points_per_cell = 1"))
-    assert "G_nodal_force is 14 to 21 % off with points_per_cell = 1" in result.stderr
+    assert "G_nodal_force is 14 to 24 % off with points_per_cell = 1" in result.stderr
 
 
 STEEL = "&material\n  name = 'steel'\n  young = 210e9\n  poisson = 0.3\n  density = 7850\n/\n&body"
