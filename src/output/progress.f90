@@ -4,6 +4,7 @@ module hampm_progress
    use, intrinsic :: iso_c_binding, only: c_int
    use, intrinsic :: iso_fortran_env, only: output_unit
    use hampm_kinds, only: dp, long
+   use hampm_text, only: to_text
    implicit none
    private
    public :: progress_t, standing_t
@@ -75,10 +76,16 @@ contains
       logical, intent(in) :: last
       integer(long) :: clock
       if (self%quiet) return
-      if (.not. self%begun) call begin_count(self, now%time, now%step)
+      if (.not. self%begun) then
+         self%first_time = now%time
+         self%last_step = now%step
+         self%begun = .true.
+      end if
       call system_clock(clock)
-      if (.not. last .and. seconds_between(self, self%clock_last, clock) < interval(self)) return
-      call count_work(self, now%step, now%particles)
+      if (.not. last .and. seconds_between(self, self%clock_last, clock) < &
+          merge(terminal_interval, file_interval, self%terminal)) return
+      self%particle_steps = self%particle_steps + real(now%step - self%last_step, dp)*now%particles
+      self%last_step = now%step
       call print_line(self, line(self, clock, now))
       self%clock_last = clock
       if (.not. last) return
@@ -86,25 +93,6 @@ contains
       write (output_unit, '(a)') 'ran '//clock_text(seconds_between(self, self%clock_start, clock))
       flush (output_unit)
    end subroutine show
-
-   !> Remember where this run began.
-   subroutine begin_count(self, time, step)
-      class(progress_t), intent(inout) :: self
-      real(dp), intent(in) :: time
-      integer(long), intent(in) :: step
-      self%first_time = time
-      self%last_step = step
-      self%begun = .true.
-   end subroutine begin_count
-
-   !> Add the steps since the last line to the work done; the number of particles hardly changes between two lines.
-   subroutine count_work(self, step, particles)
-      class(progress_t), intent(inout) :: self
-      integer(long), intent(in) :: step
-      integer, intent(in) :: particles
-      self%particle_steps = self%particle_steps + real(step - self%last_step, dp)*real(particles, dp)
-      self%last_step = step
-   end subroutine count_work
 
    !> Print a line: over the last one on a terminal, below it elsewhere.
    subroutine print_line(self, text)
@@ -128,21 +116,19 @@ contains
       character(:), allocatable :: text
       real(dp) :: elapsed
       elapsed = seconds_between(self, self%clock_start, clock)
-      text = percent(self, now%time)//' '//time_text(now%time, self%end_time)//' '//left_text(self, now%time, elapsed)//' left'
+      text = percent(self, now%time)//' '//in_unit(now%time, self%end_time, ['s ', 'ms', 'us', 'ns'], '(f20.4)')//' '// &
+             left_text(self, now%time, elapsed)//' left'
       if (now%g_ratio > not_there) text = text//' G/Gref '//number(now%g_ratio, '(f12.4)')
-      if (now%crack_length > not_there) text = text//' crack '//length_text(now%crack_length)
-      if (now%tip_speed > not_there) text = text//' '//count_text(nint(now%tip_speed, long))//' m/s'
-      text = text//' step '//count_text(now%step)//' cells '//count_text(int(now%cells, long))
-      text = text//' particles '//count_text(int(now%particles, long))//' level '//count_text(int(now%finest_level, long))
+      associate (length => now%crack_length)
+         if (length > not_there) text = text//' crack '//in_unit(length, length, ['m ', 'mm', 'um'], &
+                                                                 merge('(f20.4)', '(f20.3)', length >= 1))
+      end associate
+      if (now%tip_speed > not_there) text = text//' '//to_text(nint(now%tip_speed, long))//' m/s'
+      text = text//' step '//to_text(now%step)//' cells '//to_text(now%cells)//' particles '//to_text(now%particles)// &
+             ' level '//to_text(now%finest_level)
       if (now%energy_residual > not_there) text = text//' energy '//number(now%energy_residual, '(es12.1)')
       if (elapsed > 0.0_dp) text = text//' '//number(1.0e-6_dp*self%particle_steps/elapsed, '(f12.1)')//' Mp/s'
    end function line
-
-   !> Least time between two lines [s].
-   pure real(dp) function interval(self)
-      class(progress_t), intent(in) :: self
-      interval = merge(terminal_interval, file_interval, self%terminal)
-   end function interval
 
    !> Time between two readings of the clock [s].
    pure real(dp) function seconds_between(self, earlier, later)
@@ -160,33 +146,18 @@ contains
       text = repeat(' ', max(0, 6 - len(text)))//text
    end function percent
 
-   !> A simulated time in the unit that suits the whole run, as in '0.634 ms'.
-   function time_text(time, longest) result(text)
-      real(dp), intent(in) :: time, longest      !! [s]
+   !> A time or a length in the unit that suits it, or another one, as in '0.634 ms'.
+   function in_unit(value, suited, units, format) result(text)
+      real(dp), intent(in) :: value, suited      !! in the first of the units
+      character(*), intent(in) :: units(:)       !! each a thousandth of the one before
+      character(*), intent(in) :: format
       character(:), allocatable :: text
-      if (longest >= 1.0_dp) then
-         text = number(time, '(f12.4)')//' s'
-      else if (longest >= 1.0e-3_dp) then
-         text = number(1.0e3_dp*time, '(f12.4)')//' ms'
-      else if (longest >= 1.0e-6_dp) then
-         text = number(1.0e6_dp*time, '(f12.4)')//' us'
-      else
-         text = number(1.0e9_dp*time, '(f12.4)')//' ns'
-      end if
-   end function time_text
-
-   !> A length in the unit that suits it, as in '16.042 mm'.
-   function length_text(length) result(text)
-      real(dp), intent(in) :: length             !! [m]
-      character(:), allocatable :: text
-      if (length >= 1.0_dp) then
-         text = number(length, '(f20.4)')//' m'
-      else if (length >= 1.0e-3_dp) then
-         text = number(1.0e3_dp*length, '(f12.3)')//' mm'
-      else
-         text = number(1.0e6_dp*length, '(f12.3)')//' um'
-      end if
-   end function length_text
+      integer :: k
+      do k = 1, size(units) - 1
+         if (suited*1000.0_dp**(k - 1) >= 1) exit
+      end do
+      text = number(value*1000.0_dp**(k - 1), format)//' '//trim(units(k))
+   end function in_unit
 
    !> The wall time left if the rest of the simulated time takes as long as what is done, '-' while that is unknown.
    function left_text(self, time, elapsed) result(text)
@@ -221,13 +192,4 @@ contains
       write (buffer, format) value
       text = trim(adjustl(buffer))
    end function number
-
-   !> A whole number, without blanks.
-   function count_text(value) result(text)
-      integer(long), intent(in) :: value
-      character(:), allocatable :: text
-      character(32) :: buffer
-      write (buffer, '(i0)') value
-      text = trim(buffer)
-   end function count_text
 end module hampm_progress
