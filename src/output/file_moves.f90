@@ -7,7 +7,8 @@ module hampm_file_moves
    use hampm_failure, only: failure_t, exit_file
    implicit none
    private
-   public :: partial_name, file_exists, replace_file, give_second_name, rename_file, copy_file, remove_file
+   public :: partial_name, file_exists, replace_file, give_second_name, rename_file, copy_file, remove_file, &
+             c_open, c_close
 
    character(*), parameter :: partial_ending = '.part'
    integer(c_int), parameter :: read_only = 0           !! O_RDONLY

@@ -4,7 +4,7 @@
 !> the lock from a program that ends, however it ends; the empty file that a killed one leaves behind keeps nobody out.
 module hampm_run_lock
    use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_int64_t, c_null_char, c_ptr
-   use hampm_file_moves, only: remove_file
+   use hampm_file_moves, only: c_open, c_close, remove_file
    implicit none
    private
    public :: run_lock_t, lock_name
@@ -26,12 +26,6 @@ module hampm_run_lock
    end type run_lock_t
 
    interface
-      integer(c_int) function c_open(path, flags) bind(c, name='open')
-         import :: c_char, c_int
-         character(c_char), intent(in) :: path(*)
-         integer(c_int), value :: flags
-      end function c_open
-
       integer(c_int) function c_flock(descriptor, operation) bind(c, name='flock')
          import :: c_int
          integer(c_int), value :: descriptor, operation
@@ -52,11 +46,6 @@ module hampm_run_lock
       type(c_ptr) function c_errno_location() bind(c, name='__errno_location')
          import :: c_ptr
       end function c_errno_location
-
-      integer(c_int) function c_close(descriptor) bind(c, name='close')
-         import :: c_int
-         integer(c_int), value :: descriptor
-      end function c_close
    end interface
 
 contains
