@@ -10,7 +10,7 @@ module hampm_views
    use hampm_motion, only: motion_t
    use hampm_nodal_fields, only: v_n
    use hampm_refinement, only: refinement_t
-   use hampm_snapshots, only: piece_t, vtk_line, vtk_quad, vtk_biquadratic_quad
+   use hampm_snapshots, only: piece_t, add_field, vtk_line, vtk_quad, vtk_biquadratic_quad
    implicit none
    private
    public :: shows_cracks, particle_view, mesh_view, crack_view
@@ -48,16 +48,16 @@ contains
             end associate
          end do
          call view%set_vertices('particles', transpose(p%reference + p%displacement))
-         call view%add_point_field('id', real(reshape(p%id, [1, p%n]), dp))
-         call view%add_point_field('body', real(reshape(p%body, [1, p%n]), dp))
-         call view%add_point_field('displacement', transpose(p%displacement))
-         call view%add_point_field('velocity', transpose(p%velocity))
-         call view%add_point_field('stress_xx', components(1:1, :))
-         call view%add_point_field('stress_yy', components(2:2, :))
-         call view%add_point_field('stress_xy', components(3:3, :))
-         if (p%thickness%is_ring) call view%add_point_field('stress_zz', components(4:4, :))
-         call view%add_point_field('energy_density', reshape(energy, [1, p%n]))
-         if (any(motion%materials%yields())) call view%add_point_field('plastic_strain', reshape(plastic, [1, p%n]))
+         call add_field(view%point_fields, 'id', real(reshape(p%id, [1, p%n]), dp))
+         call add_field(view%point_fields, 'body', real(reshape(p%body, [1, p%n]), dp))
+         call add_field(view%point_fields, 'displacement', transpose(p%displacement))
+         call add_field(view%point_fields, 'velocity', transpose(p%velocity))
+         call add_field(view%point_fields, 'stress_xx', components(1:1, :))
+         call add_field(view%point_fields, 'stress_yy', components(2:2, :))
+         call add_field(view%point_fields, 'stress_xy', components(3:3, :))
+         if (p%thickness%is_ring) call add_field(view%point_fields, 'stress_zz', components(4:4, :))
+         call add_field(view%point_fields, 'energy_density', reshape(energy, [1, p%n]))
+         if (any(motion%materials%yields())) call add_field(view%point_fields, 'plastic_strain', reshape(plastic, [1, p%n]))
       end associate
       if (with_cracks) call add_sides(motion, view)
    end subroutine particle_view
@@ -76,8 +76,8 @@ contains
             of(:, i) = [grid%piece_of(p%cell(i)), &
                         grid%cut_cells%side_at(grid%element_leaf(p%cell(i)), grid%cut_cells%follow(origin))]
          end do
-         call view%add_point_field('piece', of(1:1, :))
-         call view%add_point_field('side', of(2:2, :))
+         call add_field(view%point_fields, 'piece', of(1:1, :))
+         call add_field(view%point_fields, 'side', of(2:2, :))
       end associate
    end subroutine add_sides
 
@@ -99,13 +99,13 @@ contains
             call nodal_field(motion, refinement%field, phi)
             call refinement_parameter(motion, refinement%field, phi, r)
          end if
-         call view%add_point_field('R', reshape(r, [1, size(r)]))
+         call add_field(view%point_fields, 'R', reshape(r, [1, size(r)]))
       end if
       associate (grid => motion%grid, f => motion%fields)
          view%name = 'mesh'
          view%points = grid%node_position
-         call view%add_point_field('mass', reshape(f%mass_matrix%lumped, [1, grid%n_points]))
-         call view%add_point_field('velocity', f%velocity(:, :, v_n))
+         call add_field(view%point_fields, 'mass', reshape(f%mass_matrix%lumped, [1, grid%n_points]))
+         call add_field(view%point_fields, 'velocity', f%velocity(:, :, v_n))
          if (grid%is_quadratic()) then
             call add_quadratic_cells(grid, motion%blocks%count_in, with_cracks, view)
             return
@@ -113,11 +113,12 @@ contains
          view%connectivity = reshape(grid%element_nodes(around, :) - 1, [corners*grid%n_elements])
          view%offsets = [(corners*e, e=0, grid%n_elements)]
          view%cell_types = spread(vtk_quad, 1, grid%n_elements)
-         call view%add_cell_field('level', reshape([(real(grid%forest%level_of(grid%element_leaf(e)), dp), &
-                                                     e=1, grid%n_elements)], [1, grid%n_elements]))
-         call view%add_cell_field('particles', reshape(real(motion%blocks%count_in, dp), [1, grid%n_elements]))
-         if (with_cracks) call view%add_cell_field('piece', reshape([(real(grid%piece_of(e), dp), e=1, grid%n_elements)], &
-                                                                    [1, grid%n_elements]))
+         call add_field(view%cell_fields, 'level', &
+                        reshape([(real(grid%forest%level_of(grid%element_leaf(e)), dp), e=1, grid%n_elements)], &
+                                [1, grid%n_elements]))
+         call add_field(view%cell_fields, 'particles', reshape(real(motion%blocks%count_in, dp), [1, grid%n_elements]))
+         if (with_cracks) call add_field(view%cell_fields, 'piece', &
+                                         reshape([(real(grid%piece_of(e), dp), e=1, grid%n_elements)], [1, grid%n_elements]))
       end associate
    end subroutine mesh_view
 
@@ -138,11 +139,12 @@ contains
          end do
          view%offsets = [(n*k, k=0, cells)]
          view%cell_types = spread(vtk_biquadratic_quad, 1, cells)
-         call view%add_cell_field('level', reshape([(real(grid%forest%level_of(grid%element_leaf(first(k))), dp), k=1, cells)], &
-                                                   [1, cells]))
-         call view%add_cell_field('particles', reshape([(real(sum(particles(first(k):first(k) + corners - 1)), dp), k=1, cells)], &
-                                                       [1, cells]))
-         if (with_cracks) call view%add_cell_field('piece', reshape([(real(grid%piece_of(first(k)), dp), k=1, cells)], [1, cells]))
+         call add_field(view%cell_fields, 'level', &
+                        reshape([(real(grid%forest%level_of(grid%element_leaf(first(k))), dp), k=1, cells)], [1, cells]))
+         call add_field(view%cell_fields, 'particles', &
+                        reshape([(real(sum(particles(first(k):first(k) + corners - 1)), dp), k=1, cells)], [1, cells]))
+         if (with_cracks) call add_field(view%cell_fields, 'piece', &
+                                         reshape([(real(grid%piece_of(first(k)), dp), k=1, cells)], [1, cells]))
       end associate
    end subroutine add_quadratic_cells
 
@@ -176,7 +178,7 @@ contains
             if (cracks%tips(k)%end == last_point) tip(1, first(c + 1) - 1) = k
          end associate
       end do
-      call view%add_point_field('tip', tip)
-      call view%add_cell_field('crack', number)
+      call add_field(view%point_fields, 'tip', tip)
+      call add_field(view%cell_fields, 'crack', number)
    end subroutine crack_view
 end module hampm_views

@@ -162,14 +162,7 @@ contains
       character(*), intent(in) :: name
       integer, intent(in) :: n
       real(dp), intent(inout) :: values(n)
-      real(dp), allocatable :: found(:)
-      if (self%failure%failed()) return
-      if (.not. self%is_read) then
-         call self%file%put(self%group//name, values, self%failure)
-         return
-      end if
-      call self%file%get(self%group//name, found, self%failure)
-      if (fits(self, name, n, size(found))) values = found
+      call keep_vector(self, name, values)
    end subroutine keep_reals
 
    !> Keep the first `n` elements of an array of long integers of any shape.
@@ -178,26 +171,24 @@ contains
       character(*), intent(in) :: name
       integer, intent(in) :: n
       integer(long), intent(inout) :: values(n)
-      integer(long), allocatable :: found(:)
+      call keep_vector(self, name, values)
+   end subroutine keep_longs
+
+   !> Keep a vector. What is read has to be as long.
+   subroutine keep_vector(self, name, values)
+      class(checkpoint_t), intent(inout) :: self
+      character(*), intent(in) :: name
+      class(*), intent(inout), target, contiguous :: values(:)
+      integer :: found
       if (self%failure%failed()) return
       if (.not. self%is_read) then
          call self%file%put(self%group//name, values, self%failure)
          return
       end if
-      call self%file%get(self%group//name, found, self%failure)
-      if (fits(self, name, n, size(found))) values = found
-   end subroutine keep_longs
-
-   !> Whether an array that was read has the length that is expected.
-   logical function fits(self, name, expected, found)
-      class(checkpoint_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      integer, intent(in) :: expected, found
-      fits = .not. self%failure%failed()
-      if (.not. fits .or. found == expected) return
-      fits = .false.
-      call self%refuse(self%group//name//' has '//to_text(found)//' values, not '//to_text(expected))
-   end function fits
+      call self%file%get(self%group//name, values, found, self%failure)
+      if (.not. self%failure%failed() .and. found /= size(values)) &
+         call self%refuse(self%group//name//' has '//to_text(found)//' values, not '//to_text(size(values)))
+   end subroutine keep_vector
 
    !> Put a seal at the end of a file that is closed. `exit_file` where it cannot be written.
    subroutine seal_file(path, failure)

@@ -38,11 +38,11 @@ module hampm_hdf5_file
       procedure :: unwritten
       procedure :: put_label
       generic :: put_attribute => put_attribute_value, put_attribute_integers
-      generic :: put => put_text, put_real_1, put_long_1
-      generic :: get => get_text, get_real_1, get_long_1
+      generic :: put => put_text, put_vector
+      generic :: get => get_text, get_vector
       procedure, private :: put_attribute_value, put_attribute_integers
-      procedure, private :: put_text, put_real_1, put_long_1
-      procedure, private :: get_text, get_real_1, get_long_1
+      procedure, private :: put_text, put_vector
+      procedure, private :: get_text, get_vector
    end type hdf5_file_t
 
 contains
@@ -214,25 +214,21 @@ contains
       call h5tclose_f(type_id, e)
    end subroutine put_text
 
-   !> Write the dataset `path`: a vector of reals.
-   subroutine put_real_1(self, path, values, failure)
+   !> Write the dataset `path`: a vector of reals or 64-bit integers.
+   subroutine put_vector(self, path, values, failure)
       class(hdf5_file_t), intent(in) :: self
       character(*), intent(in) :: path
-      real(dp), intent(in), target, contiguous :: values(:)
+      class(*), intent(in), target, contiguous :: values(:)
       type(failure_t), intent(inout) :: failure
-      call write_dataset(self, path, h5t_ieee_f64le, native_real(), simple_space(shape(values, hsize_t)), &
-                         c_loc(values), failure)
-   end subroutine put_real_1
-
-   !> Write the dataset `path`: a vector of 64-bit integers.
-   subroutine put_long_1(self, path, values, failure)
-      class(hdf5_file_t), intent(in) :: self
-      character(*), intent(in) :: path
-      integer(long), intent(in), target, contiguous :: values(:)
-      type(failure_t), intent(inout) :: failure
-      call write_dataset(self, path, h5t_std_i64le, native_long(), simple_space(shape(values, hsize_t)), &
-                         c_loc(values), failure)
-   end subroutine put_long_1
+      select type (values)
+       type is (real(dp))
+         call write_dataset(self, path, h5t_ieee_f64le, native_real(), simple_space(shape(values, hsize_t)), &
+                            c_loc(values), failure)
+       type is (integer(long))
+         call write_dataset(self, path, h5t_std_i64le, native_long(), simple_space(shape(values, hsize_t)), &
+                            c_loc(values), failure)
+      end select
+   end subroutine put_vector
 
    !> Read the dataset `path`, a text.
    subroutine get_text(self, path, text, failure)
@@ -270,31 +266,25 @@ contains
       call c_free(address)
    end subroutine get_text
 
-   !> Read the dataset `path`, a vector of reals.
-   subroutine get_real_1(self, path, values, failure)
+   !> Read the dataset `path`, a vector of reals or 64-bit integers, where it has as many as there is room for.
+   subroutine get_vector(self, path, values, n, failure)
       class(hdf5_file_t), intent(in) :: self
       character(*), intent(in) :: path
-      real(dp), allocatable, intent(out), target :: values(:)
+      class(*), intent(inout), target, contiguous :: values(:)
+      integer, intent(out) :: n                  !! values that it has
       type(failure_t), intent(inout) :: failure
       integer(hid_t) :: dataset
       integer(hsize_t) :: extent(1)
       call find_dataset(self, path, dataset, extent, failure)
-      allocate (values(extent(1)))
-      call read_dataset(self, path, dataset, native_real(), c_loc(values), failure)
-   end subroutine get_real_1
-
-   !> Read the dataset `path`, a vector of 64-bit integers.
-   subroutine get_long_1(self, path, values, failure)
-      class(hdf5_file_t), intent(in) :: self
-      character(*), intent(in) :: path
-      integer(long), allocatable, intent(out), target :: values(:)
-      type(failure_t), intent(inout) :: failure
-      integer(hid_t) :: dataset
-      integer(hsize_t) :: extent(1)
-      call find_dataset(self, path, dataset, extent, failure)
-      allocate (values(extent(1)))
-      call read_dataset(self, path, dataset, native_long(), c_loc(values), failure)
-   end subroutine get_long_1
+      n = int(extent(1))
+      if (n /= size(values)) return
+      select type (values)
+       type is (real(dp))
+         call read_dataset(self, path, dataset, native_real(), c_loc(values), failure)
+       type is (integer(long))
+         call read_dataset(self, path, dataset, native_long(), c_loc(values), failure)
+      end select
+   end subroutine get_vector
 
    !> Write a new dataset whole, in the given space, which is closed. What is not a single value is kept with a checksum: reading
    !> fails where it has been damaged.

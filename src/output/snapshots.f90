@@ -14,7 +14,7 @@ module hampm_snapshots
    use hampm_hdf5_series, only: hdf5_series_t, real_values, long_values, byte_values
    implicit none
    private
-   public :: snapshots_t, piece_t, field_t, vtk_vertex, vtk_line, vtk_polygon, vtk_quad, &
+   public :: snapshots_t, piece_t, field_t, add_field, vtk_vertex, vtk_line, vtk_polygon, vtk_quad, &
              vtk_biquadratic_quad
 
    integer, parameter :: vtk_vertex = 1, vtk_line = 3, vtk_polygon = 7, vtk_quad = 9, vtk_biquadratic_quad = 28
@@ -39,8 +39,6 @@ module hampm_snapshots
       type(field_t), allocatable :: point_fields(:), cell_fields(:)
    contains
       procedure :: set_vertices
-      procedure :: add_point_field
-      procedure :: add_cell_field
    end type piece_t
 
    ! The growing datasets of a piece
@@ -54,15 +52,11 @@ module hampm_snapshots
    integer, parameter :: stored(fields) = [real_values, long_values, long_values, byte_values, long_values, long_values, &
                                            long_values, real_values, long_values, long_values, long_values, long_values]
 
-   !> The growing datasets of one piece, in the order above.
-   type :: piece_series_t
-      type(hdf5_series_t), allocatable :: of(:)
-   end type piece_series_t
-
-   !> The pieces of the snapshots and their datasets.
+   !> The growing datasets of all pieces, of each in the order above.
    type :: snapshots_t
       private
-      type(piece_series_t), allocatable :: pieces(:)
+      type(hdf5_series_t), allocatable :: series(:)
+      integer, allocatable :: first(:)           !! where those of each piece begin, and where the last end
       integer(long), allocatable :: kept(:)      !! entries of each dataset that are kept where a file is continued
    contains
       procedure :: write => write_snapshot
@@ -88,27 +82,11 @@ contains
       self%cell_types = spread(vtk_vertex, 1, size(points, 2))
    end subroutine set_vertices
 
-   !> Add a field on the points.
-   subroutine add_point_field(self, name, values)
-      class(piece_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      real(dp), intent(in) :: values(:, :)       !! shape (k, points)
-      call add_field(self%point_fields, name, values)
-   end subroutine add_point_field
-
-   !> Add a field on the cells.
-   subroutine add_cell_field(self, name, values)
-      class(piece_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      real(dp), intent(in) :: values(:, :)       !! shape (k, cells)
-      call add_field(self%cell_fields, name, values)
-   end subroutine add_cell_field
-
-   !> Add a field to a list of fields.
+   !> Add a field to those on the points or cells of a piece.
    subroutine add_field(fields, name, values)
       type(field_t), allocatable, intent(inout) :: fields(:)
       character(*), intent(in) :: name
-      real(dp), intent(in) :: values(:, :)
+      real(dp), intent(in) :: values(:, :)       !! shape (k, points) or (k, cells)
       type(field_t), allocatable :: longer(:)
       integer :: i, n
       n = 0
@@ -131,41 +109,38 @@ contains
       type(piece_t), intent(in) :: pieces(:)
       type(failure_t), intent(inout) :: failure
       integer :: i
-      if (.not. allocated(self%pieces)) then
+      if (.not. allocated(self%series)) then
          call create_pieces(self, file, pieces, failure)
          if (.not. failure%failed()) call shorten(self, file, failure)
       end if
       do i = 1, size(pieces)
          if (failure%failed()) return
-         call append_step(self%pieces(i), file, time, pieces(i), failure)
-         call append_piece(self%pieces(i), file, pieces(i), failure)
-         call note_steps(self%pieces(i), file, failure)
+         associate (series => self%series(self%first(i):self%first(i + 1) - 1))
+            call append_step(series, file, time, pieces(i), failure)
+            call append_piece(series, file, pieces(i), failure)
+            call note_steps(series(times), file, failure)
+         end associate
       end do
    end subroutine write_snapshot
 
    !> Tell VTK how many snapshots there are, at the piece and at its steps.
    subroutine note_steps(series, file, failure)
-      type(piece_series_t), intent(in) :: series
+      type(hdf5_series_t), intent(in) :: series  !! the times
       type(hdf5_file_t), intent(in) :: file
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: steps
-      steps = folder_of(series%of(times)%path)
-      call file%put_attribute(steps, 'NSteps', int(series%of(times)%length), failure)
-      call file%put_attribute(folder_of(steps), 'NSteps', int(series%of(times)%length), failure)
+      steps = folder_of(series%path)
+      call file%put_attribute(steps, 'NSteps', int(series%length), failure)
+      call file%put_attribute(folder_of(steps), 'NSteps', int(series%length), failure)
    end subroutine note_steps
 
    !> How many entries each dataset has, or is to have where it has not been looked at since the file is continued.
    function lengths(self)
       class(snapshots_t), intent(in) :: self
       integer(long), allocatable :: lengths(:)
-      integer :: piece
       allocate (lengths(0))
       if (allocated(self%kept)) lengths = self%kept
-      if (.not. allocated(self%pieces)) return
-      lengths = [integer(long) ::]
-      do piece = 1, size(self%pieces)
-         lengths = [lengths, int(self%pieces(piece)%of%length, long)]
-      end do
+      if (allocated(self%series)) lengths = int(self%series%length, long)
    end function lengths
 
    !> Where a file is continued: drop what is beyond these lengths before the next snapshot is written.
@@ -181,16 +156,12 @@ contains
       type(hdf5_file_t), intent(in) :: file
       type(failure_t), intent(inout) :: failure
       integer(hsize_t) :: length
-      integer :: piece, i, k
+      integer :: k
       if (.not. allocated(self%kept)) return
-      k = 0
-      do piece = 1, size(self%pieces)
-         do i = 1, size(self%pieces(piece)%of)
-            k = k + 1
-            length = 0
-            if (k <= size(self%kept)) length = self%kept(k)
-            call self%pieces(piece)%of(i)%shorten(file, length, failure)
-         end do
+      do k = 1, size(self%series)
+         length = 0
+         if (k <= size(self%kept)) length = self%kept(k)
+         call self%series(k)%shorten(file, length, failure)
       end do
    end subroutine shorten
 
@@ -199,12 +170,10 @@ contains
       class(snapshots_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file
       type(failure_t), intent(inout) :: failure
-      integer :: piece, i
-      if (.not. allocated(self%pieces)) return
-      do piece = 1, size(self%pieces)
-         do i = 1, size(self%pieces(piece)%of)
-            if (.not. failure%failed()) call self%pieces(piece)%of(i)%reopen(file, failure)
-         end do
+      integer :: k
+      if (.not. allocated(self%series)) return
+      do k = 1, size(self%series)
+         if (.not. failure%failed()) call self%series(k)%reopen(file, failure)
       end do
    end subroutine reopen
 
@@ -212,7 +181,7 @@ contains
    logical function can_catch_up(self, file)
       class(snapshots_t), intent(in) :: self
       type(hdf5_file_t), intent(in) :: file
-      can_catch_up = .not. allocated(self%pieces)
+      can_catch_up = .not. allocated(self%series)
       if (.not. can_catch_up) can_catch_up = file%holds(root)
    end function can_catch_up
 
@@ -221,13 +190,13 @@ contains
       class(snapshots_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file, donor
       type(failure_t), intent(inout) :: failure
-      integer :: piece, i
-      if (.not. allocated(self%pieces)) return
-      do piece = 1, size(self%pieces)
-         do i = 1, size(self%pieces(piece)%of)
-            if (.not. failure%failed()) call self%pieces(piece)%of(i)%catch_up(file, donor, failure)
-         end do
-         if (.not. failure%failed()) call note_steps(self%pieces(piece), file, failure)
+      integer :: k
+      if (.not. allocated(self%series)) return
+      do k = 1, size(self%series)
+         if (.not. failure%failed()) call self%series(k)%catch_up(file, donor, failure)
+      end do
+      do k = 1, size(self%first) - 1
+         if (.not. failure%failed()) call note_steps(self%series(self%first(k) - 1 + times), file, failure)
       end do
    end subroutine catch_up
 
@@ -238,17 +207,21 @@ contains
       type(piece_t), intent(in) :: pieces(:)
       type(failure_t), intent(inout) :: failure
       integer :: i
-      allocate (self%pieces(size(pieces)))
+      self%first = [1]
+      do i = 1, size(pieces)
+         self%first = [self%first, self%first(i) + fields + field_count(pieces(i)%point_fields) + &
+                       field_count(pieces(i)%cell_fields)]
+      end do
+      allocate (self%series(self%first(size(self%first)) - 1))
       call make_typed_group(file, root, 'MultiBlockDataSet', failure)
       do i = 1, size(pieces)
          call make_typed_group(file, piece_path(pieces(i)), 'UnstructuredGrid', failure)
          call file%put_attribute(piece_path(pieces(i)), 'Index', i - 1, failure)
-         allocate (self%pieces(i)%of(fields + field_count(pieces(i)%point_fields) + field_count(pieces(i)%cell_fields)))
-         call create_datasets(self%pieces(i), file, pieces(i), failure)
-         associate (first_of_cells => fields + field_count(pieces(i)%point_fields) + 1)
-            call create_fields(self%pieces(i)%of(fields + 1:first_of_cells - 1), file, pieces(i), 'Point', &
-                               pieces(i)%point_fields, failure)
-            call create_fields(self%pieces(i)%of(first_of_cells:), file, pieces(i), 'Cell', pieces(i)%cell_fields, failure)
+         associate (series => self%series(self%first(i):self%first(i + 1) - 1), &
+                    first_of_cells => fields + field_count(pieces(i)%point_fields) + 1)
+            call create_datasets(series, file, pieces(i), failure)
+            call create_fields(series(fields + 1:first_of_cells - 1), file, pieces(i), 'Point', pieces(i)%point_fields, failure)
+            call create_fields(series(first_of_cells:), file, pieces(i), 'Cell', pieces(i)%cell_fields, failure)
          end associate
       end do
       call create_assembly(file, pieces, failure)
@@ -287,7 +260,7 @@ contains
 
    !> Make the datasets of points and cells, and those that say where each snapshot begins.
    subroutine create_datasets(series, file, piece, failure)
-      type(piece_series_t), intent(inout) :: series
+      type(hdf5_series_t), intent(inout) :: series(:)
       type(hdf5_file_t), intent(in) :: file
       type(piece_t), intent(in) :: piece
       type(failure_t), intent(inout) :: failure
@@ -296,7 +269,7 @@ contains
       entries(:types) = [size(piece%points, 2), size(piece%connectivity), size(piece%cell_types), size(piece%cell_types)]
       do k = 1, fields
          if (k == times) call file%make_group(steps_path(piece), failure)
-         call series%of(k)%create(file, piece_path(piece)//'/'//trim(names(k)), stored(k), merge(vtk_dim, 1, k == points), &
+         call series(k)%create(file, piece_path(piece)//'/'//trim(names(k)), stored(k), merge(vtk_dim, 1, k == points), &
                                   chunk(entries(k)), failure)
       end do
    end subroutine create_datasets
@@ -328,35 +301,35 @@ contains
    !> Note when the snapshot is, where its data begin, and how many they are. Offsets hold one entry more than cells
    !> for each snapshot, which VTK accounts for itself.
    subroutine append_step(series, file, time, piece, failure)
-      type(piece_series_t), intent(inout) :: series
+      type(hdf5_series_t), intent(inout) :: series(:)
       type(hdf5_file_t), intent(in) :: file
       real(dp), intent(in) :: time
       type(piece_t), intent(in) :: piece
       type(failure_t), intent(inout) :: failure
-      call series%of(first_part)%append(file, [series%of(first_part)%length], failure)
-      call series%of(first_point)%append(file, [series%of(points)%length], failure)
-      call series%of(first_cell)%append(file, [series%of(types)%length], failure)
-      call series%of(first_connectivity)%append(file, [series%of(connectivity)%length], failure)
-      call series%of(point_number)%append(file, [size(piece%points, 2)], failure)
-      call series%of(cell_number)%append(file, [size(piece%cell_types)], failure)
-      call series%of(connectivity_number)%append(file, [size(piece%connectivity)], failure)
-      call series%of(times)%append(file, [time], failure)
+      call series(first_part)%append(file, [series(first_part)%length], failure)
+      call series(first_point)%append(file, [series(points)%length], failure)
+      call series(first_cell)%append(file, [series(types)%length], failure)
+      call series(first_connectivity)%append(file, [series(connectivity)%length], failure)
+      call series(point_number)%append(file, [size(piece%points, 2)], failure)
+      call series(cell_number)%append(file, [size(piece%cell_types)], failure)
+      call series(connectivity_number)%append(file, [size(piece%connectivity)], failure)
+      call series(times)%append(file, [time], failure)
    end subroutine append_step
 
    !> Append the points, cells and fields of a piece.
    subroutine append_piece(series, file, piece, failure)
-      type(piece_series_t), intent(inout) :: series
+      type(hdf5_series_t), intent(inout) :: series(:)
       type(hdf5_file_t), intent(in) :: file
       type(piece_t), intent(in) :: piece
       type(failure_t), intent(inout) :: failure
-      call series%of(points)%append(file, completed(piece%points), failure)
-      call series%of(connectivity)%append(file, piece%connectivity, failure)
-      call series%of(offsets)%append(file, piece%offsets, failure)
-      call series%of(types)%append(file, piece%cell_types, failure)
+      call series(points)%append(file, completed(piece%points), failure)
+      call series(connectivity)%append(file, piece%connectivity, failure)
+      call series(offsets)%append(file, piece%offsets, failure)
+      call series(types)%append(file, piece%cell_types, failure)
       associate (first_of_cells => fields + field_count(piece%point_fields) + 1)
-         if (allocated(piece%point_fields)) call append_fields(series%of(fields + 1:first_of_cells - 1), file, &
+         if (allocated(piece%point_fields)) call append_fields(series(fields + 1:first_of_cells - 1), file, &
                                                                piece%point_fields, failure)
-         if (allocated(piece%cell_fields)) call append_fields(series%of(first_of_cells:), file, piece%cell_fields, failure)
+         if (allocated(piece%cell_fields)) call append_fields(series(first_of_cells:), file, piece%cell_fields, failure)
       end associate
    end subroutine append_piece
 

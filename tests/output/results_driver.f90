@@ -7,7 +7,7 @@ program results_driver
    use hampm_folders, only: ensure_folder
    use hampm_hdf5_file, only: hdf5_file_t
    use hampm_results, only: results_t
-   use hampm_snapshots, only: piece_t, vtk_quad
+   use hampm_snapshots, only: piece_t, add_field, vtk_quad
    use hampm_progress, only: progress_t, standing_t
    implicit none
    character(path_len) :: folder, mode
@@ -76,22 +76,25 @@ contains
       character(*), intent(in) :: path
       type(hdf5_file_t) :: file
       type(failure_t) :: failure
-      real(dp), allocatable :: vector(:)
-      integer(long), allocatable :: longs(:), none(:)
+      real(dp) :: vector(2)
+      integer(long) :: longs(1), none(0)
+      integer :: n(3)
       call file%create(path, failure)
       call file%put('/vector', [1.0_dp, -2.0_dp], failure)
       call file%put('/none', [integer(long) ::], failure)
       call file%put('/longs', [2_long**40], failure)
       call file%close(failure)
       call file%open(path, failure)
-      call file%get('/vector', vector, failure)
-      call file%get('/none', none, failure)
-      call file%get('/longs', longs, failure)
+      call file%get('/vector', vector, n(1), failure)
+      call file%get('/none', none, n(2), failure)
+      call file%get('/longs', longs, n(3), failure)
       call check_none(failure, 'datasets are put and got')
       call check(all(abs(vector - [1.0_dp, -2.0_dp]) <= 0.0_dp), 'the vector is the same')
-      call check(size(none) == 0, 'the empty vector is empty')
+      call check(all(n == [2, 0, 1]), 'they have as many values')
+      call file%get('/vector', none, n(1), failure)
+      call check(n(1) == 2, 'of a vector of another length that is told')
       call check(all(longs == 2_long**40), '64-bit integers are the same')
-      call file%get('/nothing', vector, failure)
+      call file%get('/nothing', vector, n(1), failure)
       call check_report(failure, 'there is no /nothing')
       call file%close(failure)
    end subroutine test_datasets
@@ -204,15 +207,15 @@ contains
       integer :: i, cells
       row = [(real(i, dp), i=1, 5 + 3*k)]
       call pieces(1)%set_vertices('particles', reshape([(row(i), row(i) + 10*k, i=1, size(row))], [2, size(row)]))
-      call pieces(1)%add_point_field('velocity', reshape([(row(i), -row(i), i=1, size(row))], [2, size(row)]))
-      call pieces(1)%add_point_field('mass', reshape(100*k + row, [1, size(row)]))
+      call add_field(pieces(1)%point_fields, 'velocity', reshape([(row(i), -row(i), i=1, size(row))], [2, size(row)]))
+      call add_field(pieces(1)%point_fields, 'mass', reshape(100*k + row, [1, size(row)]))
       cells = 2 + k
       pieces(2)%name = 'mesh'
       pieces(2)%points = reshape([(real(i, dp), 0.0_dp, real(i, dp), 1.0_dp, i=0, cells)], [2, 2*cells + 2])
       pieces(2)%connectivity = [(2*i, 2*i + 2, 2*i + 3, 2*i + 1, i=0, cells - 1)]
       pieces(2)%offsets = [(4*i, i=0, cells)]
       pieces(2)%cell_types = spread(vtk_quad, 1, cells)
-      call pieces(2)%add_cell_field('level', reshape([(real(10*k + i, dp), i=1, cells)], [1, cells]))
+      call add_field(pieces(2)%cell_fields, 'level', reshape([(real(10*k + i, dp), i=1, cells)], [1, cells]))
       call results%write_snapshot(1.0e-3_dp*k, pieces, failure)
    end subroutine take_snapshot
 
