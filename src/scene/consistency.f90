@@ -9,6 +9,7 @@ module hampm_consistency
    use hampm_growth_consistency, only: check_growth
    use hampm_joints, only: gap_between, groups_of_bodies, sheets_of_bodies
    use hampm_kinds, only: dp, name_len, ndim
+   use hampm_material_group, only: orthotropic_keys
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
    use hampm_path_consistency, only: check_paths
    use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, particle_number, most_particles, point_text, &
@@ -422,13 +423,11 @@ contains
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k, entry              !! number of the material, and position of its group, here and below
-      character(*), parameter :: keys(*) = [character(10) :: 'young_1', 'young_2', 'young_3', 'shear_12', 'poisson_12', &
-                                            'poisson_13', 'poisson_23']
       character(:), allocatable :: why
       logical :: plane_stress
       integer :: i
       if (.not. (settings%good(settings%find('run', 1), 'plane') .and. &
-                 all([(settings%good(entry, trim(keys(i))), i=1, size(keys))]))) return
+                 all([(settings%good(entry, trim(orthotropic_keys(i))), i=1, size(orthotropic_keys))]))) return
       plane_stress = scene%run%plane == 'stress'
       associate (of => scene%materials(k)%orthotropic)
          if (minval(of%young(:merge(2, 3, plane_stress))) <= 0 .or. of%shear_12 <= 0) return

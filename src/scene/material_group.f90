@@ -8,7 +8,7 @@ module hampm_material_group
    use hampm_viscoelastic, only: most_branches
    implicit none
    private
-   public :: material_group, material_keys, material_spec_t, fill_materials
+   public :: material_group, material_keys, orthotropic_keys, material_spec_t, fill_materials
 
    type(group_t), parameter :: material_group = group_t('material', repeats, is_required, 'a material; bodies name it')
 
@@ -60,6 +60,10 @@ module hampm_material_group
             any_number, '-(strain across the plane)/(strain along 2) under stress along 2; required in plane strain'), &
       key_t('material', 'angle', type_real, 1, 1, may, '0.0', '', 'degrees', &
             any_number, 'of axis 1 of an orthotropic material from x, anticlockwise')]
+
+   !> The constants of an orthotropic material alone.
+   character(*), parameter :: orthotropic_keys(*) = [character(10) :: 'young_1', 'young_2', 'young_3', 'shear_12', 'poisson_12', &
+                                                     'poisson_13', 'poisson_23']
 
    !> &material: a law and its constants.
    type :: material_spec_t

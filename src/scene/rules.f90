@@ -7,6 +7,7 @@
 !> several; a condition on another group that may stand several times `requires` it of all of these, and is met by any of them else.
 !> Only materials of which there is a body, and bodies that are no holes count.
 module hampm_rules
+   use hampm_material_group, only: orthotropic_keys
    implicit none
    private
    public :: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, mechanics, not_built, &
@@ -32,6 +33,16 @@ module hampm_rules
       character(176) :: reason                   !! '' where the conditions say it
       character(80) :: use                       !! a condition, or words; '' for nothing
    end type rule_t
+
+   ! Of rows that differ by one word alone
+   character(*), parameter :: corners(*) = ['lower', 'upper']
+   character(*), parameter :: acting(*) = ['&constraint', '&load      ']
+   character(*), parameter :: of_matter(*) = [character(11) :: 'material', 'velocity', 'spin', 'eigenstrain', 'part']
+   character(*), parameter :: of_gradient(*) = [character(12) :: 'field', 'r_crit', 'r_coarsen', 'energy_floor']
+   character(*), parameter :: of_looks(*) = ['start   ', 'interval']
+   character(*), parameter :: with_forces(*) = [character(48) :: 'cracks that cut cells', &
+                                                "&crack contact = 'frictionless' | 'friction'", '&cohesive']
+   integer :: k
 
    ! Laws of a kind, which a unit test holds to what they say of themselves
    character(*), parameter :: with_history = "&material law = 'j2_plastic' | 'viscoelastic'"
@@ -63,13 +74,8 @@ module hampm_rules
    type(rule_t), parameter :: of_materials(*) = [ &
       rule_t("&material law /= 'orthotropic'", requires, "&material young", &
              by_meaning, "", ""), &
-      rule_t("&material young_1", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
-      rule_t("&material young_2", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
-      rule_t("&material young_3", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
-      rule_t("&material shear_12", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
-      rule_t("&material poisson_12", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
-      rule_t("&material poisson_13", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
-      rule_t("&material poisson_23", requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
+      (rule_t("&material "//orthotropic_keys(k), requires, "&material law = 'orthotropic'", by_meaning, "", ""), &
+       k=1, size(orthotropic_keys)), &
       rule_t("&material angle", requires, "&material law = 'orthotropic'", by_meaning, "other materials have no axes", ""), &
       rule_t("&material law = 'orthotropic'", requires, &
              "&material young_1 and &material young_2 and &material shear_12 and &material poisson_12", by_meaning, "", ""), &
@@ -116,17 +122,12 @@ module hampm_rules
 
    type(rule_t), parameter :: of_bodies(*) = [ &
       rule_t("&body", requires, "&body material or &body hole = .true.", by_meaning, "", ""), &
-      rule_t("&body material", not_with, "&body hole = .true.", by_meaning, "a hole has none", ""), &
-      rule_t("&body velocity", not_with, "&body hole = .true.", by_meaning, "a hole has none", ""), &
-      rule_t("&body spin", not_with, "&body hole = .true.", by_meaning, "a hole has none", ""), &
-      rule_t("&body eigenstrain", not_with, "&body hole = .true.", by_meaning, "a hole has none", ""), &
-      rule_t("&body part", not_with, "&body hole = .true.", by_meaning, "a hole has none", ""), &
+      (rule_t("&body "//of_matter(k), not_with, "&body hole = .true.", by_meaning, "a hole has none", ""), k=1, size(of_matter)), &
       rule_t("&body points_per_cell", no_effect_with, "&body hole = .true.", by_meaning, "", ""), &
       rule_t("&body shape = 'rectangle'", requires, "&body lower and &body upper", by_meaning, "", ""), &
       rule_t("&body shape = 'polygon'", requires, "&body points", by_meaning, "", ""), &
       rule_t("&body shape = 'circle'", requires, "&body center and &body radius > 0", by_meaning, "", ""), &
-      rule_t("&body lower", requires, "&body shape = 'rectangle'", by_meaning, "", ""), &
-      rule_t("&body upper", requires, "&body shape = 'rectangle'", by_meaning, "", ""), &
+      (rule_t("&body "//corners(k), requires, "&body shape = 'rectangle'", by_meaning, "", ""), k=1, 2), &
       rule_t("&body points", requires, "&body shape = 'polygon'", by_meaning, "", ""), &
       rule_t("&body center", requires, "&body shape = 'circle'", by_meaning, "", ""), &
       rule_t("&body radius", requires, "&body shape = 'circle'", by_meaning, "", ""), &
@@ -145,14 +146,17 @@ module hampm_rules
       rule_t("&body eigenstrain and a fourth value of the eigenstrain", warned_with, "&run plane = 'stress'", mechanics, &
              "the fourth value has no effect, as the thickness is free", "")]
 
+   type(rule_t), parameter :: of_histories(*) = [ &
+      (rule_t(trim(acting(k))//" rise_time", requires, trim(acting(k))//" history = 'ramp'", by_meaning, "", ""), &
+       rule_t(trim(acting(k))//" frequency", requires, trim(acting(k))//" history = 'sine'", by_meaning, "", ""), &
+       rule_t(trim(acting(k))//" times", requires, trim(acting(k))//" history = 'table'", by_meaning, "", ""), &
+       rule_t(trim(acting(k))//" factors", requires, trim(acting(k))//" history = 'table'", by_meaning, "", ""), &
+       rule_t(trim(acting(k))//" history = 'ramp'", requires, trim(acting(k))//" rise_time > 0", by_meaning, "", ""), &
+       rule_t(trim(acting(k))//" history = 'sine'", requires, trim(acting(k))//" frequency > 0", by_meaning, "", ""), &
+       rule_t(trim(acting(k))//" history = 'table'", requires, trim(acting(k))//" times and "//trim(acting(k))//" factors", &
+              by_meaning, "", ""), k=1, size(acting))]
+
    type(rule_t), parameter :: of_constraints(*) = [ &
-      rule_t("&constraint rise_time", requires, "&constraint history = 'ramp'", by_meaning, "", ""), &
-      rule_t("&constraint frequency", requires, "&constraint history = 'sine'", by_meaning, "", ""), &
-      rule_t("&constraint times", requires, "&constraint history = 'table'", by_meaning, "", ""), &
-      rule_t("&constraint factors", requires, "&constraint history = 'table'", by_meaning, "", ""), &
-      rule_t("&constraint history = 'ramp'", requires, "&constraint rise_time > 0", by_meaning, "", ""), &
-      rule_t("&constraint history = 'sine'", requires, "&constraint frequency > 0", by_meaning, "", ""), &
-      rule_t("&constraint history = 'table'", requires, "&constraint times and &constraint factors", by_meaning, "", ""), &
       rule_t("&constraint history", no_effect_without, "&constraint displacement or &constraint velocity", by_meaning, &
              "it is that of a motion, and none is given", ""), &
       rule_t("&constraint start", no_effect_without, "&constraint displacement or &constraint velocity", by_meaning, &
@@ -169,24 +173,14 @@ module hampm_rules
              "loads are scaled, which is not what a support does", "")]
 
    type(rule_t), parameter :: of_loads(*) = [ &
-      rule_t("&load rise_time", requires, "&load history = 'ramp'", by_meaning, "", ""), &
-      rule_t("&load frequency", requires, "&load history = 'sine'", by_meaning, "", ""), &
-      rule_t("&load times", requires, "&load history = 'table'", by_meaning, "", ""), &
-      rule_t("&load factors", requires, "&load history = 'table'", by_meaning, "", ""), &
-      rule_t("&load history = 'ramp'", requires, "&load rise_time > 0", by_meaning, "", ""), &
-      rule_t("&load history = 'sine'", requires, "&load frequency > 0", by_meaning, "", ""), &
-      rule_t("&load history = 'table'", requires, "&load times and &load factors", by_meaning, "", ""), &
       rule_t("&load kind = 'point' | 'traction' | 'body'", requires, "&load lower and &load upper and &load force", by_meaning, &
              "", ""), &
       rule_t("&load kind = 'pressure'", requires, "&load pressure", by_meaning, "", ""), &
       rule_t("&load kind = 'pressure' and &load on = 'edge'", requires, "&load lower and &load upper", by_meaning, "", ""), &
       rule_t("&load kind = 'gravity'", requires, "&load acceleration", by_meaning, "", ""), &
-      rule_t("&load lower", not_with, "&load kind = 'gravity'", by_meaning, "it acts on all bodies", "kind = 'body'"), &
-      rule_t("&load lower", not_with, "&load kind = 'pressure' and &load on = 'crack'", by_meaning, &
-             "it acts on the faces of the whole crack", ""), &
-      rule_t("&load upper", not_with, "&load kind = 'gravity'", by_meaning, "it acts on all bodies", "kind = 'body'"), &
-      rule_t("&load upper", not_with, "&load kind = 'pressure' and &load on = 'crack'", by_meaning, &
-             "it acts on the faces of the whole crack", ""), &
+      (rule_t("&load "//corners(k), not_with, "&load kind = 'gravity'", by_meaning, "it acts on all bodies", "kind = 'body'"), &
+       rule_t("&load "//corners(k), not_with, "&load kind = 'pressure' and &load on = 'crack'", by_meaning, &
+              "it acts on the faces of the whole crack", ""), k=1, 2), &
       rule_t("&load force", not_with, "&load kind = 'pressure' | 'gravity'", by_meaning, "", ""), &
       rule_t("&load pressure", requires, "&load kind = 'pressure'", by_meaning, "", ""), &
       rule_t("&load acceleration", requires, "&load kind = 'gravity'", by_meaning, "", ""), &
@@ -243,12 +237,8 @@ module hampm_rules
              "fine steps are those of cells by moments of their volume", "&material dilatation = 'point'"), &
       rule_t("&method time_steps = 'local'", not_with, "&refine indicator = 'gradient' | 'zz'", mechanics, &
              "where the mesh changes, vibrations of the small cells grow", "&method time_steps = 'global'"), &
-      rule_t("&method time_steps = 'local'", not_with, "cracks that cut cells", not_built, &
-             "forces act across faces between cells that step apart", "&method time_steps = 'global'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&crack contact = 'frictionless' | 'friction'", not_built, &
-             "forces act across faces between cells that step apart", "&method time_steps = 'global'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&cohesive", not_built, &
-             "forces act across faces between cells that step apart", "&method time_steps = 'global'"), &
+      (rule_t("&method time_steps = 'local'", not_with, with_forces(k), not_built, &
+              "forces act across faces between cells that step apart", "&method time_steps = 'global'"), k=1, 3), &
       rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'symmetry' and &growth law = 'prescribed' | 'toughness'", &
              not_built, "bonds are let go in steps that are the same for all", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&energy_release estimators = 'energy_balance'", not_built, &
@@ -310,14 +300,10 @@ module hampm_rules
              "", ""), &
       rule_t("&method full_region", no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
              by_meaning, "", ""), &
-      rule_t("&method full_lower", no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
-             by_meaning, "", ""), &
-      rule_t("&method full_upper", no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
-             by_meaning, "", ""), &
-      rule_t("&method full_lower", no_effect_with, "&method mass = 'partial' and &method full_region = 'refined'", by_meaning, &
-             "the region is that of the cells that are refined", ""), &
-      rule_t("&method full_upper", no_effect_with, "&method mass = 'partial' and &method full_region = 'refined'", by_meaning, &
-             "the region is that of the cells that are refined", ""), &
+      (rule_t("&method full_"//corners(k), no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
+              by_meaning, "", ""), k=1, 2), &
+      (rule_t("&method full_"//corners(k), no_effect_with, "&method mass = 'partial' and &method full_region = 'refined'", &
+              by_meaning, "the region is that of the cells that are refined", ""), k=1, 2), &
       rule_t("&method solver = 'direct'", no_effect_with, &
              "&method time = 'explicit' and &method mass = 'lumped' | 'fmpm'", mechanics, "no equations are solved", ""), &
       rule_t("&damping rate", no_effect_with, "&method time = 'static'", mechanics, "what rests is not damped", ""), &
@@ -342,23 +328,17 @@ module hampm_rules
              "particles would have to be given to finer cells", "&refine indicator = 'tip'"), &
       rule_t("&refine max_level", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, &
              "cells refine by an indicator", ""), &
-      rule_t("&refine region_lower", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", ""), &
-      rule_t("&refine region_upper", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", ""), &
+      (rule_t("&refine region_"//corners(k), no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", &
+              ""), k=1, 2), &
       rule_t("&refine max_particles", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", ""), &
       rule_t("&refine rings", no_effect_without, "&refine indicator = 'tip'", by_meaning, "", ""), &
       rule_t("&refine tolerance", no_effect_without, "&refine indicator = 'zz'", by_meaning, "", ""), &
-      rule_t("&refine field", no_effect_without, "&refine indicator = 'gradient'", by_meaning, "", ""), &
-      rule_t("&refine r_crit", no_effect_without, "&refine indicator = 'gradient'", by_meaning, "", ""), &
-      rule_t("&refine r_coarsen", no_effect_without, "&refine indicator = 'gradient'", by_meaning, "", ""), &
-      rule_t("&refine energy_floor", no_effect_without, "&refine indicator = 'gradient'", by_meaning, "", ""), &
-      rule_t("&refine start", no_effect_without, "&refine indicator = 'zz' | 'gradient'", by_meaning, &
-             "by the distance to a tip cells refine before the first step", ""), &
-      rule_t("&refine start", no_effect_with, "&method time = 'static' and &refine indicator = 'zz' | 'gradient'", mechanics, &
-             "cells refine between load steps", ""), &
-      rule_t("&refine interval", no_effect_without, "&refine indicator = 'zz' | 'gradient'", by_meaning, &
-             "by the distance to a tip cells refine before the first step", ""), &
-      rule_t("&refine interval", no_effect_with, "&method time = 'static' and &refine indicator = 'zz' | 'gradient'", mechanics, &
-             "cells refine between load steps", "")]
+      (rule_t("&refine "//of_gradient(k), no_effect_without, "&refine indicator = 'gradient'", by_meaning, "", ""), &
+       k=1, size(of_gradient)), &
+      (rule_t("&refine "//of_looks(k), no_effect_without, "&refine indicator = 'zz' | 'gradient'", by_meaning, &
+              "by the distance to a tip cells refine before the first step", ""), &
+       rule_t("&refine "//of_looks(k), no_effect_with, "&method time = 'static' and &refine indicator = 'zz' | 'gradient'", &
+              mechanics, "cells refine between load steps", ""), k=1, 2)]
 
    type(rule_t), parameter :: of_cracks(*) = [ &
       rule_t("&crack kind = 'symmetry' | 'line'", requires, "&crack tip", by_meaning, "", ""), &
@@ -490,6 +470,7 @@ module hampm_rules
 
    !> All rows.
    type(rule_t), parameter :: rules(*) = [ &
-      of_rings, of_grids, of_materials, of_bodies, of_constraints, of_loads, of_contact, &
+      of_rings, of_grids, of_materials, of_bodies, of_histories(:size(of_histories)/2), of_constraints, &
+      of_histories(size(of_histories)/2 + 1:), of_loads, of_contact, &
       of_method, of_refinement, of_cracks, of_cohesion, of_growth, of_energies]
 end module hampm_rules
