@@ -12,10 +12,10 @@ module hampm_conditions
    use hampm_load_placement, only: is_on_faces
    implicit none
    private
-   public :: atom_t, parse_condition, holds, shown_atom, condition_mistake
+   public :: atom_t, parse_condition, holds, shown_atom, features, is_present, is_named
 
-   !> The names.
-   character(*), parameter :: names(*) = [character(48) :: &
+   !> The names of the features.
+   character(*), parameter :: features(*) = [character(48) :: &
       'cells that are cut', 'cracks that cut cells', 'tips at no nodes', 'several cracks', 'several bodies', &
       'edges that are no grid lines', 'growth by laws of both kinds', &
       'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
@@ -115,41 +115,6 @@ contains
       without_quotes = text
       if (index(text, '''') == 1) without_quotes = text(2:len(text) - 1)
    end function without_quotes
-
-   !> What is wrong with a condition, '' for nothing: groups, keys, choices and features that are not there.
-   pure function condition_mistake(text) result(mistake)
-      character(*), intent(in) :: text
-      character(:), allocatable :: mistake
-      type(atom_t), allocatable :: atoms(:)
-      integer :: i, k, row
-      mistake = ''
-      call parse_condition(text, atoms)
-      do i = 1, size(atoms)
-         associate (atom => atoms(i))
-            if (atom%kind == is_named) then
-               if (.not. is_feature(trim(atom%text))) mistake = 'no feature '//trim(atom%text)
-               cycle
-            end if
-            if (find_group(trim(atom%group)) == 0) then
-               mistake = 'no group &'//trim(atom%group)
-               cycle
-            end if
-            if (atom%kind == is_present) cycle
-            row = find_key(find_group(trim(atom%group)), trim(atom%key))
-            if (row == 0 .or. atom%kind == 0) then
-               mistake = 'no condition: '//trim(atom%text)
-               cycle
-            end if
-            associate (key => keys(first_key(find_group(trim(atom%group))) + row - 1))
-               do k = 1, atom%choices
-                  if (key%allowed /= '' .and. is_text(key) .and. &
-                      index('|'//trim(key%allowed)//'|', '|'//trim(atom%values(k))//'|') == 0) &
-                     mistake = '&'//trim(atom%group)//' '//trim(atom%key)//' has no choice '//trim(atom%values(k))
-               end do
-            end associate
-         end associate
-      end do
-   end function condition_mistake
 
    !> Whether a word holds of a scene, and of one of its groups where it is about such. What has a mistake in it does not hold.
    pure logical function holds(atom, scene, settings, entry)
@@ -256,17 +221,11 @@ contains
       end associate
    end function shown_atom
 
-   !> Whether a name is that of a feature.
-   pure logical function is_feature(name)
-      character(*), intent(in) :: name
-      is_feature = any(names == name)
-   end function is_feature
-
    !> Whether a scene, or one of its groups where the feature is about such, has a feature.
    pure logical function has_feature(scene, settings, name, entry) result(has)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(in) :: settings
-      character(*), intent(in) :: name           !! one of `names`
+      character(*), intent(in) :: name           !! one of `features`
       integer, intent(in) :: entry               !! position of the group that the rule is about
       real(dp), allocatable :: strain(:)
       integer :: k

@@ -9,8 +9,11 @@ module hampm_rule_check
    use hampm_values, only: parse_real
    implicit none
    private
-   public :: check_rules, required_text
+   public :: check_rules, required_text, with_or, words
 
+   !> Of each verdict, between its conditions
+   character(*), parameter :: words(*) = [character(24) :: 'is not allowed with', 'requires', 'has no effect with', &
+                                          'has no effect without', 'with', 'with']
    integer, parameter :: nowhere = -1            !! no group has what a condition asks for
    integer, parameter :: most_advice = 10        !! messages whose advice is tried; each is a scene of its own
 
@@ -251,18 +254,7 @@ contains
       else
          other = met_text(reading, settings, entry)
       end if
-      select case (rule%verdict)
-       case (not_with)
-         message = message//' is not allowed with '//other
-       case (requires)
-         message = message//' requires '//other
-       case (no_effect_with)
-         message = message//' has no effect with '//other
-       case (no_effect_without)
-         message = message//' has no effect without '//other
-       case default
-         if (other /= '') message = message//' with '//other
-      end select
+      if (other /= '') message = message//' '//trim(words(rule%verdict))//' '//other
       if (rule%reason /= '') message = message//': '//trim(rule%reason)
    end function message_of
 
@@ -309,12 +301,21 @@ contains
          if (at == 0 .or. index(rule%subject, '&') /= 1 .or. at + len(group) > len(text)) exit
          text = text(:at - 1)//text(at + len(group):)
       end do
+      text = with_or(text)
+   end function required_text
+
+   !> A condition with `or` between values.
+   pure function with_or(condition) result(text)
+      character(*), intent(in) :: condition
+      character(:), allocatable :: text
+      integer :: at
+      text = condition
       do
          at = index(text, ' | ')
-         if (at == 0) exit
+         if (at == 0) return
          text = text(:at)//'or'//text(at + 2:)
       end do
-   end function required_text
+   end function with_or
 
    !> Where a rule is broken: the line of its first key.
    pure function location_of(key, settings, entry) result(location)

@@ -4,15 +4,13 @@ module hampm_rule_reference
    use hampm_keys, only: groups
    use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, &
                           mechanics, not_built, by_meaning
-   use hampm_rule_check, only: required_text
+   use hampm_rule_check, only: required_text, with_or, words
    use hampm_text, only: to_text
    implicit none
    private
    public :: rules_text, rules_json
 
    character, parameter :: line_feed = new_line('a')
-   character(*), parameter :: words(*) = [character(24) :: 'is not allowed with', 'requires', 'has no effect with', &
-                                          'has no effect without', 'with', 'with'] !! of each verdict
    character(*), parameter :: verdicts(*) = [character(24) :: 'not allowed with', 'requires', 'no effect with', &
                                              'no effect without', 'warned of with', 'noted with']
    character(*), parameter :: bases(*) = [character(24) :: 'mechanics', 'not built', 'meaning of the keys']
@@ -90,19 +88,6 @@ contains
       end if
       text = text//'.'
    end function sentence
-
-   !> A condition with `or` between values.
-   pure function with_or(condition) result(text)
-      character(*), intent(in) :: condition
-      character(:), allocatable :: text
-      integer :: at
-      text = condition
-      do
-         at = index(text, ' | ')
-         if (at == 0) return
-         text = text(:at)//'or'//text(at + 2:)
-      end do
-   end function with_or
 
    !> A condition whose words about keys and values are marked as code.
    pure function as_code(condition) result(text)

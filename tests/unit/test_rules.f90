@@ -1,7 +1,8 @@
 !> The table of rules: its conditions name groups, keys, choices and features that exist, no row stands twice, and what it advises is known.
 program test_rules
-   use hampm_conditions, only: atom_t, condition_mistake, parse_condition
+   use hampm_conditions, only: atom_t, features, is_named, is_present, parse_condition
    use hampm_harness, only: check, finish
+   use hampm_keys, only: keys, find_group, find_key, first_key, is_text
    use hampm_rules, only: rules, requires, no_effect_without, not_built
    implicit none
    type(atom_t), allocatable :: subject(:), other(:)
@@ -36,6 +37,41 @@ program test_rules
    call finish()
 
 contains
+
+   !> What is wrong with a condition, '' for nothing: groups, keys, choices and features that are not there.
+   function condition_mistake(text) result(mistake)
+      character(*), intent(in) :: text
+      character(:), allocatable :: mistake
+      type(atom_t), allocatable :: atoms(:)
+      integer :: i, k, row
+      mistake = ''
+      call parse_condition(text, atoms)
+      do i = 1, size(atoms)
+         associate (atom => atoms(i))
+            if (atom%kind == is_named) then
+               if (.not. any(features == atom%text)) mistake = 'no feature '//trim(atom%text)
+               cycle
+            end if
+            if (find_group(trim(atom%group)) == 0) then
+               mistake = 'no group &'//trim(atom%group)
+               cycle
+            end if
+            if (atom%kind == is_present) cycle
+            row = find_key(find_group(trim(atom%group)), trim(atom%key))
+            if (row == 0 .or. atom%kind == 0) then
+               mistake = 'no condition: '//trim(atom%text)
+               cycle
+            end if
+            associate (key => keys(first_key(find_group(trim(atom%group))) + row - 1))
+               do k = 1, atom%choices
+                  if (key%allowed /= '' .and. is_text(key) .and. &
+                      index('|'//trim(key%allowed)//'|', '|'//trim(atom%values(k))//'|') == 0) &
+                     mistake = '&'//trim(atom%group)//' '//trim(atom%key)//' has no choice '//trim(atom%values(k))
+               end do
+            end associate
+         end associate
+      end do
+   end function condition_mistake
 
    !> Whether an advice gives a key of the rule a value with which it is not broken.
    logical function heals(advice)
