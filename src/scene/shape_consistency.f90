@@ -72,12 +72,12 @@ contains
                                 to_text(size(numbers))//' values')
          return
       end if
-      x = reshape(numbers, [ndim, n])
+      x = reshape(numbers/max(maxval(abs(numbers)), tiny(1.0_dp)), [ndim, n]) ! squares of areas stay numbers
       do i = 1, n
          associate (a => x(:, i), b => x(:, mod(i, n) + 1))
             if (norm2(b - a) <= 1e-12_dp*maxval(maxval(x, 2) - minval(x, 2))) then
                call settings%complain(entry, 'points', 'corners '//to_text(i)//' and '//to_text(mod(i, n) + 1)// &
-                                      ' are at one place, '//point_text(a))
+                                      ' are at one place, '//point_text(numbers(ndim*(i - 1) + 1:ndim*i)))
                return
             end if
             do j = i + 2, n

@@ -325,6 +325,7 @@ def test_it_goes_on_after_a_checkpoint(hampm, tmp_path):
 MISTAKES = [
     ("&body material = 's' shape = 'polygon' points = 0,0, 1,0 /", "must be three corners or more"),
     ("&body material = 's' shape = 'polygon' points = 0,0, 1,1, 1,0, 0,1 /", "cross or touch"),
+    ("&body material = 's' shape = 'polygon' points = 0,0, 1e99,0, 1e99,1e99, 0,1e99 /", "must be within the grid"),
     ("&body material = 's' shape = 'circle' center = 0.5, 0.5 /", "shape = 'circle' requires center and radius > 0"),
     ("&body material = 's' shape = 'circle' radius = 0.1 /", "shape = 'circle' requires center and radius > 0"),
     ("&body material = 's' lower = 0, 0 /", "shape = 'rectangle' (default) requires lower and upper"),
