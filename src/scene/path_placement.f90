@@ -49,19 +49,24 @@ contains
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: k
       real(dp) :: held(2)
+      held = length_of(scene%paths(k)%points)*covered_part(scene, scene%paths(k)%points)
+      held(1) = max(held(1), scene%paths(k)%held_from)
+   end function held_part
+
+   !> Where a polyline enters and leaves the material, as parts of its length.
+   pure function covered_part(scene, points) result(part)
+      type(scene_t), intent(in) :: scene
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
+      real(dp) :: part(2)
       integer, parameter :: looks = 1000
       logical :: inside(0:looks)
       integer :: i
-      associate (points => scene%paths(k)%points)
-         inside = [(is_inside(scene, place_along(points, i/real(looks, dp))), i=0, looks)]
-         held = length_of(points)*[edge_at(findloc(inside, .true., dim=1) - 1, -1), &
-                                   edge_at(findloc(inside, .true., dim=1, back=.true.) - 1, 1)]
-         held(1) = max(held(1), scene%paths(k)%held_from)
-      end associate
+      inside = [(is_inside(scene, place_along(points, i/real(looks, dp))), i=0, looks)]
+      part = [edge_at(findloc(inside, .true., dim=1) - 1, -1), edge_at(findloc(inside, .true., dim=1, back=.true.) - 1, 1)]
 
    contains
 
-      !> Where the path leaves the material beyond the i-th place, in the one or the other sense, as a part of its length.
+      !> Where it leaves the material beyond the i-th place, in the one or the other sense.
       pure real(dp) function edge_at(i, sense) result(part)
          integer, intent(in) :: i, sense
          real(dp) :: step
@@ -71,11 +76,10 @@ contains
          step = 1/real(looks, dp)
          do turn = 1, 50
             step = step/2
-            if (is_covered(scene, place_along(scene%paths(k)%points, part + sense*step), 1e-6_dp*scene%grid%cell)) &
-               part = part + sense*step
+            if (is_covered(scene, place_along(points, part + sense*step), 1e-6_dp*scene%grid%cell)) part = part + sense*step
          end do
       end function edge_at
-   end function held_part
+   end function covered_part
 
    !> Number of the point at the end of the straight part in which a tip is, and which ends there or goes on.
    pure integer function straight_at(path, end) result(i)
@@ -142,20 +146,11 @@ contains
    pure function path_mouth(scene, k) result(x)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: k
-      real(dp) :: x(ndim)
-      integer, parameter :: looks = 1000
-      integer :: i
-      associate (is_tip => path_tips(scene, k))
-         if (scene%paths(k)%key == 'tip' .and. .not. is_tip(first_end)) then
-            x = scene%paths(k)%points(:, 1)
-            return
-         end if
-         x = place_along(scene%paths(k)%points, 0.5_dp)
-         if (all(is_tip)) return
-         do i = 0, looks
-            x = place_along(scene%paths(k)%points, merge(i, looks - i, is_tip(last_end))/real(looks, dp))
-            if (is_inside(scene, x)) return
-         end do
+      real(dp) :: x(ndim), edges(2)
+      associate (is_tip => path_tips(scene, k), points => scene%paths(k)%points)
+         edges = merge([0.5_dp, 0.5_dp], covered_part(scene, points), all(is_tip))
+         x = place_along(points, edges(merge(2, 1, is_tip(first_end))))
+         if (scene%paths(k)%key == 'tip' .and. .not. is_tip(first_end)) x = points(:, 1)
       end associate
    end function path_mouth
 

@@ -45,6 +45,27 @@ def test_cracks_in_a_plate(hampm, tmp_path, name):
     assert abs(found[2]) < (0.02 if along_grid else 0.015)
 
 
+def test_the_mouth_is_where_a_path_enters_the_body(hampm, tmp_path):
+    """However far outside of it the path begins, and whichever of its points is the first."""
+    openings = []
+    for begin, turn in ((-1e-3, 1), (-0.0137, 1), (-0.0137, -1)):
+        points = ", ".join(f"{x}, 0.0006" for x in (begin, 0.025)[::turn])
+        row = run(hampm, tmp_path, f"""
+&run end_time = 1 thickness = 0.01 /
+&grid lower = -0.01, -0.02 cell = 2.5e-3 cells = 28, 16 /
+&material name = 'a' young = 70e9 density = 2700 poisson = 0.3 /
+&body material = 'a' lower = 0.0, -0.0125 upper = 0.05, 0.0125 /
+&crack kind = 'path' points = {points} /
+&constraint lower = 0.05, -0.0125 upper = 0.05, 0.0125 fix = 'xy' /
+&load kind = 'traction' lower = 0.0, 0.0125 upper = 0.05, 0.0125 force = 0, 1e3 /
+&method time = 'static' /
+&energy_release estimators = 'domain_integral' /
+&output file = 'crack.h5' /
+""")
+        openings.append([row["mouth_opening"][-1], row["mouth_sliding"][-1]])
+    assert openings[1:] == pytest.approx(np.array(openings[:1] * 2), rel=1e-9)
+
+
 def plate(cracks, **values):
     return scene(cracks, 1e-3, (0.012, 0.012), **values)
 
