@@ -103,8 +103,7 @@ module hampm_rules
              "means of large strains have no tangent yet", "&material dilatation = 'point'"), &
       rule_t("&material dilatation = 'cell'", not_with, "&method functions = 'cpdi'", mechanics, &
              "the corners of a domain tell one dilatation", "&material dilatation = 'point'"), &
-      rule_t("&material dilatation = 'cell'", not_with, "&grid order = 2", mechanics, "quadratic cells do not lock", &
-             "&material dilatation = 'point'"), &
+      rule_t("&material dilatation = 'cell'", no_effect_with, "&grid order = 2", mechanics, "quadratic cells do not lock", ""), &
       rule_t("&material dilatation = 'point'", warned_with, &
              "&material law = 'j2_plastic' and &run plane /= 'stress' and &grid order = 1", mechanics, &
              "cells that yield and cannot thin are too stiff, loads go on rising where the material has a limit", &

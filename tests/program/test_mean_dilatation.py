@@ -53,6 +53,12 @@ def test_a_beam_that_keeps_its_volume_does_not_lock(run):
     assert abs(shared[2] - 1) < abs(shared[1] - 1) < abs(shared[0] - 1)
 
 
+def test_quadratic_cells_have_no_use_for_it(run):
+    """With them the key is without effect, of which a warning tells."""
+    quadratic = LAWS["linear_elastic"], 4.0, "method.time=static", "grid.order=2", "body.points_per_cell=3"
+    assert run(*quadratic)["strain_energy"][-1] == run(*quadratic, "material.dilatation=point")["strain_energy"][-1]
+
+
 @pytest.mark.parametrize("time", ["static", "implicit time_step=1e-3", "explicit courant=0.1"])
 def test_isotropic_constants_make_the_orthotropic_law_the_linear_one(run, time):
     """With the same steps, and not as without one dilatation a cell: the key was silent with this law."""
