@@ -1,5 +1,5 @@
 !> The longest stable time step of a scene with a mass matrix that is solved with, from its own matrices as they are at the start of a run:
-!> 2 over the root of the largest eigenvalue of M**-1 K, interface points and their masses included, by the method of Lanczos.
+!> 2 over the root of the largest eigenvalue of M**-1 K, interface points with forces at the start of a step and their masses included, by the method of Lanczos.
 !>
 !>    eigenvalue_limit COURANT case.nml [options of hampm for a run]
 !>
@@ -97,7 +97,7 @@ contains
       interfaces = s%motion%interfaces
       if (interfaces%n > 0) then
          call relax_interfaces(interfaces)
-         interfaces%caution = 1                     ! all faces hold each other
+         interfaces%list(:interfaces%n_at_end)%stiffness = 0 ! forces at the end of a step need none that is shorter
          call add_interface_resistance(interfaces, u, force)
       end if
       call hold(s%motion%constraints, force)

@@ -30,7 +30,7 @@ contains
       taken = 0
       do k = 1, interfaces%n
          if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%way > way) cycle
-         if (.not. interfaces%list(k)%lets_go) call let_go(interfaces%list(k), interfaces%at_end, taken)
+         if (.not. interfaces%list(k)%lets_go) call let_go(interfaces%list(k), interfaces%are_bounded, taken)
          interfaces%list(k)%kept = min(interfaces%list(k)%kept, max(0.0_dp, 1 - (way + further - interfaces%list(k)%way) &
                                                                 /(release_length*interfaces%list(k)%cell)))
       end do
@@ -51,7 +51,7 @@ contains
       overload = 0
       do k = 1, interfaces%n
          if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%lets_go) cycle
-         force = force_of(as_felt(interfaces%list(k), interfaces%at_end))
+         force = force_of(as_felt(interfaces%list(k), interfaces%are_bounded))
          across = dot_product(force, interfaces%list(k)%normal)
          force = force - min(across, 0.0_dp)*interfaces%list(k)%normal
          traction = norm2(force)/(interfaces%thickness%at(interfaces%list(k)%place)*interfaces%list(k)%length &
@@ -59,7 +59,7 @@ contains
          if (interfaces%list(k)%way > last) then
             overload = max(overload, traction)
          else if (traction > 1) then
-            call let_go(interfaces%list(k), interfaces%at_end, taken)
+            call let_go(interfaces%list(k), interfaces%are_bounded, taken)
          end if
       end do
    end subroutine let_go_beyond

@@ -73,15 +73,19 @@ contains
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       type(interfaces_t) :: old
-      integer :: k
+      integer :: k, faces
       if (interfaces%n > 0) old = interfaces
       if (.not. allocated(interfaces%list)) allocate (interfaces%list(64))
       interfaces%n = 0
       interfaces%n_contact = 0
       interfaces%n_cohesive = 0
-      interfaces%at_end = interfaces%are_bounded .and. .not. m%grid%is_quadratic()
+      interfaces%n_at_end = 0
       if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
+      faces = interfaces%n
       if (m%grid%is_quadratic() .or. .not. interfaces%are_bounded .or. interfaces%strain_last) call hold_small_pieces(interfaces, m)
+      if (interfaces%are_bounded) interfaces%n_at_end = interfaces%n
+      if (m%grid%is_quadratic()) & ! where what holds small pieces has a mass
+         interfaces%n_at_end = min(interfaces%n_at_end, merge(faces, 0, interfaces%n_contact + interfaces%n_cohesive > 0))
       call go_on(interfaces, old)
       if (.not. (interfaces%are_bounded .or. m%grid%is_quadratic())) call hold_lone_particles(interfaces, m)
       do k = 1, interfaces%n
@@ -566,8 +570,7 @@ contains
                if (layer%law == cohesive) point%way = layer%way + sum(part(:i - 1))*norm2(to - from)
                call look_at_halves(m, e, x, point%cell, point%stiffness)
                point%stiffness = point%stiffness*interfaces%thickness%at(x)*point%length
-               point%is_firm = layer%law == contact .and. .not. (layer%friction > 0 .or. any(is_cut(e))) .and. &
-                               (interfaces%at_end .or. .not. interfaces%are_bounded) ! quadratic cells in explicit steps
+               point%is_firm = layer%law == contact .and. .not. (layer%friction > 0 .or. any(is_cut(e)))
                if (point%is_firm) point%stiffness = of_whole_cells*point%stiffness
                n = 0
                do side = 1, faces
@@ -705,7 +708,7 @@ contains
          is_wanted(pack(interfaces%list(k)%node, interfaces%list(k)%node > 0)) = .true.
       end do
       call sum_at_nodes(m, is_wanted, mass, force)
-      call add_interface_forces(interfaces, force)
+      call add_interface_forces(interfaces, 1, force)
    end subroutine load_nodes
 
    !> Masses of some nodes, and the forces of the particles on them, with what hanging nodes give them; 0 of the others.

@@ -92,7 +92,7 @@ module hampm_interface_points
    type :: interfaces_t
       type(thickness_t) :: thickness             !! of the material
       logical :: are_bounded = .true.            !! whether explicit steps have to be stable
-      logical :: at_end = .false.                !! whether the forces of a step feel what it changes (`hampm_interface_step`)
+      integer :: n_at_end = 0                    !! number of the points, the first ones, whose forces feel what a step changes (`hampm_interface_step`)
       logical :: strain_last = .false.           !! whether velocities that particles do not remember open them (usl)
       logical :: are_lumped = .true.             !! whether the masses of their nodes are lumped then
       logical :: are_moving = .true.             !! whether they have masses, where they may
@@ -388,12 +388,13 @@ contains
       end associate
    end function interface_stiffness
 
-   !> Add the forces of the interface points on the nodes [N].
-   pure subroutine add_interface_forces(interfaces, force)
+   !> Add the forces of the interface points from the `first` on on the nodes [N].
+   pure subroutine add_interface_forces(interfaces, first, force)
       type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: first
       real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
       integer :: k
-      do k = 1, interfaces%n
+      do k = first, interfaces%n
          call give_nodes(interfaces%list(k)%jump_t, &
                          -merge(interfaces%weight, 1.0_dp, interfaces%list(k)%is_firm)*force_at(interfaces, k), force)
       end do
@@ -548,7 +549,7 @@ contains
              case (slides)
                sliding = sliding - sign(point%friction*pressed, sliding)
                interfaces%loss = interfaces%loss + point%stiffness*point%friction*abs(sliding) &
-                                 *merge(pressed, (point%pressed + pressed)/2, interfaces%at_end)
+                                 *merge(pressed, (point%pressed + pressed)/2, interfaces%are_bounded)
                point%slip = point%slip + sliding
             end select
             point%pressed = pressed

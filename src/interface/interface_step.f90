@@ -22,8 +22,8 @@
 !> changes what it does. Of unknowns whose force changes with their opening the matrix is W + 1/law', symmetric and positive definite, as
 !> friction is held at limits that follow from the pressure before a pass, and passes are repeated; it is factorised where it changes only.
 !>
-!> Masses are lumped at the nodes of points, where faces may touch and where the material moves through the cells; elsewhere A is that of the run, and
-!> its columns for the forces are found once for each mesh.
+!> Masses are lumped at the nodes of points, where faces of linear cells may touch and where the material moves through the cells; elsewhere A is that of the run, and
+!> its columns for the forces are found once for each mesh. What holds small pieces of quadratic cells has a mass, and its force at the start of the step.
 !>
 !> Source: Hughes & Liu, Implicit-explicit finite elements in transient analysis, Journal of Applied Mechanics 45 (1978) 371-378; Carpenter, Taylor & Katona,
 !> Lagrange constraints for transient finite element surface contact, International Journal for Numerical Methods in Engineering 32 (1991) 103-128.
@@ -36,7 +36,7 @@ module hampm_interface_step
    use hampm_interface_points, only: interfaces_t, along, interface_states, interface_stiffness, force_at, have_friction, &
                                      hold_friction, cohesion_at, holds, are_apart
    use hampm_cohesive_law, only: cohesive_state_t
-   use hampm_jumps, only: jump_of, give_nodes
+   use hampm_jumps, only: jump_of, give_nodes, add_mass_product
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_mass_solver, only: mass_solver_t, solve_aside
    use hampm_matter, only: matter_t
@@ -113,7 +113,7 @@ contains
       real(dp), intent(inout) :: acceleration(:, :) !! [m/s2]
       real(dp), intent(inout) :: force(:, :)     !! [N]
       type(failure_t), intent(inout) :: failure
-      real(dp) :: f(ndim*interfaces%n), before(ndim*interfaces%n), change(ndim), acting(ndim)
+      real(dp) :: f(ndim*interfaces%n_at_end), before(ndim*interfaces%n_at_end), change(ndim), acting(ndim)
       integer :: pass, k, j
       logical :: rubs, is_new
       is_new = .not. (allocated(self%responses) .and. m%particles%total_frame)
@@ -121,14 +121,14 @@ contains
       if (failure%failed()) return
       is_new = is_new .or. abs(self%dt - dt) > 0
       self%dt = dt
-      do k = 1, interfaces%n
+      do k = 1, interfaces%n_at_end
          self%opening(:, k) = interfaces%list(k)%opening
          self%beta(k) = merge(1.0_dp, of_newmark, are_apart(interfaces%list(k)) .or. interfaces%strain_last)
       end do
       rubs = have_friction(interfaces)
       if (rubs) call hold_friction(interfaces)
       f = forces_of_law(interfaces)
-      do k = 1, interfaces%n
+      do k = 1, interfaces%n_at_end
          associate (of => self%responses(k), point => interfaces%list(k))
             change = 0
             do j = 1, size(of%node)
@@ -148,7 +148,7 @@ contains
          call hold_friction(interfaces)
       end do
       if (rubs) interfaces%list(:interfaces%n)%most_held = -1
-      do k = 1, interfaces%n
+      do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k), of => self%responses(k))
             point%felt = point%opening
             point%opening = self%opening(:, k)
@@ -174,12 +174,13 @@ contains
       type(mass_solver_t), intent(inout) :: solver
       type(failure_t), intent(inout) :: failure
       integer :: k, j, e
+      real(dp) :: unused(ndim)
       logical :: is_new
       is_new = .not. allocated(self%responses)
       if (is_new) call gather_elements(m, interfaces, remaps, self%elements)
       call weigh_elements(m, self%elements)
       if (is_new) call prepare(self, interfaces, m%grid%n_points)
-      do k = 1, interfaces%n
+      do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k), of => self%responses(k))
             associate (nodes => point%node(:count(point%node > 0)))
                call give_nodes(point%jump_t, [1.0_dp, 1.0_dp], self%unit)
@@ -195,6 +196,7 @@ contains
                do e = 1, size(of%felt_by)
                   call map_by(self%elements(of%felt_by(e)), self%moved, self%mapped)
                end do
+               if (allocated(masses%ghosts)) call add_mass_product(masses%ghosts, self%moved, self%mapped, unused)
                do j = 1, size(nodes)             ! what is given there the particles do not change
                   where (fixed(:, nodes(j)) .or. .not. remaps) &
                      self%mapped(:, nodes(j)) = self%mapped(:, nodes(j)) + self%unit(:, nodes(j))
@@ -214,7 +216,7 @@ contains
             self%mapped = 0
          end associate
       end do
-      if (is_new) call find_pattern(self, m%grid%n_points)
+      if (is_new) call find_pattern(self, interfaces%are_lumped, m%grid%n_points)
       call find_compliance(self, interfaces)
    end subroutine find_responses
 
@@ -224,10 +226,10 @@ contains
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: n_points            !! of the grid
       integer :: e, k
-      allocate (self%responses(interfaces%n), self%states(interfaces%n), self%slopes(ndim*interfaces%n), &
-                self%opening(ndim, interfaces%n), self%beta(interfaces%n))
+      allocate (self%responses(interfaces%n_at_end), self%states(interfaces%n), self%slopes(ndim*interfaces%n_at_end), &
+                self%opening(ndim, interfaces%n_at_end), self%beta(interfaces%n_at_end))
       allocate (self%unit(ndim, n_points), self%moved(ndim, n_points), self%mapped(ndim, n_points), source=0.0_dp)
-      do k = 1, interfaces%n
+      do k = 1, interfaces%n_at_end
          associate (of => self%responses(k), node => interfaces%list(k)%node)
             of%felt_by = [(e, e=1, size(self%elements))]
             if (.not. interfaces%are_lumped) cycle
@@ -295,7 +297,7 @@ contains
       integer :: e, k
       logical :: is_near(m%grid%n_points), is_wanted(m%grid%n_elements)
       is_near = .not. interfaces%are_lumped
-      do k = 1, interfaces%n
+      do k = 1, interfaces%n_at_end
          is_near(pack(interfaces%list(k)%node, interfaces%list(k)%node > 0)) = .true.
       end do
       associate (dofs => m%grid%dofs)
@@ -303,7 +305,7 @@ contains
             is_near(dofs%n_nodes + k) = any(is_near(dofs%master(dofs%first_master(k):dofs%first_master(k + 1) - 1)))
          end do
       end associate
-      is_wanted = [(remaps .and. any(is_near(m%grid%element_nodes(:, e))) .and. &
+      is_wanted = [(remaps .and. any(is_near(m%grid%support_of(e))) .and. &
                     (m%blocks%count_in(e) > 0 .or. .not. m%particles%total_frame), e=1, m%grid%n_elements)]
       allocate (elements(count(is_wanted)))
       elements%number = pack([(e, e=1, m%grid%n_elements)], is_wanted)
@@ -329,13 +331,20 @@ contains
       end do
    end subroutine weigh_elements
 
-   !> Find which forces change which openings: those that reach a node in common.
-   subroutine find_pattern(self, n_points)
+   !> Find which forces change which openings: those that reach a node in common, all where masses are not lumped.
+   subroutine find_pattern(self, are_lumped, n_points)
       type(interface_step_t), intent(inout) :: self
+      logical, intent(in) :: are_lumped
       integer, intent(in) :: n_points
       integer, dimension(n_points) :: users, place ! of a node: how many unknowns reach it, and which clique they are
       integer, allocatable :: cliques(:, :)
       integer :: k, j, n
+      if (.not. are_lumped) then
+         n = ndim*size(self%responses)
+         call pattern_of_cliques(n, reshape([(k, k=1, n)], [n, 1]), self%compliance)
+         self%matrix = self%compliance
+         return
+      end if
       users = 0
       do k = 1, size(self%responses)
          users(self%responses(k)%node) = users(self%responses(k)%node) + ndim
@@ -365,7 +374,7 @@ contains
       type(interfaces_t), intent(in) :: interfaces
       real(dp) :: by_axis(ndim)
       integer :: row, k, j
-      do row = 1, interfaces%n
+      do row = 1, interfaces%n_at_end
          associate (of => self%responses(row), point => interfaces%list(row), w => self%compliance)
             self%mapped(:, of%node) = of%mapped
             associate (across => w%row_start(ndim*row - 1), aside => w%row_start(ndim*row))
@@ -392,7 +401,7 @@ contains
       type(interfaces_t), intent(inout) :: interfaces
       real(dp), intent(in) :: way(:)             !! normal and tangential, of all points, over beta [m]
       integer :: k
-      do k = 1, interfaces%n
+      do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k))
             point%opening = point%opening + self%beta(k)*(way(ndim*k - 1)*point%normal + way(ndim*k)*along(point))
          end associate
@@ -417,9 +426,9 @@ contains
    !> Normal and tangential forces of the points by their law, at their openings [N].
    pure function forces_of_law(interfaces) result(f)
       type(interfaces_t), intent(in) :: interfaces
-      real(dp) :: f(ndim*interfaces%n), force(ndim)
+      real(dp) :: f(ndim*interfaces%n_at_end), force(ndim)
       integer :: k
-      do k = 1, interfaces%n
+      do k = 1, interfaces%n_at_end
          force = force_at(interfaces, k)
          f(ndim*k - 1:ndim*k) = [dot_product(force, interfaces%list(k)%normal), dot_product(force, along(interfaces%list(k)))]
       end do
@@ -502,10 +511,10 @@ contains
    pure function slopes_of_law(self, interfaces) result(slopes)
       type(interface_step_t), intent(in) :: self
       type(interfaces_t), intent(in) :: interfaces
-      real(dp) :: slopes(ndim*interfaces%n), tangent(ndim, ndim)
+      real(dp) :: slopes(ndim*interfaces%n_at_end), tangent(ndim, ndim)
       type(cohesive_state_t) :: answer
       integer :: k
-      do k = 1, interfaces%n
+      do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k), n => interfaces%list(k)%normal, t => along(interfaces%list(k)))
             if (holds(point)) then
                answer = cohesion_at(interfaces, k)

@@ -123,8 +123,8 @@ contains
       call rebuild_body_contact(m%body_contact, m%grid)
       call rebuild_interfaces(m%interfaces, m%matter_t)
       m%interfaces%are_lumped = m%mass%by == by_lumped .or. .not. m%particles%total_frame .or. &
-                                m%interfaces%n_contact + m%interfaces%n_cohesive > 0 .or. &
-                                any(m%interfaces%list(:m%interfaces%n)%law == ghost)
+                                .not. m%grid%is_quadratic() .and. (m%interfaces%n_contact + m%interfaces%n_cohesive > 0 .or. &
+                                                                   any(m%interfaces%list(:m%interfaces%n)%law == ghost))
       call forget_faces(m%interface_step)
       if (m%interfaces%alone > 0) call report_thin_piece(m, failure)
       if (m%interfaces%n_cohesive > 0) call look_at_layers(m, failure)
@@ -160,7 +160,7 @@ contains
       logical :: is_thin(m%grid%n_elements)
       integer :: k
       allocate (nodes(0))
-      if (.not. m%interfaces%at_end) return
+      if (.not. m%interfaces%are_bounded) return
       is_thin = are_nearly_empty(m%matter_t)
       nodes = [(m%grid%element_nodes(:, k), k=1, m%grid%n_elements)]
       nodes = pack(nodes, [(spread(is_thin(k), 1, corners), k=1, m%grid%n_elements)])

@@ -116,7 +116,7 @@ contains
       type(failure_t) :: none                    ! nothing moves here
       if (.not. m%scheme%map_at_start%map_force) call do_pass(m, pass_t(map_force=.true.), 0.0_dp, report, none)
       call assemble_sums(m, mass=.false., momentum=.false., force=.true.)
-      call add_interface_forces(m%interfaces, m%fields%force)
+      call add_interface_forces(m%interfaces, 1, m%fields%force)
    end subroutine gather_stress
 
    !> Add to the nodal forces the loads on all material, or those on its surface.

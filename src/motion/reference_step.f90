@@ -52,7 +52,7 @@ contains
       call map_force(m, force)
       call find_acceleration(m, mass, force + external, v, a)
       v_next = v + a*dt
-      if (m%interfaces%at_end .and. m%interfaces%n > 0) call add_forces_at_end()
+      if (m%interfaces%n_at_end > 0) call add_forces_at_end()
       do i = 1, m%particles%n
          m%particles%velocity(i, :) = m%particles%velocity(i, :) + dt*at_particle(m, i, a)
       end do
@@ -63,7 +63,7 @@ contains
          call stretch_interfaces(m%interfaces, v_mapped, dt)
          call book_work(m%loads, m%time, dt, v_mapped, work)
       else
-         if (.not. (m%interfaces%at_end .and. m%scheme%name == 'usf')) call stretch_interfaces(m%interfaces, v_next, dt)
+         if (m%interfaces%n_at_end == 0 .or. m%scheme%name /= 'usf') call stretch_interfaces(m%interfaces, v_next, dt)
          call book_work_late(m%loads, m%particles, m%time, dt, m%last_dt, v, work)
       end if
       do i = 1, m%particles%n
@@ -156,7 +156,7 @@ contains
       real(dp), intent(out) :: a(:, :)           !! (ndim, n_points)
       a = force
       call condense(m, ndim, a)
-      if (.not. m%interfaces%at_end) call add_interface_forces(m%interfaces, a)
+      call add_interface_forces(m%interfaces, m%interfaces%n_at_end + 1, a)
       call divide_by_mass(m, mass, a)
       a = a - m%damping_rate*v
    end subroutine find_acceleration

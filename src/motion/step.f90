@@ -81,7 +81,7 @@ contains
       call place_loads(m%loads, m%grid, m%particles)
       call add_loads(m%loads, m%time, m%fields%external)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%external)
-      if (.not. m%interfaces%at_end) call add_interface_forces(m%interfaces, m%fields%external)
+      call add_interface_forces(m%interfaces, m%interfaces%n_at_end + 1, m%fields%external)
    end subroutine find_external_force
 
    !> Whether nodes need no more than the cells around them: then a step can be done in tiles.
@@ -102,11 +102,11 @@ contains
       real(dp) :: loss
       logical, allocatable :: waits(:)
       integer :: part
-      if (acts_at_end(m) .and. .not. is_planned(m%plan, m%blocks)) waits = around_faces(m)
+      if (m%interfaces%n_at_end > 0 .and. .not. is_planned(m%plan, m%blocks)) waits = around_faces(m)
       associate (all => m%fields%mass_matrix%all)
          call plan_tiles(m%blocks, all%nodes(:all%n_nodes), size(m%scheme%passes), m%plan, waits)
       end associate
-      if (acts_at_end(m)) then
+      if (m%interfaces%n_at_end > 0) then
          do part = 1, 2
             call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, &
                                m%operators, loss, part)
@@ -119,12 +119,6 @@ contains
       m%damping_loss = m%damping_loss + loss
       if (.not. m%particles%total_frame) call look_for_leavers(m%matter_t, m%fields, report)
    end subroutine step_through_tiles
-
-   !> Whether the forces of interface points are found within a step.
-   pure logical function acts_at_end(m)
-      type(motion_t), intent(in) :: m
-      acts_at_end = m%interfaces%at_end .and. m%interfaces%n > 0
-   end function acts_at_end
 
    !> The nodes of interface points, and those around the cells beside these.
    pure function around_faces(m) result(is_near)
@@ -234,7 +228,7 @@ contains
          m%fields%force = force
          call move_driven(m%constraints, m%grid, dt, driven, m%fields)
       end if
-      if (acts_at_end(m)) call add_forces_at_end(m, dt, unsolved)
+      if (m%interfaces%n_at_end > 0) call add_forces_at_end(m, dt, unsolved)
       if (m%constraints%move()) then
          call find_work(m%constraints, m%grid, dt, m%damping_rate, m%fields, m%driven, work)
          m%external_work = m%external_work + work
@@ -298,7 +292,7 @@ contains
    !> Whether interface points, as the particles, follow the velocities at the beginning of a step: in usf, with forces at its end.
    pure logical function strains_first(m)
       type(motion_t), intent(in) :: m
-      strains_first = m%interfaces%at_end .and. m%scheme%name == 'usf'
+      strains_first = m%interfaces%n_at_end > 0 .and. m%interfaces%n_at_end == m%interfaces%n .and. m%scheme%name == 'usf'
    end function strains_first
 
    !> Open interface points by a velocity.

@@ -47,8 +47,6 @@ module hampm_largest_step
    real(dp), parameter :: of_cut_quadratic = 0.9_dp
    !> What cells that are cut leave of the limit of whole ones: they multiply the largest eigenvalue by 1.27 at most
    real(dp), parameter :: of_cut_cells = 0.88_dp
-   !> What faces that may touch leave of that: they press on slivers, of which the nodes have little mass of their own (docs/quadratic.md)
-   real(dp), parameter :: of_faces = 0.75_dp
    !> What rings around an axis leave of the limit of a plane, where the axis is next to the edges
    real(dp), parameter :: of_rings = 0.9_dp
    !> What edges in any direction leave of the limit of those along the grid lines
@@ -87,7 +85,6 @@ contains
          if (method%time_steps == 'local') limit = limit*of_local_steps
          if (scene%grid%order > 1) then
             if (cuts_cells(scene)) limit = limit*of_cut_quadratic
-            if (any(scene%paths%contact)) limit = limit*of_faces
          else if (cracks_cut_cells(scene) .or. size(scene%growth) + size(scene%cohesive) > 0) then
             limit = limit*of_cut_cells
          end if

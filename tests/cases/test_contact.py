@@ -145,16 +145,22 @@ FLAPPING = """&run title='Arms that part and meet' thickness=0.01 end_time=200e-
 CRACKS = ["kind='line' tip=0.025, 0.01 contact='frictionless'",
           "kind='path' points=0.0, 0.0112, 0.027, 0.0087 contact='frictionless'",
           "kind='path' points=0.0, 0.0112, 0.027, 0.0087 contact='friction' friction=0.3"]
+QUADRATIC = ["mass='full' scheme='musl'", "mass='lumped' scheme='usf'", "mass='blend' scheme='musl'"]
 
 
 @pytest.mark.parametrize("crack", CRACKS)
 @pytest.mark.parametrize("steps", ["time='implicit' time_step=1e-6", "time='implicit' time_step=0.2e-6", "courant=0.5", "mass='full'", "scheme='usl'",
-                                   "scheme='usf'", "courant=0.5 frame='updated'"])
+                                   "scheme='usf'", "courant=0.5 frame='updated'", *QUADRATIC])
 def test_arms_that_part_and_meet_gain_no_energy(case, steps, crack):
     """After a pulse has bent them open the arms swing, meet and part again. What meets does not bounce: that takes energy, and nothing gives any, though the
     layer between the faces of the line is far stiffer than the cells: implicit steps that took the mean of its forces at both ends gained 13 times what there is, explicit
-    ones with Newmark's method for the layer of a path 64 %."""
-    run = case("flapping", text=FLAPPING + f"&method {steps} /\n&crack {crack} /\n")
+    ones with Newmark's method for the layer of a path 64 %, and in quadratic cells with the forces of the start of a step 43 %, or they blew up."""
+    text = FLAPPING
+    if steps in QUADRATIC:
+        if "mass='full'" not in steps and "path" in crack:
+            pytest.skip("quadratic cells that are cut have the full mass matrix")
+        text = text.replace("cells=21, 12", "cells=21, 12 order=2").replace("0.05, 0.02 /", "0.05, 0.02 points_per_cell=3 /", 1)
+    run = case("flapping", text=text + f"&method {steps} /\n&crack {crack} /\n")
     assert run.code == 0, run.stderr
     row = run.row
     after = row["time"] > 10e-6
