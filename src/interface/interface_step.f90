@@ -28,8 +28,9 @@
 !> Source: Hughes & Liu, Implicit-explicit finite elements in transient analysis, Journal of Applied Mechanics 45 (1978) 371-378; Carpenter, Taylor & Katona,
 !> Lagrange constraints for transient finite element surface contact, International Journal for Numerical Methods in Engineering 32 (1991) 103-128.
 module hampm_interface_step
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_domain_pass, only: corner_map_t
    use hampm_element_assembly, only: matrix_by_masters
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
@@ -100,12 +101,12 @@ contains
 
    !> Change velocities and accelerations at the end of a step by the forces of interface points, and add these to `force`. The openings are left as
    !> they were.
-   subroutine hold_faces(self, interfaces, m, fixed, remaps, dt, masses, solver, velocity, acceleration, force, failure)
+   subroutine hold_faces(self, interfaces, m, fixed, map, dt, masses, solver, velocity, acceleration, force, failure)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       logical, intent(in) :: fixed(:, :)         !! which components of nodes are given, (ndim, n_nodes)
-      logical, intent(in) :: remaps              !! whether velocities are mapped from the particles
+      type(corner_map_t), intent(in) :: map      !! of the domains of the particles, if they have some
       real(dp), intent(in) :: dt                 !! [s]
       type(mass_matrix_t), intent(in) :: masses
       type(mass_solver_t), intent(inout) :: solver
@@ -117,7 +118,7 @@ contains
       integer :: pass, k, j
       logical :: rubs, is_new
       is_new = .not. (allocated(self%responses) .and. m%particles%total_frame)
-      if (is_new) call find_responses(self, interfaces, m, fixed, remaps, masses, solver, failure)
+      if (is_new) call find_responses(self, interfaces, m, fixed, map, masses, solver, failure)
       if (failure%failed()) return
       is_new = is_new .or. abs(self%dt - dt) > 0
       self%dt = dt
@@ -164,12 +165,12 @@ contains
    end subroutine hold_faces
 
    !> Find what unit forces of the points do, and W over beta dt**2.
-   subroutine find_responses(self, interfaces, m, fixed, remaps, masses, solver, failure)
+   subroutine find_responses(self, interfaces, m, fixed, map, masses, solver, failure)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(in) :: interfaces
       type(matter_t), intent(in) :: m
       logical, intent(in) :: fixed(:, :)
-      logical, intent(in) :: remaps
+      type(corner_map_t), intent(in) :: map
       type(mass_matrix_t), intent(in) :: masses
       type(mass_solver_t), intent(inout) :: solver
       type(failure_t), intent(inout) :: failure
@@ -177,8 +178,8 @@ contains
       real(dp) :: unused(ndim)
       logical :: is_new
       is_new = .not. allocated(self%responses)
-      if (is_new) call gather_elements(m, interfaces, remaps, self%elements)
-      call weigh_elements(m, self%elements)
+      if (is_new) call gather_elements(m, interfaces, self%elements)
+      call weigh_elements(m, map, self%elements)
       if (is_new) call prepare(self, interfaces, m%grid%n_points)
       do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k), of => self%responses(k))
@@ -198,7 +199,7 @@ contains
                end do
                if (allocated(masses%ghosts)) call add_mass_product(masses%ghosts, self%moved, self%mapped, unused)
                do j = 1, size(nodes)             ! what is given there the particles do not change
-                  where (fixed(:, nodes(j)) .or. .not. remaps) &
+                  where (fixed(:, nodes(j))) &
                      self%mapped(:, nodes(j)) = self%mapped(:, nodes(j)) + self%unit(:, nodes(j))
                end do
                if (.not. interfaces%are_lumped) of%node = reached_by(self%moved, self%mapped)
@@ -289,10 +290,9 @@ contains
    end function reached_by
 
    !> Gather the elements with material, or that some may enter, that have nodes of points or some that hang on these: where masses are not lumped all.
-   pure subroutine gather_elements(m, interfaces, remaps, elements)
+   pure subroutine gather_elements(m, interfaces, elements)
       type(matter_t), intent(in) :: m
       type(interfaces_t), intent(in) :: interfaces
-      logical, intent(in) :: remaps              !! if not, there are none
       type(element_t), allocatable, intent(out) :: elements(:)
       integer :: e, k
       logical :: is_near(m%grid%n_points), is_wanted(m%grid%n_elements)
@@ -305,30 +305,48 @@ contains
             is_near(dofs%n_nodes + k) = any(is_near(dofs%master(dofs%first_master(k):dofs%first_master(k + 1) - 1)))
          end do
       end associate
-      is_wanted = [(remaps .and. any(is_near(m%grid%support_of(e))) .and. &
+      is_wanted = [(any(is_near(m%grid%support_of(e))) .and. &
                     (m%blocks%count_in(e) > 0 .or. .not. m%particles%total_frame), e=1, m%grid%n_elements)]
       allocate (elements(count(is_wanted)))
       elements%number = pack([(e, e=1, m%grid%n_elements)], is_wanted)
    end subroutine gather_elements
 
-   !> Find the masses of elements.
-   pure subroutine weigh_elements(m, elements)
+   !> Find the masses of elements, those of domains at their corners.
+   pure subroutine weigh_elements(m, map, elements)
       type(matter_t), intent(in) :: m
+      type(corner_map_t), intent(in) :: map
       type(element_t), intent(inout) :: elements(:)
-      real(dp) :: by_node(m%grid%n_functions, m%grid%n_functions), n(m%grid%n_functions)
-      integer :: i, c, e, found
+      real(dp) :: by_node(m%grid%n_functions, m%grid%n_functions)
+      integer :: i, e, found
       do found = 1, size(elements)
          e = elements(found)%number
          by_node = 0
-         do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-            n = m%grid%functions_in(e, m%grid%local_coordinate(e, m%particles%place_in_grid(i)))
-            do c = 1, size(n)
-               by_node(:, c) = by_node(:, c) + m%particles%mass(i)*n(c)*n
+         if (allocated(m%particles%corner_velocity)) then
+            do i = map%first(max(1, map%number(e))), merge(map%first(map%number(e) + 1) - 1, 0, map%number(e) > 0)
+               associate (of => (map%slot(i) - 1)/corners + 1, c => mod(map%slot(i) - 1, corners) + 1)
+                  call add_mass(m%particles%mass(of)/corners, m%grid%functions_in(e, map%local(:, c, of)), by_node)
+               end associate
             end do
-         end do
+         else
+            do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+               call add_mass(m%particles%mass(i), &
+                             m%grid%functions_in(e, m%grid%local_coordinate(e, m%particles%place_in_grid(i))), by_node)
+            end do
+         end if
          call matrix_by_masters(m%grid, e, 1, by_node, elements(found)%n, elements(found)%node, elements(found)%mass)
          elements(found)%node(elements(found)%n + 1:) = 0
       end do
+   contains
+      !> Add a mass at a place with these functions of the nodes.
+      pure subroutine add_mass(mass, n, by_node)
+         real(dp), intent(in) :: mass            !! [kg]
+         real(dp), intent(in) :: n(:)
+         real(dp), intent(inout) :: by_node(:, :)
+         integer :: c
+         do c = 1, size(n)
+            by_node(:, c) = by_node(:, c) + mass*n(c)*n
+         end do
+      end subroutine add_mass
    end subroutine weigh_elements
 
    !> Find which forces change which openings: those that reach a node in common, all where masses are not lumped.

@@ -80,7 +80,7 @@ contains
          type(node_list_t) :: nodes
          if (m%scheme%name == 'usf') call stretch_interfaces(m%interfaces, v, dt)
          m%fields%mass_matrix%lumped = mass
-         call hold_faces(m%interface_step, m%interfaces, m%matter_t, m%constraints%fixed, .true., dt, &
+         call hold_faces(m%interface_step, m%interfaces, m%matter_t, m%constraints%fixed, m%corners, dt, &
                          m%fields%mass_matrix, m%solver, v_next, a, force, failure)
          nodes = m%grid%dofs%every_node()
          call m%grid%dofs%distribute(nodes, ndim, a)

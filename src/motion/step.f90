@@ -252,8 +252,8 @@ contains
       type(failure_t), intent(inout) :: failure
       if (strains_first(m)) call open_faces(m, v_n, dt)
       associate (f => m%fields)
-         call hold_faces(m%interface_step, m%interfaces, m%matter_t, m%constraints%fixed, &
-                         .not. m%has_domains(), dt, f%mass_matrix, m%solver, &
+         call hold_faces(m%interface_step, m%interfaces, m%matter_t, m%constraints%fixed, m%corners, dt, &
+                         f%mass_matrix, m%solver, &
                          f%velocity(:, :, v_next), f%acceleration, f%force, failure)
          call m%grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
          call m%grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))

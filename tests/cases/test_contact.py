@@ -145,17 +145,23 @@ FLAPPING = """&run title='Arms that part and meet' thickness=0.01 end_time=200e-
 CRACKS = ["kind='line' tip=0.025, 0.01 contact='frictionless'",
           "kind='path' points=0.0, 0.0112, 0.027, 0.0087 contact='frictionless'",
           "kind='path' points=0.0, 0.0112, 0.027, 0.0087 contact='friction' friction=0.3"]
+DOMAINS = "frame='updated' functions='cpdi' scheme='usf' mass='full'"
 QUADRATIC = ["mass='full' scheme='musl'", "mass='lumped' scheme='usf'", "mass='blend' scheme='musl'"]
 
 
 @pytest.mark.parametrize("crack", CRACKS)
 @pytest.mark.parametrize("steps", ["time='implicit' time_step=1e-6", "time='implicit' time_step=0.2e-6", "courant=0.5", "mass='full'", "scheme='usl'",
-                                   "scheme='usf'", "courant=0.5 frame='updated'", *QUADRATIC])
+                                   "scheme='usf'", "courant=0.5 frame='updated'", DOMAINS, *QUADRATIC])
 def test_arms_that_part_and_meet_gain_no_energy(case, steps, crack):
     """After a pulse has bent them open the arms swing, meet and part again. What meets does not bounce: that takes energy, and nothing gives any, though the
     layer between the faces of the line is far stiffer than the cells: implicit steps that took the mean of its forces at both ends gained 13 times what there is, explicit
-    ones with Newmark's method for the layer of a path 64 %, and in quadratic cells with the forces of the start of a step 43 %, or they blew up."""
+    ones with Newmark's method for the layer of a path 64 %, and in quadratic cells with the forces of the start of a step 43 %, or they blew up. Domains, whose masses are at
+    their corners, gained 51 % with those at their middles."""
     text = FLAPPING
+    if steps == DOMAINS:
+        if "path" in crack:
+            pytest.skip("this path would part domains")
+        text = text.replace("lower=0.0, -5e-3 cell=2.5e-3 cells=21", "lower=-5e-3, -5e-3 cell=2.5e-3 cells=23")
     if steps in QUADRATIC:
         if "mass='full'" not in steps and "path" in crack:
             pytest.skip("quadratic cells that are cut have the full mass matrix")
