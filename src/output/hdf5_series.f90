@@ -31,8 +31,8 @@ module hampm_hdf5_series
       procedure :: reopen
       procedure :: shorten
       procedure :: catch_up
-      generic :: append => append_real_1, append_real_2, append_integer, append_long
-      procedure, private :: append_real_1, append_real_2, append_integer, append_long
+      generic :: append => append_vector, append_matrix
+      procedure, private :: append_vector, append_matrix
    end type hdf5_series_t
 
 contains
@@ -156,41 +156,30 @@ contains
       if (any(e < 0)) call file%unwritten('reading '//self%path//' again failed', failure)
    end subroutine read_raw
 
-   !> Append the entries of a vector.
-   subroutine append_real_1(self, file, values, failure)
+   !> Append the entries of a vector: reals, integers or 64-bit integers.
+   subroutine append_vector(self, file, values, failure)
       class(hdf5_series_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file
-      real(dp), intent(in), target, contiguous :: values(:)
+      class(*), intent(in), target, contiguous :: values(:)
       type(failure_t), intent(inout) :: failure
-      call append_raw(self, file, native_real(), size(values), c_loc(values), failure)
-   end subroutine append_real_1
+      select type (values)
+       type is (real(dp))
+         call append_raw(self, file, native_real(), size(values), c_loc(values), failure)
+       type is (integer)
+         call append_raw(self, file, native_integer(), size(values), c_loc(values), failure)
+       type is (integer(long))
+         call append_raw(self, file, native_long(), size(values), c_loc(values), failure)
+      end select
+   end subroutine append_vector
 
    !> Append the columns of a matrix.
-   subroutine append_real_2(self, file, values, failure)
+   subroutine append_matrix(self, file, values, failure)
       class(hdf5_series_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file
       real(dp), intent(in), target, contiguous :: values(:, :)   !! shape (rows, n)
       type(failure_t), intent(inout) :: failure
       call append_raw(self, file, native_real(), size(values, 2), c_loc(values), failure)
-   end subroutine append_real_2
-
-   !> Append integers.
-   subroutine append_integer(self, file, values, failure)
-      class(hdf5_series_t), intent(inout) :: self
-      type(hdf5_file_t), intent(in) :: file
-      integer, intent(in), target, contiguous :: values(:)
-      type(failure_t), intent(inout) :: failure
-      call append_raw(self, file, native_integer(), size(values), c_loc(values), failure)
-   end subroutine append_integer
-
-   !> Append 64-bit integers.
-   subroutine append_long(self, file, values, failure)
-      class(hdf5_series_t), intent(inout) :: self
-      type(hdf5_file_t), intent(in) :: file
-      integer(long), intent(in), target, contiguous :: values(:)
-      type(failure_t), intent(inout) :: failure
-      call append_raw(self, file, native_long(), size(values), c_loc(values), failure)
-   end subroutine append_long
+   end subroutine append_matrix
 
    !> Append `entries` entries that lie one after the other in memory from `address` on.
    subroutine append_raw(self, file, memory_type, entries, address, failure)
