@@ -112,17 +112,13 @@ contains
                                                  ''': the checkpoint has its scene; give one of the two')
       if (options%check) call mistakes%add('--resume and --check: give one of the two')
       do i = 1, size(options%overrides)
-         if (.not. is_about_checkpoints(lower_case(adjustl(options%overrides(i)%text)))) call mistakes%add( &
-            '--set '//printable(options%overrides(i)%text, 200)//': with --resume only output.checkpoint_interval and '// &
-            'output.checkpoint_steps can be changed')
+         associate (text => options%overrides(i)%text)
+            if (index(lower_case(adjustl(text)), 'output.checkpoint_interval') /= 1 .and. &
+                index(lower_case(adjustl(text)), 'output.checkpoint_steps') /= 1) call mistakes%add('--set '// &
+               printable(text, 200)//': with --resume only output.checkpoint_interval and output.checkpoint_steps can be changed')
+         end associate
       end do
    end subroutine check_resume
-
-   !> Whether an override is of when checkpoints are written.
-   pure logical function is_about_checkpoints(override)
-      character(*), intent(in) :: override
-      is_about_checkpoints = index(override, 'output.checkpoint_interval') == 1 .or. index(override, 'output.checkpoint_steps') == 1
-   end function is_about_checkpoints
 
    !> Note the name of the namelist file; complain about a second one.
    pure subroutine take_file(name, options, mistakes)
@@ -216,7 +212,7 @@ contains
          if (ios /= is_number .or. .not. options%time_limit > 0) &
             call mistakes%add('--time-limit '//printable(value, 40)//': must be a number in (0, inf) [s]')
        case ('--set')
-         call append(options%overrides, value)
+         options%overrides = [options%overrides, string_t(value)]
        case ('--threads')
          options%threads = most_threads + 1
          ios = 0
@@ -225,20 +221,6 @@ contains
             '--threads '//printable(value, 40)//': must be an integer in [0, 1024], 0 for automatic')
       end select
    end subroutine apply_option
-
-   !> Add a text to a list.
-   pure subroutine append(list, text)
-      type(string_t), allocatable, intent(inout) :: list(:)
-      character(*), intent(in) :: text
-      type(string_t), allocatable :: longer(:)
-      integer :: i
-      allocate (longer(size(list) + 1))
-      do i = 1, size(list)
-         call move_alloc(list(i)%text, longer(i)%text)
-      end do
-      longer(size(longer))%text = text
-      call move_alloc(longer, list)
-   end subroutine append
 
    !> The explanation that `--help` prints.
    pure function usage_text() result(text)

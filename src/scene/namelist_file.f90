@@ -5,9 +5,11 @@
 module hampm_namelist_file
    use hampm_failure, only: failure_t, exit_input, exit_file
    use hampm_key_rows, only: max_values
+   use hampm_kinds, only: dp
    use hampm_keys, only: groups, find_group, find_key, unknown_group, unknown_key, new_entry
    use hampm_settings, only: setting_t, group_entry_t, settings_t, mistakes_t
    use hampm_text, only: to_text, lower_case, printable, is_letter, is_digit
+   use hampm_values, only: parse_integer
    implicit none
    private
    public :: read_text, scan_namelist, scan_value_text
@@ -299,16 +301,11 @@ contains
    !> The number before the `*` of a repeat, 0 where it is none that is allowed.
    pure integer function repeat_count(digits)
       character(*), intent(in) :: digits
-      integer :: i
+      real(dp) :: number
+      integer :: status
+      call parse_integer(digits, number, status)
       repeat_count = 0
-      do i = 1, len(digits)
-         if (.not. is_digit(digits(i:i)) .or. repeat_count > max_values) then
-            repeat_count = 0
-            return
-         end if
-         repeat_count = 10*repeat_count + iachar(digits(i:i)) - iachar('0')
-      end do
-      if (repeat_count > max_values) repeat_count = 0
+      if (verify(digits, '0123456789') == 0 .and. number <= max_values) repeat_count = nint(number)
    end function repeat_count
 
    !> The text between quotes; a doubled quote stands for itself.
