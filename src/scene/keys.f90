@@ -45,26 +45,20 @@ contains
    !> Row of a group in the table, 0 for an unknown name.
    pure integer function find_group(name)
       character(*), intent(in) :: name             !! in lower case
-      do find_group = size(groups), 1, -1
-         if (groups(find_group)%name == name) return
-      end do
+      find_group = findloc(groups%name == name, .true., dim=1)
    end function find_group
 
    !> Position of a key among the keys of its group, 0 for an unknown name.
    pure integer function find_key(group, name)
       integer, intent(in) :: group                 !! row of the group
       character(*), intent(in) :: name             !! in lower case
-      do find_key = key_count(group), 1, -1
-         if (keys(first_key(group) + find_key - 1)%name == name) return
-      end do
+      find_key = findloc(keys(first_key(group):first_key(group) + key_count(group) - 1)%name == name, .true., dim=1)
    end function find_key
 
    !> Row of the first key of a group; the keys of a group stand together.
    pure integer function first_key(group)
       integer, intent(in) :: group
-      do first_key = 1, size(keys)
-         if (keys(first_key)%group == groups(group)%name) return
-      end do
+      first_key = findloc(keys%group == groups(group)%name, .true., dim=1)
    end function first_key
 
    !> Number of keys of a group.

@@ -104,36 +104,30 @@ contains
          associate (material => materials(i))
             material%name = settings%text(entry, 'name')
             material%law = settings%text(entry, 'law')
-            material%young = only(settings%numbers(entry, 'young'))
+            material%young = settings%number(entry, 'young')
             material%poisson = settings%number(entry, 'poisson')
             material%density = settings%number(entry, 'density')
             material%dilatation = settings%text(entry, 'dilatation')
             material%yield_stress = settings%number(entry, 'yield_stress')
             material%hardening = settings%number(entry, 'hardening')
             material%saturation = settings%number(entry, 'saturation')
-            material%saturation_strain = only(settings%numbers(entry, 'saturation_strain'))
+            material%saturation_strain = settings%number(entry, 'saturation_strain')
             material%kinematic = settings%number(entry, 'kinematic')
-            material%c01 = only(settings%numbers(entry, 'c01'))
+            material%c01 = settings%number(entry, 'c01')
             material%moduli = settings%numbers(entry, 'moduli')
             material%relaxation_times = settings%numbers(entry, 'relaxation_times')
             associate (of => material%orthotropic)
-               of%young = [only(settings%numbers(entry, 'young_1')), only(settings%numbers(entry, 'young_2')), &
-                           only(settings%numbers(entry, 'young_3'))]
-               of%shear_12 = only(settings%numbers(entry, 'shear_12'))
-               of%poisson_12 = only(settings%numbers(entry, 'poisson_12'))
-               of%poisson_13 = only(settings%numbers(entry, 'poisson_13'))
-               of%poisson_23 = only(settings%numbers(entry, 'poisson_23'))
+               of%young = [settings%number(entry, 'young_1'), settings%number(entry, 'young_2'), &
+                           settings%number(entry, 'young_3')]
+               of%shear_12 = settings%number(entry, 'shear_12')
+               of%poisson_12 = settings%number(entry, 'poisson_12')
+               of%poisson_13 = settings%number(entry, 'poisson_13')
+               of%poisson_23 = settings%number(entry, 'poisson_23')
                of%angle = settings%number(entry, 'angle')
             end associate
          end associate
       end do
    end subroutine fill_materials
-
-   !> The number of a key that may hold none; then 0.
-   pure real(dp) function only(list)
-      real(dp), intent(in) :: list(:)              !! of no or one number
-      only = sum(list)
-   end function only
 
    !> Whether the stress is linear in the displacement gradient.
    elemental logical function is_linear(self)

@@ -211,7 +211,6 @@ module hampm_plain_groups
 
    !> &refine: where cells refine.
    type :: refine_t
-      logical :: present = .false.               !! whether the scene has the group
       character(name_len) :: indicator = 'none'  !! 'none', 'gradient', 'zz' or 'tip'; 'none' where the group is absent
       character(name_len) :: field = ''          !! of gradient: 'energy_density', 'stress_norm' or 'speed'
       real(dp) :: r_crit = 0                     !! of gradient: mean R of a cell above which it refines [-]
@@ -330,8 +329,7 @@ contains
       type(refine_t), intent(inout) :: refine
       integer :: entry
       entry = settings%find('refine', 1)
-      refine%present = entry > 0
-      if (.not. refine%present) return
+      if (entry == 0) return
       refine%indicator = settings%text(entry, 'indicator')
       refine%field = settings%text(entry, 'field')
       refine%r_crit = settings%number(entry, 'r_crit')

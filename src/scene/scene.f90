@@ -98,7 +98,7 @@ contains
       logical :: is_used(size(scene%materials))
       integer :: i, k
       do i = 1, size(scene%bodies)
-         scene%bodies(i)%material_index = material_index(scene, scene%bodies(i)%material)
+         scene%bodies(i)%material_index = findloc(scene%materials%name == scene%bodies(i)%material, .true., dim=1, back=.true.)
       end do
       is_used = [(any(scene%bodies%material_index == k), k=1, size(is_used))]
       allocate (used(count(is_used)))
@@ -246,13 +246,4 @@ contains
          end do
       end associate
    end function runs_along_cells
-
-   !> Position of the material of this name, 0 where there is none.
-   pure integer function material_index(scene, name)
-      type(scene_t), intent(in) :: scene
-      character(*), intent(in) :: name
-      do material_index = size(scene%materials), 1, -1
-         if (scene%materials(material_index)%name == name) return
-      end do
-   end function material_index
 end module hampm_scene

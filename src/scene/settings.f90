@@ -173,9 +173,7 @@ contains
    pure integer function row_of(entry, key) result(row)
       type(group_entry_t), intent(in) :: entry
       character(*), intent(in) :: key
-      do row = size(entry%keys), 1, -1
-         if (entry%keys(row) == key) return
-      end do
+      row = findloc(entry%keys == key, .true., dim=1)
    end function row_of
 
    !> Whether a key has a value in which no mistake was found.
@@ -209,7 +207,9 @@ contains
       integer, intent(in) :: entry
       character(*), intent(in) :: key
       number = 0
-      if (self%good(entry, key)) number = self%entries(entry)%settings(row_of(self%entries(entry), key))%numbers(1)
+      associate (list => self%numbers(entry, key))
+         if (size(list) > 0) number = list(1)
+      end associate
    end function number
 
    !> The numbers that a validated key holds.
