@@ -7,7 +7,7 @@ module hampm_caveats
    use hampm_history_resolution, only: begins_too_late, coarse_histories
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, sheets_of_bodies
    use hampm_path_placement, only: path_tip, path_direction, path_tips
-   use hampm_placement, only: length_text, upper_corner, points_of, tolerance
+   use hampm_placement, only: length_text, upper_corner, points_of, spacing_of, tolerance
    use hampm_scene, only: scene_t, material_spec_t
    use hampm_text, only: add => add_line, to_text, three_digits
    implicit none
@@ -175,8 +175,7 @@ contains
       apart = 0
       cell = scene%grid%cell/2**level
       lower = merge(scene%grid%lower, scene%bodies(body)%lower, scene%bodies(body)%outline%is_there())
-      spacing = (scene%bodies(body)%upper - scene%bodies(body)%lower)/(points_of(scene, scene%bodies(body))*2**level)
-      if (scene%bodies(body)%outline%is_there()) spacing = cell/scene%bodies(body)%points_per_cell
+      spacing = spacing_of(scene, scene%bodies(body))/2**level
       d = maxloc(abs(b - a)/spacing, dim=1)
       step = spacing(d)*norm2(b - a)/abs(b(d) - a(d)) ! along the segment from one column of particles to the next
       last = -huge(last)/2
@@ -202,13 +201,15 @@ contains
       character(:), allocatable, intent(inout) :: text
       real(dp), allocatable :: tips(:, :), directions(:, :)
       real(dp) :: aside(ndim)
-      integer :: around(4), k, t
+      integer :: around(4), k, t, body           ! materials around a tip, 0 for none
       call list_tips(scene, tips, directions)
       do t = 1, size(tips, 2)
          do k = 1, 4
             aside = 0.25_dp*scene%grid%cell*(merge(1, -1, k <= 2)*directions(:, t) + merge(1, -1, mod(k, 2) == 0) &
                                              *[-directions(2, t), directions(1, t)])
-            around(k) = material_at(scene, tips(:, t) + aside)
+            body = body_at(scene, tips(:, t) + aside)
+            around(k) = 0
+            if (body > 0) around(k) = scene%bodies(body)%material_index
          end do
          if (.not. any(around > 0 .and. .not. are_alike(scene, around, maxval(around)))) cycle
          call add(text, 'the tip of the crack is between two materials: the parts of modes I and II depend on the size of the '// &
@@ -235,16 +236,6 @@ contains
          end do
       end do
    end subroutine list_tips
-
-   !> The material at a point, 0 for none.
-   pure integer function material_at(scene, x)
-      type(scene_t), intent(in) :: scene
-      real(dp), intent(in) :: x(ndim)            !! [m]
-      integer :: body
-      material_at = 0
-      body = body_at(scene, x)
-      if (body > 0) material_at = scene%bodies(body)%material_index
-   end function material_at
 
    !> Whether two materials have the same constants.
    elemental logical function are_alike(scene, i, j)

@@ -13,7 +13,7 @@ module hampm_consistency
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
    use hampm_path_consistency, only: check_paths
    use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, particle_number, most_particles, point_text, &
-                              length_text, points_of
+                              length_text, spacing_of
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: check_shape, check_holes, outlines_overlap
@@ -27,7 +27,6 @@ module hampm_consistency
 
    real(dp), parameter :: most_apart = 1e10_dp   !! the largest of moduli, over the least
 
-   character(*), parameter :: intro = 'with &contact bodies'
    integer, parameter :: most_sheets = 16        !! each has all cells of the grid
 
    real(dp), parameter :: most_nodes = 5e8_dp       !! of the lattice: four times as many must fit an integer
@@ -365,40 +364,29 @@ contains
          'Give the same &body part to those that do not meet')
    end subroutine check_contact
 
-   !> Cracks are those of the first velocity field.
+   !> Cracks are those of the first velocity field: no straight part of one is in a body of another.
    pure subroutine check_cracks(scene, settings)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
-      integer :: k, i
+      integer, parameter :: places = 1000        ! of a part that are looked at
+      integer :: sheets(0:size(scene%bodies)), k, s, i
+      sheets = [1, sheets_of_bodies(scene)]      ! 0 is no body
       do k = 1, size(scene%paths)
-         associate (path => scene%paths(k))
-            do i = 2, size(path%points, 2)
-               call check_way(scene, settings, settings%find('crack', k), trim(path%key), path%points(:, i - 1), path%points(:, i))
+         associate (path => scene%paths(k), entry => settings%find('crack', k))
+            if (.not. settings%good(entry, trim(path%key))) cycle
+            do s = 2, size(path%points, 2)
+               do i = 0, places
+                  associate (from => path%points(:, s - 1), to => path%points(:, s))
+                     if (sheets(body_at(scene, from + (i*(to - from))/places)) == 1) cycle
+                  end associate
+                  call settings%complain(entry, trim(path%key), 'must be in the first &body, or in one of its part, '// &
+                                         'with &contact bodies: put the body with the crack first')
+                  exit
+               end do
             end do
          end associate
       end do
    end subroutine check_cracks
-
-   !> A straight part of a crack must not be in a body of another velocity field.
-   pure subroutine check_way(scene, settings, entry, key, from, to)
-      type(scene_t), intent(in) :: scene
-      type(settings_t), intent(inout) :: settings
-      integer, intent(in) :: entry               !! the crack
-      character(*), intent(in) :: key
-      real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
-      integer, parameter :: places = 1000        ! that are looked at
-      integer :: sheets(size(scene%bodies)), i, body
-      if (.not. settings%good(entry, key)) return
-      sheets = sheets_of_bodies(scene)
-      do i = 0, places
-         body = body_at(scene, from + (i*(to - from))/places)
-         if (body == 0) cycle
-         if (sheets(body) == 1) cycle
-         call settings%complain(entry, key, 'must be in the first &body, or in one of its part, '//intro// &
-                                ': put the body with the crack first')
-         return
-      end do
-   end subroutine check_way
 
    !> Check all materials of which there is a body.
    pure subroutine check_constants(scene, settings)
@@ -478,38 +466,29 @@ contains
       end associate
    end subroutine check_viscous
 
-   !> Check a scene whose particles have domains; others have no use for this.
+   !> A crack parts the domains of particles, where they have such: it runs along their edges.
    pure subroutine check_functions(scene, settings)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
-      integer :: method, k
-      method = settings%find('method', 1)
-      if (.not. settings%good(method, 'functions') .or. .not. scene%method%has_domains()) return
-      do k = 1, size(scene%paths)
-         call check_path(scene, settings, k)
-      end do
-   end subroutine check_functions
-
-   !> A crack parts domains: it runs along their edges.
-   pure subroutine check_path(scene, settings, path)
-      type(scene_t), intent(in) :: scene
-      type(settings_t), intent(inout) :: settings
-      integer, intent(in) :: path                  !! which of the paths
-      integer :: entry, k, j
-      entry = settings%find('crack', path)
-      if (.not. settings%good(entry, 'points')) return
-      do k = 2, size(scene%paths(path)%points, 2)
-         do j = 1, size(scene%bodies)
-            if (runs_along_domains(scene, scene%bodies(j), scene%paths(path)%points(:, k - 1:k))) cycle
-            call settings%complain(entry, 'points', 'must run along edges of the domains of particles with '// &
-                                   '&method functions = ''cpdi'''// &
-                                   ', which are rectangles with the edges '//to_text(edge_of(scene, scene%bodies(j), 1))//', '// &
-                                   to_text(edge_of(scene, scene%bodies(j), 2))//' m from the lower corner of the body on: a '// &
-                                   'crack through a domain would not part it')
-            return
+      integer :: path, entry, k, j
+      if (.not. settings%good(settings%find('method', 1), 'functions') .or. .not. scene%method%has_domains()) return
+      paths: do path = 1, size(scene%paths)
+         entry = settings%find('crack', path)
+         if (.not. settings%good(entry, 'points')) cycle
+         do k = 2, size(scene%paths(path)%points, 2)
+            do j = 1, size(scene%bodies)
+               if (runs_along_domains(scene, scene%bodies(j), scene%paths(path)%points(:, k - 1:k))) cycle
+               associate (edges => spacing_of(scene, scene%bodies(j)))
+                  call settings%complain(entry, 'points', 'must run along edges of the domains of particles with '// &
+                                         '&method functions = ''cpdi'', which are rectangles with the edges '// &
+                                         to_text(edges(1))//', '//to_text(edges(2))//' m from the lower corner of the body '// &
+                                         'on: a crack through a domain would not part it')
+               end associate
+               cycle paths
+            end do
          end do
-      end do
-   end subroutine check_path
+      end do paths
+   end subroutine check_functions
 
    !> Whether a segment runs along edges of the domains of a body, or past it.
    pure logical function runs_along_domains(scene, body, ends) result(along)
@@ -517,35 +496,16 @@ contains
       type(body_t), intent(in) :: body
       real(dp), intent(in) :: ends(ndim, 2)        !! [m]
       real(dp), parameter :: grace = 1e-6_dp       ! of an edge
+      real(dp), dimension(ndim) :: first, edges
       real(dp) :: lines
       integer :: d
+      first = merge(scene%grid%lower, body%lower, body%outline%is_there())
+      edges = spacing_of(scene, body)
       along = any(maxval(ends, dim=2) <= body%lower .or. minval(ends, dim=2) >= body%upper)
       do d = 1, ndim
          if (along) return
-         lines = (ends(d, 1) - first_edge(scene, body, d))/edge_of(scene, body, d)
-         along = abs(ends(d, 2) - ends(d, 1)) <= grace*edge_of(scene, body, d) .and. abs(lines - anint(lines)) <= grace
+         lines = (ends(d, 1) - first(d))/edges(d)
+         along = abs(ends(d, 2) - ends(d, 1)) <= grace*edges(d) .and. abs(lines - anint(lines)) <= grace
       end do
    end function runs_along_domains
-
-   !> Edge of the domains of a body that no edge of it cuts [m].
-   pure real(dp) function edge_of(scene, body, direction)
-      type(scene_t), intent(in) :: scene
-      type(body_t), intent(in) :: body
-      integer, intent(in) :: direction
-      integer :: points(ndim)
-      if (body%outline%is_there()) then
-         edge_of = scene%grid%cell/body%points_per_cell
-      else
-         points = points_of(scene, body)
-         edge_of = (body%upper(direction) - body%lower(direction))/points(direction)
-      end if
-   end function edge_of
-
-   !> Where an edge of them is [m].
-   pure real(dp) function first_edge(scene, body, direction)
-      type(scene_t), intent(in) :: scene
-      type(body_t), intent(in) :: body
-      integer, intent(in) :: direction
-      first_edge = merge(scene%grid%lower(direction), body%lower(direction), body%outline%is_there())
-   end function first_edge
 end module hampm_consistency

@@ -9,7 +9,7 @@ module hampm_path_placement
    implicit none
    private
    public :: path_tips, path_reaches, path_mouth, path_tip, path_direction, path_radius, clear_radius, held_part, to_surface, &
-             room_around, distance_to_cracks, length_along, is_inside, first_end, last_end
+             room_around, distance_to_cracks, distance_to_segment, length_along, is_inside, first_end, last_end
 
    integer, parameter :: first_end = 1, last_end = 2
    real(dp), parameter :: to_surface = 2         !! cells by which an end at a surface is continued

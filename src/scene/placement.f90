@@ -8,7 +8,7 @@ module hampm_placement
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, points_of, particle_number, &
+   public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, points_of, spacing_of, particle_number, &
              most_particles, is_part_of, point_text, length_text, nearest_node
 
    real(dp), parameter :: most_particles = 2e9_dp   !! their indices must fit an integer
@@ -99,6 +99,15 @@ contains
          n = points_off_lines(body%lower, body%upper, scene%grid%cell, body%points_per_cell, scene%grid%lower)
       end if
    end function points_of
+
+   !> Distance of the material points of a body in each direction, but for those in cells that its edges cut [m].
+   pure function spacing_of(scene, body) result(spacing)
+      type(scene_t), intent(in) :: scene
+      type(body_t), intent(in) :: body
+      real(dp) :: spacing(ndim)
+      spacing = scene%grid%cell/body%points_per_cell
+      if (.not. body%outline%is_there()) spacing = (body%upper - body%lower)/points_of(scene, body)
+   end function spacing_of
 
    !> Number of material points that a body is filled with; a real number, because an integer might not hold it.
    pure real(dp) function particle_number(scene, body)

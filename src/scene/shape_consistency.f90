@@ -3,6 +3,7 @@
 module hampm_shape_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_outline, only: outline_t, ring_t
+   use hampm_path_placement, only: distance_to_segment
    use hampm_placement, only: point_text
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
@@ -167,7 +168,8 @@ contains
          do j = 1, size(y, 2)
             associate (p => x(:, i), q => x(:, mod(i, size(x, 2)) + 1), r => y(:, j), s => y(:, mod(j, size(y, 2)) + 1))
                if (.not. do_cross(p, q, r, s)) cycle
-               if (min(distance_to(p, r, s), distance_to(q, r, s), distance_to(r, p, q), distance_to(s, p, q)) <= tolerance) cycle
+               if (min(distance_to_segment(p, r, s), distance_to_segment(q, r, s), &
+                       distance_to_segment(r, p, q), distance_to_segment(s, p, q)) <= tolerance) cycle
                overlap = .true.
                return
             end associate
@@ -191,14 +193,6 @@ contains
          end do
       end function has_point_of
    end function rings_overlap
-
-   !> Distance of a point from a segment [m].
-   pure real(dp) function distance_to(x, a, b) result(distance)
-      real(dp), dimension(ndim), intent(in) :: x, a, b
-      real(dp) :: t
-      t = min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)
-      distance = norm2(x - a - t*(b - a))
-   end function distance_to
 
    !> Whether two segments have a point in common.
    pure logical function do_cross(a, b, c, d)
