@@ -127,15 +127,16 @@ contains
       self%nodes%in_cell = end%leaf > 0
    end subroutine find_cells
 
-   !> The nodes of the faces at a place; 0 where there is none.
+   !> The nodes of the faces at a place behind the tip, of the cells towards it: where the crack has a kink, cells behind that are of either face;
+   !> 0 where there is none.
    pure function face_nodes(self, grid, x) result(nodes)
       class(crack_tip_t), intent(in) :: self
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: x(ndim)            !! [m]
       integer :: nodes(2)
       nodes = 0
-      if (self%face(upper)) nodes(upper) = grid%node_at(x, self%axis(:, 2))
-      if (self%face(lower)) nodes(lower) = grid%node_at(x, -self%axis(:, 2))
+      if (self%face(upper)) nodes(upper) = grid%node_at(x, self%axis(:, 1) + self%axis(:, 2))
+      if (self%face(lower)) nodes(lower) = grid%node_at(x, self%axis(:, 1) - self%axis(:, 2))
    end function face_nodes
 
    !> Keep what surrounds a tip.

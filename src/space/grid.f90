@@ -738,7 +738,7 @@ contains
       end do
    end function node_at
 
-   !> Whether a node has an element on one side: one whose centre is in the direction `toward`.
+   !> Whether a node has an element on one side: one whose centre is in the direction `toward`, along the grid or a diagonal.
    pure logical function has_element_toward(self, node, toward) result(has)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: node
@@ -753,7 +753,7 @@ contains
    pure logical function is_toward(corner, toward)
       integer, intent(in) :: corner
       real(dp), intent(in) :: toward(ndim)
-      is_toward = dot_product(0.5_dp - corner_offset(corner), toward) > 0
+      is_toward = dot_product(0.5_dp - corner_offset(corner), toward) > 0.25_dp*norm2(toward) ! 0 of a cell beside a diagonal
    end function is_toward
 
    !> The element that covers the place `x`, of its piece where there are several; `outside` where there is none, or where `x` is not a

@@ -64,6 +64,21 @@ SCENES = {
         ["output", {"file": "case.h5", "history_interval": 0.3406669251021265}],
         ["damping", {"rate": 1.0540925533894598}],
     ]),
+    "faces behind a tip that meet a kink": ("mirror in x", [
+        ["run", {"plane": "strain", "end_time": 0.00011274653014995527, "thickness": 1.0}],
+        ["grid", {"lower": [0.13127095829387936, -0.09], "cell": 0.03, "cells": [16, 17]}],
+        ["material", {"name": "m0", "law": "neo_hookean", "young": 70000000000.0, "poisson": 0.3, "density": 5400.0}],
+        ["body", {"material": "m0", "points_per_cell": 4, "lower": [0.22127095829387936, 0.0], "upper": [0.5212709582938794, 0.32999999999999996], "spin": 18.161366782503443}],
+        ["crack", {"kind": "path", "name": "c0", "points": [0.2812709582938794, 0.09, 0.31127095829387935, 0.15, 0.3412709582938794, 0.15], "contact": "frictionless"}],
+        ["crack", {"kind": "path", "name": "c1", "points": [0.41627095829387933, 0.17099760806476785, 0.41627095829387933, 0.24900239193523213], "contact": "friction", "friction": 0.7}],
+        ["constraint", {"lower": [0.22127095829387936, 0.0], "upper": [0.5212709582938794, 0.0], "fix": "xy", "name": "a"}],
+        ["constraint", {"lower": [0.22127095829387936, 0.32999999999999996], "upper": [0.5212709582938794, 0.32999999999999996], "fix": "y", "displacement": [0.0, 5.663321019827875e-05], "history": "table", "times": [0.0, 4.509861205998211e-05, 0.00011274653014995527], "factors": [0.0, 1.0, -0.5], "name": "b"}],
+        ["load", {"kind": "pressure", "pressure": -57525336.532093234, "lower": [0.22127095829387936, 0.32999999999999996], "upper": [0.5212709582938794, 0.32999999999999996], "history": "table", "times": [0.0, 4.509861205998211e-05, 0.00011274653014995527], "factors": [0.0, 1.0, 1.0]}],
+        ["method", {"time": "explicit", "frame": "updated", "scheme": "usl"}],
+        ["refine", {"indicator": "gradient", "max_level": 1, "max_particles": 4000, "interval": 5, "field": "energy_density"}],
+        ["energy_release", {"estimators": ["energy_balance"]}],
+        ["output", {"file": "case.h5", "history_interval": 1.6106647164279324e-05}],
+    ]),
 }
 
 
