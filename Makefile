@@ -5,9 +5,7 @@ O := build/$(build)
 FC := gfortran
 PYTHON := .venv/bin/python
 
-HDF5_COMPILE ?= -I/usr/include/hdf5/serial
-HDF5_LINK ?= -L/usr/lib/$(shell $(FC) -dumpmachine 2>/dev/null)/hdf5/serial -lhdf5_serialhl_fortran -lhdf5_serial_fortran \
-             -lhdf5_serial_hl -lhdf5_serial
+HDF5_LINK ?= -L/usr/lib/$(shell $(FC) -dumpmachine 2>/dev/null)/hdf5/serial -lhdf5_serial
 ALGEBRA_LINK ?= -lumfpack -lcholmod -llapack -lblas
 COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimplicit-interface -Wno-do-subscript
 
@@ -27,7 +25,7 @@ checked := -O2 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -f
 memcheck := -O1 -g
 # Threads that count at once lose counts, never the first one
 coverage := -O1 -g --coverage
-FLAGS := $(COMMON) $($(build)) $(HDF5_COMPILE) -J$(O)
+FLAGS := $(COMMON) $($(build)) -J$(O)
 
 SOURCES := $(wildcard src/*.f90 src/*/*.f90)
 UNIT_TESTS := $(wildcard tests/unit/test_*.f90)

@@ -53,7 +53,7 @@ module hampm_needs
 contains
 
    !> What a scene needs.
-   pure type(needs_t) function needs_of(scene) result(needs)
+   type(needs_t) function needs_of(scene) result(needs)
       type(scene_t), intent(in) :: scene
       real(dp) :: occupied, most_cells
       integer :: k

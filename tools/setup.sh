@@ -58,7 +58,7 @@ is_present() {
         libopenblas-dev) any_installed libopenblas-dev libopenblas-openmp-dev libopenblas-pthread-dev || links openblas ;;
         liblapack-dev) any_installed liblapack-dev || links lapack ;;
         libsuitesparse-dev) any_installed libsuitesparse-dev || { links umfpack && links cholmod; } ;;
-        libhdf5-dev) any_installed libhdf5-dev || links hdf5_fortran ;;
+        libhdf5-dev) any_installed libhdf5-dev || links hdf5 ;;
     esac
 }
 

@@ -98,7 +98,7 @@ contains
    !>
    !> The terms (rho v**2/2) q,1 + rho v_i v_i,1 q of Nakamura, Shih & Freund are the derivative of rho v**2 q/2 along the crack: as long as
    !> its tip rests their integral is 0, and what the sums leave of it is an error, in a body that flies one larger than J. They are left out.
-   pure subroutine domain_integrals(unturned, motion, factors, p, state, closed, j, k, k_doubt)
+   subroutine domain_integrals(unturned, motion, factors, p, state, closed, j, k, k_doubt)
       type(tip_domain_t), intent(in) :: unturned !! `turn` is found here
       type(motion_t), intent(in) :: motion       !! its loads at their places in the grid; those that reach into a disc are on the
                                                  !! faces

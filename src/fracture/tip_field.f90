@@ -34,7 +34,7 @@ module hampm_tip_field
 contains
 
    !> The field at a tip.
-   pure type(tip_field_t) function new_tip_field(material, direction) result(field)
+   type(tip_field_t) function new_tip_field(material, direction) result(field)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: direction(ndim)    !! unit vector out of the crack
       field%material = material

@@ -96,7 +96,7 @@ module hampm_material
 contains
 
    !> A material from its engineering constants; of the orthotropic law one that is isotropic.
-   pure function new_material(name, law, plane_stress, young, poisson, density, yield_stress, hardening, moduli, &
+   function new_material(name, law, plane_stress, young, poisson, density, yield_stress, hardening, moduli, &
                               relaxation_times, saturation, saturation_strain, kinematic, c01) result(m)
       character(*), intent(in) :: name
       character(*), intent(in) :: law            !! one of `laws`
@@ -210,7 +210,7 @@ contains
    end function idle_energy
 
    !> An orthotropic material, whose constants make it positive definite.
-   pure function new_orthotropic(name, plane_stress, constants, density) result(m)
+   function new_orthotropic(name, plane_stress, constants, density) result(m)
       character(*), intent(in) :: name
       logical, intent(in) :: plane_stress        !! else plane strain
       type(orthotropic_t), intent(in) :: constants
@@ -264,7 +264,7 @@ contains
    end function yields
 
    !> Whether a law of this name has a history.
-   pure logical function remembers(law)
+   logical function remembers(law)
       character(*), intent(in) :: law
       type(material_t) :: example
       example = new_material('', law, .false., 1.0_dp, 0.0_dp, 1.0_dp)
@@ -272,7 +272,7 @@ contains
    end function remembers
 
    !> Whether a law of this name is meant for any rotation and strain.
-   pure logical function is_for_any_strain(law)
+   logical function is_for_any_strain(law)
       character(*), intent(in) :: law
       type(material_t) :: example
       example = new_material('', law, .false., 1.0_dp, 0.0_dp, 1.0_dp)

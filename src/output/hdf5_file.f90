@@ -4,28 +4,19 @@
 !>
 !> What HDF5 calls the program's types of data: types, spaces and texts for the other HDF5 modules.
 module hampm_hdf5_file
-   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_loc, c_null_ptr, c_ptr, c_size_t, c_null_char
-   use hdf5, only: hid_t, hsize_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_acc_rdonly_f, h5f_acc_rdwr_f, &
-                   h5f_close_strong_f, h5fcreate_f, h5fopen_f, h5fclose_f, h5pcreate_f, h5pclose_f, h5pset_fclose_degree_f, &
-                   h5pset_link_creation_order_f, h5pset_obj_track_times_f, h5pset_chunk_f, h5pset_fletcher32_f, &
-                   h5p_file_access_f, h5p_group_create_f, h5p_dataset_create_f, h5p_crt_order_tracked_f, &
-                   h5p_crt_order_indexed_f, h5gcreate_f, h5gclose_f, h5lcreate_soft_f, h5lexists_f, h5oopen_f, h5oclose_f, &
-                   h5acreate_f, h5aopen_f, h5aexists_f, h5awrite_f, h5aclose_f, h5sclose_f, h5sget_simple_extent_ndims_f, &
-                   h5sget_simple_extent_dims_f, h5dcreate_f, h5dopen_f, h5dget_space_f, h5dread_f, h5dwrite_f, h5dclose_f, &
-                   h5tclose_f, h5t_ieee_f64le, h5t_std_i64le, size_t, h5kind_to_type, h5_integer_kind, &
-                   h5_real_kind, h5screate_f, h5screate_simple_f, h5s_scalar_f, h5tcopy_f, h5tset_cset_f, h5tset_size_f, &
-                   h5tset_strpad_f, h5t_string, h5t_c_s1, h5t_cset_utf8_f, h5t_str_nullpad_f
+   use, intrinsic :: iso_c_binding, only: c_associated, c_bool, c_char, c_f_pointer, c_loc, c_null_ptr, c_ptr, c_size_t
    use hampm_kinds, only: dp, long
    use hampm_failure, only: failure_t, exit_file
+   use hampm_hdf5_library
    implicit none
    private
-   public :: hdf5_file_t, native_real, native_integer, native_long
+   public :: hdf5_file_t
 
    logical, save :: library_open = .false. !! whether HDF5 has been initialised
 
    !> An open HDF5 file.
    type :: hdf5_file_t
-      integer(hid_t) :: id = -1                 !! HDF5's handle, negative while no file is open
+      integer(long) :: id = -1                 !! HDF5's handle, negative while no file is open
       character(:), allocatable :: path         !! path of the file
    contains
       procedure :: create
@@ -52,16 +43,15 @@ contains
       class(hdf5_file_t), intent(inout) :: self
       character(*), intent(in) :: path
       type(failure_t), intent(inout) :: failure
-      integer(hid_t) :: access
-      integer :: e(3)
+      integer(long) :: access
+      integer :: e
       call open_library()
       self%path = path
-      call h5pcreate_f(h5p_file_access_f, access, e(1))
-      call h5pset_fclose_degree_f(access, h5f_close_strong_f, e(2))
-      call h5fcreate_f(path, h5f_acc_trunc_f, self%id, e(3), access_prp=access)
-      call h5pclose_f(access, e(1))
-      if (e(3) < 0) then
-         self%id = -1
+      access = h5pcreate(file_access)
+      e = h5pset_fclose_degree(access, close_strong)
+      self%id = h5fcreate(c_string(path), truncate, default, access)
+      e = h5release(access)
+      if (.not. self%is_open()) then
          call self%unwritten(why_not(path, 'write', 'its disk is full, or another program has it open'), failure)
       end if
    end subroutine create
@@ -72,18 +62,17 @@ contains
       character(*), intent(in) :: path
       type(failure_t), intent(inout) :: failure
       logical, intent(in), optional :: writable
-      integer(hid_t) :: access
-      integer :: e(4), mode
+      integer(long) :: access
+      integer :: e, mode
       call open_library()
       self%path = path
-      mode = h5f_acc_rdonly_f
-      if (present(writable)) mode = merge(h5f_acc_rdwr_f, h5f_acc_rdonly_f, writable)
-      call h5pcreate_f(h5p_file_access_f, access, e(1))
-      call h5pset_fclose_degree_f(access, h5f_close_strong_f, e(2))
-      call h5fopen_f(path, mode, self%id, e(3), access_prp=access)
-      call h5pclose_f(access, e(4))
-      if (e(3) < 0) then
-         self%id = -1
+      mode = read_only
+      if (present(writable)) mode = merge(read_write, read_only, writable)
+      access = h5pcreate(file_access)
+      e = h5pset_fclose_degree(access, close_strong)
+      self%id = h5fopen(c_string(path), mode, access)
+      e = h5release(access)
+      if (.not. self%is_open()) then
          call unread(self, why_not(path, 'read', 'it is no HDF5 file, or not a whole one, or a program is still writing it'), &
                      failure)
       end if
@@ -95,7 +84,7 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: e
       if (.not. self%is_open()) return
-      call h5fclose_f(self%id, e)
+      e = h5fclose(self%id)
       self%id = -1
       if (e < 0) call self%unwritten('closing failed (is the disk full?)', failure)
    end subroutine close_file
@@ -110,9 +99,7 @@ contains
    logical function holds(self, path)
       class(hdf5_file_t), intent(in) :: self
       character(*), intent(in) :: path
-      integer :: e
-      call h5lexists_f(self%id, path, holds, e)
-      holds = holds .and. e >= 0
+      holds = h5lexists(self%id, c_string(path), default) > 0
    end function holds
 
    !> Report that the file cannot be written, and why.
@@ -128,14 +115,14 @@ contains
       class(hdf5_file_t), intent(in) :: self
       character(*), intent(in) :: path
       type(failure_t), intent(inout) :: failure
-      integer(hid_t) :: group, list
-      integer :: e(5)
+      integer(long) :: group, list
+      integer :: e(3)
       if (self%holds(path)) return
-      call h5pcreate_f(h5p_group_create_f, list, e(1))
-      call h5pset_link_creation_order_f(list, ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f), e(2))
-      call h5gcreate_f(self%id, path, group, e(3), gcpl_id=list)
-      call h5gclose_f(group, e(4))
-      call h5pclose_f(list, e(5))
+      list = h5pcreate(group_create)
+      e(1) = h5pset_link_creation_order(list, track_and_index)
+      group = h5gcreate(self%id, c_string(path), default, list, default)
+      e(2) = h5release(group)
+      e(3) = h5release(list)
       if (any(e < 0)) call self%unwritten('making the group '//path//' failed', failure)
    end subroutine make_group
 
@@ -144,10 +131,9 @@ contains
       class(hdf5_file_t), intent(in) :: self
       character(*), intent(in) :: target, path
       type(failure_t), intent(inout) :: failure
-      integer :: e
       if (self%holds(path)) return
-      call h5lcreate_soft_f(target, self%id, path, e)
-      if (e < 0) call self%unwritten('making the link '//path//' failed', failure)
+      if (h5lcreate_soft(c_string(target), self%id, c_string(path), default, default) < 0) &
+         call self%unwritten('making the link '//path//' failed', failure)
    end subroutine make_link
 
    !> Attach a text of any length (UTF-8), a real number or an integer to the group or dataset `object`, or replace the one of that name.
@@ -156,21 +142,21 @@ contains
       character(*), intent(in) :: object, name
       class(*), intent(in), target :: value
       type(failure_t), intent(inout) :: failure
-      character(c_char), allocatable, target :: chars(:)
+      character(:, c_char), allocatable, target :: chars
       type(c_ptr), target :: address
-      integer(hid_t) :: type_id
+      integer(long) :: type_id
       integer :: e
       select type (value)
        type is (character(*))
-         allocate (chars, source=c_string(value))
+         chars = c_string(value)
          address = c_loc(chars)
          type_id = text_type()
          call write_attribute(self, object, name, type_id, type_id, scalar_space(), c_loc(address), failure)
-         call h5tclose_f(type_id, e)
+         e = h5release(type_id)
        type is (real(dp))
-         call write_attribute(self, object, name, h5t_ieee_f64le, native_real(), scalar_space(), c_loc(value), failure)
+         call write_attribute(self, object, name, real64_le, native_real, scalar_space(), c_loc(value), failure)
        type is (integer)
-         call write_attribute(self, object, name, h5t_std_i64le, native_integer(), scalar_space(), c_loc(value), failure)
+         call write_attribute(self, object, name, int64_le, native_integer, scalar_space(), c_loc(value), failure)
       end select
    end subroutine put_attribute_value
 
@@ -179,13 +165,13 @@ contains
       class(hdf5_file_t), intent(in) :: self
       character(*), intent(in) :: object, name, value
       type(failure_t), intent(inout) :: failure
-      character(c_char), target :: chars(len(value) + 1)
-      integer(hid_t) :: type_id
+      character(len(value) + 1, c_char), target :: chars
+      integer(long) :: type_id
       integer :: e
       chars = c_string(value)
       type_id = label_type(len(value))
       call write_attribute(self, object, name, type_id, type_id, scalar_space(), c_loc(chars), failure)
-      call h5tclose_f(type_id, e)
+      e = h5release(type_id)
    end subroutine put_label
 
    !> Attach a few integers, or replace those of that name.
@@ -194,8 +180,8 @@ contains
       character(*), intent(in) :: object, name
       integer, intent(in), target, contiguous :: values(:)
       type(failure_t), intent(inout) :: failure
-      call write_attribute(self, object, name, h5t_std_i64le, native_integer(), &
-                           simple_space(shape(values, hsize_t)), c_loc(values), failure)
+      call write_attribute(self, object, name, int64_le, native_integer, &
+                           simple_space(shape(values, long)), c_loc(values), failure)
    end subroutine put_attribute_integers
 
    !> Write the dataset `path`: a text of any length (UTF-8).
@@ -203,15 +189,15 @@ contains
       class(hdf5_file_t), intent(in) :: self
       character(*), intent(in) :: path, text
       type(failure_t), intent(inout) :: failure
-      character(c_char), allocatable, target :: chars(:)
+      character(:, c_char), allocatable, target :: chars
       type(c_ptr), target :: address
-      integer(hid_t) :: type_id
+      integer(long) :: type_id
       integer :: e
-      allocate (chars, source=c_string(text))
+      chars = c_string(text)
       address = c_loc(chars)
       type_id = text_type()
       call write_dataset(self, path, type_id, type_id, scalar_space(), c_loc(address), failure)
-      call h5tclose_f(type_id, e)
+      e = h5release(type_id)
    end subroutine put_text
 
    !> Write the dataset `path`: a vector of reals or 64-bit integers.
@@ -222,10 +208,10 @@ contains
       type(failure_t), intent(inout) :: failure
       select type (values)
        type is (real(dp))
-         call write_dataset(self, path, h5t_ieee_f64le, native_real(), simple_space(shape(values, hsize_t)), &
+         call write_dataset(self, path, real64_le, native_real, simple_space(shape(values, long)), &
                             c_loc(values), failure)
        type is (integer(long))
-         call write_dataset(self, path, h5t_std_i64le, native_long(), simple_space(shape(values, hsize_t)), &
+         call write_dataset(self, path, int64_le, native_long, simple_space(shape(values, long)), &
                             c_loc(values), failure)
       end select
    end subroutine put_vector
@@ -248,15 +234,15 @@ contains
       end interface
       type(c_ptr), target :: address
       character(c_char), pointer :: chars(:)
-      integer(hid_t) :: dataset, type_id
-      integer(hsize_t) :: extent(0)
+      integer(long) :: dataset, type_id
+      integer(long) :: extent(0)
       integer :: e, i
       text = ''
       address = c_null_ptr
       type_id = text_type()
       call find_dataset(self, path, dataset, extent, failure)
       call read_dataset(self, path, dataset, type_id, c_loc(address), failure)
-      call h5tclose_f(type_id, e)
+      e = h5release(type_id)
       if (failure%failed() .or. .not. c_associated(address)) return
       call c_f_pointer(address, chars, [c_strlen(address)])
       text = repeat(' ', size(chars))
@@ -273,16 +259,16 @@ contains
       class(*), intent(inout), target, contiguous :: values(:)
       integer, intent(out) :: n                  !! values that it has
       type(failure_t), intent(inout) :: failure
-      integer(hid_t) :: dataset
-      integer(hsize_t) :: extent(1)
+      integer(long) :: dataset
+      integer(long) :: extent(1)
       call find_dataset(self, path, dataset, extent, failure)
       n = int(extent(1))
       if (n /= size(values)) return
       select type (values)
        type is (real(dp))
-         call read_dataset(self, path, dataset, native_real(), c_loc(values), failure)
+         call read_dataset(self, path, dataset, native_real, c_loc(values), failure)
        type is (integer(long))
-         call read_dataset(self, path, dataset, native_long(), c_loc(values), failure)
+         call read_dataset(self, path, dataset, native_long, c_loc(values), failure)
       end select
    end subroutine get_vector
 
@@ -291,72 +277,71 @@ contains
    subroutine write_dataset(file, path, file_type, memory_type, space, address, failure)
       type(hdf5_file_t), intent(in) :: file
       character(*), intent(in) :: path
-      integer(hid_t), intent(in) :: file_type, memory_type, space
+      integer(long), intent(in) :: file_type, memory_type, space
       type(c_ptr), intent(in) :: address
       type(failure_t), intent(inout) :: failure
-      integer(hid_t) :: dataset, list
-      integer :: e(8)
-      call h5pcreate_f(h5p_dataset_create_f, list, e(1))
-      call h5pset_obj_track_times_f(list, .false., e(2))
-      call add_checksum(list, space, e(8))
-      call h5dcreate_f(file%id, path, file_type, space, dataset, e(3), dcpl_id=list)
-      call h5dwrite_f(dataset, memory_type, address, e(4))
-      call h5dclose_f(dataset, e(5))
-      call h5pclose_f(list, e(6))
-      call h5sclose_f(space, e(7))
+      integer(long) :: dataset, list
+      integer :: e(6)
+      list = h5pcreate(dataset_create)
+      e(1) = h5pset_obj_track_times(list, .false._c_bool)
+      call add_checksum(list, space, e(2))
+      dataset = h5dcreate(file%id, c_string(path), file_type, space, default, list, default)
+      e(3) = h5dwrite(dataset, memory_type, default, default, default, address)
+      e(4) = h5release(dataset)
+      e(5) = h5release(list)
+      e(6) = h5release(space)
       if (any(e < 0)) call file%unwritten('writing '//path//' failed (is the disk full?)', failure)
    end subroutine write_dataset
 
    !> Ask for checksums of a new dataset of a space that has extent.
    subroutine add_checksum(list, space, e)
-      integer(hid_t), intent(in) :: list, space
+      integer(long), intent(in) :: list, space
       integer, intent(out) :: e
-      integer(hsize_t), parameter :: longest = 2**20   ! entries that are summed together
-      integer(hsize_t), allocatable :: extent(:), limit(:)
+      integer(long), parameter :: longest = 2**20   ! entries that are summed together
+      integer(long), allocatable :: extent(:), limit(:)
       integer :: rank
-      call h5sget_simple_extent_ndims_f(space, rank, e)
+      rank = h5sget_simple_extent_ndims(space)
+      e = min(rank, 0)
+      if (rank <= 0) return
       allocate (extent(rank), limit(rank))
-      if (rank == 0) return
-      call h5sget_simple_extent_dims_f(space, extent, limit, e)
+      e = h5sget_simple_extent_dims(space, extent, limit)
       if (any(extent == 0)) return
-      call h5pset_chunk_f(list, rank, min(extent, longest), e)
-      if (e >= 0) call h5pset_fletcher32_f(list, e)
+      e = h5pset_chunk(list, rank, min(extent, longest))
+      if (e >= 0) e = h5pset_fletcher32(list)
    end subroutine add_checksum
 
    !> Open a dataset of rank `size(extent)` and get its extent, which is 0 where there is no such dataset.
    subroutine find_dataset(file, path, dataset, extent, failure)
       type(hdf5_file_t), intent(in) :: file
       character(*), intent(in) :: path
-      integer(hid_t), intent(out) :: dataset
-      integer(hsize_t), intent(out) :: extent(:)
+      integer(long), intent(out) :: dataset
+      integer(long), intent(out) :: extent(:)
       type(failure_t), intent(inout) :: failure
-      integer(hid_t) :: space
-      integer(hsize_t) :: limit(size(extent))
-      integer :: e(4), rank
+      integer(long) :: space
+      integer(long) :: limit(size(extent))
+      integer :: e
       extent = 0
-      rank = 0
-      call h5dopen_f(file%id, path, dataset, e(1))
-      call h5dget_space_f(dataset, space, e(2))
-      call h5sget_simple_extent_ndims_f(space, rank, e(3))
-      if (all(e(1:3) >= 0) .and. rank == size(extent)) then
-         if (rank > 0) call h5sget_simple_extent_dims_f(space, extent, limit, e(4))
+      dataset = h5dopen(file%id, c_string(path), default)
+      space = h5dget_space(dataset)
+      if (h5sget_simple_extent_ndims(space) == size(extent)) then
+         e = h5sget_simple_extent_dims(space, extent, limit)
       else
          call unread(file, 'there is no '//path//' of the expected shape', failure)
       end if
-      call h5sclose_f(space, e(4))
+      e = h5release(space)
    end subroutine find_dataset
 
    !> Read a whole dataset to `address` and close it; nothing where `find_dataset` has failed.
    subroutine read_dataset(file, path, dataset, memory_type, address, failure)
       type(hdf5_file_t), intent(in) :: file
       character(*), intent(in) :: path
-      integer(hid_t), intent(in) :: dataset, memory_type
+      integer(long), intent(in) :: dataset, memory_type
       type(c_ptr), value :: address
       type(failure_t), intent(inout) :: failure
       integer :: e(2)
       if (failure%failed()) return
-      call h5dread_f(dataset, memory_type, address, e(1))
-      call h5dclose_f(dataset, e(2))
+      e(1) = h5dread(dataset, memory_type, default, default, default, address)
+      e(2) = h5release(dataset)
       if (any(e < 0)) call unread(file, 'reading '//path//' failed', failure)
    end subroutine read_dataset
 
@@ -364,23 +349,21 @@ contains
    subroutine write_attribute(file, object, name, file_type, memory_type, space, address, failure)
       type(hdf5_file_t), intent(in) :: file
       character(*), intent(in) :: object, name
-      integer(hid_t), intent(in) :: file_type, memory_type, space
+      integer(long), intent(in) :: file_type, memory_type, space
       type(c_ptr), intent(in) :: address
       type(failure_t), intent(inout) :: failure
-      integer(hid_t) :: owner, attribute
-      logical :: exists
-      integer :: e(7)
-      call h5oopen_f(file%id, object, owner, e(1))
-      call h5aexists_f(owner, name, exists, e(2))
-      if (exists) then
-         call h5aopen_f(owner, name, attribute, e(3))
+      integer(long) :: owner, attribute
+      integer :: e(4)
+      owner = h5oopen(file%id, c_string(object), default)
+      if (h5aexists(owner, c_string(name)) > 0) then
+         attribute = h5aopen(owner, c_string(name), default)
       else
-         call h5acreate_f(owner, name, file_type, space, attribute, e(3))
+         attribute = h5acreate(owner, c_string(name), file_type, space, default, default)
       end if
-      call h5awrite_f(attribute, memory_type, address, e(4))
-      call h5aclose_f(attribute, e(5))
-      call h5oclose_f(owner, e(6))
-      call h5sclose_f(space, e(7))
+      e(1) = h5awrite(attribute, memory_type, address)
+      e(2) = h5release(attribute)
+      e(3) = h5release(owner)
+      e(4) = h5release(space)
       if (any(e < 0)) call file%unwritten('writing the attribute '//name//' of '//object//' failed', failure)
    end subroutine write_attribute
 
@@ -389,9 +372,9 @@ contains
    subroutine open_library()
       integer :: e
       if (library_open) return
-      call h5dont_atexit_f(e)
-      call h5open_f(e)
-      call h5eset_auto_f(0, e)
+      e = h5dont_atexit()
+      e = h5open()
+      e = h5eset_auto(default, c_null_ptr, c_null_ptr)
       library_open = .true.
    end subroutine open_library
 
@@ -420,58 +403,31 @@ contains
       end if
    end function why_not
 
-   !> HDF5's type of a `real(dp)` in memory.
-   integer(hid_t) function native_real()
-      native_real = h5kind_to_type(dp, h5_real_kind)
-   end function native_real
-
-   !> HDF5's type of an `integer` in memory.
-   integer(hid_t) function native_integer()
-      native_integer = h5kind_to_type(kind(0), h5_integer_kind)
-   end function native_integer
-
-   !> HDF5's type of an `integer(long)` in memory.
-   integer(hid_t) function native_long()
-      native_long = h5kind_to_type(long, h5_integer_kind)
-   end function native_long
-
    !> A new HDF5 type: a UTF-8 text of any length, in memory the address of a null-terminated one.
-   integer(hid_t) function text_type()
+   integer(long) function text_type()
       integer :: e
-      call h5tcopy_f(h5t_string, text_type, e)
-      call h5tset_cset_f(text_type, h5t_cset_utf8_f, e)
+      text_type = h5tcopy(c_text)
+      e = h5tset_size(text_type, variable_length)
+      e = h5tset_cset(text_type, utf8)
    end function text_type
 
    !> A new HDF5 type: an ASCII text of fixed length.
-   integer(hid_t) function label_type(length)
+   integer(long) function label_type(length)
       integer, intent(in) :: length             !! number of characters, > 0
       integer :: e
-      call h5tcopy_f(h5t_c_s1, label_type, e)
-      call h5tset_size_f(label_type, int(length, size_t), e)
-      call h5tset_strpad_f(label_type, h5t_str_nullpad_f, e)
+      label_type = h5tcopy(c_text)
+      e = h5tset_size(label_type, int(length, c_size_t))
+      e = h5tset_strpad(label_type, null_padded)
    end function label_type
 
    !> A new space of one element.
-   integer(hid_t) function scalar_space()
-      integer :: e
-      call h5screate_f(h5s_scalar_f, scalar_space, e)
+   integer(long) function scalar_space()
+      scalar_space = h5screate(scalar)
    end function scalar_space
 
    !> A new space of the given extent.
-   integer(hid_t) function simple_space(extent)
-      integer(hsize_t), intent(in) :: extent(:)
-      integer :: e
-      call h5screate_simple_f(size(extent), extent, simple_space, e)
+   integer(long) function simple_space(extent)
+      integer(long), intent(in) :: extent(:)
+      simple_space = h5screate_simple(size(extent), extent, extent)
    end function simple_space
-
-   !> The text as C wants it: null-terminated.
-   pure function c_string(text) result(chars)
-      character(*), intent(in) :: text
-      character(c_char) :: chars(len(text) + 1)
-      integer :: i
-      do i = 1, len(text)
-         chars(i) = text(i:i)
-      end do
-      chars(len(text) + 1) = c_null_char
-   end function c_string
 end module hampm_hdf5_file

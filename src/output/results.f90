@@ -6,7 +6,6 @@
 !> what it lacks, and written on. Two files go forward by turns: what is written is written twice, but nothing is copied
 !> that grows with the run.
 module hampm_results
-   use hdf5, only: hsize_t
    use hampm_kinds, only: dp, long
    use hampm_failure, only: failure_t, exit_file
    use hampm_file_moves, only: partial_name, replace_file, give_second_name, rename_file, copy_file, remove_file
@@ -154,7 +153,7 @@ contains
       if (present(integer_valued)) column%integer_valued = integer_valued
       call column%series%create(self%file, path, merge(long_values, real_values, column%integer_valued), &
                                 1, chunk, fault)
-      if (self%kept >= 0 .and. .not. fault%failed()) call column%series%shorten(self%file, int(self%kept, hsize_t), fault)
+      if (self%kept >= 0 .and. .not. fault%failed()) call column%series%shorten(self%file, int(self%kept, long), fault)
       call self%file%put_attribute(path, 'units', unit, fault)
       call self%file%put_attribute(path, 'long_name', long_name, fault)
       call pass_on(self, fault, failure)

@@ -7,7 +7,6 @@
 !> VTK from 9.6.2 on asks /VTKHDF/Steps how many snapshots there are and takes it for one more piece, which older versions
 !> do too. It is a link to the first piece, which therefore has what VTK looks for in both: NSteps and Values.
 module hampm_snapshots
-   use hdf5, only: hsize_t
    use hampm_kinds, only: dp, long, ndim
    use hampm_failure, only: failure_t
    use hampm_hdf5_file, only: hdf5_file_t
@@ -140,7 +139,7 @@ contains
       integer(long), allocatable :: lengths(:)
       allocate (lengths(0))
       if (allocated(self%kept)) lengths = self%kept
-      if (allocated(self%series)) lengths = int(self%series%length, long)
+      if (allocated(self%series)) lengths = self%series%length
    end function lengths
 
    !> Where a file is continued: drop what is beyond these lengths before the next snapshot is written.
@@ -155,7 +154,7 @@ contains
       type(snapshots_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file
       type(failure_t), intent(inout) :: failure
-      integer(hsize_t) :: length
+      integer(long) :: length
       integer :: k
       if (.not. allocated(self%kept)) return
       do k = 1, size(self%series)

@@ -26,7 +26,7 @@ module hampm_caveats
 contains
 
    !> Where numbers of the scene mean something else than they seem to.
-   pure function warnings_of(scene) result(text)
+   function warnings_of(scene) result(text)
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: text
       text = scene%warned

@@ -36,7 +36,7 @@ module hampm_consistency
 contains
 
    !> Check a whole scene.
-   pure subroutine check_consistency(scene, settings)
+   subroutine check_consistency(scene, settings)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
       logical :: has_grid, has_bodies

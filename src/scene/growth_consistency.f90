@@ -16,7 +16,7 @@ module hampm_growth_consistency
 contains
 
    !> Check all groups &growth.
-   pure subroutine check_growth(scene, settings, has_bodies)
+   subroutine check_growth(scene, settings, has_bodies)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
@@ -49,7 +49,7 @@ contains
    end subroutine check_on_plane
 
    !> Check the keys of the k-th one, in motion.
-   pure subroutine check_keys_in_motion(scene, settings, k)
+   subroutine check_keys_in_motion(scene, settings, k)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k
@@ -79,7 +79,7 @@ contains
    end subroutine check_keys_in_motion
 
    !> Speed of Rayleigh waves in a material, huge where that is not known [m/s].
-   pure real(dp) function rayleigh_of(scene, i) result(speed)
+   real(dp) function rayleigh_of(scene, i) result(speed)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: i
       speed = huge(speed)
@@ -90,7 +90,7 @@ contains
    end function rayleigh_of
 
    !> Check the k-th one.
-   pure subroutine check_one(scene, settings, k, has_bodies)
+   subroutine check_one(scene, settings, k, has_bodies)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k

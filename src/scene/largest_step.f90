@@ -65,7 +65,7 @@ module hampm_largest_step
 contains
 
    !> The largest stable courant number, of the wave speed that the scene names, in three digits; the keys it depends on are good.
-   pure real(dp) function courant_limit(scene) result(limit)
+   real(dp) function courant_limit(scene) result(limit)
       type(scene_t), intent(in) :: scene
       type(mass_choice_t) :: mass
       real(dp) :: step
@@ -94,7 +94,7 @@ contains
 
    !> What is taken where no courant number is given: a safe part of the limit. For material that moves through the cells, and with
    !> damping, which a long step would not resolve, there are shorter ones.
-   pure real(dp) function default_courant(scene) result(courant)
+   real(dp) function default_courant(scene) result(courant)
       type(scene_t), intent(in) :: scene
       courant = default_part*courant_limit(scene)
       associate (method => scene%method)
@@ -105,14 +105,14 @@ contains
    end function default_courant
 
    !> The courant number at which damping takes all of a velocity in a step.
-   pure real(dp) function damping_limit(scene) result(limit)
+   real(dp) function damping_limit(scene) result(limit)
       type(scene_t), intent(in) :: scene
       limit = huge(limit)
       if (scene%damping%rate > 0) limit = most_damping_a_step/scene%damping%rate/smallest_cell(scene)*chosen_speed(scene)
    end function damping_limit
 
    !> The wave speed that courant refers to, the largest of any material [m/s].
-   pure real(dp) function chosen_speed(scene) result(speed)
+   real(dp) function chosen_speed(scene) result(speed)
       type(scene_t), intent(in) :: scene
       speed = largest_wave_speed(materials_of(scene), scene%method%wave_speed)
    end function chosen_speed
@@ -126,7 +126,7 @@ contains
    end function smallest_cell
 
    !> Largest stable time step over cell size for a body that is alone [s/m].
-   pure real(dp) function body_limit(scene, body, mass) result(limit)
+   real(dp) function body_limit(scene, body, mass) result(limit)
       type(scene_t), intent(in) :: scene
       type(body_t), intent(in) :: body
       type(mass_choice_t), intent(in) :: mass

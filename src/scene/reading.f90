@@ -34,7 +34,7 @@ contains
    end subroutine read_scene
 
    !> The scene that a namelist text and overrides describe.
-   pure subroutine understand_scene(path, text, overrides, scene, failure)
+   subroutine understand_scene(path, text, overrides, scene, failure)
       character(*), intent(in) :: path             !! of the file that the text comes from, for messages
       character(*), intent(in) :: text
       type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win

@@ -9,7 +9,7 @@ module hampm_scene_materials
 contains
 
    !> All materials of a scene, and behind them one for each body with an eigenstrain.
-   pure function materials_of(scene) result(materials)
+   function materials_of(scene) result(materials)
       type(scene_t), intent(in) :: scene
       type(material_t), allocatable :: materials(:)
       integer :: k, n
@@ -55,7 +55,7 @@ contains
    end function are_alike
 
    !> One of them.
-   pure type(material_t) function material_of(scene, k) result(material)
+   type(material_t) function material_of(scene, k) result(material)
       type(scene_t), intent(in) :: scene
       integer, intent(in) :: k
       associate (spec => scene%materials(k))

@@ -19,7 +19,7 @@ module hampm_stability_consistency
 contains
 
    !> Find the courant number of a scene that gives none.
-   pure subroutine choose_courant(scene, settings)
+   subroutine choose_courant(scene, settings)
       type(scene_t), intent(inout) :: scene
       type(settings_t), intent(inout) :: settings
       integer :: entry
@@ -32,7 +32,7 @@ contains
    end subroutine choose_courant
 
    !> Refuse time steps that are unstable, by themselves or with the damping, and those that do not resolve a load.
-   pure subroutine check_stability(scene, settings)
+   subroutine check_stability(scene, settings)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
       type(scene_t) :: undamped
@@ -68,7 +68,7 @@ contains
    end subroutine check_stability
 
    !> Complain of a courant number beyond the limit.
-   pure subroutine complain_of_step(scene, limit, settings, entry)
+   subroutine complain_of_step(scene, limit, settings, entry)
       type(scene_t), intent(in) :: scene
       real(dp), intent(in) :: limit                !! of the scene [-]
       type(settings_t), intent(inout) :: settings
