@@ -121,6 +121,7 @@ contains
       type(scene_t), intent(in) :: scene
       class(integrator_t), allocatable, intent(out) :: integrator
       type(static_t) :: static
+      type(local_leapfrog_t) :: local
       type(implicit_t) :: implicit
       if (scene%method%time == 'static') then
          static%equilibrium%newton%solver = scene%method%solver
@@ -136,7 +137,8 @@ contains
       else if (scene%method%path == 'reference') then
          allocate (reference_t :: integrator)
       else if (scene%method%time_steps == 'local') then
-         allocate (integrator, source=local_leapfrog_t(time_between_outputs=time_between_outputs(scene)))
+         local%time_between_outputs = time_between_outputs(scene)
+         allocate (integrator, source=local)
       else
          allocate (explicit_t :: integrator)
       end if

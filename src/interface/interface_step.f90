@@ -95,8 +95,9 @@ contains
    !> Forget a mesh.
    subroutine forget_faces(self)
       type(interface_step_t), intent(inout) :: self
+      type(interface_step_t) :: new
       call self%factor%release()
-      self = interface_step_t()
+      self = new
    end subroutine forget_faces
 
    !> Change velocities and accelerations at the end of a step by the forces of interface points, and add these to `force`. The openings are left as

@@ -202,20 +202,21 @@ contains
          largest = max(c11, c22, c66)
          ! the derivative is 0 where a (a - q**2) t**2 + b (a - q**2) t + b**2/4 - q**2 c is
          if (abs(a) <= epsilon(a)*(c11 + c22)**2) then
-            if (abs(q*b) > 0) call look_at((b/q)**2/(4*b) - c/b)
+            if (abs(q*b) > 0) largest = max(largest, larger_at((b/q)**2/(4*b) - c/b))
          else if (abs(a - q**2) > 0) then
             root = (b/(2*a))**2 - (b**2/4 - q**2*c)/(a*(a - q**2))
-            if (root >= 0) call look_at(-b/(2*a) - sqrt(root))
-            if (root >= 0) call look_at(-b/(2*a) + sqrt(root))
+            if (root >= 0) largest = max(largest, larger_at(-b/(2*a) - sqrt(root)))
+            if (root >= 0) largest = max(largest, larger_at(-b/(2*a) + sqrt(root)))
          end if
       end associate
 
    contains
 
-      !> Take the larger eigenvalue at a value of cos**2, where that is one, if it is the largest.
-      pure subroutine look_at(t)
+      !> The larger eigenvalue at a value of cos**2, 0 where that is none [Pa].
+      pure real(dp) function larger_at(t)
          real(dp), intent(in) :: t
-         if (t > 0 .and. t < 1) largest = max(largest, p + q*t + sqrt(max(a*t**2 + b*t + c, 0.0_dp)))
-      end subroutine look_at
+         larger_at = 0
+         if (t > 0 .and. t < 1) larger_at = p + q*t + sqrt(max(a*t**2 + b*t + c, 0.0_dp))
+      end function larger_at
    end function acoustic_modulus
 end module hampm_orthotropic

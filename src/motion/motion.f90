@@ -113,11 +113,12 @@ contains
    subroutine rebuild_on_grid(m, failure)
       type(motion_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
+      type(element_operators_t) :: none
       m%mapped = .false.
       m%blocks%layout = m%blocks%layout + 1      ! where its elements are is new, whichever they are
       m%blocks%by_supports = any(m%materials%mean_dilatation) .or. m%particles%thickness%is_ring
       m%plan = tiling_t()
-      m%operators = element_operators_t()
+      m%operators = none
       m%corners = corner_map_t()
       call rebuild_constraints(m%constraints, m%grid)
       call rebuild_body_contact(m%body_contact, m%grid)
@@ -307,9 +308,10 @@ contains
    !> other.
    subroutine rebuild_operators(m)
       type(motion_t), intent(inout) :: m
+      type(element_operators_t) :: none
       logical, allocatable :: is_loaded(:)
       integer :: k
-      m%operators = element_operators_t()
+      m%operators = none
       if (m%audit .or. .not. m%particles%total_frame .or. m%particles%thickness%is_ring) return
       allocate (is_loaded(m%grid%n_elements), source=.false.)
       do k = 1, size(m%loads)

@@ -18,7 +18,7 @@ module hampm_history_resolution
 contains
 
    !> Refuse a sine that the steps of a motion do not resolve: they would see another one.
-   pure subroutine check_resolution(scene, settings)
+   subroutine check_resolution(scene, settings)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
       integer :: k
@@ -32,7 +32,7 @@ contains
    end subroutine check_resolution
 
    !> Check one of them.
-   pure subroutine check_sine(scene, settings, group, number, history)
+   subroutine check_sine(scene, settings, group, number, history)
       type(scene_t), intent(in) :: scene
       type(settings_t), intent(inout) :: settings
       character(*), intent(in) :: group
@@ -54,7 +54,7 @@ contains
    end subroutine check_sine
 
    !> What of the histories of a scene its steps see hardly or not, a line each; '' for nothing.
-   pure function coarse_histories(scene) result(text)
+   function coarse_histories(scene) result(text)
       type(scene_t), intent(in) :: scene
       character(:), allocatable :: text
       integer :: k
@@ -103,7 +103,7 @@ contains
    end function begins_too_late
 
    !> The longest step that a run can take at first [s]. Where outputs are closer they end it.
-   pure real(dp) function longest_step_of(scene) result(dt)
+   real(dp) function longest_step_of(scene) result(dt)
       type(scene_t), intent(in) :: scene
       if (scene%method%time == 'static') then
          dt = scene%run%end_time/max(scene%method%load_steps, 1)

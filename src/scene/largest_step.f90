@@ -290,7 +290,7 @@ contains
 
    !> Whether the particles of a body come to stand anywhere in the cells: where it flies, or is of a law for large strains. With usl
    !> no time step would do for all positions.
-   elemental logical function crosses_cells(scene, body) result(crosses)
+   impure elemental logical function crosses_cells(scene, body) result(crosses)
       type(scene_t), intent(in) :: scene
       type(body_t), intent(in) :: body
       crosses = scene%method%has_domains()

@@ -34,7 +34,7 @@ program test_orthotropic
 contains
 
    !> The example with its axes turned.
-   pure type(material_t) function turned(constants, angle, plane_stress)
+   type(material_t) function turned(constants, angle, plane_stress)
       type(orthotropic_t), intent(in) :: constants
       real(dp), intent(in) :: angle              !! [degrees]
       logical, intent(in) :: plane_stress
