@@ -30,7 +30,7 @@ contains
       taken = 0
       do k = 1, interfaces%n
          if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%way > way) cycle
-         if (.not. interfaces%list(k)%lets_go) call let_go(interfaces%list(k), interfaces%are_bounded, taken)
+         if (.not. interfaces%list(k)%lets_go) call let_go(interfaces%list(k), k <= interfaces%n_at_end, taken)
          interfaces%list(k)%kept = min(interfaces%list(k)%kept, max(0.0_dp, 1 - (way + further - interfaces%list(k)%way) &
                                                                 /(release_length*interfaces%list(k)%cell)))
       end do
@@ -51,7 +51,7 @@ contains
       overload = 0
       do k = 1, interfaces%n
          if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%lets_go) cycle
-         force = force_of(as_felt(interfaces%list(k), interfaces%are_bounded))
+         force = force_of(as_felt(interfaces%list(k), k <= interfaces%n_at_end))
          across = dot_product(force, interfaces%list(k)%normal)
          force = force - min(across, 0.0_dp)*interfaces%list(k)%normal
          traction = norm2(force)/(interfaces%thickness%at(interfaces%list(k)%place)*interfaces%list(k)%length &
@@ -59,7 +59,7 @@ contains
          if (interfaces%list(k)%way > last) then
             overload = max(overload, traction)
          else if (traction > 1) then
-            call let_go(interfaces%list(k), interfaces%are_bounded, taken)
+            call let_go(interfaces%list(k), k <= interfaces%n_at_end, taken)
          end if
       end do
    end subroutine let_go_beyond
@@ -67,7 +67,7 @@ contains
    !> A bond with the opening that had the force of the last step: that which it has oscillates about it.
    pure function as_felt(point, at_end) result(bond)
       type(interface_point_t), intent(in) :: point
-      logical, intent(in) :: at_end              !! see `interfaces_t`
+      logical, intent(in) :: at_end              !! whether it feels what a step changes
       type(interface_point_t) :: bond
       bond = point
       if (at_end) bond%opening = point%felt
@@ -76,7 +76,7 @@ contains
    !> Let a bond go.
    pure subroutine let_go(point, at_end, taken)
       type(interface_point_t), intent(inout) :: point
-      logical, intent(in) :: at_end              !! see `interfaces_t`
+      logical, intent(in) :: at_end              !! whether it feels what a step changes
       real(dp), intent(inout) :: taken           !! [J]
       real(dp) :: force(ndim), across, hold, stored
       force = force_of(as_felt(point, at_end))

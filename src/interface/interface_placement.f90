@@ -82,7 +82,9 @@ contains
       interfaces%n_at_end = 0
       if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
       faces = interfaces%n
-      if (m%grid%is_quadratic() .or. .not. interfaces%are_bounded .or. interfaces%strain_last) call hold_small_pieces(interfaces, m)
+      if ((m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies)) .and. &
+          (m%grid%is_quadratic() .or. .not. interfaces%are_bounded .or. interfaces%strain_last)) &
+         call hold_small_pieces(interfaces, m)
       if (interfaces%are_bounded) interfaces%n_at_end = interfaces%n
       if (m%grid%is_quadratic()) & ! where what holds small pieces has a mass
          interfaces%n_at_end = min(interfaces%n_at_end, merge(faces, 0, interfaces%n_contact + interfaces%n_cohesive > 0))

@@ -549,7 +549,7 @@ contains
              case (slides)
                sliding = sliding - sign(point%friction*pressed, sliding)
                interfaces%loss = interfaces%loss + point%stiffness*point%friction*abs(sliding) &
-                                 *merge(pressed, (point%pressed + pressed)/2, interfaces%are_bounded)
+                                 *merge(pressed, (point%pressed + pressed)/2, k <= interfaces%n_at_end)
                point%slip = point%slip + sliding
             end select
             point%pressed = pressed
@@ -614,6 +614,7 @@ contains
       n = interfaces%n
       call archive%section('interface_points')
       call archive%keep('number', n)
+      call archive%keep('n_at_end', interfaces%n_at_end)
       if (n == 0 .or. archive%failure%failed()) return
       if (archive%is_read) then
          interfaces%n = n

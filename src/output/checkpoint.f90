@@ -31,7 +31,7 @@ module hampm_checkpoint
    integer(long), parameter :: polynomial = int(z'42F0E1EBA9EA3693', long)
    integer, parameter :: bits = 64, byte = 8
 
-   integer, parameter :: format = 21            !! of the file: to be raised with each change of what is kept
+   integer, parameter :: format = 22            !! of the file: to be raised with each change of what is kept
    character(*), parameter :: format_name = 'hampm checkpoint'
 
    !> A checkpoint that is being written or read.
