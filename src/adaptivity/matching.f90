@@ -208,11 +208,15 @@ contains
       has_whole_cells = m%grid%is_quadratic() .and. .not. has_fuller_cells(m)
    end function has_whole_cells
 
-   !> Whether particles of a body are odd in number along a cell: then some stand on the lines that quarter it. Domains may reach over these.
+   !> Whether particles of a body are odd in number along a cell: then some stand on the lines that quarter it. Domains may reach over these, and of a
+   !> body that does not fill its cells exactly the number is no whole one.
    pure logical function is_odd(m, body)
       type(motion_t), intent(in) :: m
       integer, intent(in) :: body
-      is_odd = .not. m%has_domains() .and. any(mod(nint(m%grid%forest%cell/m%particles%spacing(:, body)), 2) == 1)
+      real(dp), parameter :: rounding = 1e-6_dp
+      associate (number => m%grid%forest%cell/m%particles%spacing(:, body))
+         is_odd = .not. m%has_domains() .and. any(mod(nint(number), 2) == 1 .and. abs(number - nint(number)) < rounding)
+      end associate
    end function is_odd
 
    !> How often a particle in the leaf in which it stands is to be split: once for each of its levels, and once more where that is a quadratic one that
