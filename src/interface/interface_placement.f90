@@ -59,7 +59,7 @@ module hampm_interface_placement
       real(dp) :: from(ndim) = 0                 !! [m]
       real(dp) :: to(ndim) = 0                   !! [m]
       real(dp) :: friction = 0                   !! coefficient [-]
-      logical :: certain = .false.               !! whether interface points are only to be where both pieces have particles of their own
+      logical :: certain = .false.               !! whether only openings are asked for, where both pieces have particles of their own
       integer :: line = 0                        !! number of the crack, of `contact` and `cohesive`
       integer :: tip = 0                         !! number of the tip that moves over it, 0 for none
       real(dp) :: way = 0                        !! of that tip to `from` [m]
@@ -416,7 +416,7 @@ contains
       if (face /= both_faces) traction = dot_product(traction, normal)*normal
    end function traction_at
 
-   !> The least opening normal to a line, over the points where interface points would be, and the largest jump between its faces [m]; 0
+   !> The least opening normal to a line, over the ends of the leaves, and the largest jump between its faces [m]; 0
    !> where there are none.
    pure subroutine look_at_openings(m, line, least, largest)
       type(matter_t), intent(in) :: m
@@ -430,7 +430,8 @@ contains
       largest = 0
       do k = 1, interfaces%n
          jump = interfaces%list(k)%opening
-         if (is_half(interfaces%list(k))) jump = 2*dot_product(interfaces%list(k)%normal, jump)*interfaces%list(k)%normal
+         if (m%grid%cut_cells%lines(line)%face /= both_faces) &
+            jump = 2*dot_product(interfaces%list(k)%normal, jump)*interfaces%list(k)%normal
          least = min(least, dot_product(interfaces%list(k)%normal, jump))
          largest = max(largest, norm2(jump))
       end do
@@ -549,7 +550,7 @@ contains
       associate (from => layer%from, to => layer%to)
          if (.not. norm2(to - from) > 0) return
          normal = [-(to(2) - from(2)), to(1) - from(1)]/norm2(to - from)
-         do i = 1, points
+         do i = 1, points, merge(points - 1, 1, layer%certain) ! an opening is linear along a leaf
             x = (from + to)/2 + place(i)*(to - from)/2
             e = faces_at(m, x, normal, layer%face, by_edges=.true.) ! a corner may be that of the other side
             if (all(e == 0)) cycle
@@ -558,12 +559,13 @@ contains
             call add_interface_point(interfaces, layer%law)
             associate (point => interfaces%list(interfaces%n))
                point%opening = jump_between(m, e, x)
+               point%normal = normal
+               if (layer%certain) cycle
                point%place = x
                point%middle = from + (sum(part(:i - 1)) + part(i)/2)*(to - from)
                point%origin = x
                if (layer%line > 0) point%origin = m%grid%cut_cells%origin_of(layer%line, x)
                point%length = part(i)*norm2(to - from)
-               point%normal = normal
                point%friction = layer%friction
                point%line = layer%line
                point%cohesion = layer%cohesion
