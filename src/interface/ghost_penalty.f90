@@ -166,15 +166,11 @@ contains
    pure subroutine hold_lone_particles(interfaces, m)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
-      integer :: n(m%grid%n_elements), i
-      n = 0
-      do i = 1, m%particles%n
-         n(m%particles%cell(i)) = n(m%particles%cell(i)) + 1
-      end do
+      integer :: i
       do i = 1, m%particles%n
          associate (e => m%particles%cell(i), at => m%grid%element_lower(:, m%particles%cell(i)), &
                     h => m%grid%leaf_size(m%particles%cell(i)), area => m%particles%area_of(i))
-            if (n(e) > 1 .or. m%grid%is_cut(m%grid%element_leaf(e)) .or. area < h**ndim/2) cycle
+            if (m%blocks%count_in(e) > 1 .or. m%grid%is_cut(m%grid%element_leaf(e)) .or. area < h**ndim/2) cycle
             call add_interface_point(interfaces, ghost)
             associate (point => interfaces%list(interfaces%n))
                call add_derivatives(point, m%grid, e, 1, 1, [0.5_dp, 1.0_dp], 1.0_dp)
