@@ -14,7 +14,7 @@ the squared frequency carries the factor M A, which is 1 for the full matrix onl
 
 import numpy as np
 
-FLOOR = {1: 0.05, 2: 0.02}  # least eigenvalue of D^-1 M of a cell of each order that is used as it is, see src/algebra/mass_matrix.f90
+FLOOR = {1: 0.05, 2: 0.02}  # least eigenvalue of D^-1 M of a cell of each order that is used as it is, see src/element/mass_matrix.f90
 
 
 def functions(order, a):

@@ -7,10 +7,10 @@ module hampm_summary
    use hampm_integrator, only: steps_for
    use hampm_loads, only: all_settle, settling_time
    use hampm_moving_tip, only: rayleigh_speed
-   use hampm_placement, only: point_text, length_text
+   use hampm_placement, only: point_text
    use hampm_rest, only: find_lowest_frequency, time_to_rest
    use hampm_simulation, only: simulation_t, is_at_rest
-   use hampm_text, only: to_text, decimal, three_digits
+   use hampm_text, only: to_text, length_text, decimal, three_digits
    implicit none
    private
    public :: summary, solver_report, rest_report, rest_proposal

@@ -5,7 +5,7 @@ module hampm_text
    implicit none
    private
    public :: string_t, to_text, lower_case, nearest_name, printable, did_you_mean, is_letter, is_digit, decimal, &
-             add_line, three_digits, without_rounding
+             add_line, three_digits, without_rounding, length_text
 
    !> Text of any length, so that arrays may hold texts of different lengths.
    type :: string_t
@@ -214,4 +214,12 @@ contains
       unit = 10.0_dp**(9 - floor(log10(scale)))
       decimal = anint(x*unit)/unit + 0.0_dp       ! no -0.0
    end function decimal
+
+   !> A length that is a difference of others, in text, without the rounding of these.
+   pure function length_text(length) result(text)
+      real(dp), intent(in) :: length             !! not below 0 [m]
+      character(:), allocatable :: text
+      text = to_text(0.0_dp)
+      if (length > 0) text = to_text(decimal(length, length))
+   end function length_text
 end module hampm_text

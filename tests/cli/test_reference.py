@@ -61,11 +61,11 @@ def test_reference_has_a_row_for_each_key_of_the_template(reference, hampm):
 
 def test_each_key_gives_its_value_to_the_scene(choices):
     """A key that nothing takes from what was written would be allowed, documented, and without effect."""
-    sources = "".join(path.read_text() for path in sorted((ROOT / "src/scene").glob("*_group*.f90")))
+    sources = "".join(path.read_text() for path in sorted((ROOT / "src/input").glob("*_group*.f90")))
     fills = re.findall(r"subroutine fill_.*?end subroutine", sources, re.DOTALL)
     history = next(fill for fill in fills if fill.startswith("subroutine fill_history("))
     for group in {group for group, _ in choices}:
-        path = ROOT / f"src/scene/{group}_group.f90"
+        path = ROOT / f"src/input/{group}_group.f90"
         source = path.read_text() if path.exists() else "".join(fill for fill in fills if f"settings%find('{group}'" in fill)
         if "call fill_history(" in source:
             source += history

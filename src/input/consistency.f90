@@ -12,13 +12,12 @@ module hampm_consistency
    use hampm_material_group, only: orthotropic_keys
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
    use hampm_path_consistency, only: check_paths
-   use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, particle_number, most_particles, point_text, &
-                              length_text, spacing_of
+   use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, particle_number, most_particles, point_text, spacing_of
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: check_shape, check_holes, outlines_overlap
    use hampm_stability_consistency, only: check_stability
-   use hampm_text, only: to_text, three_digits, did_you_mean
+   use hampm_text, only: to_text, length_text, three_digits, did_you_mean
    use hampm_crack_placement, only: body_at
    use hampm_orthotropic, only: why_not_definite
    implicit none

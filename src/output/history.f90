@@ -4,8 +4,7 @@
 !> finds the columns, whatever the values are then; each pass fills a row. So all passes make the same calls in the same order.
 module hampm_history
    use hampm_kinds, only: name_len, dp, long
-   use hampm_placement, only: length_text
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, length_text
    implicit none
    private
    public :: history_t, column_t

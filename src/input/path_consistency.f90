@@ -6,11 +6,11 @@ module hampm_path_consistency
                                    length_along, &
                                    is_inside, first_end, &
                                    last_end
-   use hampm_placement, only: tolerance, upper_corner, point_text, length_text
+   use hampm_placement, only: tolerance, upper_corner, point_text
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: do_cross
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, length_text
    implicit none
    private
    public :: check_paths, check_path_radii

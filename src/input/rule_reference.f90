@@ -22,7 +22,7 @@ contains
       character(:), allocatable :: text
       integer :: g
       text = line('# How keys depend on each other')//line('') &
-             //line('The output of `hampm --rules`, from the table by which scenes are validated (`src/scene/rules.f90`);') &
+             //line('The output of `hampm --rules`, from the table by which scenes are validated (`src/input/rules.f90`);') &
              //line('`hampm --rules --json` has it for programs. [keys.md](keys.md) has what each key allows by itself,') &
              //line('[places.md](places.md) where things have to be and which numbers go together. All mistakes are reported at') &
              //line('once, and `hampm --check` looks for them without a run.')//line('') &

@@ -7,9 +7,9 @@ module hampm_caveats
    use hampm_history_resolution, only: begins_too_late, coarse_histories
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, sheets_of_bodies
    use hampm_path_placement, only: path_tip, path_direction, path_tips
-   use hampm_placement, only: length_text, upper_corner, points_of, spacing_of, tolerance
+   use hampm_placement, only: upper_corner, points_of, spacing_of, tolerance
    use hampm_scene, only: scene_t, material_spec_t
-   use hampm_text, only: add => add_line, to_text, three_digits
+   use hampm_text, only: add => add_line, to_text, length_text, three_digits
    implicit none
    private
    public :: warnings_of, notes_of

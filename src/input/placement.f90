@@ -9,7 +9,7 @@ module hampm_placement
    implicit none
    private
    public :: tolerance, upper_corner, within, overlap, nodes_touched, on_node, on_face, points_of, spacing_of, particle_number, &
-             most_particles, is_part_of, point_text, length_text, nearest_node
+             most_particles, is_part_of, point_text, nearest_node
 
    real(dp), parameter :: most_particles = 2e9_dp   !! their indices must fit an integer
 
@@ -136,12 +136,4 @@ contains
       end do
       text = text//')'
    end function point_text
-
-   !> A length that is a difference of others, in text, without the rounding of these.
-   pure function length_text(length) result(text)
-      real(dp), intent(in) :: length             !! not below 0 [m]
-      character(:), allocatable :: text
-      text = to_text(0.0_dp)
-      if (length > 0) text = to_text(decimal(length, length))
-   end function length_text
 end module hampm_placement

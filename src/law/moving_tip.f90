@@ -7,7 +7,6 @@
 !> waves, which no crack of mode I reaches. Source: Freund, Dynamic Fracture Mechanics (1990), section 5.3.
 module hampm_moving_tip
    use hampm_kinds, only: dp
-   use hampm_crack_tip_field, only: modes
    use hampm_material, only: material_t
    implicit none
    private
@@ -21,7 +20,7 @@ contains
    pure function energy_factors(material, speed) result(a)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: speed              !! of the tip [m/s]
-      real(dp) :: a(modes)
+      real(dp) :: a(2)                           !! of modes I and II
       real(dp) :: nu, of_pressure, of_shear, d
       a = 1
       associate (shear => material%shear_wave_speed())
