@@ -11,10 +11,9 @@ module hampm_growth_at_rest
    use hampm_kinks, only: kink_angle, is_opened, slope_of_mixity
    use hampm_motion, only: motion_t, stored_energy
    use hampm_path_placement, only: path_radius
-   use hampm_placement, only: length_text
    use hampm_scene, only: scene_t
    use hampm_symmetric_turns, only: symmetric_turns_t, begin_turns
-   use hampm_text, only: three_digits
+   use hampm_text, only: three_digits, length_text
    implicit none
    private
    public :: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, factor_to_toughness, &

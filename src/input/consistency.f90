@@ -12,7 +12,8 @@ module hampm_consistency
    use hampm_material_group, only: orthotropic_keys
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
    use hampm_path_consistency, only: check_paths
-   use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, particle_number, most_particles, point_text, spacing_of
+   use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, particle_number, most_particles, point_text, &
+                              spacing_of
    use hampm_scene, only: scene_t
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: check_shape, check_holes, outlines_overlap
