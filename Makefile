@@ -40,7 +40,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup clean run figures sweep slurm docs test verify coverage sanitize memcheck fuzz \
+TASKS := help setup clean run figures sweep slurm docs structure test verify coverage sanitize memcheck fuzz \
          bench against minimal peers masses adaptivity extremes tradeoff local_steps static quadratic implicit cracks growth tip vtk errors estimates domains contact
 .PHONY: $(TASKS) program unit
 .DELETE_ON_ERROR:
@@ -71,6 +71,10 @@ slurm: setup  ## run sweeps on a real Slurm of this machine, with jobs that are 
 
 docs: setup  ## write pages of every module, type and procedure of src/: build/api/index.html
 	$(PYTHON) tools/api_pages.py
+
+structure:  ## count lines, arguments and uses between the folders of src/, and draw docs/rooms.svg
+	$(PYTHON) tools/structure.py
+	$(PYTHON) tools/structure.py --svg docs/rooms.svg
 
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit

@@ -1,7 +1,7 @@
 """How the sources of src/ hang together, computed from their text alone.
 
     python tools/structure.py                              the report: lines, arguments, imports, longest files
-    python tools/structure.py --dot FILE                   the picture of imports between folders, for Graphviz
+    python tools/structure.py --svg FILE                   the picture of the folders and of what each uses
     python tools/structure.py --chain run take_step ...    the shortest chain of calls from one procedure to the next of these
     python tools/structure.py --velocity                   the files that one opens to follow a particle's velocity to G
 
@@ -231,10 +231,43 @@ def report(program, order):
     yield from (f"  {n:4} {path}" for path, n in sorted(lengths.items(), key=lambda item: -item[1])[:12])
 
 
-def dot(program):
-    """The picture of imports between folders, as Graphviz reads it."""
-    edges = [f'   "{a}" -> "{b}" [label={n}];' for (a, b), n in sorted(folder_imports(program).items())]
-    return "\n".join(["digraph imports {", *edges, "}", ""])
+def what_is_in(readme):
+    """Of each folder of src/ what the README's table says is in it, as far as a line of the picture holds."""
+    rows = re.findall(r"^\| *`src/(\w+)/` *\| *([^|]*?) *\|", readme.partition("## Reading the code")[2], re.MULTILINE)
+    return {name: text if len(text) < 64 else re.match(r".{,64}(?=[;,])", text)[0] + ", ..." for name, text in rows}
+
+
+def svg(program, order, meaning):
+    """The picture of the folders in their order and of what each uses: dark arrows where no way over other folders leads there."""
+    pairs = [pair for pair in folder_imports(program) if "src" not in pair]
+    used = graph_of(pairs)
+    rooms = [name for name in order if name in meaning]
+    height, row, left, right = 30, 42, 20, 560
+    top = {name: 20 + row * k for k, name in enumerate(rooms)}
+
+    def reached(start):
+        found, waiting = set(), list(used.get(start, ()))
+        while waiting:
+            if (name := waiting.pop()) not in found:
+                found.add(name)
+                waiting += used.get(name, ())
+        return found
+
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 860 {40 + row * len(rooms)}" font-family="sans-serif">',
+             '<defs><marker id="end" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="9" markerHeight="9" markerUnits="userSpaceOnUse" orient="auto">'
+             '<path d="M0 0 L8 4 L0 8 z" fill="#1f5fa8"/></marker></defs>', '<rect width="100%" height="100%" fill="#fff"/>']
+    for a, b in sorted(pairs, key=lambda pair: (top[pair[1]] - top[pair[0]], pair)):
+        is_direct = not any(b in reached(other) for other in used[a] if other != b)
+        start, end = top[a] + height * 0.7, top[b] + height * 0.3
+        bend = right + 30 + 270 * (top[b] - top[a]) / (row * len(rooms))
+        style = 'stroke="#1f5fa8" marker-end="url(#end)" stroke-opacity="0.9"' if is_direct else 'stroke="#888" stroke-opacity="0.35"'
+        parts.append(f'<path d="M{right} {start:.0f} C{bend:.0f} {start:.0f} {bend:.0f} {end:.0f} {right} {end:.0f}" fill="none" '
+                     f'stroke-width="2" {style}><title>{a} uses {b}</title></path>')
+    for name in rooms:
+        parts += [f'<rect x="{left}" y="{top[name]}" width="{right - left}" height="{height}" rx="4" fill="#eef3f9" stroke="#1f5fa8"/>',
+                  f'<text x="{left + 10}" y="{top[name] + 20}" font-size="15" font-weight="bold">{name}/</text>',
+                  f'<text x="{left + 100}" y="{top[name] + 20}" font-size="13">{meaning[name]}</text>']
+    return "\n".join([*parts, "</svg>", ""])
 
 
 def titles(scopes):
@@ -243,14 +276,15 @@ def titles(scopes):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--dot", metavar="FILE", type=Path)
+    parser.add_argument("--svg", metavar="FILE", type=Path)
     parser.add_argument("--chain", metavar="PROCEDURE", nargs="+")
     parser.add_argument("--velocity", action="store_true")
     parser.add_argument("--executed", action="store_true")
     options = parser.parse_args()
     program = read(SOURCES)
-    if options.dot:
-        options.dot.write_text(dot(program))
+    readme = (ROOT / "README.md").read_text()
+    if options.svg:
+        options.svg.write_text(svg(program, reading_order(readme), what_is_in(readme)))
     if options.chain or options.velocity:
         calls = Calls(program, entered() if options.executed else lambda scope: True)
     if options.chain:
@@ -261,8 +295,8 @@ def main():
         why = followed(calls)
         print(f"from the velocity of a &body to G: {len(why)} files")
         print(*(f"  {path!s:36} {text}" for path, text in sorted(why.items())), sep="\n")
-    if not (options.dot or options.chain or options.velocity):
-        print(*report(program, reading_order((ROOT / "README.md").read_text())), sep="\n")
+    if not (options.svg or options.chain or options.velocity):
+        print(*report(program, reading_order(readme)), sep="\n")
 
 
 if __name__ == "__main__":

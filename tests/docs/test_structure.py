@@ -11,7 +11,7 @@ from paths import ROOT
 sys.path.insert(0, str(ROOT / "tools"))
 
 from fortran import Program, read  # noqa: E402
-from structure import SOURCES, Calls, cycle, folder_imports, followed, graph_of, reading_order, upward_imports  # noqa: E402
+from structure import SOURCES, Calls, cycle, folder_imports, followed, graph_of, reading_order, svg, upward_imports, what_is_in  # noqa: E402
 
 MOST_ARGUMENTS = 15
 EXCEPTIONS = []  # (procedure with more arguments, why)
@@ -56,6 +56,10 @@ def order():
 
 
 # --- the sources ------------------------------------------------------------------------------------------------------
+
+def test_picture_of_the_folders_shows_what_the_sources_use_and_the_readme_says(program, order):
+    assert svg(program, order, what_is_in((ROOT / "README.md").read_text())) == (ROOT / "docs/rooms.svg").read_text(), "make structure"
+
 
 def test_every_folder_has_a_row_in_the_readme_and_every_row_its_files(order):
     assert len(order) > 10
