@@ -14,10 +14,13 @@ width := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=256)
 # Kernels that several procedures call are to be put into all of them
 release := -O3 --param inline-unit-growth=100 -fno-tree-loop-distribute-patterns -march=native $(width) -flto=auto -ffat-lto-objects -finline-limit=1000
 debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
-# To be run under valgrind, which does not know every processor's instructions; simulation.f90 apart, so that what it calls is
+# To be run under valgrind, which does not know every processor's instructions; the run apart, so that what it calls is
 # counted by procedure
 counted := $(subst -march=native,$(if $(filter x86_64,$(shell uname -m)),-march=x86-64-v3),$(release)) -g
-counted_simulation := -fno-lto -fno-inline
+counted_run := -fno-lto -fno-inline
+counted_recording := $(counted_run)
+counted_mesh_changes := $(counted_run)
+counted_simulation := $(counted_run)
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
 # The checks of the debug build at half of its cost: of the tests, and of many short runs
 checked := -O2 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan

@@ -196,7 +196,7 @@ def shares_of(scene):
                     profile=profile)
         costs = costs_of_calls(profile)
     whole, adapting, recording, measuring = (costs[f"__hampm_{procedure}"] for procedure in (
-        "simulation_MOD_run", "simulation_MOD_adapt", "simulation_MOD_record", "measurements_MOD_measure"))
+        "run_MOD_run", "mesh_changes_MOD_adapt", "recording_MOD_record", "measurements_MOD_measure"))
     guarding = sum(costs[f"__hampm_guards_MOD_check_{what}"] for what in ("state", "step", "tip"))
     parts = {"measuring": (measuring, {}), "guarding": (guarding, judged(guarding / whole, 0.01)),
              "writing": (recording - measuring - guarding, {})}

@@ -5,6 +5,7 @@ module hampm_program
    use hampm_caveats, only: notes_of
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_command_line, only: options_t, usage_text
+   use hampm_continuation, only: rebuild
    use hampm_failure, only: failure_t, exit_file, exit_stopped
    use hampm_file_moves, only: file_exists
    use hampm_folders, only: is_folder
@@ -13,9 +14,11 @@ module hampm_program
    use hampm_needs, only: needs_t, needs_of, check_room, check_needs, needs_report
    use hampm_old_files, only: refuse_files_of_others
    use hampm_reading, only: read_scene, understand_scene
+   use hampm_recording, only: result_path
    use hampm_rule_reference, only: rules_text, rules_json
+   use hampm_run, only: run
    use hampm_scene, only: scene_t
-   use hampm_simulation, only: simulation_t, build, rebuild, run, warnings, result_path
+   use hampm_simulation, only: simulation_t, build, warnings
    use hampm_summary, only: summary, solver_report, rest_report, rest_proposal
    use hampm_text, only: to_text
    use hampm_threads, only: check_threads, surplus_threads

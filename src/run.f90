@@ -1,0 +1,117 @@
+!> A run: from the start of a scene through its time steps to G(t).
+!>
+!> An explicit step is the one of Tan & Nairn (2001): particles give their masses, momenta and stresses to the nodes of the grid (7), (8),
+!> nodes accelerate (10), and particles follow them; `hampm_reference_step` is this step in plain loops. Where the gradients of a field
+!> ask for it (22), cells are divided, and their particles with them. G (14) is measured whenever it is to be recorded.
+module hampm_run
+   use hampm_kinds, only: dp, long
+   use hampm_checkpoint, only: checkpoint_name
+   use hampm_cohesive_zone, only: follow_zones
+   use hampm_continuation, only: look_for_interruption
+   use hampm_failure, only: failure_t
+   use hampm_file_moves, only: partial_name, remove_file
+   use hampm_growth, only: start_growth, prepare_growth, advance_in_pace, follow_growth
+   use hampm_growth_at_rest, only: note_drive
+   use hampm_guards, only: check_step
+   use hampm_integrator, only: steps_for
+   use hampm_measurements, only: note_initial_energy
+   use hampm_mesh_changes, only: adapt, adapt_at_rest, carry_cracks
+   use hampm_motion, only: update_particles
+   use hampm_recording, only: open_results, next_output, is_due, record, record_end, show_progress
+   use hampm_simulation, only: simulation_t
+   implicit none
+   private
+   public :: run
+
+contains
+
+   !> Run to the end time and write the results into `folder`. Whatever fails, what was recorded before stays readable. A run that
+   !> is asked to stop writes a checkpoint and fails with `exit_stopped`; one that has come to its end needs none.
+   subroutine run(s, folder, quiet, failure)
+      type(simulation_t), intent(inout) :: s
+      character(*), intent(in) :: folder
+      logical, intent(in) :: quiet
+      type(failure_t), intent(inout) :: failure
+      logical :: resumes
+      resumes = allocated(s%lengths)
+      call s%interruption%start(s%motion%steps)
+      call open_results(s, folder, failure)
+      if (.not. failure%failed()) then
+         call s%progress%start(s%scene%run%end_time, quiet)
+         call show_progress(s, last=.false.)
+         if (.not. resumes) call begin(s, failure)
+         do while (s%motion%time < s%scene%run%end_time .and. .not. failure%failed())
+            call advance_to(s, next_output(s), failure)
+            call record(s, failure)
+         end do
+         call record_end(s, failure)
+      end if
+      call s%results%close(failure)
+      call s%integrator%finish()
+      if (.not. failure%failed()) then
+         call remove_file(checkpoint_name(s%results%path))
+         call remove_file(partial_name(checkpoint_name(s%results%path)))
+      end if
+      call s%results%release()
+   end subroutine run
+
+   !> Find the equilibrium, or the motion of the nodes, with which a run begins that is not one of explicit steps, and record the start.
+   subroutine begin(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: time
+      associate (output => s%scene%output)       ! to the first output, which may shorten the steps
+         time = min(output%history_interval, s%scene%run%end_time)
+         if (output%snapshot_interval > 0) time = min(time, output%snapshot_interval)
+      end associate
+      call s%integrator%settle(s%motion, time/steps_for(time, s%longest_step), failure)
+      if (failure%failed()) return
+      call note_initial_energy(s%motion, s%measurements)
+      call adapt_at_rest(s, failure)
+      call start_growth(s, failure)
+      call record(s, failure)
+   end subroutine begin
+
+   !> Advance to a time by steps that are equal as long as the mesh stays, none longer than (31).
+   subroutine advance_to(s, time, failure)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: time               !! [s]
+      type(failure_t), intent(inout) :: failure
+      integer(long) :: before
+      do while (s%steps_left > 0 .or. .not. is_due(s, time))
+         if (s%steps_left == 0) call choose_steps(s, time, failure)
+         call look_for_interruption(s, failure)
+         before = s%motion%steps
+         call prepare_growth(s, failure)
+         if (failure%failed()) return
+         if (s%growing%is_paced) then
+            call advance_in_pace(s, failure)
+         else
+            call s%integrator%advance(s%motion, s%dt, failure)
+         end if
+         if (size(s%scene%cohesive) > 0 .and. .not. failure%failed()) call follow_zones(s%cracks, s%motion)
+         if (s%growing%at_rest) call note_drive(s%growing, s%motion)
+         call adapt_at_rest(s, failure)
+         call follow_growth(s, failure)
+         call carry_cracks(s, failure)
+         call adapt(s, before, failure)
+         if (failure%failed()) return
+         call show_progress(s, last=.false.)
+         s%steps_left = s%steps_left - 1
+         if (abs(s%longest_step - s%limit) > 0) s%steps_left = 0
+      end do
+      call update_particles(s%motion)
+      s%motion%time = time
+   end subroutine advance_to
+
+   !> Choose number and length of the steps to a time.
+   subroutine choose_steps(s, time, failure)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: time               !! [s]
+      type(failure_t), intent(inout) :: failure
+      call check_step(s%motion, s%longest_step, failure)
+      if (failure%failed()) return
+      s%limit = s%longest_step
+      call s%integrator%choose_steps(s%motion, time - s%motion%time, s%limit, s%steps_left, s%dt)
+   end subroutine choose_steps
+end module hampm_run

@@ -1,0 +1,125 @@
+!> How a run stops before its end and goes on later, as if it had never stopped: its checkpoints, written and read.
+module hampm_continuation
+   use hampm_assembly, only: assemble, choose_integrator
+   use hampm_checkpoint, only: checkpoint_t, checkpoint_name
+   use hampm_crack_carrying, only: attach_cracks
+   use hampm_cracks, only: keep_cracks
+   use hampm_failure, only: failure_t, exit_stopped
+   use hampm_growing, only: new_growing, keep_growing
+   use hampm_growth_at_rest, only: scale_loads
+   use hampm_growth_room, only: follow_in_scene
+   use hampm_measurements, only: new_measurements, keep_measurements
+   use hampm_refinement, only: keep_refinement
+   use hampm_scene, only: scene_t
+   use hampm_simulation, only: simulation_t, rebuild_on_mesh
+   use hampm_state, only: keep_motion
+   use hampm_threads, only: use_threads
+   use hampm_whereabouts, only: when
+   implicit none
+   private
+   public :: look_for_interruption, rebuild
+
+contains
+
+   !> Before a step: write a checkpoint where it is time, and stop where that is asked for.
+   subroutine look_for_interruption(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: reason
+      logical :: is_time
+      if (failure%failed()) return
+      reason = s%interruption%reason_to_stop(s%motion%steps)
+      is_time = s%interruption%wants_checkpoint(s%motion%steps)
+      if (reason /= '' .or. is_time) call write_checkpoint(s, reason /= '', failure)
+      if (reason /= '' .and. .not. failure%failed()) call failure%report(exit_stopped, when(s%motion%steps, s%motion%time)// &
+         'stopped by '//reason//'. To go on: hampm --resume '//checkpoint_name(s%results%path))
+   end subroutine look_for_interruption
+
+   !> Bring the result up to date, for the last time or not, and then write a checkpoint that continues it.
+   subroutine write_checkpoint(s, is_last, failure)
+      type(simulation_t), intent(inout) :: s
+      logical, intent(in) :: is_last
+      type(failure_t), intent(inout) :: failure
+      type(checkpoint_t) :: checkpoint
+      if (is_last) then
+         call s%results%close(failure)
+      else
+         call s%results%flush(failure)
+      end if
+      if (failure%failed()) return
+      s%lengths = s%results%lengths()
+      call checkpoint%create(checkpoint_name(s%results%path))
+      call checkpoint%keep_text('scene', s%scene%as_used)
+      call keep_cracks(s%cracks, checkpoint)
+      call keep_growing(s%growing, checkpoint)
+      call keep_motion(checkpoint, s%cracks, s%motion)
+      call keep_rest(checkpoint, s)
+      call checkpoint%finish(failure)
+      call s%interruption%note_checkpoint(s%motion%steps)
+   end subroutine write_checkpoint
+
+   !> Build the simulation of a scene as it was when a checkpoint of it was written.
+   subroutine rebuild(scene, threads, checkpoint, s, failure)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: threads
+      type(checkpoint_t), intent(inout) :: checkpoint  !! open; it is closed
+      type(simulation_t), intent(out) :: s
+      type(failure_t), intent(inout) :: failure
+      s%scene = scene
+      call assemble(scene, s%motion, s%cracks, s%refinement, failure)
+      call choose_integrator(scene, s%integrator)
+      if (.not. failure%failed()) then
+         call attach_cracks(s%carried, s%motion, scene%energy_release%is_by_nodes())
+         call new_measurements(scene, s%motion, s%cracks, s%measurements)  ! of the start, as G_ref is
+         call new_growing(scene, s%cracks, s%growing)
+         call keep_cracks(s%cracks, checkpoint)
+         call keep_growing(s%growing, checkpoint)
+         call follow_all_in_scene(s)
+         call keep_motion(checkpoint, s%cracks, s%motion)
+      end if
+      if (.not. (failure%failed() .or. checkpoint%failure%failed())) then
+         call use_threads(threads, s%motion%particles%n)
+         call rebuild_on_mesh(s, failure)
+         call keep_rest(checkpoint, s)
+      end if
+      call checkpoint%finish(failure)
+   end subroutine rebuild
+
+   !> After a checkpoint was read: the scene has its cracks where they are, and loads their scale.
+   subroutine follow_all_in_scene(s)
+      type(simulation_t), intent(inout) :: s
+      integer :: k
+      if (.not. s%growing%are_there()) return
+      do k = 1, size(s%cracks%crack)
+         call follow_in_scene(s%scene, s%cracks, k)
+      end do
+      if (s%growing%at_rest) call scale_loads(s%growing, s%motion)
+   end subroutine follow_all_in_scene
+
+   !> Keep in a checkpoint, or get from it, what there is beside the motion.
+   subroutine keep_rest(checkpoint, s)
+      type(checkpoint_t), intent(inout) :: checkpoint
+      type(simulation_t), intent(inout) :: s
+      character(:), allocatable :: warning
+      integer :: n
+      call keep_refinement(s%refinement, checkpoint)
+      call keep_measurements(s%motion%grid, s%measurements, checkpoint)
+      call checkpoint%section('run')
+      call checkpoint%keep('longest_step', s%longest_step)
+      call checkpoint%keep('limit', s%limit)
+      call checkpoint%keep('steps_left', s%steps_left)
+      call checkpoint%keep('dt', s%dt)
+      call s%integrator%keep(s%motion, checkpoint)
+      call checkpoint%keep('samples', s%samples)
+      call checkpoint%keep('snapshots', s%snapshots)
+      n = 0
+      if (.not. checkpoint%is_read) n = size(s%lengths)
+      call checkpoint%keep('number_lengths', n)
+      if (checkpoint%is_read) allocate (s%lengths(n))
+      call checkpoint%keep_longs('lengths', n, s%lengths)
+      warning = ''
+      if (allocated(s%warning)) warning = s%warning
+      call checkpoint%keep_text('warning', warning)
+      if (len(warning) > 0) s%warning = warning
+   end subroutine keep_rest
+end module hampm_continuation

@@ -1,0 +1,217 @@
+!> What a run writes and tells: rows of the history and snapshots when they are due, the progress line, and how it has ended.
+module hampm_recording
+   use, intrinsic :: ieee_exceptions, only: ieee_usual, ieee_get_halting_mode, ieee_set_halting_mode
+   use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
+   use hampm_kinds, only: dp, long
+   use hampm_cohesive_zone, only: look_at_zones
+   use hampm_crack_groups, only: path_spec_t
+   use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
+   use hampm_folders, only: ensure_folder
+   use hampm_growth_in_motion, only: book_rate
+   use hampm_guards, only: check_state, check_tip, look_at_faces, look_at_modes, look_at_normals
+   use hampm_measurements, only: take_row, declare_columns, energy_residual
+   use hampm_progress, only: standing_t
+   use hampm_rest, only: find_distance_from_rest
+   use hampm_scene, only: scene_t
+   use hampm_simulation, only: simulation_t, measure_state, warnings, is_at_rest
+   use hampm_snapshots, only: piece_t
+   use hampm_threads, only: thread_count, host_name
+   use hampm_version, only: version
+   use hampm_views, only: shows_cracks, particle_view, mesh_view, crack_view
+   implicit none
+   private
+   public :: open_results, next_output, is_due, record, record_end, show_progress, result_path
+
+   real(dp), parameter :: rounding = 1.0e-6_dp   !! part of a step by which a time or a step may be off
+
+contains
+
+   !> Create the result file, or continue it, with what produced it.
+   subroutine open_results(s, folder, failure)
+      type(simulation_t), intent(inout) :: s
+      character(*), intent(in) :: folder
+      type(failure_t), intent(inout) :: failure
+      call ensure_folder(folder, failure)
+      if (failure%failed()) return
+      if (allocated(s%lengths)) then
+         call s%results%resume(result_path(s%scene, folder), s%scene%as_used, s%lengths, failure)
+      else
+         call s%results%create(result_path(s%scene, folder), failure)
+      end if
+      call s%results%add_text('/input/namelist', s%scene%as_used, failure)
+      call s%results%add_attribute('/input', 'version', version, failure)
+      call s%results%add_attribute('/input', 'compiler', compiler_version(), failure)
+      call s%results%add_attribute('/input', 'compiler_options', compiler_options(), failure)
+      call s%results%add_attribute('/input', 'host', host_name(), failure)
+      call s%results%add_attribute('/input', 'threads', thread_count(), failure)
+      call s%results%add_attribute('/history', 'title', trim(s%scene%run%title), failure)
+      if (any(s%scene%paths%name /= '')) call s%results%add_attribute('/history', 'cracks', path_names(s%scene%paths), failure)
+      call declare_columns(s%scene, s%motion, s%cracks, s%growing, s%measurements, s%results, failure)
+   end subroutine open_results
+
+   !> The names of cracks of the kind 'path', in their order, which is that of the tips.
+   pure function path_names(paths) result(names)
+      type(path_spec_t), intent(in) :: paths(:)
+      character(:), allocatable :: names
+      integer :: k
+      names = ''
+      do k = 1, size(paths)
+         names = names//trim(paths(k)%name)
+         if (k < size(paths)) names = names//', '
+      end do
+   end function path_names
+
+   !> Time of the next sample, snapshot or of the end [s].
+   pure real(dp) function next_output(s) result(time)
+      type(simulation_t), intent(in) :: s
+      time = min(output_time(s, s%samples, s%scene%output%history_interval), s%scene%run%end_time)
+      if (s%scene%output%snapshot_interval > 0) time = min(time, output_time(s, s%snapshots, s%scene%output%snapshot_interval))
+   end function next_output
+
+   !> Time of an output at a multiple of its interval [s]: the end of the run where only rounding is between them.
+   pure real(dp) function output_time(s, multiple, interval) result(time)
+      type(simulation_t), intent(in) :: s
+      integer(long), intent(in) :: multiple
+      real(dp), intent(in) :: interval           !! [s]
+      time = multiple*interval
+      if (abs(time - s%scene%run%end_time) <= same_time(s)) time = s%scene%run%end_time
+   end function output_time
+
+   !> Times that differ by no more are the same [s]: by a small part of a step and of the intervals between outputs, which may be shorter than
+   !> a step could be, or by rounding.
+   pure real(dp) function same_time(s)
+      type(simulation_t), intent(in) :: s
+      associate (output => s%scene%output)
+         same_time = min(s%longest_step, output%history_interval)
+         if (output%snapshot_interval > 0) same_time = min(same_time, output%snapshot_interval)
+      end associate
+      same_time = max(rounding*same_time, 4*spacing(s%scene%run%end_time))
+   end function same_time
+
+   !> Whether the time of an output has come.
+   pure logical function is_due(s, time)
+      type(simulation_t), intent(in) :: s
+      real(dp), intent(in) :: time               !! of the output [s]
+      is_due = s%motion%time >= time - same_time(s)
+   end function is_due
+
+   !> Take the samples and snapshots that are due, and look whether all is well.
+   subroutine record(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      integer :: k
+      if (failure%failed()) return
+      s%measurements%indicator = max(s%refinement%relative_error, s%refinement%largest_r)
+      call measure_state(s, failure)
+      if (failure%failed()) return
+      if (s%growing%are_there() .and. .not. s%growing%at_rest) &
+         call book_rate(s%growing, s%scene, s%cracks, s%measurements%crack)
+      call check_state(s%motion, trim(s%scene%method%time), s%measurements, s%warning, failure)
+      if (.not. failure%failed()) call look_at_normals(s%motion, failure)
+      if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%motion, s%cracks%tips(1), failure)
+      if (failure%failed()) return
+      do k = 1, size(s%cracks%tips)
+         call look_at_modes(s%motion, s%cracks%tips(k), s%warning)
+      end do
+      if (s%motion%interfaces%n_cohesive > 0) call look_at_zones(s%cracks, s%motion%interfaces, s%warning)
+      if (is_due(s, min(output_time(s, s%samples, s%scene%output%history_interval), s%scene%run%end_time))) then
+         call take_row(s%scene, s%motion, s%cracks, s%growing, s%dt, s%measurements)
+         call s%results%append(s%measurements%history%row, failure)
+         s%samples = s%samples + 1
+      end if
+      if (s%scene%output%snapshot_interval > 0) then
+         if (is_due(s, output_time(s, s%snapshots, s%scene%output%snapshot_interval))) then
+            call write_snapshot(s, .false., failure)
+            s%snapshots = s%snapshots + 1
+         end if
+      end if
+   end subroutine record
+
+   !> Write a snapshot of particles and mesh, and of cracks.
+   subroutine write_snapshot(s, after_failure, failure)
+      type(simulation_t), intent(inout) :: s
+      logical, intent(in) :: after_failure
+      type(failure_t), intent(inout) :: failure
+      type(piece_t), allocatable :: pieces(:)    ! an array of what functions return would leak in gfortran 12
+      logical :: with_cracks
+      with_cracks = shows_cracks(s%cracks)
+      allocate (pieces(merge(3, 2, with_cracks)))
+      call particle_view(s%motion, with_cracks, pieces(1))
+      call mesh_view(s%motion, s%refinement, with_cracks, after_failure, pieces(2))
+      if (with_cracks) call crack_view(s%cracks, pieces(3))
+      call s%results%write_snapshot(s%motion%time, pieces, failure)
+   end subroutine write_snapshot
+
+   !> Tell how the run has ended: by the last snapshot of what has gone wrong, its distance from rest, and attributes of the result.
+   subroutine record_end(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      call show_progress(s, last=.true.)
+      if (failure%code == exit_computation) call show_what_failed(s)
+      if (.not. failure%failed()) then
+         s%distance_from_rest = s%integrator%distance_from_rest
+         if (.not. s%integrator%is_static) call find_distance_from_rest(s%motion, s%distance_from_rest)
+      end if
+      if (failure%code /= exit_stopped) call look_at_faces(s%measurements, s%cracks%crack, is_at_rest(s), s%warning)
+      call tell_end(s, failure)
+   end subroutine record_end
+
+   !> Write a last snapshot after a computation has gone wrong, whatever numbers it holds: how it went wrong can be seen there.
+   subroutine show_what_failed(s)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t) :: unwritten               ! nobody is told: that the computation has failed matters more
+      logical :: halting(size(ieee_usual))
+      call ieee_get_halting_mode(ieee_usual, halting)
+      call ieee_set_halting_mode(ieee_usual, .false.)
+      call write_snapshot(s, .true., unwritten)
+      call ieee_set_halting_mode(ieee_usual, halting)
+   end subroutine show_what_failed
+
+   !> Write into the result how the run has ended and what it has warned of, so that the numbers do not go without that. A run that
+   !> goes on later, or cannot write, has not ended.
+   subroutine tell_end(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: unwritten               ! nobody is told: that the computation has failed matters more
+      select case (failure%code)
+      case (exit_done)
+         call s%results%add_attribute('/history', 'ended', 'done', failure)
+         call s%results%add_attribute('/history', 'warnings', warnings(s), failure)
+         if (s%distance_from_rest >= 0) &
+            call s%results%add_attribute('/history', 'distance_from_rest', s%distance_from_rest, failure)
+      case (exit_computation)
+         call s%results%add_attribute('/history', 'ended', failure%message, unwritten)
+         call s%results%add_attribute('/history', 'warnings', warnings(s), unwritten)
+      end select
+   end subroutine tell_end
+
+   !> Tell the progress line where the run is; `last` ends it.
+   subroutine show_progress(s, last)
+      type(simulation_t), intent(inout) :: s
+      logical, intent(in) :: last
+      type(standing_t) :: now
+      integer :: k
+      associate (m => s%motion)
+         now%time = m%time
+         now%step = m%steps
+         now%cells = m%grid%forest%leaf_count()
+         now%particles = m%particles%n
+         now%finest_level = m%grid%forest%finest_level()
+         if (allocated(s%measurements%g_ratio)) now%g_ratio = s%measurements%g_ratio
+         if (s%growing%are_there()) then
+            now%crack_length = sum([(s%cracks%crack(k)%length(), k=1, size(s%cracks%crack))])
+            if (.not. s%growing%at_rest) now%tip_speed = maxval(s%cracks%tips%speed)
+         end if
+         now%energy_residual = energy_residual(m, s%measurements)
+      end associate
+      call s%progress%show(now, last)
+   end subroutine show_progress
+
+   !> Path of the result of a scene in a folder.
+   pure function result_path(scene, folder) result(path)
+      type(scene_t), intent(in) :: scene
+      character(*), intent(in) :: folder
+      character(:), allocatable :: path
+      path = folder//'/'//trim(scene%output%file)
+   end function result_path
+end module hampm_recording

@@ -1,0 +1,125 @@
+!> What a run consists of, and how it is built from its scene. Procedures of a run do nothing once something has failed.
+module hampm_simulation
+   use hampm_kinds, only: dp, long
+   use hampm_assembly, only: assemble, choose_integrator
+   use hampm_bodies, only: add_spin
+   use hampm_caveats, only: warnings_of
+   use hampm_cell_blocks, only: smallest_occupied_cell
+   use hampm_crack_carrying, only: carried_cracks_t, attach_cracks
+   use hampm_crack_measurements, only: estimate_errors
+   use hampm_cracks, only: cracks_t
+   use hampm_critical_step, only: stable_time_step
+   use hampm_failure, only: failure_t
+   use hampm_growing, only: growing_t, new_growing
+   use hampm_integrator, only: integrator_t
+   use hampm_interruption, only: interruption_t
+   use hampm_measurements, only: measurements_t, new_measurements, rebuild_extrapolation, measure
+   use hampm_motion, only: motion_t
+   use hampm_pressed_faces, only: press_faces
+   use hampm_progress, only: progress_t
+   use hampm_refinement, only: refinement_t, refine_at_start
+   use hampm_results, only: results_t
+   use hampm_scene, only: scene_t
+   use hampm_text, only: add_line
+   use hampm_threads, only: use_threads
+   implicit none
+   private
+   public :: simulation_t, build, rebuild_on_mesh, limit_time_step, measure_state, warnings, is_at_rest
+
+   real(dp), parameter :: near_rest = 0.01_dp    !! distance from rest up to which values are taken for those at rest [-]
+
+   !> All that a run consists of.
+   type :: simulation_t
+      type(scene_t) :: scene
+      type(motion_t) :: motion
+      type(cracks_t) :: cracks
+      type(measurements_t) :: measurements
+      type(results_t) :: results
+      type(refinement_t) :: refinement
+      type(carried_cracks_t) :: carried
+      type(growing_t) :: growing
+      class(integrator_t), allocatable :: integrator
+      type(progress_t) :: progress
+      type(interruption_t) :: interruption
+      real(dp) :: distance_from_rest = -1        !! of the last values, see `find_distance_from_rest`; below 0: not known [-]
+      real(dp) :: longest_step = 0               !! time step (31) [s]
+      real(dp) :: limit = 0                      !! the same when the steps to the next output were chosen [s]
+      integer(long) :: steps_left = 0            !! how many of these are not yet done
+      real(dp) :: dt = 0                         !! last time step: not longer, and such that outputs fall on their times [s]
+      integer(long) :: samples = 0               !! rows of the history so far
+      integer(long) :: snapshots = 0             !! snapshots so far
+      integer(long), allocatable :: lengths(:)   !! of the result that is continued; not allocated where a new one begins
+      character(:), allocatable :: warning       !! of the scene and of the guards, a line each; not allocated where
+                                                 !! there is none
+   end type simulation_t
+
+contains
+
+   !> Build the simulation of a scene on a number of threads; 0 lets the size of the scene decide.
+   subroutine build(scene, threads, s, failure)
+      type(scene_t), intent(in) :: scene
+      integer, intent(in) :: threads
+      type(simulation_t), intent(out) :: s
+      type(failure_t), intent(inout) :: failure
+      integer :: k
+      s%scene = scene
+      s%warning = warnings_of(scene)
+      if (s%warning == '') deallocate (s%warning)
+      call assemble(scene, s%motion, s%cracks, s%refinement, failure)
+      call choose_integrator(scene, s%integrator)
+      if (failure%failed()) return
+      call attach_cracks(s%carried, s%motion, scene%energy_release%is_by_nodes())
+      call refine_at_start(s%refinement, s%motion, s%cracks%tip_places(), failure)
+      if (failure%failed()) return
+      do k = 1, size(scene%bodies)               ! with the particles as they now are: rigid motions to the last digit
+         if (abs(scene%bodies(k)%spin) > 0) call add_spin(s%motion%particles, k, scene%bodies(k)%spin)
+      end do
+      call use_threads(threads, s%motion%particles%n)
+      call rebuild_on_mesh(s, failure)
+      if (failure%failed()) return
+      call new_measurements(scene, s%motion, s%cracks, s%measurements)
+      call new_growing(scene, s%cracks, s%growing)
+      call estimate_errors(scene, s%motion, s%cracks, s%measurements%extrapolation, s%measurements%crack, failure)
+   end subroutine build
+
+   !> Make time step, nodes around crack tips, pressures on their faces and extrapolations fit a new mesh.
+   subroutine rebuild_on_mesh(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      call limit_time_step(s)
+      call s%cracks%find_nodes(s%motion%grid, failure)
+      call press_faces(s%motion)
+      if (.not. failure%failed()) call rebuild_extrapolation(s%motion, s%measurements, failure)
+   end subroutine rebuild_on_mesh
+
+   !> The longest time step follows the smallest occupied cell.
+   subroutine limit_time_step(s)
+      type(simulation_t), intent(inout) :: s
+      s%longest_step = stable_time_step(smallest_occupied_cell(s%motion%grid, s%motion%blocks), s%motion%materials, &
+                                        s%scene%method%courant, s%scene%method%wave_speed)
+      if (s%integrator%fixed_step > 0) s%longest_step = s%integrator%fixed_step
+   end subroutine limit_time_step
+
+   !> Measure energies, G and K, unless something has failed.
+   subroutine measure_state(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      if (.not. failure%failed()) call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+   end subroutine measure_state
+
+   !> What the user should know of the numbers of a run, a line each; '' where there is nothing.
+   function warnings(s) result(text)
+      type(simulation_t), intent(in) :: s
+      character(:), allocatable :: text, other
+      text = ''
+      if (allocated(s%warning)) text = s%warning
+      other = s%refinement%warning(s%motion%steps, .not. s%motion%grid%forest%is_uniform())
+      if (other /= '') call add_line(text, other)
+   end function warnings
+
+   !> Whether the run has come to rest.
+   pure logical function is_at_rest(s)
+      type(simulation_t), intent(in) :: s
+      is_at_rest = s%distance_from_rest >= 0 .and. s%distance_from_rest <= near_rest
+   end function is_at_rest
+end module hampm_simulation
