@@ -236,7 +236,7 @@ $(O)/hampm $(O)/forced_step $(O)/newton_steps $(O)/eigenvalue_limit $(O)/bench_s
 	$(FC) $(FLAGS) $(LINK) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
 
 # All integrators are given what one of them needs
-$(addprefix $(O)/,$(addsuffix .o,integrator explicit implicit local_leapfrog static)): private quiet := -Wno-unused-dummy-argument
+$(addprefix $(O)/,$(addsuffix .o,integrator explicit implicit local_leapfrog static crack_closure path_closure)): private quiet := -Wno-unused-dummy-argument
 
 # A changed flag, here or on the command line, builds everything anew.
 $(O)/%.o: %.f90 $(O)/flags

@@ -147,13 +147,16 @@ contains
       type(simulation_t), intent(in) :: s
       integer, intent(in) :: tip                 !! its number
       character(:), allocatable :: text
+      integer :: k
       text = ''
-      associate (chosen => s%scene%energy_release, errors => s%measurements%crack(tip)%errors)
-         if (chosen%nodal_force) text = text//', G_nodal_force '//percent(maxval(errors%nodal_force%relative))
-         if (chosen%stress_closure) text = text//', G_stress_closure '//percent(maxval(errors%stress_closure%relative))
-         if (chosen%crack_closure) text = text//', G_crack_closure '//percent(maxval(errors%crack_closure%relative))
-         if (chosen%domain_integral) text = text//', J '//percent(errors%j%relative)//', K '// &
-                                            percent(maxval(errors%intensity%relative))
+      associate (values => s%measurements%crack(tip), errors => s%measurements%crack(tip)%errors)
+         do k = 1, size(values%estimates)
+            associate (of => values%estimates(k))
+               text = text//', G_'//trim(of%by%name)//' '//percent(maxval(of%error%relative))
+            end associate
+         end do
+         if (allocated(values%j)) text = text//', J '//percent(errors%j%relative)//', K '// &
+                                  percent(maxval(errors%intensity%relative))
          if (text /= '' .and. .not. errors%are_known) then
             text = 'expected error  not known: what material that remembers makes of the cells is not estimated'//new_line('a')
             return

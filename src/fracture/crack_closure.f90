@@ -10,10 +10,11 @@ module hampm_crack_closure
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_interface_points, only: interfaces_t, extend_opening
-   use hampm_mass_matrix, only: mass_matrix_t
+   use hampm_loads, only: force_at_node
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
    use hampm_matter, only: matter_t
+   use hampm_motion, only: motion_t
    use hampm_particles, only: particles_t
    use hampm_patch, only: patch_t, patch_around, patch_of_face, fitted_displacement, internal_force, patch_mass
    implicit none
@@ -127,31 +128,32 @@ contains
    !>
    !> It is the work over a cell, of tractions ahead of the tip on what the faces have parted as far behind it, over twice its length. On
    !> quadratic cells both are the quadratic functions of three nodes of a side, of which the faces are together at the tip.
-   subroutine stress_closure(tip, grid, p, materials, matrix, solver, g, failure)
+   subroutine stress_closure(motion, factors, tip, p, extrapolation, rate, uncertainty, failure)
+      type(motion_t), intent(in) :: motion
+      real(dp), intent(in) :: factors(:)
       type(crack_tip_t), intent(in) :: tip
-      type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
-      type(material_t), intent(in) :: materials(:)
-      type(mass_matrix_t), intent(in) :: matrix
-      type(mass_solver_t), intent(inout) :: solver     !! without fixed components
-      real(dp), intent(out) :: g(modes)
+      type(mass_solver_t), intent(inout) :: extrapolation
+      real(dp), intent(inout) :: rate(modes), uncertainty(modes)
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: u(:, :), displacement(:, :), traction(:, :)
       real(dp) :: opening(modes, 2), closing(modes, 3) ! of the node behind and that half a cell behind; at the tip, half a cell ahead and ahead
       integer :: i
-      allocate (displacement(ndim, grid%n_points), traction(ndim, grid%n_points))
-      allocate (u, source=transpose(p%displacement))
-      call extrapolate(grid, p, matrix, solver, u, displacement, failure)
-      call extrapolate(grid, p, matrix, solver, tractions(tip, p, materials), traction, failure)
+      associate (grid => motion%grid, matrix => motion%fields%mass_matrix)
+         allocate (displacement(ndim, grid%n_points), traction(ndim, grid%n_points))
+         allocate (u, source=transpose(p%displacement))
+         call extrapolate(grid, p, matrix, extrapolation, u, displacement, failure)
+         call extrapolate(grid, p, matrix, extrapolation, tractions(tip, p, motion%materials), traction, failure)
+      end associate
       opening(:, 1) = parted_at(tip%nodes%behind)
       closing(:, 1) = closing_at(tip%nodes%tip)
       closing(:, 3) = closing_at(tip%nodes%ahead)
       if (tip%nodes%half_ahead > 0) then
          opening(:, 2) = parted_at(tip%nodes%half_behind)
          closing(:, 2) = closing_at(tip%nodes%half_ahead)
-         g = [(sign(dot_product(opening(i, :), matmul(of_quadratic, closing(i, :)))/2, opening(i, 1)), i=1, modes)]
+         rate = [(sign(dot_product(opening(i, :), matmul(of_quadratic, closing(i, :)))/2, opening(i, 1)), i=1, modes)]
       else
-         g = [(opening(i, 1)/12*abs(2*closing(i, 1) + closing(i, 3)), i=1, modes)]
+         rate = [(opening(i, 1)/12*abs(2*closing(i, 1) + closing(i, 3)), i=1, modes)]
       end if
 
    contains
@@ -201,21 +203,19 @@ contains
    !> Where the faces carry tractions, these are uniform over the cell behind the tip: the face of the cell ahead, when the crack
    !> opens it, brings as much to the tip node, and to that half a cell ahead, as that behind. With it G is that of the same crack without tractions on it that a
    !> uniform stress opens, as superposition has it.
-   pure function nodal_force_closure(tip, grid, p, blocks, materials, thickness, applied, half_behind) result(g)
+   subroutine nodal_force_closure(motion, factors, tip, p, extrapolation, rate, uncertainty, failure)
+      type(motion_t), intent(in) :: motion
+      real(dp), intent(in) :: factors(:)
       type(crack_tip_t), intent(in) :: tip
-      type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
-      real(dp), intent(in) :: thickness          !! [m]
-      real(dp), intent(in) :: applied(ndim, 2)   !! force of the tractions on each face on the tip node [N]
-      real(dp), intent(in) :: half_behind(ndim, 2) !! and, of quadratic cells, on the nodes half a cell behind it [N]
-      real(dp) :: g(modes)
+      type(mass_solver_t), intent(inout) :: extrapolation
+      real(dp), intent(inout) :: rate(modes), uncertainty(modes)
+      type(failure_t), intent(inout) :: failure
       real(dp) :: work(modes)
-      work = force_at(tip%nodes%tip, 2*applied)*opening_at(tip%nodes%behind)
+      work = force_at(tip%nodes%tip, 2*tractions_at([tip%nodes%tip, tip%nodes%tip]))*opening_at(tip%nodes%behind)
       if (tip%nodes%half_ahead > 0) &
-         work = work + force_at(tip%nodes%half_ahead, half_behind)*opening_at(tip%nodes%half_behind)
-      g = work/(2*tip%nodes%spacing*thickness)
+         work = work + force_at(tip%nodes%half_ahead, tractions_at(tip%nodes%half_behind))*opening_at(tip%nodes%half_behind)
+      rate = work/(2*tip%nodes%spacing*p%thickness%at(tip%now))
 
    contains
 
@@ -223,7 +223,7 @@ contains
       pure function opening_at(face) result(opening)
          integer, intent(in) :: face(2)
          real(dp) :: opening(modes)
-         opening = crack_opening(tip, face, grid, p, blocks)
+         opening = crack_opening(tip, face, motion%grid, p, motion%blocks)
          if (tip%may_close) opening(1) = max(opening(1), 0.0_dp)
       end function opening_at
 
@@ -232,10 +232,21 @@ contains
          integer, intent(in) :: node
          real(dp), intent(in) :: applied(ndim, 2) !! force from outside on the part of each face [N]
          real(dp) :: force(modes)
-         force = matmul(transmitted_force(tip, node, grid, p, blocks, materials, applied), tip%axis(:, [2, 1]))
+         force = matmul(transmitted_force(tip, node, motion, p, applied), tip%axis(:, [2, 1]))
          if (.not. tip%has_layers) force = abs(force)
       end function force_at
-   end function nodal_force_closure
+
+      !> Force on nodes of the upper and the lower face from the tractions on it [N].
+      pure function tractions_at(nodes) result(force)
+         integer, intent(in) :: nodes(2)         !! 0: none
+         real(dp) :: force(ndim, 2)
+         integer :: k
+         force = 0
+         do k = 1, 2
+            if (nodes(k) > 0) force(:, k) = force_at_node(motion%loads, factors, motion%grid, p, nodes(k), (3 - 2*k)*tip%axis(:, 2))
+         end do
+      end function tractions_at
+   end subroutine nodal_force_closure
 
    !> Force with which the material above the crack's line pulls, through a node at the tip, on that below it [N]: what it exerts on the
    !> node beyond what moves its own part of the mass there,
@@ -243,13 +254,11 @@ contains
    !> whatever damping adds in proportion to the mass. On a symmetry plane, where a = 0 in the normal direction, it is the
    !> reaction of the constraint, opposite to the internal force.
    !> What acts on the node from outside is counted with the internal force of its side.
-   pure function transmitted_force(tip, node, grid, p, blocks, materials, applied) result(force)
+   pure function transmitted_force(tip, node, motion, p, applied) result(force)
       type(crack_tip_t), intent(in) :: tip
       integer, intent(in) :: node
-      type(grid_t), intent(in) :: grid
+      type(motion_t), intent(in) :: motion
       type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: applied(ndim, 2)   !! force from outside on the part of each face [N]
       real(dp) :: force(ndim)
       type(patch_t) :: patch
@@ -259,8 +268,8 @@ contains
       mass = 0
       do k = 1, 2
          if (.not. tip%face(k)) cycle
-         call patch_around(grid, p, blocks, node, patch, toward=(3 - 2*k)*tip%axis(:, 2))
-         f(:, k) = internal_force(patch, p, materials) + applied(:, k)
+         call patch_around(motion%grid, p, motion%blocks, node, patch, toward=(3 - 2*k)*tip%axis(:, 2))
+         f(:, k) = internal_force(patch, p, motion%materials) + applied(:, k)
          mass(k) = patch_mass(patch, p)
       end do
       if (tip%is_half()) then

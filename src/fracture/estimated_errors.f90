@@ -6,7 +6,7 @@ module hampm_estimated_errors
    use hampm_crack_tip_field, only: modes
    implicit none
    private
-   public :: error_t, estimated_errors_t, relative_errors, follow, keep_errors, hardly, uncertainty
+   public :: error_t, estimated_errors_t, relative_errors, follow, keep_errors, keep_column, hardly, uncertainty
 
    !> Part of the largest value so far of which there is always the relative error: where a value passes through zero, a small
    !> shift in time is an error of the size of its neighbours.
@@ -29,9 +29,6 @@ module hampm_estimated_errors
 
    !> Those of all columns.
    type :: estimated_errors_t
-      type(error_t) :: nodal_force(modes)
-      type(error_t) :: stress_closure(modes)
-      type(error_t) :: crack_closure(modes)
       type(error_t) :: domain(modes)
       type(error_t) :: intensity(modes)
       type(error_t) :: j
@@ -85,9 +82,6 @@ contains
    subroutine keep_errors(errors, archive)
       type(estimated_errors_t), intent(inout) :: errors
       class(archive_t), intent(inout) :: archive
-      call keep_column(errors%nodal_force, 'nodal_force', archive)
-      call keep_column(errors%stress_closure, 'stress_closure', archive)
-      call keep_column(errors%crack_closure, 'crack_closure', archive)
       call keep_column(errors%domain, 'domain', archive)
       call keep_column(errors%intensity, 'intensity', archive)
       call archive%keep('j_relative', errors%j%relative)

@@ -22,7 +22,9 @@ module hampm_path_closure
    use hampm_crack_tip_field, only: modes, effective_modulus, kolosov
    use hampm_failure, only: failure_t, exit_computation
    use hampm_lapack, only: dposv
+   use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
+   use hampm_motion, only: motion_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity
    use hampm_text, only: to_text
@@ -50,13 +52,14 @@ module hampm_path_closure
 
 contains
 
-   !> G of each mode, signed like opening and sliding, and by how much it is uncertain as tractions and openings tell different things
-   !> [J/m2]. Fails where too few particles are ahead of the tip or behind it.
-   subroutine path_closure(tip, p, materials, g, spread, failure)
+   !> G of each mode, uncertain by what tractions and openings differ by. Fails where too few particles are ahead of the tip or behind it.
+   subroutine path_closure(motion, factors, tip, p, extrapolation, rate, uncertainty, failure)
+      type(motion_t), intent(in) :: motion
+      real(dp), intent(in) :: factors(:)
       type(crack_tip_t), intent(in) :: tip
       type(particles_t), intent(in) :: p
-      type(material_t), intent(in) :: materials(:)
-      real(dp), intent(out) :: g(modes), spread(modes)
+      type(mass_solver_t), intent(inout) :: extrapolation
+      real(dp), intent(inout) :: rate(modes), uncertainty(modes)
       type(failure_t), intent(inout) :: failure
       type(fit_t) :: ahead, behind
       real(dp) :: turn(ndim, ndim), x(ndim), u(ndim), stress(ndim, ndim), k_t(modes), k_u(modes)
@@ -64,10 +67,10 @@ contains
       integer :: i, side
       outer = min(farthest*tip%nodes%spacing, (1 + 1e-6_dp)*maxval(tip%radii))
       inner = min(nearest*tip%nodes%spacing, outer/4)
-      turn = rotation(tip, p, materials, outer)
+      turn = rotation(tip, p, motion%materials, outer)
       ahead%n = modes*size(of_traction)
       behind%n = modes*size(of_opening) + ndim
-      associate (h => tip%nodes%spacing, material => materials(tip%material))
+      associate (h => tip%nodes%spacing, materials => motion%materials, material => motion%materials(tip%material))
          do i = 1, p%n
             if (maxval(abs(p%reference(i, :) - tip%place)) > outer) cycle
             x = matmul(p%reference(i, :) - tip%place, tip%axis)
@@ -94,8 +97,8 @@ contains
          if (failure%failed()) return
          k_t = sqrt(2*pi*h)*k_t
          k_u = sqrt(2*pi*h)*k_u
-         g = abs(k_t)*k_u/effective_modulus(material)
-         spread = maxval(abs(k_t**2 - k_u**2))/(2*effective_modulus(material))  ! what one has too much the other may lack
+         rate = abs(k_t)*k_u/effective_modulus(material)
+         uncertainty = maxval(abs(k_t**2 - k_u**2))/(2*effective_modulus(material))  ! what one has too much the other may lack
       end associate
    end subroutine path_closure
 

@@ -122,7 +122,7 @@ contains
       integer :: body
       real(dp), allocatable :: tips(:, :), directions(:, :)
       integer :: k
-      if (.not. scene%energy_release%nodal_force) return
+      if (.not. scene%energy_release%has('nodal_force')) return
       call list_tips(scene, tips, directions)
       body = 0
       do k = 1, size(tips, 2)

@@ -4,6 +4,7 @@
 !>
 !> Features of a scene that no single key tells: predicates with names, by which rows of the table of rules (`hampm_rules`) mean them.
 module hampm_conditions
+   use hampm_choice_sets, only: expanded
    use hampm_keys, only: keys, find_group, find_key, first_key, default_count, default_value, is_text
    use hampm_kinds, only: dp
    use hampm_scene, only: scene_t, cuts_cells, cracks_cut_cells, mass_acts, path_of
@@ -39,11 +40,13 @@ module hampm_conditions
 contains
 
    !> Take a condition apart. An empty text has no words.
-   pure subroutine parse_condition(text, atoms)
-      character(*), intent(in) :: text
+   pure subroutine parse_condition(condition, atoms)
+      character(*), intent(in) :: condition
       type(atom_t), allocatable, intent(out) :: atoms(:)
       type(atom_t) :: found(most_atoms)
+      character(:), allocatable :: text
       integer :: n, alternative, from, past
+      text = expanded(condition, '''', ' | ')
       n = 0
       alternative = 1
       from = 1

@@ -114,7 +114,7 @@ contains
       entry = settings%find('energy_release', 1)
       if (settings%good(entry, 'estimators') .and. scene%energy_release%needs_radii() .and. has_geometry .and. &
           settings%good(entry, 'radii') .and. surroundings_good(scene, settings)) call check_path_radii(scene, settings, entry)
-      if (scene%energy_release%stress_closure .and. has_geometry .and. any_on_faces(scene)) &
+      if (scene%energy_release%has('stress_closure') .and. has_geometry .and. any_on_faces(scene)) &
          call settings%complain(entry, 'estimators', '''stress_closure'' is not defined with tractions on the faces '// &
                                 'of the crack; use ''nodal_force'' or ''domain_integral''')
       if (.not. settings%good(entry, 'reference')) return

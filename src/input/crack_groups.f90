@@ -1,6 +1,8 @@
 !> The groups &crack, &growth and &energy_release: their rows in the table of groups, their keys, and their values in a scene.
 module hampm_crack_groups
    use hampm_kinds, only: dp, ndim, name_len
+   use hampm_estimator, only: estimator_t
+   use hampm_estimators, only: estimators
    use hampm_key_rows, only: group_t, key_t, type_real, type_name, type_text, may, repeats, is_optional, any_number, not_negative, &
                              max_values, positive, once, is_assumed
    use hampm_settings, only: settings_t
@@ -111,11 +113,12 @@ module hampm_crack_groups
       'which energy quantities are recorded')
 
    integer, parameter :: most_radii = 10           !! most radii of the domain integral
+   integer, parameter :: most_estimators = 9
 
    type(key_t), parameter :: energy_release_keys(*) = [ &
-      key_t('energy_release', 'estimators', type_name, 0, 5, may, '', &
+      key_t('energy_release', 'estimators', type_name, 0, most_estimators, may, '', &
             'nodal_force, stress_closure, domain_integral, energy_balance', '', &
-            'nodal_force|stress_closure|domain_integral|energy_balance|crack_closure', &
+            '{estimators}|energy_balance', &
             'what the history records of energy; none by default'), &
       key_t('energy_release', 'radii', type_real, 0, most_radii, may, '', '4.0e-3, 6.0e-3, 8.0e-3', 'm', &
             positive, 'of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more'), &
@@ -126,18 +129,18 @@ module hampm_crack_groups
 
    !> &energy_release: what is recorded of energy.
    type :: energy_release_t
-      logical :: nodal_force = .false.           !! which estimators
-      logical :: stress_closure = .false.
-      logical :: domain_integral = .false.
+      logical, allocatable :: takes(:)           !! which estimators, in the order of their table
       logical :: energy_balance = .false.
-      logical :: crack_closure = .false.
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending [m]
       character(name_len) :: reference = ''      !! 'none', 'dcb' or 'value'
       real(dp) :: reference_value = 0            !! G_ref where reference = 'value' [J/m2]
    contains
+      procedure :: chosen
+      procedure :: has
       procedure :: needs_crack
       procedure :: needs_radii
-      procedure :: is_by_nodes
+      procedure :: needs_nodes
+      procedure :: needs_mass
    end type energy_release_t
 
 contains
@@ -213,36 +216,63 @@ contains
       end do
    end subroutine fill_growth
 
+   !> The chosen estimators of G and K, the best one first.
+   function chosen(self) result(rows)
+      class(energy_release_t), intent(in) :: self
+      type(estimator_t), allocatable :: rows(:)
+      allocate (rows, source=pack(estimators(), self%takes))
+   end function chosen
+
+   !> Whether an estimator is chosen.
+   pure logical function has(self, name)
+      class(energy_release_t), intent(in) :: self
+      character(*), intent(in) :: name
+      associate (rows => estimators())
+         has = any(self%takes .and. rows%name == name)
+      end associate
+   end function has
+
    !> Whether an estimator is chosen that finds G or K at the tip of a crack.
    pure logical function needs_crack(self)
       class(energy_release_t), intent(in) :: self
-      needs_crack = self%nodal_force .or. self%stress_closure .or. self%needs_radii()
+      needs_crack = any(self%takes)
    end function needs_crack
 
    !> Whether one is chosen that looks at the material within a radius of the tip.
    pure logical function needs_radii(self)
       class(energy_release_t), intent(in) :: self
-      needs_radii = self%domain_integral .or. self%crack_closure
+      associate (rows => estimators())
+         needs_radii = any(self%takes .and. rows%needs_radii)
+      end associate
    end function needs_radii
 
-   !> Whether nodes around a tip are to close its crack.
-   pure logical function is_by_nodes(self)
+   !> Whether one is chosen that needs a node at the tip.
+   pure logical function needs_nodes(self)
       class(energy_release_t), intent(in) :: self
-      is_by_nodes = self%nodal_force .or. self%stress_closure
-   end function is_by_nodes
+      associate (rows => estimators())
+         needs_nodes = any(self%takes .and. rows%needs_nodes)
+      end associate
+   end function needs_nodes
+
+   !> Whether one is chosen that extrapolates with the mass matrix.
+   pure logical function needs_mass(self)
+      class(energy_release_t), intent(in) :: self
+      associate (rows => estimators())
+         needs_mass = any(self%takes .and. rows%needs_mass)
+      end associate
+   end function needs_mass
 
    !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
    pure subroutine fill_energy_release(settings, energy_release)
       type(settings_t), intent(in) :: settings
       type(energy_release_t), intent(inout) :: energy_release
-      integer :: entry
+      integer :: entry, k
       entry = settings%find('energy_release', 1)
-      energy_release%nodal_force = settings%texts(entry, 'estimators', 'nodal_force')
-      energy_release%stress_closure = settings%texts(entry, 'estimators', 'stress_closure')
-      energy_release%domain_integral = settings%texts(entry, 'estimators', 'domain_integral')
+      associate (rows => estimators())
+         energy_release%takes = [(settings%texts(entry, 'estimators', trim(rows(k)%name)), k=1, size(rows))]
+      end associate
       energy_release%radii = settings%numbers(entry, 'radii')
       energy_release%energy_balance = settings%texts(entry, 'estimators', 'energy_balance')
-      energy_release%crack_closure = settings%texts(entry, 'estimators', 'crack_closure')
       energy_release%reference = settings%text(entry, 'reference')
       energy_release%reference_value = settings%number(entry, 'reference_value')
    end subroutine fill_energy_release

@@ -38,7 +38,8 @@ module hampm_key_rows
       character(list_len) :: default               !! value where it is not given, without quotes
       character(list_len) :: example               !! value in the template where that is not the default
       character(16) :: unit
-      character(list_len) :: allowed               !! numbers: an interval; text: choices separated by `|`, '' for any text
+      character(list_len) :: allowed               !! numbers: an interval; text: choices separated by `|`, or a set of
+                                                   !! `hampm_choice_sets` in braces; '' for any text
       character(112) :: meaning
    end type key_t
 

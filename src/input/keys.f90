@@ -4,6 +4,7 @@ module hampm_keys
    use hampm_kinds, only: name_len
    use hampm_body_group, only: body_group, body_keys
    use hampm_load_groups, only: constraint_group, constraint_keys, load_group, load_keys
+   use hampm_choice_sets, only: expanded
    use hampm_cohesive_group, only: cohesive_group, cohesive_keys
    use hampm_crack_groups, only: crack_group, crack_keys, energy_release_group, energy_release_keys, growth_group, growth_keys
    use hampm_plain_groups, only: grid_group, grid_keys, run_group, run_keys, damping_group, damping_keys, output_group, &
@@ -77,10 +78,12 @@ contains
    pure subroutine choices(key, list)
       type(key_t), intent(in) :: key
       character(name_len), allocatable, intent(out) :: list(:)
+      character(:), allocatable :: allowed
       integer :: i
-      allocate (list(part_count(key%allowed, '|')))
+      allowed = expanded(key%allowed, '', '|')
+      allocate (list(part_count(allowed, '|')))
       do i = 1, size(list)
-         list(i) = part(key%allowed, '|', i)
+         list(i) = part(allowed, '|', i)
       end do
    end subroutine choices
 

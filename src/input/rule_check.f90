@@ -1,5 +1,6 @@
 !> What the table of rules (`hampm_rules`) says of a scene: mistakes, warnings and notes.
 module hampm_rule_check
+   use hampm_choice_sets, only: expanded
    use hampm_conditions, only: atom_t, parse_condition, holds, shown_atom
    use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, noted_with
    use hampm_scene, only: scene_t, fill_scene
@@ -309,7 +310,7 @@ contains
       character(*), intent(in) :: condition
       character(:), allocatable :: text
       integer :: at
-      text = condition
+      text = expanded(condition, '''', ' | ')
       do
          at = index(text, ' | ')
          if (at == 0) return

@@ -1,5 +1,6 @@
 !> The table of rules as text, which `--rules` prints: docs/key_rules.md is this text, and `--json` the same for programs.
 module hampm_rule_reference
+   use hampm_choice_sets, only: expanded
    use hampm_key_reference, only: line
    use hampm_keys, only: groups
    use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, &
@@ -123,9 +124,9 @@ contains
       text = line('[')
       do k = 1, size(rules)
          associate (rule => rules(k))
-            text = text//' {"subject": '//quoted(rule%subject)//', "verdict": '//quoted(verdicts(rule%verdict))//', "other": '// &
-                   quoted(rule%other)//', "basis": '//quoted(bases(rule%basis))//', "reason": '//quoted(rule%reason)// &
-                   ', "use": '//quoted(rule%use)//'}'
+            text = text//' {"subject": '//quoted(expanded(rule%subject, '''', ' | '))//', "verdict": '// &
+                   quoted(verdicts(rule%verdict))//', "other": '//quoted(expanded(rule%other, '''', ' | '))//', "basis": '// &
+                   quoted(bases(rule%basis))//', "reason": '//quoted(rule%reason)//', "use": '//quoted(rule%use)//'}'
             if (k < size(rules)) text = text//','
             text = text//line_feed
          end associate

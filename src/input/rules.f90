@@ -423,37 +423,34 @@ module hampm_rules
       rule_t("&growth tips = 'largest' | 'last'", no_effect_with, "&crack kind = 'symmetry'", mechanics, "it has one tip", "")]
 
    type(rule_t), parameter :: of_energies(*) = [ &
-      rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure' | 'domain_integral'", requires, "&crack", by_meaning, &
-             "", ""), &
-      rule_t("&energy_release estimators = 'crack_closure'", requires, "&crack", by_meaning, "", ""), &
-      rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "tips at no nodes", mechanics, &
+      rule_t("&energy_release estimators = {estimators}", requires, "&crack", by_meaning, "", ""), &
+      rule_t("&energy_release estimators = {estimators at nodes}", not_with, "tips at no nodes", mechanics, &
              "by nodes these close a crack", "'domain_integral' or 'crack_closure'"), &
-      rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "&growth and &crack kind = 'symmetry'", &
+      rule_t("&energy_release estimators = {estimators at nodes}", not_with, "&growth and &crack kind = 'symmetry'", &
              mechanics, "the tip leaves the nodes, by which these close a crack", "'domain_integral'"), &
-      rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure'", not_with, "&cohesive", &
+      rule_t("&energy_release estimators = {estimators at nodes}", not_with, "&cohesive", &
              mechanics, "they take faces for free", "'domain_integral'"), &
-      rule_t("&energy_release estimators = 'nodal_force' | 'stress_closure' | 'crack_closure'", not_with, &
-             with_history, mechanics, &
+      rule_t("&energy_release estimators = {estimators of elastic material}", not_with, with_history, mechanics, &
              "closing a crack does not give back what its opening took", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'stress_closure'", not_with, "&load on = 'crack'", mechanics, &
              "it has free faces in its derivation", "'domain_integral'"), &
-      rule_t("&energy_release estimators = 'crack_closure'", not_with, "&crack contact = 'frictionless' | 'friction'", mechanics, &
+      rule_t("&energy_release estimators = {estimators of free faces}", not_with, &
+             "&crack contact = 'frictionless' | 'friction'", mechanics, "it takes faces for free", "'domain_integral'"), &
+      rule_t("&energy_release estimators = {estimators of isotropic material}", not_with, "&material law = 'orthotropic'", &
+             not_built, "its fields are those of isotropic material", "'domain_integral'"), &
+      rule_t("&energy_release estimators = {estimators of free faces}", not_with, "&load on = 'crack'", mechanics, &
              "it takes faces for free", "'domain_integral'"), &
-      rule_t("&energy_release estimators = 'crack_closure'", not_with, "&material law = 'orthotropic'", not_built, &
-             "its fields are those of isotropic material", "'domain_integral'"), &
-      rule_t("&energy_release estimators = 'crack_closure'", not_with, "&load on = 'crack'", mechanics, &
+      rule_t("&energy_release estimators = {estimators of free faces}", not_with, "&load face = 'left' | 'right'", mechanics, &
              "it takes faces for free", "'domain_integral'"), &
-      rule_t("&energy_release estimators = 'crack_closure'", not_with, "&load face = 'left' | 'right'", mechanics, &
+      rule_t("&energy_release estimators = {estimators of free faces}", not_with, "&cohesive", mechanics, &
              "it takes faces for free", "'domain_integral'"), &
-      rule_t("&energy_release estimators = 'crack_closure'", not_with, "&cohesive", mechanics, "it takes faces for free", &
-             "'domain_integral'"), &
-      rule_t("&energy_release estimators = 'crack_closure'", not_with, "&growth", not_built, "it is for tips that rest", &
-             "'domain_integral'"), &
+      rule_t("&energy_release estimators = {estimators of tips that rest}", not_with, "&growth", not_built, &
+             "it is for tips that rest", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'domain_integral'", warned_with, with_history, &
              mechanics, &
              "where material yields or creeps J depends on its domain, K, modes and errors are not recorded; J_near_tip and "// &
              "J_far_field are those of the smallest and the largest one", ""), &
-      rule_t("&energy_release radii", no_effect_without, "&energy_release estimators = 'domain_integral' | 'crack_closure'", &
+      rule_t("&energy_release radii", no_effect_without, "&energy_release estimators = {estimators by radii}", &
              by_meaning, "", ""), &
       rule_t("&energy_release reference = 'value'", requires, "&energy_release reference_value > 0", by_meaning, "", ""), &
       rule_t("&energy_release reference_value", requires, "&energy_release reference = 'value'", by_meaning, "", ""), &

@@ -54,7 +54,7 @@ contains
    !> Whether the mass matrix acts: in motion, and where stress is extrapolated by it.
    pure logical function mass_acts(scene)
       type(scene_t), intent(in) :: scene
-      mass_acts = scene%method%time /= 'static' .or. scene%energy_release%stress_closure
+      mass_acts = scene%method%time /= 'static' .or. scene%energy_release%needs_mass()
    end function mass_acts
 
    !> The mass matrix that a run has: nodes have no more than masses where it does not act.

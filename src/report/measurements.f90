@@ -9,14 +9,14 @@ module hampm_measurements
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
-   use hampm_crack_measurements, only: crack_values_t, new_crack_values, measure_crack, record_crack
+   use hampm_crack_measurements, only: measure_crack, record_crack
    use hampm_crack_placement, only: distance_in_material
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: effective_modulus
+   use hampm_crack_values, only: crack_values_t, new_crack_values, keep_crack_values
    use hampm_cohesive_zone, only: zone_length
    use hampm_cracks, only: cracks_t
    use hampm_energy, only: linear_momentum, angular_momentum, dissipation
-   use hampm_estimated_errors, only: keep_errors
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_growing, only: growing_t, record_growth, record_place
@@ -93,7 +93,8 @@ contains
       call angular_momentum(motion%particles, m%initial_angular_momentum, largest)
       allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
       do k = 1, size(m%crack)
-         call new_crack_values(scene, cracks%tips(k), m%crack(k))
+         call new_crack_values(scene%energy_release%chosen(), cracks%tips(k), scene%method%time /= 'static' .and. &
+                               any(scene%refine%indicator == ['gradient', 'zz      ']), m%crack(k))
       end do
       select case (scene%energy_release%reference)
       case ('value')
@@ -217,7 +218,7 @@ contains
       m%reaction = state%reaction
       if (any(scene%constraints%name /= '')) m%reactions = state%reactions
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
-         call measure_crack(scene, motion, cracks, k, state, m%extrapolation, m%crack(k), g, failure)
+         call measure_crack(motion, cracks, k, state, m%extrapolation, m%crack(k), g, failure)
       end do
       do k = 1, size(cracks%crack)
          if (cracks%crack(k)%contact) cycle
@@ -237,7 +238,7 @@ contains
    !> Whether what is recorded asks for the motion of the nodes: the domain integral, and forces of constraints.
    pure logical function needs_nodal_state(scene) result(needs)
       type(scene_t), intent(in) :: scene
-      needs = scene%energy_release%domain_integral .or. any(scene%constraints%name /= '') &
+      needs = scene%energy_release%has('domain_integral') .or. any(scene%constraints%name /= '') &
               .or. (size(scene%paths) > 0 .and. size(scene%constraints) > 0)
    end function needs_nodal_state
 
@@ -294,7 +295,8 @@ contains
             call history%record('numerical_loss', 'J', 'energy lost by the method', motion%numerical_loss)
          do k = 1, size(m%crack)
             if (k > 1) history%of_tip = '_tip'//to_text(k)
-            call record_crack(scene, motion%materials(cracks%tips(k)%material), cracks%tips(k), m%crack(k), history)
+            call record_crack(motion%materials(cracks%tips(k)%material), cracks%tips(k), m%crack(k), &
+                              size(scene%growth) > 0, history)
             if (growing%are_there()) call record_growth(growing, scene, cracks, k, motion%time, history)
             if (cracks%tips(k)%has_zone) then
                if (.not. growing%are_there()) call record_place(cracks, cracks%tips(k), history)
@@ -384,7 +386,7 @@ contains
       end do
       do k = 1, size(m%crack)
          call archive%section('errors_'//to_text(k))
-         call keep_errors(m%crack(k)%errors, archive)
+         call keep_crack_values(m%crack(k), archive)
       end do
       call archive%section('extrapolation')
       call keep_solver(m%extrapolation, 'extrapolation', grid, archive)

@@ -69,7 +69,7 @@ contains
       call assemble(scene, s%motion, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
       if (.not. failure%failed()) then
-         call attach_cracks(s%carried, s%motion, scene%energy_release%is_by_nodes())
+         call attach_cracks(s%carried, s%motion, scene%energy_release%needs_nodes())
          call new_measurements(scene, s%motion, s%cracks, s%measurements)  ! of the start, as G_ref is
          call new_growing(scene, s%cracks, s%growing)
          call keep_cracks(s%cracks, checkpoint)

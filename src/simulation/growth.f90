@@ -3,7 +3,7 @@
 !> the toughness (`hampm_growth_pace`).
 module hampm_growth
    use hampm_kinds, only: dp
-   use hampm_crack_measurements, only: crack_values_t
+   use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_growing, only: growing_t

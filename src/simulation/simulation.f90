@@ -6,7 +6,7 @@ module hampm_simulation
    use hampm_caveats, only: warnings_of
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_crack_carrying, only: carried_cracks_t, attach_cracks
-   use hampm_crack_measurements, only: estimate_errors
+   use hampm_crack_errors, only: estimate_errors
    use hampm_cracks, only: cracks_t
    use hampm_critical_step, only: stable_time_step
    use hampm_failure, only: failure_t
@@ -68,7 +68,7 @@ contains
       call assemble(scene, s%motion, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
       if (failure%failed()) return
-      call attach_cracks(s%carried, s%motion, scene%energy_release%is_by_nodes())
+      call attach_cracks(s%carried, s%motion, scene%energy_release%needs_nodes())
       call refine_at_start(s%refinement, s%motion, s%cracks%tip_places(), failure)
       if (failure%failed()) return
       do k = 1, size(scene%bodies)               ! with the particles as they now are: rigid motions to the last digit
@@ -79,7 +79,7 @@ contains
       if (failure%failed()) return
       call new_measurements(scene, s%motion, s%cracks, s%measurements)
       call new_growing(scene, s%cracks, s%growing)
-      call estimate_errors(scene, s%motion, s%cracks, s%measurements%extrapolation, s%measurements%crack, failure)
+      call estimate_errors(s%motion, s%cracks, s%measurements%extrapolation, s%measurements%crack, failure)
    end subroutine build
 
    !> Make time step, nodes around crack tips, pressures on their faces and extrapolations fit a new mesh.

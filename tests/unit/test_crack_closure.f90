@@ -23,8 +23,7 @@ program test_crack_closure
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
    implicit none
 
-   real(dp), parameter :: none(ndim, 2) = 0      !! force of tractions on the tip node [N]
-
+   real(dp), parameter :: no_factors(0) = 0
    real(dp), parameter :: cell = 0.25_dp, young = 50.0_dp, poisson = 0.3_dp
    integer :: points
 
@@ -67,6 +66,7 @@ contains
       real(dp), allocatable :: nodal(:, :)
       character(7), parameter :: masses(*) = ['lumped ', 'full   ', 'partial', 'fmpm   ', 'blend  ']
       type(mass_solver_t) :: solver
+      real(dp) :: uncertainty(modes)
       type(failure_t) :: failure
       real(dp) :: u(ndim), error
       integer :: i, node
@@ -169,6 +169,7 @@ contains
       type(forest_t) :: forest
       type(failure_t) :: failure
       type(mass_solver_t) :: solver
+      real(dp) :: uncertainty(modes)
       real(dp) :: s, opening(modes), g_force(modes), g_stress(modes)
       integer :: i, turn
       s = young*strain
@@ -177,6 +178,7 @@ contains
       forest = m%grid%forest
       call build_grid(forest, m%grid, failure, cracks%lines())
       call cracks%find_nodes(m%grid, failure)
+      if (.not. allocated(m%loads)) allocate (m%loads(0))
       call check(.not. failure%failed(), 'the tip has its nodes')
       associate (p => m%particles, tip => cracks%tips(1))
          do turn = 1, -1, -2
@@ -188,11 +190,11 @@ contains
                p%gradient(i, :, :) = reshape([-poisson*strain, 0.0_dp, 0.0_dp, strain], [ndim, ndim])
             end do
             p%reference(:, 2) = p%reference(:, 2) - p%displacement(:, 2)
-            g_force = nodal_force_closure(tip, m%grid, p, m%blocks, m%materials, thickness, none, none)
+            call nodal_force_closure(m, no_factors, tip, p, solver, g_force, uncertainty, failure)
             call start(m, 'musl')
             call refresh_grid(m)
             call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
-            call stress_closure(tip, m%grid, p, m%materials, m%fields%mass_matrix, solver, g_stress, failure)
+            call stress_closure(m, no_factors, tip, p, solver, g_stress, uncertainty, failure)
             p%reference(:, 2) = p%reference(:, 2) + p%displacement(:, 2)
             call check_close(g_force(1), turn*s*d, 1.0e-13_dp*s*d, 'nodal force closure of uniform fields, signed like the opening')
             call check_close(g_stress(1), turn*s*d/2, 1.0e-13_dp*s*d, 'stress closure of uniform fields, signed like the opening')
@@ -210,6 +212,7 @@ contains
       type(forest_t) :: forest
       type(failure_t) :: failure
       type(mass_solver_t) :: solver
+      real(dp) :: uncertainty(modes)
       real(dp), allocatable :: solids(:, :, :)
       real(dp) :: x, g(modes)
       integer :: i
@@ -220,6 +223,7 @@ contains
       forest = m%grid%forest
       call build_grid(forest, m%grid, failure, cracks%lines(), solids=solids)
       call cracks%find_nodes(m%grid, failure)
+      if (.not. allocated(m%loads)) allocate (m%loads(0))
       associate (p => m%particles, tip => cracks%tips(1))
          do i = 1, p%n
             x = p%reference(i, 1)/cell - 2
@@ -227,7 +231,7 @@ contains
             p%gradient(i, :, :) = reshape([-poisson*strain, 0.0_dp, 0.0_dp, strain], [ndim, ndim])*(1 - x + 3*x**2)
          end do
          call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
-         call stress_closure(tip, m%grid, p, m%materials, m%fields%mass_matrix, solver, g, failure)
+         call stress_closure(m, no_factors, tip, p, solver, g, uncertainty, failure)
          call check(.not. failure%failed(), 'the fields are extrapolated')
          call check_close(g(1), 91/60.0_dp*of_sample*strain*d, 1.0e-10_dp*strain*d, 'stress closure of quadratic fields')
       end associate
@@ -244,6 +248,7 @@ contains
       type(forest_t) :: forest
       type(failure_t) :: failure
       type(mass_solver_t) :: solver
+      real(dp) :: uncertainty(modes)
       real(dp) :: s(ndim, ndim), h(ndim, ndim), g(modes), opening(modes)
       integer :: i
       cracks = crack_to([0.0_dp, 0.0_dp], direction, [.true., .true.])
@@ -258,6 +263,7 @@ contains
                         [rectangle_t([-2*cell, -2*cell], [2*cell, 2*cell], [8, 8])], m)
       call build_grid(forest, m%grid, failure, cracks%lines())
       call cracks%find_nodes(m%grid, failure)
+      if (.not. allocated(m%loads)) allocate (m%loads(0))
       call check(.not. failure%failed(), 'the tip has its nodes')
       associate (p => m%particles, tip => cracks%tips(1))
          do i = 1, p%n
@@ -271,12 +277,12 @@ contains
          do i = 1, p%n
             p%gradient(i, :, :) = h
          end do
-         g = nodal_force_closure(tip, m%grid, p, m%blocks, m%materials, thickness, none, none)
+         call nodal_force_closure(m, no_factors, tip, p, solver, g, uncertainty, failure)
          call check_close(maxval(abs(g/stress - d)), 0.0_dp, 1.0e-13_dp*d, 'nodal force closure of both modes')
          call start(m, 'musl')
          call refresh_grid(m)
          call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
-         call stress_closure(tip, m%grid, p, m%materials, m%fields%mass_matrix, solver, g, failure)
+         call stress_closure(m, no_factors, tip, p, solver, g, uncertainty, failure)
          call check_close(maxval(abs(g/stress - d/2)), 0.0_dp, 1.0e-13_dp*d, 'stress closure of both modes')
       end associate
    end subroutine closure_of_both_modes

@@ -5,6 +5,7 @@ program test_cracks
    use hampm_crack_tip, only: crack_tip_t, upper, lower
    use hampm_cracks, only: crack_t, cracks_t, first_point
    use hampm_cut_cells, only: line_t, left_face
+   use hampm_estimators, only: estimators
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t, build_grid
@@ -50,7 +51,9 @@ contains
       scene%bodies(1)%lower = lower
       scene%bodies(1)%upper = upper
       scene%bodies(1)%points_per_cell = 2
-      scene%energy_release%domain_integral = .true.
+      associate (rows => estimators())
+         scene%energy_release%takes = rows%name == 'domain_integral'
+      end associate
    end function scene_of
 
    !> Let the crack of a scene be a line between two points, its tip the second.

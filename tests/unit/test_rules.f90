@@ -1,5 +1,6 @@
 !> The table of rules: its conditions name groups, keys, choices and features that exist, no row stands twice, and what it advises is known.
 program test_rules
+   use hampm_choice_sets, only: expanded
    use hampm_conditions, only: atom_t, features, is_named, is_present, parse_condition
    use hampm_harness, only: check, finish
    use hampm_keys, only: keys, find_group, find_key, first_key, is_text
@@ -65,7 +66,7 @@ contains
             associate (key => keys(first_key(find_group(trim(atom%group))) + row - 1))
                do k = 1, atom%choices
                   if (key%allowed /= '' .and. is_text(key) .and. &
-                      index('|'//trim(key%allowed)//'|', '|'//trim(atom%values(k))//'|') == 0) &
+                      index('|'//expanded(key%allowed, '', '|')//'|', '|'//trim(atom%values(k))//'|') == 0) &
                      mistake = '&'//trim(atom%group)//' '//trim(atom%key)//' has no choice '//trim(atom%values(k))
                end do
             end associate

@@ -4,7 +4,7 @@
 module hampm_growth_in_motion
    use hampm_kinds, only: dp, ndim
    use hampm_bond_release, only: let_go_behind, let_go_beyond, way_at, soften_released, foremost_released
-   use hampm_crack_measurements, only: crack_values_t, best_rate
+   use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_crack_tip_field, only: effective_modulus
    use hampm_cracks, only: cracks_t, last_point

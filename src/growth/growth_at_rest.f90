@@ -2,7 +2,7 @@
 !> largest energy release rate over its toughness is 1. What is left of the loads by themselves is how they are shared.
 module hampm_growth_at_rest
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_measurements, only: crack_values_t, best_rate
+   use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_crack_placement, only: least_radius
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t

@@ -1,0 +1,216 @@
+!> The estimated errors of what is measured at tips, before the first step.
+module hampm_crack_errors
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack_tip, only: crack_tip_t
+   use hampm_crack_tip_field, only: modes
+   use hampm_crack_values, only: crack_values_t
+   use hampm_cracks, only: cracks_t, first_point
+   use hampm_estimated_errors, only: relative_errors, hardly
+   use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, missing_energy, displace, error_by_lengths, &
+                                   place_of_tip, tip_zone, tips_at_rest_t, find_tips_at_rest
+   use hampm_failure, only: failure_t
+   use hampm_loads, only: largest_factors
+   use hampm_mass_solver, only: mass_solver_t
+   use hampm_motion, only: motion_t
+   use hampm_nodal_state, only: nodal_state_t
+   use hampm_particles, only: particles_t
+   use hampm_tip_field, only: tip_field_t, new_tip_field
+   use hampm_tip_measurements, only: estimate_rates, measure_domain
+   implicit none
+   private
+   public :: estimate_errors
+
+   !> Estimated error of an estimate by values that are extrapolated to nodes, over it, where nothing better is known: it is a third to a half of G.
+   real(dp), parameter :: of_extrapolation = 2
+
+contains
+
+   !> Before the first step: estimate by which part of their values the chosen estimators are off at each tip, from what they find at rest. Where
+   !> material remembers, nothing is known of that.
+   subroutine estimate_errors(motion, cracks, extrapolation, values, failure)
+      type(motion_t), intent(inout) :: motion
+      type(cracks_t), intent(in) :: cracks
+      type(mass_solver_t), intent(inout) :: extrapolation
+      type(crack_values_t), intent(inout) :: values(:) !! by tip
+      type(failure_t), intent(inout) :: failure
+      type(tips_at_rest_t) :: at_rest
+      logical :: at_nodes
+      integer :: k
+      if (size(values) == 0) return
+      if (size(values(1)%estimates) == 0 .and. .not. allocated(values(1)%j)) return
+      if (any(motion%materials(motion%particles%material(:motion%particles%n))%has_history())) return
+      associate (tips => cracks%tips(:size(values)))
+         at_nodes = all(tips%nodes%tip > 0)
+         if (.not. at_nodes) call find_tips_at_rest(motion, tips, at_rest)
+         do k = 1, size(values)
+            values(k)%errors%cell = tips(k)%nodes%spacing
+            values(k)%errors%are_known = .true.
+            if (at_nodes) then
+               call estimate_at_node(motion, cracks, k, extrapolation, values(k), failure)
+            else if (at_rest%known) then
+               call estimate_by_shifts(motion, tips, k, at_rest, values(k))
+            else
+               call estimate_by_lengths(motion, cracks, k, values(k))
+            end if
+         end do
+      end associate
+   end subroutine estimate_errors
+
+   !> Estimate where nothing is known but lengths.
+   subroutine estimate_by_lengths(motion, cracks, number, values)
+      type(motion_t), intent(in) :: motion
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: number              !! of the tip
+      type(crack_values_t), intent(inout) :: values
+      integer :: k
+      associate (errors => values%errors, relative => error_by_lengths(motion, cracks%tips(number), &
+                                                                       other_end(cracks, cracks%tips(number))))
+         errors%domain%relative = relative
+         errors%j%relative = relative
+         errors%intensity%relative = relative/2
+         do k = 1, size(values%estimates)
+            values%estimates(k)%error%relative = merge(of_extrapolation, relative, values%estimates(k)%by%needs_mass)
+         end do
+      end associate
+   end subroutine estimate_by_lengths
+
+   !> Estimate for a tip at a node, by closing the crack behind it.
+   subroutine estimate_at_node(motion, cracks, number, extrapolation, values, failure)
+      type(motion_t), intent(inout) :: motion
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: number              !! of the tip
+      type(mass_solver_t), intent(inout) :: extrapolation
+      type(crack_values_t), intent(inout) :: values
+      type(failure_t), intent(inout) :: failure
+      type(crack_at_rest_t) :: crack
+      type(crack_values_t) :: found
+      type(particles_t) :: p
+      integer :: k
+      type(tip_field_t) :: field                 ! an associate name of what a function returns would free its law twice in gfortran 12
+      associate (tip => cracks%tips(number), errors => values%errors)
+         call find_crack_at_rest(motion, cracks%tips, number, motion%particles%thickness%at(tip%now), crack)
+         if (.not. crack%known) then
+            call estimate_by_lengths(motion, cracks, number, values)
+            return
+         end if
+         call displace(motion, crack%u, p)
+         found = values
+         call estimate_rates(motion, crack%scale*largest_factors(motion%loads), tip, p, &
+                             resting(motion, crack%acceleration), extrapolation, found, failure)
+         if (failure%failed()) return
+         errors%by_mode = .true.
+         errors%of_tip = crack%part_of_tip()
+         field = new_tip_field(motion%materials(tip%material), tip%direction)
+         associate (best => crack%best(), doubt => crack%doubt(), own => motion%grid%is_quadratic())
+            do k = 1, size(values%estimates)
+               values%estimates(k)%error%relative = relative_errors(found%estimates(k)%rate, best, doubt, own, hardly**2)
+            end do
+            errors%domain%relative = relative_errors(found%domain, best, doubt, own, hardly**2)
+            ! In material whose modes turn into each other both have the relative error of either, unless one of them is small
+            errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), doubt/2, own, &
+                                                        merge(hardly, 10*hardly, motion%materials(tip%material)%isotropic))
+            if (.not. motion%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
+            if (allocated(found%j)) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(best)], &
+                                                                                [sum(doubt*best)/sum(best)], own, hardly**2))
+         end associate
+      end associate
+   end subroutine estimate_at_node
+
+   !> Estimate for a tip of a path: it acts somewhere near its place, so that J is that of a crack that is longer or shorter, and K what the
+   !> fields of the true place find around it; other tips near it are astray too. To this comes what the other cells lack.
+   !>
+   !> What K changes by as the tip acts at d ahead of where it is sought is d dK/da, less what it changes by as it is sought at d.
+   subroutine estimate_by_shifts(motion, tips, number, at_rest, values)
+      type(motion_t), intent(in) :: motion
+      type(crack_tip_t), intent(in) :: tips(:)
+      integer, intent(in) :: number              !! of the tip
+      type(tips_at_rest_t), intent(in) :: at_rest
+      type(crack_values_t), intent(inout) :: values
+      real(dp), parameter :: no_shift(ndim) = 0
+      integer, parameter :: most_others = 4      ! that are counted: what others change falls with the square of their distance
+      real(dp) :: k(modes), k_there(modes), k_here(modes), j, j_there, j_here, of_k(modes), of_j, by_cells
+      real(dp) :: off_of_j(modes), off_of_k(modes)
+      real(dp) :: places(ndim, size(tips)), distance
+      integer :: t, d
+      of_k = 0
+      of_j = 0
+      associate (h => tips(number)%nodes%spacing)
+         call find(0.0_dp*at_rest%moved(:, :, 1), no_shift, k, j)
+         do t = 1, size(tips)
+            distance = norm2(tips(t)%place - tips(number)%place)
+            if (count([(norm2(tips(d)%place - tips(number)%place) < distance, d=1, size(tips))]) > most_others) cycle
+            call place_of_tip(motion, tips(t), off_of_j, off_of_k)
+            call find(h*at_rest%moved(:, :, t), no_shift, k_there, j_there)
+            call find(-h*at_rest%moved(:, :, t), no_shift, k_here, j_here)
+            of_j = of_j + maxval(off_of_j)*abs(j_there - j_here)/2
+            k_there = k_there - k_here
+            if (t == number .and. tips(t)%nodes%in_cell) then
+               call find(0.0_dp*at_rest%moved(:, :, 1), h/2*tips(t)%direction, k_here, j_here)
+               k_there = k_there - 2*k_here
+               call find(0.0_dp*at_rest%moved(:, :, 1), -h/2*tips(t)%direction, k_here, j_here)
+               k_there = k_there + 2*k_here
+            end if
+            of_k = of_k + off_of_k*abs(k_there)/2
+         end do
+         do d = 1, size(tips)
+            places(:, d) = tips(d)%place
+         end do
+         associate (moved => at_rest%moved(:, :, number))
+            by_cells = abs(missing_energy(motion, places, tip_zone*h, at_rest%u + h*moved) &
+                           - missing_energy(motion, places, tip_zone*h, at_rest%u - h*moved)) &
+                       /(2*h*motion%particles%thickness%at(tips(number)%now))
+            if (tips(number)%is_half()) by_cells = 2*by_cells
+         end associate
+      end associate
+      if (.not. (abs(j) > 0 .and. norm2(k) > 0)) return
+      associate (errors => values%errors)
+         errors%of_tip = of_j/(of_j + by_cells + tiny(1.0_dp))
+         errors%j%relative = (of_j + by_cells)/abs(j)
+         errors%intensity%relative = maxval(of_k)/norm2(k) + by_cells/(2*abs(j))
+         do t = 1, size(values%estimates)
+            values%estimates(t)%error%relative = errors%j%relative
+         end do
+      end associate
+
+   contains
+
+      !> K and J of a displacement beside that at rest, with the tip sought at a place beside its own.
+      subroutine find(u, shift, k, j)
+         real(dp), intent(in) :: u(:, :)         !! [m], (ndim, n_points)
+         real(dp), intent(in) :: shift(ndim)     !! [m]
+         real(dp), intent(out) :: k(modes)       !! [Pa sqrt(m)]
+         real(dp), intent(out) :: j              !! [J/m2]
+         type(crack_tip_t) :: tip
+         type(crack_values_t) :: found
+         type(particles_t) :: p
+         tip = tips(number)
+         tip%may_close = .false.
+         tip%radii = [max(min(minval(tip%radii), maxval(tip%radii)/2), min(2*tip%nodes%spacing, maxval(tip%radii)))]
+         call displace(motion, at_rest%u + u, p)
+         allocate (found%j(1))
+         call measure_domain(motion, at_rest%scale*largest_factors(motion%loads), tip, p, &
+                             resting(motion, at_rest%acceleration), found, shift)
+         k = found%intensity
+         j = found%j(1)
+      end subroutine find
+   end subroutine estimate_by_shifts
+
+   !> The nodes of a motion that rests but for its motion as a whole, without weight.
+   pure type(nodal_state_t) function resting(motion, acceleration) result(state)
+      type(motion_t), intent(in) :: motion
+      real(dp), intent(in) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
+      allocate (state%velocity(ndim, motion%grid%n_points), source=0.0_dp)
+      allocate (state%divergence, source=acceleration)
+   end function resting
+
+   !> The other end of the crack of a tip, or its mouth [m].
+   pure function other_end(cracks, tip) result(x)
+      type(cracks_t), intent(in) :: cracks
+      type(crack_tip_t), intent(in) :: tip
+      real(dp) :: x(ndim)
+      associate (crack => cracks%crack(tip%crack))
+         x = crack%mouth
+         if (.not. tip%is_half()) x = crack%points(:, merge(size(crack%points, 2), 1, tip%end == first_point))
+      end associate
+   end function other_end
+end module hampm_crack_errors

@@ -1,0 +1,92 @@
+!> What is measured at a tip of a crack, and G by the best of the chosen estimators.
+module hampm_crack_values
+   use hampm_kinds, only: dp
+   use hampm_archive, only: archive_t
+   use hampm_crack_tip, only: crack_tip_t
+   use hampm_crack_tip_field, only: modes
+   use hampm_estimated_errors, only: estimated_errors_t, keep_errors, keep_column
+   use hampm_estimator, only: estimator_t, estimate_t, total
+   implicit none
+   private
+   public :: crack_values_t, best_t, new_crack_values, best_rate, keep_crack_values
+
+   !> What was measured last; what the domain integral gives is 0 where it is not chosen.
+   type :: crack_values_t
+      type(estimate_t), allocatable :: estimates(:) !! of the chosen estimators, but the domain integral
+      logical :: has_left_node = .false.         !! whether the material has carried the tip from the node that some need: they are no numbers then
+      logical :: cells_divide = .false.          !! whether cells are divided in motion
+      real(dp) :: domain(modes) = 0              !! energy release rates, the parts of J [J/m2]
+      real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
+      real(dp) :: g_of_k = 0                     !! energy release rate that goes with these [J/m2]
+      real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains; of closed tips with all that is in doubt [Pa sqrt(m)]
+      real(dp) :: doubt_of_j = 0                 !! by what K and J differ at a closed tip [J/m2]
+      real(dp), allocatable :: j(:)              !! J integral of each domain, by the radii of the tip [J/m2]; none where it is not chosen
+      real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
+      real(dp) :: mouth(modes) = 0               !! the same at the mouth [m]
+      type(estimated_errors_t) :: errors         !! of what the domain integral gives
+   contains
+      procedure :: best
+   end type crack_values_t
+
+   !> G by the best of the chosen estimators.
+   type :: best_t
+      character(:), allocatable :: estimator     !! '' where none is chosen
+      real(dp) :: rate = 0                       !! [J/m2]
+      real(dp) :: error = 0                      !! estimated [J/m2]
+   end type best_t
+
+contains
+
+   !> Nothing measured yet.
+   subroutine new_crack_values(chosen, tip, cells_divide, values)
+      type(estimator_t), intent(in) :: chosen(:) !! estimators, the best one first
+      type(crack_tip_t), intent(in) :: tip
+      logical, intent(in) :: cells_divide        !! in motion
+      type(crack_values_t), intent(out) :: values
+      integer :: k
+      values%cells_divide = cells_divide
+      allocate (values%estimates(count([(associated(chosen(k)%find), k=1, size(chosen))])))
+      values%estimates%by = pack(chosen, [(associated(chosen(k)%find), k=1, size(chosen))])
+      if (size(values%estimates) < size(chosen)) allocate (values%j(size(tip%radii)), source=0.0_dp)
+   end subroutine new_crack_values
+
+   !> G of both modes together by the estimator that is nearest to the truth of those that are chosen: at a tip inside a cell K is less off than J.
+   function best(self, tip, isotropic)
+      class(crack_values_t), intent(in) :: self
+      type(crack_tip_t), intent(in) :: tip
+      logical, intent(in) :: isotropic           !! whether the material is
+      type(best_t) :: best
+      best%estimator = ''
+      if (allocated(self%j)) then
+         best = best_t('domain_integral', best_rate(self, tip), self%errors%j%now)
+         if (.not. tip%nodes%in_cell .or. tip%grown > 0) return
+         best%error = self%errors%of_rate
+         best%estimator = best%estimator//trim(merge(', (K_I**2 + K_II**2)/E''', ', of K_I and K_II      ', isotropic))
+      else if (size(self%estimates) > 0) then
+         associate (first => self%estimates(1))
+            best = best_t(trim(first%by%name), total(first%rate), sum(first%error%now))
+            if (tip%has_layers .and. first%by%differs_from_j) best%rate = sum(first%rate)
+         end associate
+      end if
+   end function best
+
+   !> Energy release rate of both modes together by the domain integral: by K at a tip inside a cell, where that is less off than J, else
+   !> J [J/m2].
+   pure real(dp) function best_rate(v, tip)
+      class(crack_values_t), intent(in) :: v
+      type(crack_tip_t), intent(in) :: tip
+      best_rate = sum(v%j)/size(v%j)
+      if (tip%nodes%in_cell .and. .not. tip%grown > 0) best_rate = v%g_of_k
+   end function best_rate
+
+   !> Keep what the next errors need of the values so far.
+   subroutine keep_crack_values(values, archive)
+      type(crack_values_t), intent(inout) :: values
+      class(archive_t), intent(inout) :: archive
+      integer :: k
+      call keep_errors(values%errors, archive)
+      do k = 1, size(values%estimates)
+         call keep_column(values%estimates(k)%error, trim(values%estimates(k)%by%name), archive)
+      end do
+   end subroutine keep_crack_values
+end module hampm_crack_values

@@ -1,0 +1,62 @@
+!> What an estimator of the energy release rate is to the program: its name, what it needs, and the procedure that finds G of each mode at a tip.
+!>
+!> A new estimator is a file with such a procedure and a row in the table of `hampm_estimators`: its choice in `&energy_release`, its columns with
+!> their estimated errors, its part of G, of the summary and of checkpoints, and the rules on what it needs follow from the row.
+module hampm_estimator
+   use hampm_kinds, only: dp, name_len
+   use hampm_crack_tip, only: crack_tip_t
+   use hampm_crack_tip_field, only: modes
+   use hampm_estimated_errors, only: error_t
+   use hampm_failure, only: failure_t
+   use hampm_mass_solver, only: mass_solver_t
+   use hampm_motion, only: motion_t
+   use hampm_particles, only: particles_t
+   implicit none
+   private
+   public :: estimator_t, estimate_t, total
+
+   !> A row of the table.
+   type :: estimator_t
+      character(name_len) :: name = ''           !! in model files; its columns are G_<name>_I and G_<name>_II
+      character(64) :: meaning = ''              !! of these
+      logical :: needs_radii = .false.           !! whether it looks at the material within the radii of a tip
+      logical :: needs_nodes = .false.           !! whether it needs a node at the tip, and others around it
+      logical :: needs_mass = .false.            !! whether it extrapolates to nodes with the mass matrix
+      logical :: needs_elasticity = .false.      !! whether it takes material for elastic
+      logical :: needs_isotropy = .false.        !! and for isotropic
+      logical :: needs_free_faces = .false.      !! whether it takes crack faces for free of tractions
+      logical :: needs_tip_at_rest = .false.     !! whether it takes a tip for one that does not grow
+      logical :: differs_from_j = .false.        !! whether its error is at least what it differs by from the part of J of its mode
+      procedure(find_rates), pointer, nopass :: find => null() !! of the domain integral none, whose values are more than these
+   end type estimator_t
+
+   !> What an estimator found at a tip.
+   type :: estimate_t
+      type(estimator_t) :: by
+      real(dp) :: rate(modes) = 0, uncertainty(modes) = 0 !! of `find_rates`
+      type(error_t) :: error(modes)
+   end type estimate_t
+
+   abstract interface
+      !> Find G of each mode, of the whole crack also in a half model. Fails where it cannot be found.
+      subroutine find_rates(motion, factors, tip, p, extrapolation, rate, uncertainty, failure)
+         import :: motion_t, dp, crack_tip_t, particles_t, mass_solver_t, failure_t, modes
+         type(motion_t), intent(in) :: motion    !! its loads at their places in the grid
+         real(dp), intent(in) :: factors(:)      !! of the loads [-]
+         type(crack_tip_t), intent(in) :: tip
+         type(particles_t), intent(in) :: p      !! that are where those of the motion are
+         type(mass_solver_t), intent(inout) :: extrapolation !! solver without fixed components
+         real(dp), intent(inout) :: rate(modes)  !! signed like opening and sliding [J/m2]
+         real(dp), intent(inout) :: uncertainty(modes) !! the least that the errors of these are [J/m2]
+         type(failure_t), intent(inout) :: failure
+      end subroutine find_rates
+   end interface
+
+contains
+
+   !> Energy release rate of both modes together [J/m2]: the sign of mode II tells only which way the faces slide.
+   pure real(dp) function total(g)
+      real(dp), intent(in) :: g(modes)           !! [J/m2]
+      total = g(1) + abs(g(2))
+   end function total
+end module hampm_estimator

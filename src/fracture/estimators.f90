@@ -1,0 +1,25 @@
+!> The table of estimators of the energy release rate. Where several are chosen G is that of the first of them here.
+module hampm_estimators
+   use hampm_crack_closure, only: nodal_force_closure, stress_closure
+   use hampm_estimator, only: estimator_t
+   use hampm_path_closure, only: path_closure
+   implicit none
+   private
+   public :: estimators
+
+contains
+
+   !> All rows.
+   pure function estimators() result(rows)
+      type(estimator_t), allocatable :: rows(:)
+      rows = [ &
+         estimator_t('domain_integral', needs_radii=.true.), &
+         estimator_t('nodal_force', 'energy release rate, nodal force closure', needs_nodes=.true., needs_elasticity=.true., &
+                     differs_from_j=.true., find=nodal_force_closure), &
+         estimator_t('crack_closure', 'energy release rate, crack closure along any direction', needs_radii=.true., &
+                     needs_elasticity=.true., needs_isotropy=.true., needs_free_faces=.true., needs_tip_at_rest=.true., &
+                     find=path_closure), &
+         estimator_t('stress_closure', 'energy release rate, stress closure', needs_nodes=.true., needs_mass=.true., &
+                     needs_elasticity=.true., find=stress_closure)]
+   end function estimators
+end module hampm_estimators

@@ -1,0 +1,126 @@
+!> What the chosen estimators, and the domain integral, find at a tip.
+module hampm_tip_measurements
+   use hampm_kinds, only: dp, ndim
+   use hampm_closed_faces, only: closed_faces_t, look_behind_tip
+   use hampm_crack_tip, only: crack_tip_t
+   use hampm_crack_tip_field, only: modes, effective_modulus
+   use hampm_crack_values, only: crack_values_t
+   use hampm_cut_cells, only: side_of_ties
+   use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
+   use hampm_failure, only: failure_t
+   use hampm_loads, only: place_loads
+   use hampm_mass_solver, only: mass_solver_t
+   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_moving_tip, only: energy_factors
+   use hampm_nodal_state, only: nodal_state_t
+   use hampm_particles, only: particles_t
+   use hampm_quadratic_setback, only: setback_of_quadratic
+   use hampm_tip_field, only: tip_field_t, new_tip_field
+   implicit none
+   private
+   public :: estimate_rates, measure_domain, error_of_rate, of_any_sign
+
+contains
+
+   !> The chosen energy release rates and stress intensity factors, of some particles that stand where those of the motion do.
+   subroutine estimate_rates(motion, factors, tip, p, state, extrapolation, values, failure)
+      type(motion_t), intent(inout) :: motion
+      real(dp), intent(in) :: factors(:)         !! of the loads [-]
+      type(crack_tip_t), intent(in) :: tip
+      type(particles_t), intent(in) :: p
+      type(nodal_state_t), intent(in) :: state   !! of these particles, where there is a domain integral
+      type(mass_solver_t), intent(inout) :: extrapolation
+      type(crack_values_t), intent(inout) :: values
+      type(failure_t), intent(inout) :: failure
+      integer :: k
+      call place_loads(motion%loads, motion%grid, p)
+      values%has_left_node = tip%nodes%tip == 0 .and. any(values%estimates%by%needs_nodes)
+      do k = 1, size(values%estimates)
+         associate (of => values%estimates(k), by => values%estimates(k)%by)
+            if (by%needs_mass) call refresh_grid(motion)
+            if (.not. (by%needs_nodes .and. values%has_left_node)) &
+               call by%find(motion, factors, tip, p, extrapolation, of%rate, of%uncertainty, failure)
+         end associate
+      end do
+      if (allocated(values%j)) call measure_domain(motion, factors, tip, p, state, values)
+   end subroutine estimate_rates
+
+   !> Measure what the domain integrals give: J of each domain, and means over them.
+   !>
+   !> How far behind its node a tip acts depends on the anisotropy of the material: there K has the ratio of modes by the
+   !> interaction integrals, and its size by J, which sees no origin.
+   subroutine measure_domain(motion, factors, tip, p, state, values, shift)
+      type(motion_t), intent(in) :: motion
+      real(dp), intent(in) :: factors(:)         !! of the loads [-]
+      type(crack_tip_t), intent(in) :: tip
+      type(particles_t), intent(in) :: p
+      type(nodal_state_t), intent(in) :: state
+      type(crack_values_t), intent(inout) :: values
+      real(dp), intent(in), optional :: shift(ndim) !! from the tip to where it is sought [m]
+      type(tip_domain_t) :: domain
+      type(tip_field_t) :: field
+      type(closed_faces_t) :: closed
+      real(dp) :: k(modes, size(values%j)), k_doubt(modes, size(values%j))
+      integer :: i
+      domain%tip = tip%now
+      if (present(shift)) domain%tip = domain%tip + shift
+      if (present(shift)) domain%is_beside = any(abs(shift) > 0)
+      domain%direction = tip%axis(:, 1)
+      domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
+      domain%quadratic = motion%grid%is_quadratic()
+      domain%setback = setback_of_quadratic(motion, tip)
+      domain%face_of_line = side_of_ties(tip%direction)
+      domain%half = tip%is_half()
+      domain%has_zone = tip%has_zone
+      domain%thickness = p%thickness%at(tip%now)
+      domain%is_ring = p%thickness%is_ring
+      domain%material = motion%materials(tip%material)
+      domain%radius = tip%radii
+      ! A pressure on such faces is a load for each direction along the axes
+      domain%pressure = sum(factors*motion%loads%pressure, mask=motion%loads%line == tip%crack)/(2*ndim)
+      if (tip%may_close) closed = look_behind_tip(motion%interfaces, tip%now, tip%direction, tip%nodes%spacing)
+      call domain_integrals(domain, motion, factors, p, state, closed, values%j, k, k_doubt)
+      field = new_tip_field(domain%material, domain%direction)
+      if (domain%cell > 0 .and. .not. domain%material%isotropic) then
+         do i = 1, size(values%j)
+            k(:, i) = field%of_rate(k(:, i), values%j(i))
+         end do
+      end if
+      if (tip%may_close) then                    ! what the pressure there leaves of K_I is an error
+         k(1, :) = max(k(1, :), 0.0_dp)
+         if (closed%are_closed) k(1, :) = 0
+      end if
+      values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2) + sum(k_doubt, dim=2)/size(values%j)
+      values%intensity = sum(k, dim=2)/size(values%j)
+      if (closed%are_closed) values%spread_of_k = [0.0_dp, values%spread_of_k(2) + abs(values%intensity(2)) &
+               *values%errors%with_cells(tip%nodes%spacing)*values%errors%intensity(2)%relative] ! tractions and the place of the tip err apart
+      values%g_of_k = field%rate_of(values%intensity)
+      if (domain%material%has_history()) values%g_of_k = sum(values%j)/size(values%j) ! K is of elastic fields
+      values%doubt_of_j = 0
+      if (closed%are_closed) values%doubt_of_j = hypot(sum(values%j)/size(values%j) - values%g_of_k, &
+                                                       error_of_rate(field, values%intensity, values%spread_of_k))
+      values%domain = shares_of_modes(field, sum(values%j)/size(values%j), values%intensity)
+      if (tip%grown > 0) then                    ! the fields of the interaction integral are those of a tip at rest
+         values%intensity = sign(sqrt(effective_modulus(domain%material)*abs(values%domain) &
+                                      /energy_factors(domain%material, tip%speed)), values%domain)
+         values%g_of_k = sum(values%j)/size(values%j)
+      end if
+   end subroutine measure_domain
+
+   !> The largest change of G by errors of K of any sign [J/m2].
+   pure real(dp) function error_of_rate(field, k, error)
+      type(tip_field_t), intent(in) :: field
+      real(dp), intent(in) :: k(modes), error(modes) !! [Pa sqrt(m)]
+      real(dp) :: off(modes, 4)
+      integer :: i
+      off = of_any_sign(error)
+      error_of_rate = maxval([(abs(field%rate_of(k + off(:, i)) - field%rate_of(k)), i = 1, 4)])
+   end function error_of_rate
+
+   !> Errors of K with each sign.
+   pure function of_any_sign(error) result(off)
+      real(dp), intent(in) :: error(modes)       !! [Pa sqrt(m)]
+      real(dp) :: off(modes, 4)
+      off = reshape([error, -error, error(1), -error(2), -error(1), error(2)], [modes, 4])
+   end function of_any_sign
+end module hampm_tip_measurements
