@@ -257,8 +257,11 @@ def main():
         now = cases_in(ROOT, folders["now"])
         pairs = [(case, now.get(name)) for name, case in before.items() if any(word in name for word in options.file)]
         judge = functools.partial(row, (options.before.resolve(), options.now.resolve()), names=new_names(), seconds=options.seconds)
+        rows = []
         with ThreadPoolExecutor(options.jobs) as several:
-            rows = list(several.map(judge, pairs))
+            for found in several.map(judge, pairs):
+                rows.append(found)
+                print(*found, sep="  ", file=sys.stderr, flush=True)
     rows.sort(key=lambda line: (("DIFFERENT", "rounding", "same").index(line[-1]), -float(line[3] or 0)))
     write([["run", "extent", "largest difference in", "relative", "allowed", "verdict"], *rows], "same_numbers", options.output)
     bad = sum(line[-1] == "DIFFERENT" for line in rows)

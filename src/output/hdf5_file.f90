@@ -39,18 +39,23 @@ module hampm_hdf5_file
 contains
 
    !> Make a new file, in place of an old one of that name. `exit_file` says why where that is impossible.
-   subroutine create(self, path, failure)
+   subroutine create(self, path, failure, sealed)
       class(hdf5_file_t), intent(inout) :: self
       character(*), intent(in) :: path
       type(failure_t), intent(inout) :: failure
-      integer(long) :: access
+      logical, intent(in), optional :: sealed   !! whether HDF5's own structures have checksums, as they do since HDF5 1.10; default: no
+      integer(long) :: access, list
       integer :: e
       call open_library()
       self%path = path
       access = h5pcreate(file_access)
       e = h5pset_fclose_degree(access, close_strong)
-      self%id = h5fcreate(c_string(path), truncate, default, access)
+      if (present(sealed)) e = h5pset_libver_bounds(access, hdf5_110, hdf5_110)
+      list = h5pcreate(file_create)
+      e = h5pset_obj_track_times(list, .false._c_bool)
+      self%id = h5fcreate(c_string(path), truncate, list, access)
       e = h5release(access)
+      e = h5release(list)
       if (.not. self%is_open()) then
          call self%unwritten(why_not(path, 'write', 'its disk is full, or another program has it open'), failure)
       end if
@@ -116,13 +121,14 @@ contains
       character(*), intent(in) :: path
       type(failure_t), intent(inout) :: failure
       integer(long) :: group, list
-      integer :: e(3)
+      integer :: e(4)
       if (self%holds(path)) return
       list = h5pcreate(group_create)
       e(1) = h5pset_link_creation_order(list, track_and_index)
+      e(2) = h5pset_obj_track_times(list, .false._c_bool)
       group = h5gcreate(self%id, c_string(path), default, list, default)
-      e(2) = h5release(group)
-      e(3) = h5release(list)
+      e(3) = h5release(group)
+      e(4) = h5release(list)
       if (any(e < 0)) call self%unwritten('making the group '//path//' failed', failure)
    end subroutine make_group
 
@@ -326,7 +332,7 @@ contains
       if (h5sget_simple_extent_ndims(space) == size(extent)) then
          e = h5sget_simple_extent_dims(space, extent, limit)
       else
-         call unread(file, 'there is no '//path//' of the expected shape', failure)
+         call unread(file, 'there is no '//path//' of the expected shape (has it changed since it was written?)', failure)
       end if
       e = h5release(space)
    end subroutine find_dataset
@@ -342,7 +348,7 @@ contains
       if (failure%failed()) return
       e(1) = h5dread(dataset, memory_type, default, default, default, address)
       e(2) = h5release(dataset)
-      if (any(e < 0)) call unread(file, 'reading '//path//' failed', failure)
+      if (any(e < 0)) call unread(file, 'reading '//path//' failed (has it changed since it was written?)', failure)
    end subroutine read_dataset
 
    !> Write an attribute, making it where there is none yet; the space is closed.

@@ -11,6 +11,7 @@ module hampm_hdf5_library
 
    integer(c_int), parameter :: read_only = 0, read_write = 1, truncate = 2 !! how files are opened
    integer(c_int), parameter :: close_strong = 3        !! a file closes with all that is open in it
+   integer(c_int), parameter :: hdf5_110 = 2            !! the file format of that version
    integer(c_int), parameter :: track_and_index = 3     !! the order in which members of a group are made
    integer(c_int), parameter :: scalar = 0, select_set = 0, utf8 = 1, null_padded = 1
    integer(c_size_t), parameter :: variable_length = -1 !! of a text
@@ -24,6 +25,7 @@ module hampm_hdf5_library
    integer(long), bind(c, name='H5T_NATIVE_INT64_g') :: native_long
    integer(long), bind(c, name='H5T_C_S1_g') :: c_text
    integer(long), bind(c, name='H5P_CLS_FILE_ACCESS_ID_g') :: file_access
+   integer(long), bind(c, name='H5P_CLS_FILE_CREATE_ID_g') :: file_create
    integer(long), bind(c, name='H5P_CLS_GROUP_CREATE_ID_g') :: group_create
    integer(long), bind(c, name='H5P_CLS_DATASET_CREATE_ID_g') :: dataset_create
 
@@ -72,6 +74,11 @@ module hampm_hdf5_library
          integer(long), value :: list
          integer(c_int), value :: degree
       end function h5pset_fclose_degree
+      integer(c_int) function h5pset_libver_bounds(list, low, high) bind(c, name='H5Pset_libver_bounds')
+         import :: c_int, long
+         integer(long), value :: list
+         integer(c_int), value :: low, high
+      end function h5pset_libver_bounds
       integer(c_int) function h5pset_link_creation_order(list, order) bind(c, name='H5Pset_link_creation_order')
          import :: c_int, long
          integer(long), value :: list

