@@ -20,7 +20,7 @@ program bench_step
    use hampm_energy, only: kinetic_energy, strain_energy
    use hampm_failure, only: failure_t
    use hampm_minimal_kernel, only: blocks_t, set_up, step
-   use hampm_motion, only: motion_t, update_particles
+   use hampm_problem, only: problem_t, update_particles
    use hampm_plain_scene, only: plain_scene, soft_body, start, turn, time_step
    use hampm_scene, only: scene_t
    use hampm_step, only: take_step
@@ -33,7 +33,7 @@ program bench_step
       character(32) :: name = ''
       character(8) :: code = '', frame = '', scheme = '', motion_kind = ''
       integer :: cells = 0, threads = 0
-      type(motion_t) :: motion
+      type(problem_t) :: problem
       type(blocks_t) :: blocks                   !! of the minimal kernel
       real(dp) :: dt = 0                         !! [s]
    end type case_t

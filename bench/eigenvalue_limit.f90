@@ -12,7 +12,7 @@ program eigenvalue_limit
    use hampm_failure, only: failure_t
    use hampm_lapack, only: dsyev
    use hampm_mass_solver, only: solve_aside
-   use hampm_motion, only: refresh_grid
+   use hampm_problem, only: refresh_grid
    use hampm_program, only: end_program
    use hampm_reading, only: read_scene
    use hampm_scene, only: scene_t
@@ -42,8 +42,8 @@ contains
       real(dp), allocatable, dimension(:, :) :: v, mass_v, mass_last, w, force
       real(dp) :: t(most_turns, most_turns), value(most_turns), work(4*most_turns), beta
       integer :: turn, info, k
-      call refresh_grid(s%motion)
-      associate (n => s%motion%grid%n_points)
+      call refresh_grid(s%problem)
+      associate (n => s%problem%grid%n_points)
          allocate (v(ndim, n), mass_last(ndim, n), w(ndim, n), source=0.0_dp)
          allocate (mass_v(ndim, n), force(ndim, n))
       end associate
@@ -77,7 +77,7 @@ contains
    subroutine solve(b, x)
       real(dp), intent(inout), contiguous :: b(:, :), x(:, :)
       logical, allocatable :: moves(:)
-      associate (m => s%motion, all => s%motion%fields%mass_matrix%all)
+      associate (m => s%problem, all => s%problem%fields%mass_matrix%all)
          allocate (moves(m%grid%n_points), source=.false.)
          moves(all%nodes(:all%n_nodes)) = .true.
          where (spread(.not. moves, 1, ndim)) b = 0
@@ -93,13 +93,13 @@ contains
       real(dp), intent(in) :: u(:, :)
       real(dp), allocatable :: force(:, :)
       type(interfaces_t) :: interfaces
-      call forces_of(s%motion, u, force)
-      interfaces = s%motion%interfaces
+      call forces_of(s%problem, u, force)
+      interfaces = s%problem%interfaces
       if (interfaces%n > 0) then
          call relax_interfaces(interfaces)
          interfaces%list(:interfaces%n_at_end)%stiffness = 0 ! forces at the end of a step need none that is shorter
          call add_interface_resistance(interfaces, u, force)
       end if
-      call hold(s%motion%constraints, force)
+      call hold(s%problem%constraints, force)
    end function stiffness_times
 end program eigenvalue_limit

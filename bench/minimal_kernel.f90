@@ -11,7 +11,7 @@ module hampm_minimal_kernel
    use hampm_basis, only: edge_margin
    use hampm_dofs, only: element_of_slot, corner_of_slot
    use hampm_grid, only: grid_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    implicit none
    private
    public :: blocks_t, set_up, step, place_of, energy, w, bytes
@@ -478,22 +478,22 @@ contains
    end subroutine empty_place
 
    !> Blocks of `w` cells with the particles of `motion`, mapped for the first step.
-   subroutine set_up(dt, motion, g)
+   subroutine set_up(dt, problem, g)
       real(dp), intent(in) :: dt
-      type(motion_t), intent(in) :: motion
+      type(problem_t), intent(in) :: problem
       type(blocks_t), intent(out) :: g
       integer :: b, e, s, i, c, cells
       real(dp), allocatable :: at_rest(:, :)
-      associate (grid => motion%grid, q => motion%particles)
+      associate (grid => problem%grid, q => problem%particles)
          cells = grid%n_elements
          g%n = (cells - 1)/w + 1
-         g%lambda = motion%materials(1)%lambda
-         g%mu = motion%materials(1)%mu
+         g%lambda = problem%materials(1)%lambda
+         g%mu = problem%materials(1)%mu
          allocate (g%first(g%n), g%rows(g%n), g%left(g%n), g%count_of(w*g%n), g%nodes(corners, w*g%n), &
                    g%lower(ndim, w*g%n), g%inverse(w*g%n), g%share(w*sums*(g%n + 1)), g%slot(corners, grid%n_nodes), &
                    g%a(ndim, grid%n_nodes), g%v_new(ndim, grid%n_nodes), g%v(ndim, grid%n_nodes), g%inverse_mass(grid%n_nodes))
          g%count_of = 0
-         g%count_of(:cells) = motion%blocks%count_in
+         g%count_of(:cells) = problem%blocks%count_in
          g%nodes = 1
          g%nodes(:, :cells) = grid%element_nodes
          g%lower = 0
@@ -514,7 +514,7 @@ contains
             do s = 1, g%rows((e - 1)/w + 1)
                call empty_place(g, e, s)
                if (s > g%count_of(e)) cycle
-               i = motion%blocks%first_in(e) + (s - 1)*motion%blocks%stride_in(e)
+               i = problem%blocks%first_in(e) + (s - 1)*problem%blocks%stride_in(e)
                g%p(place_of(g, e, s), :) = [q%reference(i, :), q%displacement(i, :), q%velocity(i, :), q%gradient(i, :, :), &
                                             q%mass(i), q%volume(i)]
                g%id(place_of(g, e, s)) = q%id(i)

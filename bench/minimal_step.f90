@@ -7,14 +7,14 @@ program minimal_step
    use hampm_energy, only: kinetic_energy, strain_energy, linear_momentum
    use hampm_failure, only: failure_t
    use hampm_minimal_kernel, only: blocks_t, set_up, step, place_of, energy, w, bytes
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_plain_scene, only: plain_scene, soft_body, start, turn, time_step
    use hampm_step, only: advance
    use hampm_threads, only: use_threads
    use hampm_critical_step, only: stable_time_step
    use hampm_timing, only: seconds => processor_seconds, time_to_move, median
    implicit none
-   type(motion_t) :: motion
+   type(problem_t) :: problem
 
    call use_threads(1, 1)
    call compare()
@@ -33,10 +33,10 @@ contains
       integer, intent(in) :: cells
       logical, intent(in) :: fast
       if (fast) then
-         call start(soft_body(cells), motion)
-         call turn(motion)
+         call start(soft_body(cells), problem)
+         call turn(problem)
       else
-         call start(plain_scene(cells), motion)
+         call start(plain_scene(cells), problem)
       end if
    end subroutine build
 
@@ -47,21 +47,21 @@ contains
       real(dp) :: dt, u, worst_u, worst_v, worst_h, momentum(ndim)
       integer :: k, i, e, s, by_id(4096)
       call build(32, .true.)
-      dt = stable_time_step(1.0e-3_dp, motion%materials, 0.4_dp, 'dilatational')
-      call set_up(dt, motion, g)
+      dt = stable_time_step(1.0e-3_dp, problem%materials, 0.4_dp, 'dilatational')
+      call set_up(dt, problem, g)
       do k = 1, 500
-         call advance(motion, dt, failure)
+         call advance(problem, dt, failure)
          if (failure%failed()) error stop 'the library has failed'
-         call step(dt, motion%grid, g)
+         call step(dt, problem%grid, g)
       end do
-      associate (p => motion%particles)
+      associate (p => problem%particles)
          by_id(p%id) = [(i, i=1, p%n)]
          u = maxval(abs(p%displacement))
          worst_u = 0
          worst_v = 0
          worst_h = 0
          momentum = 0
-         do e = 1, motion%grid%n_elements
+         do e = 1, problem%grid%n_elements
             do s = 1, g%count_of(e)
                associate (q => g%p(place_of(g, e, s), :))
                   i = by_id(g%id(place_of(g, e, s)))
@@ -75,7 +75,7 @@ contains
          end do
          print '(a, i3, a, i0, a, i0, a, 4es9.1)', 'w =', w, ': particles ', p%n, ', changes of cell ', g%moved, &
             ', |u| max, worst difference of u, v, H', u, worst_u, worst_v, worst_h
-         print '(a, 3es24.15)', '  momentum, energy  ', linear_momentum(p), kinetic_energy(p) + strain_energy(p, motion%materials)
+         print '(a, 3es24.15)', '  momentum, energy  ', linear_momentum(p), kinetic_energy(p) + strain_energy(p, problem%materials)
          print '(a, 3es24.15)', '  minimal           ', momentum, energy(g)
       end associate
    end subroutine compare
@@ -92,38 +92,38 @@ contains
       type(failure_t) :: failure
       integer :: r, steps, j
       call build(cells, motion_kind == 'turning')
-      if (motion_kind == 'wave') where (motion%particles%reference(:, 1) > 0.01_dp) motion%particles%velocity(:, 1) = 0
-      if (motion_kind == 'wave') motion%particles%velocity(:, 2) = 0
-      dt = time_step(motion)
-      call set_up(dt, motion, g)
-      steps = max(10, 2000000/motion%particles%n)
+      if (motion_kind == 'wave') where (problem%particles%reference(:, 1) > 0.01_dp) problem%particles%velocity(:, 1) = 0
+      if (motion_kind == 'wave') problem%particles%velocity(:, 2) = 0
+      dt = time_step(problem)
+      call set_up(dt, problem, g)
+      steps = max(10, 2000000/problem%particles%n)
       call ieee_set_underflow_mode(gradual)
       if (motion_kind == 'wave') then
          do j = 1, 200
-            call advance(motion, dt, failure)
-            call step(dt, motion%grid, g)
+            call advance(problem, dt, failure)
+            call step(dt, problem%grid, g)
          end do
       end if
       do r = 1, repetitions
          t(r, 1) = seconds()
          do j = 1, steps
-            call advance(motion, dt, failure)
+            call advance(problem, dt, failure)
          end do
          t(r, 1) = seconds() - t(r, 1)
          t(r, 2) = seconds()
          do j = 1, steps
-            call step(dt, motion%grid, g)
+            call step(dt, problem%grid, g)
          end do
          t(r, 2) = seconds() - t(r, 2)
-         t(r, 3) = steps*time_to_move(motion%particles%n, bytes, steps, seconds)
+         t(r, 3) = steps*time_to_move(problem%particles%n, bytes, steps, seconds)
       end do
-      t = 1e9_dp*t/steps/motion%particles%n
+      t = 1e9_dp*t/steps/problem%particles%n
       call ieee_set_underflow_mode(.true.)
-      print '(i9, 2x, a7, l8, i6, 3(f9.1, f6.1))', motion%particles%n, motion_kind, gradual, w, &
+      print '(i9, 2x, a7, l8, i6, 3(f9.1, f6.1))', problem%particles%n, motion_kind, gradual, w, &
          (median(t(:, j)), minval(t(:, j)), j=1, 3)
       if (g%moved > 0) print '(a, f6.2, a, f6.2)', '  changes of cell per particle and step [%]', &
-         100*real(g%moved, dp)/(real(steps, dp)*repetitions*motion%particles%n), &
-         ', places per particle', sum(real(w*g%rows, dp))/motion%particles%n
+         100*real(g%moved, dp)/(real(steps, dp)*repetitions*problem%particles%n), &
+         ', places per particle', sum(real(w*g%rows, dp))/problem%particles%n
       flush (output_unit)
    end subroutine measure
 end program minimal_step

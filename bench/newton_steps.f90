@@ -38,9 +38,9 @@ program newton_steps
    dt = scene%output%history_interval
    if (.not. s%integrator%is_static) dt = scene%method%time_step
    steps = nint(scene%run%end_time/dt, long)
-   call s%integrator%settle(s%motion, dt, failure)
+   call s%integrator%settle(s%problem, dt, failure)
    do k = 1, int(steps)
-      if (.not. failure%failed()) call s%integrator%advance(s%motion, dt, failure)
+      if (.not. failure%failed()) call s%integrator%advance(s%problem, dt, failure)
       if (failure%failed()) exit
       select type (by => s%integrator)
        class is (static_t)
@@ -67,7 +67,7 @@ contains
       real(dp), parameter :: part = 1e-5_dp      ! of the strain: so little that hardly a point begins to yield between
       type(stiffness_t) :: tangent
       real(dp), allocatable, dimension(:, :) :: u, du, forth, back, found
-      associate (m => s%motion)
+      associate (m => s%problem)
          u = at_random(s)
          du = part*at_random(s)
          call displace(m, u)
@@ -88,7 +88,7 @@ contains
       type(simulation_t), intent(in) :: s
       real(dp), allocatable :: u(:, :)
       integer :: i
-      associate (m => s%motion, all => s%motion%fields%mass_matrix%all)
+      associate (m => s%problem, all => s%problem%fields%mass_matrix%all)
          allocate (u(ndim, m%grid%n_points), source=0.0_dp)
          do i = 1, all%n_nodes
             call random_number(u(:, all%nodes(i)))

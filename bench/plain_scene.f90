@@ -5,7 +5,7 @@ module hampm_plain_scene
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t
    use hampm_critical_step, only: stable_time_step
@@ -49,10 +49,10 @@ contains
    end function soft_body
 
    !> Let a soft body turn and fly: 2.4 % of its particles change their cell in each step.
-   subroutine turn(motion)
-      type(motion_t), intent(inout) :: motion
+   subroutine turn(problem)
+      type(problem_t), intent(inout) :: problem
       integer :: i
-      associate (p => motion%particles, centre => 0.4375_dp*motion%grid%forest%cells(1)*motion%grid%forest%cell)
+      associate (p => problem%particles, centre => 0.4375_dp*problem%grid%forest%cells(1)*problem%grid%forest%cell)
          do i = 1, p%n
             p%velocity(i, :) = p%velocity(i, :) + [3.0_dp, 2.0_dp] &
                                + 300*[centre - p%reference(i, 2), p%reference(i, 1) - centre]
@@ -61,20 +61,20 @@ contains
    end subroutine turn
 
    !> Build a scene and set it into a smooth small motion.
-   subroutine start(scene, motion)
+   subroutine start(scene, problem)
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(out) :: motion
+      type(problem_t), intent(out) :: problem
       type(cracks_t) :: cracks
       type(refinement_t) :: refinement
       type(failure_t) :: failure
-      call assemble(scene, motion, cracks, refinement, failure)
+      call assemble(scene, problem, cracks, refinement, failure)
       if (failure%failed()) error stop 'the benchmark scene cannot be built'
-      motion%particles%velocity = 1.0e-3_dp*sin(200*motion%particles%reference)
+      problem%particles%velocity = 1.0e-3_dp*sin(200*problem%particles%reference)
    end subroutine start
 
    !> A tenth of what a shear wave takes to cross a cell [s].
-   pure real(dp) function time_step(motion)
-      type(motion_t), intent(in) :: motion
-      time_step = stable_time_step(smallest_occupied_cell(motion%grid, motion%blocks), motion%materials, 0.1_dp, 'shear')
+   pure real(dp) function time_step(problem)
+      type(problem_t), intent(in) :: problem
+      time_step = stable_time_step(smallest_occupied_cell(problem%grid, problem%blocks), problem%materials, 0.1_dp, 'shear')
    end function time_step
 end module hampm_plain_scene

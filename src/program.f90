@@ -117,7 +117,7 @@ contains
       else
          call run_and_report(options, simulation, failure)
       end if
-      call simulation%motion%solver%direct%release()   ! what a library in C has allocated is not given back by itself
+      call simulation%problem%solver%direct%release()  ! what a library in C has allocated is not given back by itself
       call simulation%measurements%extrapolation%direct%release()
    end subroutine simulate
 

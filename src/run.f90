@@ -16,7 +16,7 @@ module hampm_run
    use hampm_integrator, only: steps_for
    use hampm_measurements, only: note_initial_energy
    use hampm_mesh_changes, only: adapt, adapt_at_rest, carry_cracks
-   use hampm_motion, only: update_particles
+   use hampm_problem, only: update_particles
    use hampm_recording, only: open_results, next_output, is_due, record, record_end, show_progress
    use hampm_simulation, only: simulation_t
    implicit none
@@ -34,13 +34,13 @@ contains
       type(failure_t), intent(inout) :: failure
       logical :: resumes
       resumes = allocated(s%lengths)
-      call s%interruption%start(s%motion%steps)
+      call s%interruption%start(s%problem%state%steps)
       call open_results(s, folder, failure)
       if (.not. failure%failed()) then
          call s%progress%start(s%scene%run%end_time, quiet)
          call show_progress(s, last=.false.)
          if (.not. resumes) call begin(s, failure)
-         do while (s%motion%time < s%scene%run%end_time .and. .not. failure%failed())
+         do while (s%problem%state%time < s%scene%run%end_time .and. .not. failure%failed())
             call advance_to(s, next_output(s), failure)
             call record(s, failure)
          end do
@@ -64,9 +64,9 @@ contains
          time = min(output%history_interval, s%scene%run%end_time)
          if (output%snapshot_interval > 0) time = min(time, output%snapshot_interval)
       end associate
-      call s%integrator%settle(s%motion, time/steps_for(time, s%longest_step), failure)
+      call s%integrator%settle(s%problem, time/steps_for(time, s%longest_step), failure)
       if (failure%failed()) return
-      call note_initial_energy(s%motion, s%measurements)
+      call note_initial_energy(s%problem, s%measurements)
       call adapt_at_rest(s, failure)
       call start_growth(s, failure)
       call record(s, failure)
@@ -81,16 +81,16 @@ contains
       do while (s%steps_left > 0 .or. .not. is_due(s, time))
          if (s%steps_left == 0) call choose_steps(s, time, failure)
          call look_for_interruption(s, failure)
-         before = s%motion%steps
+         before = s%problem%state%steps
          call prepare_growth(s, failure)
          if (failure%failed()) return
          if (s%growing%is_paced) then
             call advance_in_pace(s, failure)
          else
-            call s%integrator%advance(s%motion, s%dt, failure)
+            call s%integrator%advance(s%problem, s%dt, failure)
          end if
-         if (size(s%scene%cohesive) > 0 .and. .not. failure%failed()) call follow_zones(s%cracks, s%motion)
-         if (s%growing%at_rest) call note_drive(s%growing, s%motion)
+         if (size(s%scene%cohesive) > 0 .and. .not. failure%failed()) call follow_zones(s%cracks, s%problem)
+         if (s%growing%at_rest) call note_drive(s%growing, s%problem)
          call adapt_at_rest(s, failure)
          call follow_growth(s, failure)
          call carry_cracks(s, failure)
@@ -100,8 +100,8 @@ contains
          s%steps_left = s%steps_left - 1
          if (abs(s%longest_step - s%limit) > 0) s%steps_left = 0
       end do
-      call update_particles(s%motion)
-      s%motion%time = time
+      call update_particles(s%problem)
+      s%problem%state%time = time
    end subroutine advance_to
 
    !> Choose number and length of the steps to a time.
@@ -109,9 +109,9 @@ contains
       type(simulation_t), intent(inout) :: s
       real(dp), intent(in) :: time               !! [s]
       type(failure_t), intent(inout) :: failure
-      call check_step(s%motion, s%longest_step, failure)
+      call check_step(s%problem, s%longest_step, failure)
       if (failure%failed()) return
       s%limit = s%longest_step
-      call s%integrator%choose_steps(s%motion, time - s%motion%time, s%limit, s%steps_left, s%dt)
+      call s%integrator%choose_steps(s%problem, time - s%problem%state%time, s%limit, s%steps_left, s%dt)
    end subroutine choose_steps
 end module hampm_run

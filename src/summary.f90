@@ -24,7 +24,7 @@ contains
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text
       text = ''
-      associate (solver => s%motion%solver)
+      associate (solver => s%problem%solver)
          if (solver%solutions == 0) return
          text = 'mass matrix: '//to_text(solver%solutions)//' solutions, '//to_text(solver%iterations)//' iterations'
          if (solver%direct%factorisations == 0) return
@@ -48,12 +48,12 @@ contains
       character(:), allocatable :: text
       real(dp) :: frequency
       text = ''
-      if (s%integrator%is_static .or. .not. all_settle(s%motion%loads)) return
-      call find_lowest_frequency(s%motion, frequency)
+      if (s%integrator%is_static .or. .not. all_settle(s%problem%loads)) return
+      call find_lowest_frequency(s%problem, frequency)
       if (.not. frequency > 0) return
       text = 'for rest        &damping rate = '//three_digits(2*frequency)//' (lowest frequency '// &
              three_digits(frequency/two_pi)//' Hz), &run end_time = '// &
-             three_digits(settling_time(s%motion%loads) + time_to_rest(frequency))//new_line('a')
+             three_digits(settling_time(s%problem%loads) + time_to_rest(frequency))//new_line('a')
    end function rest_proposal
 
    !> What a run of the scene would do, for people.
@@ -62,10 +62,10 @@ contains
       character(:), allocatable :: text
       character(*), parameter :: nl = new_line('a')
       integer :: leaf, k
-      text = 'particles       '//to_text(s%motion%particles%n)//nl// &
-             'cells           '//to_text(s%motion%grid%forest%leaf_count())//', of which occupied '// &
-             to_text(count([(is_occupied(s%motion%grid, s%motion%blocks, leaf), &
-                             leaf=1, s%motion%grid%forest%leaf_count())]))//nl// &
+      text = 'particles       '//to_text(s%problem%particles%n)//nl// &
+             'cells           '//to_text(s%problem%grid%forest%leaf_count())//', of which occupied '// &
+             to_text(count([(is_occupied(s%problem%grid, s%problem%blocks, leaf), &
+                             leaf=1, s%problem%grid%forest%leaf_count())]))//nl// &
              steps_summary(s)
       do k = 1, size(s%measurements%crack)
          text = text//crack_summary(s, s%cracks%tips(k))//growth_summary(s, k)//error_summary(s, k)
@@ -116,7 +116,7 @@ contains
                text = text//', by '//length_text(growth%increment)//' m a load step, at '//to_text(growth%toughness)//' J/m2'
              case ('prescribed')
                text = text//', at '//to_text(growth%speed)//' m/s, '// &
-                      three_digits(growth%speed/rayleigh_speed(s%motion%materials(of%material)))// &
+                      three_digits(growth%speed/rayleigh_speed(s%problem%materials(of%material)))// &
                       ' of that of Rayleigh waves'
              case default
                text = text//', at '//to_text(growth%toughness)//' J/m2'

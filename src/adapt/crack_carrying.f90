@@ -9,10 +9,9 @@ module hampm_crack_carrying
    use hampm_cut_cells, only: line_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_matching, only: adopt_lines
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    use hampm_text, only: to_text
-   use hampm_whereabouts, only: when
    implicit none
    private
    public :: carried_cracks_t, attach_cracks, follow_cracks
@@ -44,7 +43,7 @@ contains
    !> Find the particles on which lines hang, at the start of a run, where lines are carried at all.
    pure subroutine attach_cracks(carried, m, by_nodes)
       type(carried_cracks_t), intent(inout) :: carried
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       logical, intent(in) :: by_nodes            !! whether the nodes where cracks end are to close them
       real(dp), allocatable :: origin(:, :), normal(:, :), nearest(:, :)
       real(dp) :: away(ndim), distance
@@ -89,7 +88,7 @@ contains
    !> present lines, which `moved` tells.
    subroutine follow_cracks(carried, m, moved, failure)
       type(carried_cracks_t), intent(in) :: carried
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       logical, intent(out) :: moved
       type(failure_t), intent(inout) :: failure
       type(line_t), allocatable :: lines(:)
@@ -101,7 +100,7 @@ contains
       call list_points(m%grid%cut_cells%lines, origin, normal)
       call find_places(carried, m%particles, m%grid%cut_cells%slack, origin, normal, place, overlap)
       if (overlap > most_overlap*m%grid%finest_cell) then
-         call failure%report(exit_computation, when(m%steps, m%time)//'the faces of a crack have gone through each other by '// &
+         call failure%report(exit_computation, m%state%when()//'the faces of a crack have gone through each other by '// &
                              to_text(overlap)//' m, more than half of a cell: in the updated frame both would be one body in '// &
                              'the cells beyond. Use &method frame = ''total'', with &crack contact = ''frictionless'' or '// &
                              '''friction'' where faces are to press on each other')

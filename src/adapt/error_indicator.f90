@@ -6,7 +6,7 @@ module hampm_error_indicator
    use hampm_basis, only: shape_functions, inside_cell
    use hampm_cell_values, only: sum_over_particles
    use hampm_material, only: material_t
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_problem, only: problem_t, refresh_grid
    use hampm_particles, only: particles_t
    use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms
    implicit none
@@ -20,7 +20,7 @@ contains
    !> Estimated squared error of each leaf in the energy norm [J], and the squared energy norm of the solution, which is twice
    !> the strain energy [J].
    subroutine estimate_errors(m, squared, norm)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: squared(:)   !! (leaves)
       real(dp), intent(out) :: norm
       real(dp), allocatable :: stress(:, :), error(:)
@@ -59,7 +59,7 @@ contains
 
    !> The squared error of stress at each particle in the energy norm, with its volume [J].
    subroutine errors_at_particles(m, stress, error)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: stress(:, :)               !! of the particles [Pa], (n_stress, particles)
       real(dp), allocatable, intent(out) :: error(:)
       real(dp), allocatable :: nodal(:, :), coefficient(:, :, :), edge(:)
@@ -93,7 +93,7 @@ contains
    !> At a particle of a quadratic cell: the quadratic functions that were recovered at the four corners, with the bilinear functions of these as
    !> weights, which makes one field of them that is continuous (Zienkiewicz & Zhu 1992 take their means at the nodes).
    pure function blended(m, i, coefficient, edge) result(value)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp), intent(in) :: coefficient(:, :, :), edge(:)
       real(dp) :: value(size(coefficient, 2))

@@ -7,7 +7,7 @@ module hampm_gradient_indicator
    use hampm_extrapolation, only: extrapolate_lumped
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_problem, only: problem_t, refresh_grid
    use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms, are_corners, gather_at_corners, spread_from_corners, &
                              sides_of_cell, middle_of_cell
    implicit none
@@ -21,7 +21,7 @@ contains
    !> In quadratic cells the former has the lumped masses of bilinear cells of their size, the latter are recovered by quadratic
    !> functions.
    subroutine nodal_field(m, name, phi)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       character(*), intent(in) :: name
       real(dp), allocatable, intent(out) :: phi(:)  !! (n_points)
       real(dp), allocatable :: value(:)
@@ -60,7 +60,7 @@ contains
    !> Means of a field, weighted by mass and the bilinear functions of quadratic cells, at the corners of these; bilinear between
    !> them.
    subroutine lumped_at_corners(m, value, phi)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: value(:)           !! at the particles
       real(dp), intent(out) :: phi(:)            !! (n_points)
       real(dp) :: mass(m%grid%n_points), n(corners)
@@ -87,7 +87,7 @@ contains
    !> A field that is recovered at the corners of quadratic cells by quadratic functions, whose means are the values at the other
    !> nodes.
    subroutine recovered_at_corners(m, value, phi)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: value(:)           !! at the particles
       real(dp), intent(out) :: phi(:)            !! (n_points)
       real(dp) :: coefficient(n_terms, 1, m%grid%n_nodes), edge(m%grid%n_nodes)
@@ -131,7 +131,7 @@ contains
    !> the body or a cut it is mirrored, which is exact on a symmetry plane. At other edges the energy density, which the lumped
    !> matrix has made flat there, is mirrored too; other fields go on linearly.
    subroutine refinement_parameter(m, name, phi, r)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       character(*), intent(in) :: name           !! of the field
       real(dp), intent(in) :: phi(:)             !! nodal field, (n_points)
       real(dp), allocatable, intent(out) :: r(:) !! [-], (n_points)
@@ -158,7 +158,7 @@ contains
 
    !> Mean of phi on both sides of a node in direction `d`.
    real(dp) function mean_beside(m, mirrored, phi, node, d) result(mean)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       logical, intent(in) :: mirrored            !! at an edge of the body; else linear
       real(dp), intent(in) :: phi(:)
       integer, intent(in) :: node, d
@@ -210,7 +210,7 @@ contains
    !> Value of a nodal field at a place beside a node, and whether the place is in or at the edge of an occupied cell of that node: the mean
    !> by these cells. Others may be on the other side of a crack on which the place is.
    subroutine value_at(m, phi, node, x, value, inside)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: phi(:)
       integer, intent(in) :: node
       real(dp), intent(in) :: x(ndim)

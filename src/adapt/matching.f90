@@ -21,7 +21,7 @@ module hampm_matching
    use hampm_forest, only: forest_t, outside
    use hampm_grid, only: build_grid
    use hampm_load_following, only: follow_split, follow_recombination
-   use hampm_motion, only: motion_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy, &
+   use hampm_problem, only: problem_t, rebuild_on_grid, sort_particles, sort_anew, refresh_grid, stored_energy, &
                            dissipated_energy
    use hampm_nodal_transfer, only: old_mesh_t, leave_mesh, carry_nodes
    use hampm_outline, only: outline_t
@@ -51,7 +51,7 @@ contains
    !> Build the grid of another forest, and make the particles fit it. Fails where the memory does not suffice or a particle has
    !> left the grid.
    subroutine adopt_forest(m, forest, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(forest_t), intent(in) :: forest
       type(failure_t), intent(inout) :: failure
       type(line_t), allocatable :: lines(:)
@@ -65,13 +65,13 @@ contains
       if (m%grid%cut_cells%are_there()) lines = m%grid%cut_cells%lines
       call change_grid(m, forest, lines, failure)
       if (failure%failed()) return
-      m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
+      m%energies%numerical_loss = m%energies%numerical_loss + (energy - total_energy(m))
       call match_particles(m, failure)
    end subroutine adopt_forest
 
    !> Cut the cells of the grid along other lines. Fails as `adopt_forest`.
    subroutine adopt_lines(m, lines, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(line_t), allocatable, intent(in) :: lines(:)
       type(failure_t), intent(inout) :: failure
       type(forest_t) :: forest
@@ -80,13 +80,13 @@ contains
       forest = m%grid%forest
       call change_grid(m, forest, lines, failure)
       if (failure%failed()) return
-      m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
+      m%energies%numerical_loss = m%energies%numerical_loss + (energy - total_energy(m))
       if (.not. are_matched(m)) call match_particles(m, failure)
    end subroutine adopt_lines
 
    !> Build the grid of a forest, cut along lines where there are any, and sort the particles into it.
    subroutine change_grid(m, forest, lines, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(forest_t), intent(in) :: forest
       type(line_t), allocatable, intent(in) :: lines(:)
       type(failure_t), intent(inout) :: failure
@@ -106,7 +106,7 @@ contains
 
    !> Split and recombine until every particle fits its cell. Fails where the memory does not suffice.
    subroutine match_particles(m, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       logical, allocatable :: marked(:)
       logical :: at_lines                        ! whether pieces of cells get other particles, which interface points follow
@@ -128,13 +128,13 @@ contains
          if (failure%failed() .or. families == 0) exit
       end do
       if ((at_lines .or. has_fuller_cells(m)) .and. .not. failure%failed()) call rebuild_on_grid(m, failure)
-      m%numerical_loss = m%numerical_loss + (energy - total_energy(m))
+      m%energies%numerical_loss = m%energies%numerical_loss + (energy - total_energy(m))
    end subroutine match_particles
 
    !> Which particles are coarser than the leaf of a forest in which they stand, or have domains that are much longer. Those that stand on the lines that
    !> quarter a bilinear leaf beside finer ones are split while it is whole: its quarters have other velocity gradients on either side of the line.
    pure function coarser_than(m, forest) result(coarser)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(forest_t), intent(in) :: forest
       logical, allocatable :: coarser(:)
       integer :: i, leaf
@@ -149,7 +149,7 @@ contains
 
    !> Which particles are coarser than they have to be in the leaf in which they stand.
    pure function coarser_than_cell(m) result(coarser)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       logical, allocatable :: coarser(:)
       integer :: i
       coarser = coarser_than(m, m%grid%forest)
@@ -162,7 +162,7 @@ contains
 
    !> Which particles are to be split as cracks run through their middles.
    pure function are_on_cracks(m) result(on)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       logical, allocatable :: on(:)
       integer :: i
       allocate (on(m%particles%n), source=.false.)
@@ -174,7 +174,7 @@ contains
 
    !> Whether a crack runs through the middle of a particle, to which it gives a wrong side.
    pure logical function is_on_crack(m, i)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp) :: x(ndim)
       x = m%particles%reference(i, :)
@@ -184,7 +184,7 @@ contains
    !> Whether particles fit their cells before they are looked at one by one: where no cell is to have more of them than others, and no crack runs
    !> through one.
    pure logical function are_matched(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer :: i
       are_matched = .not. has_fuller_cells(m)
       if (are_matched .and. m%grid%cut_cells%are_there() .and. .not. m%has_domains()) &
@@ -193,7 +193,7 @@ contains
 
    !> Whether some cells are to have more particles than others: quadratic ones that are cut, or bilinear ones beside finer ones.
    pure logical function has_fuller_cells(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer :: i
       if (m%grid%is_quadratic()) then
          has_fuller_cells = m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies)
@@ -204,14 +204,14 @@ contains
 
    !> Whether the cells are quadratic and nothing cuts them, so that their particles have all children.
    pure logical function has_whole_cells(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       has_whole_cells = m%grid%is_quadratic() .and. .not. has_fuller_cells(m)
    end function has_whole_cells
 
    !> Whether particles of a body are odd in number along a cell: then some stand on the lines that quarter it. Domains may reach over these, and of a
    !> body that does not fill its cells exactly the number is no whole one.
    pure logical function is_odd(m, body)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: body
       real(dp), parameter :: rounding = 1e-6_dp
       associate (number => m%grid%forest%cell/m%particles%spacing(:, body))
@@ -222,7 +222,7 @@ contains
    !> How often a particle in the leaf in which it stands is to be split: once for each of its levels, and once more where that is a quadratic one that
    !> is cut, or a bilinear one that is stored as its quarters, for each of which there are to be particles.
    pure integer function level_for(m, i) result(level)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i                   !! particle
       associate (leaf => m%grid%element_leaf(m%particles%cell(i)))
          level = m%grid%forest%level_of(leaf)
@@ -236,7 +236,7 @@ contains
 
    !> How often a particle of a body is to be split in a leaf of a forest that is not cut.
    pure integer function level_in(m, forest, leaf, body) result(level)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf, body
       level = forest%level_of(leaf)
@@ -247,7 +247,7 @@ contains
    !> Which particles are finer than their cell, and neither parted by a crack from the middle of what they came from, nor that on a crack: siblings on
    !> both sides of a crack stay apart.
    pure function finer_than_cell(m) result(finer)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       logical, allocatable :: finer(:)
       real(dp) :: x(ndim), middle(ndim)
       integer :: i
@@ -266,7 +266,7 @@ contains
 
    !> Split the marked particles and sort.
    subroutine split_marked(m, marked, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       logical, intent(in) :: marked(:)
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
@@ -293,7 +293,7 @@ contains
    !> Displace and strain children that stand on the other side of a crack than their parent, or whose parent stood on it, as the nearest other particle on their side; in the mean of those
    !> as near. What remembers how it was strained stays as it is.
    pure subroutine change_sides(m, from, on, first_child)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: from(:, :)         !! where the parents stood [m], (parents, ndim)
       logical, intent(in) :: on(:)               !! whether a crack runs through their middle, on whose other side they are in a mirror image
       integer, intent(in) :: first_child(:)      !! of each, and behind the last
@@ -337,7 +337,7 @@ contains
 
    !> Normals of the cracks that run through the middles of the marked particles, 0 where there is none; (ndim, marked).
    pure function normals_of_cracks(m, marked) result(normal)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       logical, intent(in) :: marked(:)
       real(dp) :: normal(ndim, count(marked))
       integer :: i, k
@@ -354,7 +354,7 @@ contains
 
    !> Recombine the families of which all are marked, and sort.
    subroutine recombine_marked(m, marked, families, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       logical, intent(in) :: marked(:)
       integer, intent(out) :: families
       type(failure_t), intent(inout) :: failure
@@ -376,7 +376,7 @@ contains
 
    !> Velocity gradient at the marked particles [1/s], from the momentum mapped to the grid as it is.
    function velocity_gradients(m, marked) result(gradients)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       logical, intent(in) :: marked(:)
       real(dp), allocatable :: gradients(:, :, :)
       real(dp), allocatable :: velocity(:, :)
@@ -409,7 +409,7 @@ contains
    !> Velocity gradient that fits best the particles of a body on all sides of the cracks that divide a leaf, each side with a mean velocity of its own [1/s].
    !> Those on a crack, as particle `of` is, have no side and do not count: cells have them on one.
    function gradient_beside_crack(m, of) result(gradient)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: of
       real(dp) :: gradient(ndim, ndim)
       real(dp) :: spread_x(ndim, ndim), moment(ndim, ndim)
@@ -442,7 +442,7 @@ contains
 
    !> Twist of the displacement field at the marked particles [1/m], none on a crack.
    function twists(m, marked) result(twist)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       logical, intent(in) :: marked(:)
       real(dp), allocatable :: twist(:, :)
       integer :: i, k
@@ -459,11 +459,11 @@ contains
    !> Kinetic and strain energy of the particles, and that of interface points [J], where it is audited; where nodes keep their velocity the kinetic
    !> energy is theirs, and not asked here.
    real(dp) function total_energy(m) result(energy)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       energy = 0
       if (.not. m%audit) return
       energy = stored_energy(m) + dissipated_energy(m)
-      if (.not. allocated(m%nodal_velocity)) energy = energy + kinetic_energy(m%particles)
+      if (.not. allocated(m%state%velocity)) energy = energy + kinetic_energy(m%particles)
    end function total_energy
 
    !> Twist of the displacement field in an element, its mixed second derivative [1/m], from the particles of a body in the leaf. It

@@ -4,7 +4,7 @@ module hampm_nodal_transfer
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: points_of_quadratic
    use hampm_grid, only: grid_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    implicit none
    private
    public :: old_mesh_t, leave_mesh, carry_nodes
@@ -19,9 +19,9 @@ contains
 
    !> Keep the present mesh, where nodes keep anything.
    subroutine leave_mesh(m, old)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(old_mesh_t), allocatable, intent(out) :: old
-      if (.not. (allocated(m%nodal_displacement) .or. allocated(m%nodal_velocity))) return
+      if (.not. (allocated(m%state%displacement) .or. allocated(m%state%velocity))) return
       allocate (old)
       old%grid = m%grid
       old%cell = m%particles%cell(:m%particles%n)
@@ -30,17 +30,17 @@ contains
    !> Carry what nodes keep to the present mesh, into which the particles have just been sorted.
    subroutine carry_nodes(old, m)
       type(old_mesh_t), intent(inout) :: old
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), allocatable :: kept(:, :)        ! fields, the components of one after those of the other, (components, n_points)
       allocate (kept(0, old%grid%n_points))
-      old%cell(m%sorting%new_place(:size(old%cell))) = old%cell
-      call put(m%nodal_displacement)
-      call put(m%nodal_velocity)
-      call put(m%nodal_acceleration)
+      old%cell(m%cache%sorting%new_place(:size(old%cell))) = old%cell
+      call put(m%state%displacement)
+      call put(m%state%velocity)
+      call put(m%state%acceleration)
       call carry(old, m, kept)
-      call take(m%nodal_acceleration)            ! the last one first
-      call take(m%nodal_velocity)
-      call take(m%nodal_displacement)
+      call take(m%state%acceleration)            ! the last one first
+      call take(m%state%velocity)
+      call take(m%state%displacement)
    contains
       !> Put a field that nodes keep behind the others.
       subroutine put(field)
@@ -70,7 +70,7 @@ contains
    !> which are equally near, the mean), so that both faces of a crack have their own; and the mean of these.
    subroutine carry(old, m, fields)
       type(old_mesh_t), intent(in) :: old
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), allocatable, intent(inout) :: fields(:, :) !! (components, n_points)
       real(dp), parameter :: alike = 1e-9_dp     ! part of a distance by which others are as near
       real(dp), allocatable :: carried(:, :)

@@ -12,7 +12,7 @@ module hampm_quadratic_children
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_forest, only: corner_offset
    use hampm_lapack, only: dposv
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_place_table, only: place_table_t
    use hampm_quadratic_points, only: fewest_points, weights_along
    implicit none
@@ -27,7 +27,7 @@ contains
    !> The values of the children of the marked particles, (values, corners, marked). Of particles that do not fill a cell, as none are
    !> whose cells are divided, the children have what extrapolates them linearly.
    function values_of_children(m, marked) result(values)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       logical, intent(in) :: marked(:)                   !! (particles)
       real(dp), allocatable :: values(:, :, :)
       logical :: fill(count(marked))
@@ -37,7 +37,7 @@ contains
    !> The values of the parents of the marked particles, (values, 1, marked). Those that do not fill the parents' cell yet, as others have to
    !> recombine before, are marked no longer.
    subroutine values_of_parents(m, marked, values)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       logical, intent(inout) :: marked(:)                !! (particles)
       real(dp), allocatable, intent(out) :: values(:, :, :)
       logical :: fill(count(marked))
@@ -49,7 +49,7 @@ contains
 
    !> The values of the children of the marked particles, or of their parents, by the function that fits them best in each cell.
    function values_by_cells(m, marked, levels, fill) result(values)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       logical, intent(in) :: marked(:)                   !! (particles)
       integer, intent(in) :: levels                      !! by which the cells are coarser than those that fit the particles: 0 or 1
       logical, intent(out) :: fill(:)                    !! whether each is one of as many as fill its cell, (marked)
@@ -86,7 +86,7 @@ contains
    !> The cell of the size that fits a particle, or of one coarser by some levels, by its level and its place in a lattice of such cells, as
    !> numbers.
    pure function place_of_cell(m, i, levels) result(place)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i, levels
       integer(long) :: place(ndim)
       associate (p => m%particles)
@@ -97,21 +97,21 @@ contains
 
    !> Size of that cell [m].
    pure real(dp) function size_of_cell(m, i, levels)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i, levels
       size_of_cell = scale(m%grid%forest%cell, levels - m%particles%level(i))
    end function size_of_cell
 
    !> How many particles as one stand along a cell that fits them.
    pure integer function points_along(m, i)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       points_along = nint(m%grid%forest%cell/m%particles%spacing(1, m%particles%body(i)))
    end function points_along
 
    !> The values of the children of the particles of a cell, (values, corners, members), or of their parents, (values, 1, members).
    function values_in_cell(m, members, levels) result(values)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: members(:)
       integer, intent(in) :: levels                      !! by which the cell is coarser than those that fit its particles: 0 or 1
       real(dp) :: values(n_fields + m%particles%columns(), merge(corners, 1, levels == 0), size(members))
@@ -188,7 +188,7 @@ contains
       logical, intent(in) :: marked(:)                   !! the particles that might recombine
       integer, intent(in) :: level(:)                    !! of each then
       integer, intent(in) :: new_number(:)               !! see `recombine`
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer :: i, k
       k = 0
       do i = 1, size(marked)
@@ -203,7 +203,7 @@ contains
       real(dp), intent(in) :: values(:, :, :)            !! (values, corners, marked)
       logical, intent(in) :: marked(:)                   !! the particles that were split
       integer, intent(in) :: first_child(:)              !! see `split`
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer :: i, k, c
       k = 0
       do i = 1, size(marked)
@@ -217,7 +217,7 @@ contains
 
    !> Give a particle values.
    subroutine take_values(m, i, values)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer, intent(in) :: i                           !! particle
       real(dp), intent(in) :: values(:)                  !! as `values_in_cell`
       associate (p => m%particles)

@@ -10,7 +10,7 @@ module hampm_refinement
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
    use hampm_grid, only: grid_t
    use hampm_matching, only: adopt_forest, match_particles, are_matched
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_text, only: to_text
    implicit none
    private
@@ -74,7 +74,7 @@ contains
    !> start, and particles through which a crack runs are split.
    subroutine refine_at_start(r, m, tips, failure)
       type(refinement_t), intent(inout) :: r
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: tips(:, :)         !! places of the crack tips, here and below [m], (ndim, number)
       type(failure_t), intent(inout) :: failure
       logical :: adapted
@@ -87,7 +87,7 @@ contains
 
    !> After a step in which particles have moved to other cells: split and recombine those that no longer fit.
    subroutine follow_particles(m, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       if (.not. m%grid%forest%is_uniform() .or. m%has_domains()) call match_particles(m, failure)
    end subroutine follow_particles
@@ -95,7 +95,7 @@ contains
    !> Look at the indicator and adapt the grid by one level where it asks for it. `adapted` tells whether anything changed.
    subroutine refine(r, m, tips, adapted, failure)
       type(refinement_t), intent(inout) :: r
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: tips(:, :)
       logical, intent(out) :: adapted
       type(failure_t), intent(inout) :: failure
@@ -126,7 +126,7 @@ contains
    !> Whether a leaf may be refined; where only its level stands against it, that is noted.
    logical function may_refine(r, m, leaf) result(may)
       type(refinement_t), intent(inout) :: r
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: leaf
       may = is_occupied(m%grid, m%blocks, leaf) .and. is_in_box(r, m, leaf)
       if (.not. may) return
@@ -137,7 +137,7 @@ contains
    !> Whether the middle of a leaf is in the box.
    pure logical function is_in_box(r, m, leaf)
       type(refinement_t), intent(in) :: r
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: leaf
       associate (x => middle_of(m%grid%forest, leaf))
          is_in_box = all(x >= r%lower .and. x <= r%upper)
@@ -156,7 +156,7 @@ contains
    !> away than what is refined around these by a cell of the next size.
    subroutine mark_around_tips(r, m, tips, change)
       type(refinement_t), intent(inout) :: r
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: tips(:, :)
       integer, intent(inout) :: change(:)
       real(dp), parameter :: rounding = 1e-9_dp  ! of distances, in cells: that of a tip in the middle of one from others is a whole number
@@ -174,7 +174,7 @@ contains
    !> Refine the leaves with a mean R above `r_crit`, and recombine those with one below `r_coarsen`.
    subroutine mark_by_gradient(r, m, change)
       type(refinement_t), intent(inout) :: r
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer, intent(inout) :: change(:)
       real(dp), allocatable :: phi(:), parameter(:)
       real(dp) :: mean, least
@@ -204,7 +204,7 @@ contains
    !> mirror images of each other rounding would choose one.
    subroutine mark_by_error(r, m, change)
       type(refinement_t), intent(inout) :: r
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer, intent(inout) :: change(:)
       real(dp), allocatable :: squared(:)
       logical, allocatable :: open(:)
@@ -244,7 +244,7 @@ contains
    !> What rounding of where particles have moved to, and of strains without stress, makes of a field of the gradient indicator: cells are not to refine by
    !> that, as those of a body that falls freely would.
    pure real(dp) function rounding_of(m, field) result(value)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       character(*), intent(in) :: field
       real(dp), parameter :: rounding = 1e-12_dp ! over many steps
       real(dp) :: strain, speed
@@ -316,7 +316,7 @@ contains
    !> Whether a forest would need more particles than allowed; refinement then ends.
    logical function would_exceed(r, m, forest) result(exceeds)
       type(refinement_t), intent(inout) :: r
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(forest_t), intent(in) :: forest
       real(dp) :: particles
       integer :: i, leaf

@@ -13,7 +13,7 @@
 !> In the total frame the shape functions are always those at the reference positions, H <- H + dt L, and no particle leaves
 !> its cell.
 !>
-!> The schemes USF, USL, USAVG and MUSL are short lists of such passes (`hampm_motion`). Blocks do not share what they
+!> The schemes USF, USL, USAVG and MUSL are short lists of such passes (`hampm_problem`). Blocks do not share what they
 !> write: the result has the same bytes on any number of threads.
 !>
 !> Where the cells of a block have equal numbers of particles, these stand in the arrays as the kernels want them, and blocks

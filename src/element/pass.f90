@@ -1,10 +1,17 @@
-!> What one pass over the particles does (`hampm_particle_pass`): the words in which the schemes are written (`hampm_motion`).
+!> What one pass over the particles does (`hampm_particle_pass`), and the schemes of a step, which are lists of passes.
+!>
+!> The schemes of a step. They differ in when the stress, that is H, is updated:
+!>
+!>   usf    first, with the velocities mapped from the particles at the start;
+!>   usl    last, with the updated nodal velocities: unstable where a node has little mass, so at free edges;
+!>   musl   last, with velocities mapped anew from the updated particles (Sulsky, Zhou & Schreyer 1995);
+!>   usavg  half of it first as in usf and half of it last as in musl (Bardenhagen 2002; Nairn 2003).
 module hampm_pass
    use hampm_kinds, only: dp, name_len
-   use hampm_nodal_fields, only: v_n
+   use hampm_nodal_fields, only: v_n, v_next, v_mapped
    implicit none
    private
-   public :: pass_t, scheme_t
+   public :: pass_t, scheme_t, new_scheme, new_scheme_of_domains
 
    !> What a pass does with each particle, in this order.
    type :: pass_t
@@ -28,4 +35,76 @@ module hampm_pass
       type(pass_t) :: map_at_start               !! what the first node values of a step need
       type(pass_t), allocatable :: passes(:)     !! the step
    end type scheme_t
+
+contains
+
+   !> The scheme of a name: 'usf', 'usl', 'usavg' or 'musl', with the mapping of a mass matrix where there is one. Where the
+   !> particles stay where they are in the grid, masses are mapped only once, and momenta only when velocities have changed.
+   pure function new_scheme(name, has_matrix, particles_stay) result(scheme)
+      character(*), intent(in) :: name
+      logical, intent(in) :: has_matrix, particles_stay
+      type(scheme_t) :: scheme
+      type(pass_t) :: strain_and_map_force, kick_and_map
+      scheme%name = name
+      kick_and_map = pass_t(kick=.true., map_momentum=.true.)
+      strain_and_map_force = pass_t(strain_fraction=1.0_dp, strain_by=v_n, map_force=.true.)
+      scheme%remaps = .false.
+      select case (name)
+      case ('usf')
+         allocate (scheme%passes, source=[strain_and_map_force, pass_t(kick=.true., move=.true., map_momentum=.true.)])
+      case ('usl')
+         scheme%map_at_start%map_force = .true.
+         allocate (scheme%passes, source=[pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next, move=.true., &
+                                                  map_momentum=.true., map_force=.true.)])
+      case ('usavg')
+         scheme%remaps = .true.
+         strain_and_map_force%strain_fraction = 0.5_dp
+         allocate (scheme%passes, source=[strain_and_map_force, kick_and_map, &
+                                          pass_t(strain_fraction=0.5_dp, strain_by=v_mapped, move=.true., &
+                                                  map_momentum=.not. particles_stay)])
+      case default
+         scheme%remaps = .true.
+         scheme%map_at_start%map_force = .true.
+         allocate (scheme%passes, source=[kick_and_map, &
+                                          pass_t(strain_fraction=1.0_dp, strain_by=v_mapped, move=.true., &
+                                                  map_momentum=.not. particles_stay, map_force=.true.)])
+      end select
+      scheme%map_at_start%locate = .true.
+      scheme%map_at_start%map_mass = .true.
+      scheme%map_at_start%map_momentum = .true.
+      scheme%map_at_start%map_matrix = has_matrix
+      associate (last => scheme%passes(size(scheme%passes)))
+         last%map_mass = .not. particles_stay
+         last%map_matrix = has_matrix .and. .not. particles_stay
+      end associate
+   end function new_scheme
+
+   !> The scheme of that name where particles have domains (`hampm_domain_pass`). As the corners that tell the strain move with it,
+   !> stress and positions are always of one time, and usf, usavg and musl are the same leapfrog: they drift, kick and drift by the
+   !> whole and nothing, by halves, or by nothing and the whole of a step. Every step begins with a map,
+   !> and where it has drifted before the kick, velocities are mapped anew to where the forces act.
+   pure function new_scheme_of_domains(name, has_matrix) result(scheme)
+      character(*), intent(in) :: name           !! 'usf', 'usl', 'usavg' or 'musl'
+      logical, intent(in) :: has_matrix
+      type(scheme_t) :: scheme
+      type(pass_t) :: drift_and_map_force, kick_and_map
+      scheme%name = name
+      scheme%remaps = name == 'usavg' .or. name == 'musl'
+      scheme%map_at_start = pass_t(map_mass=.true., map_momentum=.true., map_matrix=has_matrix)
+      scheme%map_at_start%map_force = name == 'usl' .or. name == 'musl'
+      kick_and_map = pass_t(kick=.true., map_momentum=.true.)
+      drift_and_map_force = pass_t(strain_fraction=1.0_dp, strain_by=v_n, map_mass=.true., map_momentum=.true., &
+                                   map_matrix=has_matrix, map_force=.true.)
+      select case (name)
+      case ('usf')
+         allocate (scheme%passes, source=[drift_and_map_force, pass_t(kick=.true.)])
+      case ('usl')
+         allocate (scheme%passes, source=[pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next)])
+      case ('usavg')
+         drift_and_map_force%strain_fraction = 0.5_dp
+         allocate (scheme%passes, source=[drift_and_map_force, kick_and_map, pass_t(strain_fraction=0.5_dp, strain_by=v_mapped)])
+      case default
+         allocate (scheme%passes, source=[kick_and_map, pass_t(strain_fraction=1.0_dp, strain_by=v_mapped)])
+      end select
+   end function new_scheme_of_domains
 end module hampm_pass

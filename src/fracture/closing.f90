@@ -6,7 +6,7 @@ module hampm_closing
    use hampm_crack_tip, only: crack_tip_t, face_nodes, upper, lower
    use hampm_crack_tip_field, only: modes
    use hampm_lapack, only: dposv
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_stiffness, only: stiffness_t
    implicit none
    private
@@ -36,7 +36,7 @@ contains
    !> Find what closes the pairs that are so many cells behind each of some tips, numbered as they are given; `found` tells how many
    !> of them are there, one after the other.
    subroutine new_closing(m, rest, tips, cells, u, closing, found)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: rest
       type(crack_tip_t), intent(in) :: tips(:)
       integer, intent(in) :: cells(:)            !! by tip
@@ -70,7 +70,7 @@ contains
    !> Add the partings of the pair that is so many cells behind a tip, if it is there. Of quadratic cells the pair half a cell nearer to the tip
    !> goes with it: both together close a cell. Faces that press on each other are closed: what they overlap by is that of the layer between them.
    subroutine add_pair(m, tip, cells, place, u, list)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
       integer, intent(in) :: cells, place
       real(dp), intent(in) :: u(:, :)            !! displacement by the loads [m], (ndim, n_points)

@@ -4,7 +4,7 @@ module hampm_cohesive_zone
    use hampm_kinds, only: dp
    use hampm_cracks, only: cracks_t, last_point
    use hampm_interface_points, only: interfaces_t, cohesive
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_text, only: add_line, to_text
    implicit none
    private
@@ -15,7 +15,7 @@ contains
    !> Let the tips of cracks that cohesion holds ahead move on to where that has let go. A last bit of the cut stays ahead of them.
    pure subroutine follow_zones(cracks, m)
       type(cracks_t), intent(inout) :: cracks
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), parameter :: last_bit = 1e-3_dp  ! cells of the lattice of roots
       real(dp) :: parted, left, way
       integer :: k

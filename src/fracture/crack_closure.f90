@@ -14,7 +14,7 @@ module hampm_crack_closure
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
    use hampm_matter, only: matter_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    use hampm_patch, only: patch_t, patch_around, patch_of_face, fitted_displacement, internal_force, patch_mass
    implicit none
@@ -128,8 +128,8 @@ contains
    !>
    !> It is the work over a cell, of tractions ahead of the tip on what the faces have parted as far behind it, over twice its length. On
    !> quadratic cells both are the quadratic functions of three nodes of a side, of which the faces are together at the tip.
-   subroutine stress_closure(motion, factors, tip, p, extrapolation, rate, uncertainty, failure)
-      type(motion_t), intent(in) :: motion
+   subroutine stress_closure(problem, factors, tip, p, extrapolation, rate, uncertainty, failure)
+      type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: factors(:)
       type(crack_tip_t), intent(in) :: tip
       type(particles_t), intent(in) :: p
@@ -139,11 +139,11 @@ contains
       real(dp), allocatable :: u(:, :), displacement(:, :), traction(:, :)
       real(dp) :: opening(modes, 2), closing(modes, 3) ! of the node behind and that half a cell behind; at the tip, half a cell ahead and ahead
       integer :: i
-      associate (grid => motion%grid, matrix => motion%fields%mass_matrix)
+      associate (grid => problem%grid, matrix => problem%fields%mass_matrix)
          allocate (displacement(ndim, grid%n_points), traction(ndim, grid%n_points))
          allocate (u, source=transpose(p%displacement))
          call extrapolate(grid, p, matrix, extrapolation, u, displacement, failure)
-         call extrapolate(grid, p, matrix, extrapolation, tractions(tip, p, motion%materials), traction, failure)
+         call extrapolate(grid, p, matrix, extrapolation, tractions(tip, p, problem%materials), traction, failure)
       end associate
       opening(:, 1) = parted_at(tip%nodes%behind)
       closing(:, 1) = closing_at(tip%nodes%tip)
@@ -203,8 +203,8 @@ contains
    !> Where the faces carry tractions, these are uniform over the cell behind the tip: the face of the cell ahead, when the crack
    !> opens it, brings as much to the tip node, and to that half a cell ahead, as that behind. With it G is that of the same crack without tractions on it that a
    !> uniform stress opens, as superposition has it.
-   subroutine nodal_force_closure(motion, factors, tip, p, extrapolation, rate, uncertainty, failure)
-      type(motion_t), intent(in) :: motion
+   subroutine nodal_force_closure(problem, factors, tip, p, extrapolation, rate, uncertainty, failure)
+      type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: factors(:)
       type(crack_tip_t), intent(in) :: tip
       type(particles_t), intent(in) :: p
@@ -223,7 +223,7 @@ contains
       pure function opening_at(face) result(opening)
          integer, intent(in) :: face(2)
          real(dp) :: opening(modes)
-         opening = crack_opening(tip, face, motion%grid, p, motion%blocks)
+         opening = crack_opening(tip, face, problem%grid, p, problem%blocks)
          if (tip%may_close) opening(1) = max(opening(1), 0.0_dp)
       end function opening_at
 
@@ -232,7 +232,7 @@ contains
          integer, intent(in) :: node
          real(dp), intent(in) :: applied(ndim, 2) !! force from outside on the part of each face [N]
          real(dp) :: force(modes)
-         force = matmul(transmitted_force(tip, node, motion, p, applied), tip%axis(:, [2, 1]))
+         force = matmul(transmitted_force(tip, node, problem, p, applied), tip%axis(:, [2, 1]))
          if (.not. tip%has_layers) force = abs(force)
       end function force_at
 
@@ -243,7 +243,8 @@ contains
          integer :: k
          force = 0
          do k = 1, 2
-            if (nodes(k) > 0) force(:, k) = force_at_node(motion%loads, factors, motion%grid, p, nodes(k), (3 - 2*k)*tip%axis(:, 2))
+            if (nodes(k) > 0) force(:, k) = force_at_node(problem%loads, factors, problem%grid, p, nodes(k), &
+                                                          (3 - 2*k)*tip%axis(:, 2))
          end do
       end function tractions_at
    end subroutine nodal_force_closure
@@ -254,10 +255,10 @@ contains
    !> whatever damping adds in proportion to the mass. On a symmetry plane, where a = 0 in the normal direction, it is the
    !> reaction of the constraint, opposite to the internal force.
    !> What acts on the node from outside is counted with the internal force of its side.
-   pure function transmitted_force(tip, node, motion, p, applied) result(force)
+   pure function transmitted_force(tip, node, problem, p, applied) result(force)
       type(crack_tip_t), intent(in) :: tip
       integer, intent(in) :: node
-      type(motion_t), intent(in) :: motion
+      type(problem_t), intent(in) :: problem
       type(particles_t), intent(in) :: p
       real(dp), intent(in) :: applied(ndim, 2)   !! force from outside on the part of each face [N]
       real(dp) :: force(ndim)
@@ -268,8 +269,8 @@ contains
       mass = 0
       do k = 1, 2
          if (.not. tip%face(k)) cycle
-         call patch_around(motion%grid, p, motion%blocks, node, patch, toward=(3 - 2*k)*tip%axis(:, 2))
-         f(:, k) = internal_force(patch, p, motion%materials) + applied(:, k)
+         call patch_around(problem%grid, p, problem%blocks, node, patch, toward=(3 - 2*k)*tip%axis(:, 2))
+         f(:, k) = internal_force(patch, p, problem%materials) + applied(:, k)
          mass(k) = patch_mass(patch, p)
       end do
       if (tip%is_half()) then

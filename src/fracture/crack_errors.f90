@@ -11,7 +11,7 @@ module hampm_crack_errors
    use hampm_failure, only: failure_t
    use hampm_loads, only: largest_factors
    use hampm_mass_solver, only: mass_solver_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_tip_field, only: tip_field_t, new_tip_field
@@ -27,8 +27,8 @@ contains
 
    !> Before the first step: estimate by which part of their values the chosen estimators are off at each tip, from what they find at rest. Where
    !> material remembers, nothing is known of that.
-   subroutine estimate_errors(motion, cracks, extrapolation, values, failure)
-      type(motion_t), intent(inout) :: motion
+   subroutine estimate_errors(problem, cracks, extrapolation, values, failure)
+      type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
       type(mass_solver_t), intent(inout) :: extrapolation
       type(crack_values_t), intent(inout) :: values(:) !! by tip
@@ -38,32 +38,32 @@ contains
       integer :: k
       if (size(values) == 0) return
       if (size(values(1)%estimates) == 0 .and. .not. allocated(values(1)%j)) return
-      if (any(motion%materials(motion%particles%material(:motion%particles%n))%has_history())) return
+      if (any(problem%materials(problem%particles%material(:problem%particles%n))%has_history())) return
       associate (tips => cracks%tips(:size(values)))
          at_nodes = all(tips%nodes%tip > 0)
-         if (.not. at_nodes) call find_tips_at_rest(motion, tips, at_rest)
+         if (.not. at_nodes) call find_tips_at_rest(problem, tips, at_rest)
          do k = 1, size(values)
             values(k)%errors%cell = tips(k)%nodes%spacing
             values(k)%errors%are_known = .true.
             if (at_nodes) then
-               call estimate_at_node(motion, cracks, k, extrapolation, values(k), failure)
+               call estimate_at_node(problem, cracks, k, extrapolation, values(k), failure)
             else if (at_rest%known) then
-               call estimate_by_shifts(motion, tips, k, at_rest, values(k))
+               call estimate_by_shifts(problem, tips, k, at_rest, values(k))
             else
-               call estimate_by_lengths(motion, cracks, k, values(k))
+               call estimate_by_lengths(problem, cracks, k, values(k))
             end if
          end do
       end associate
    end subroutine estimate_errors
 
    !> Estimate where nothing is known but lengths.
-   subroutine estimate_by_lengths(motion, cracks, number, values)
-      type(motion_t), intent(in) :: motion
+   subroutine estimate_by_lengths(problem, cracks, number, values)
+      type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: number              !! of the tip
       type(crack_values_t), intent(inout) :: values
       integer :: k
-      associate (errors => values%errors, relative => error_by_lengths(motion, cracks%tips(number), &
+      associate (errors => values%errors, relative => error_by_lengths(problem, cracks%tips(number), &
                                                                        other_end(cracks, cracks%tips(number))))
          errors%domain%relative = relative
          errors%j%relative = relative
@@ -75,8 +75,8 @@ contains
    end subroutine estimate_by_lengths
 
    !> Estimate for a tip at a node, by closing the crack behind it.
-   subroutine estimate_at_node(motion, cracks, number, extrapolation, values, failure)
-      type(motion_t), intent(inout) :: motion
+   subroutine estimate_at_node(problem, cracks, number, extrapolation, values, failure)
+      type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: number              !! of the tip
       type(mass_solver_t), intent(inout) :: extrapolation
@@ -88,28 +88,28 @@ contains
       integer :: k
       type(tip_field_t) :: field                 ! an associate name of what a function returns would free its law twice in gfortran 12
       associate (tip => cracks%tips(number), errors => values%errors)
-         call find_crack_at_rest(motion, cracks%tips, number, motion%particles%thickness%at(tip%now), crack)
+         call find_crack_at_rest(problem, cracks%tips, number, problem%particles%thickness%at(tip%now), crack)
          if (.not. crack%known) then
-            call estimate_by_lengths(motion, cracks, number, values)
+            call estimate_by_lengths(problem, cracks, number, values)
             return
          end if
-         call displace(motion, crack%u, p)
+         call displace(problem, crack%u, p)
          found = values
-         call estimate_rates(motion, crack%scale*largest_factors(motion%loads), tip, p, &
-                             resting(motion, crack%acceleration), extrapolation, found, failure)
+         call estimate_rates(problem, crack%scale*largest_factors(problem%loads), tip, p, &
+                             resting(problem, crack%acceleration), extrapolation, found, failure)
          if (failure%failed()) return
          errors%by_mode = .true.
          errors%of_tip = crack%part_of_tip()
-         field = new_tip_field(motion%materials(tip%material), tip%direction)
-         associate (best => crack%best(), doubt => crack%doubt(), own => motion%grid%is_quadratic())
+         field = new_tip_field(problem%materials(tip%material), tip%direction)
+         associate (best => crack%best(), doubt => crack%doubt(), own => problem%grid%is_quadratic())
             do k = 1, size(values%estimates)
                values%estimates(k)%error%relative = relative_errors(found%estimates(k)%rate, best, doubt, own, hardly**2)
             end do
             errors%domain%relative = relative_errors(found%domain, best, doubt, own, hardly**2)
             ! In material whose modes turn into each other both have the relative error of either, unless one of them is small
             errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), doubt/2, own, &
-                                                        merge(hardly, 10*hardly, motion%materials(tip%material)%isotropic))
-            if (.not. motion%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
+                                                        merge(hardly, 10*hardly, problem%materials(tip%material)%isotropic))
+            if (.not. problem%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
             if (allocated(found%j)) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(best)], &
                                                                                 [sum(doubt*best)/sum(best)], own, hardly**2))
          end associate
@@ -120,8 +120,8 @@ contains
    !> fields of the true place find around it; other tips near it are astray too. To this comes what the other cells lack.
    !>
    !> What K changes by as the tip acts at d ahead of where it is sought is d dK/da, less what it changes by as it is sought at d.
-   subroutine estimate_by_shifts(motion, tips, number, at_rest, values)
-      type(motion_t), intent(in) :: motion
+   subroutine estimate_by_shifts(problem, tips, number, at_rest, values)
+      type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tips(:)
       integer, intent(in) :: number              !! of the tip
       type(tips_at_rest_t), intent(in) :: at_rest
@@ -139,7 +139,7 @@ contains
          do t = 1, size(tips)
             distance = norm2(tips(t)%place - tips(number)%place)
             if (count([(norm2(tips(d)%place - tips(number)%place) < distance, d=1, size(tips))]) > most_others) cycle
-            call place_of_tip(motion, tips(t), off_of_j, off_of_k)
+            call place_of_tip(problem, tips(t), off_of_j, off_of_k)
             call find(h*at_rest%moved(:, :, t), no_shift, k_there, j_there)
             call find(-h*at_rest%moved(:, :, t), no_shift, k_here, j_here)
             of_j = of_j + maxval(off_of_j)*abs(j_there - j_here)/2
@@ -156,9 +156,9 @@ contains
             places(:, d) = tips(d)%place
          end do
          associate (moved => at_rest%moved(:, :, number))
-            by_cells = abs(missing_energy(motion, places, tip_zone*h, at_rest%u + h*moved) &
-                           - missing_energy(motion, places, tip_zone*h, at_rest%u - h*moved)) &
-                       /(2*h*motion%particles%thickness%at(tips(number)%now))
+            by_cells = abs(missing_energy(problem, places, tip_zone*h, at_rest%u + h*moved) &
+                           - missing_energy(problem, places, tip_zone*h, at_rest%u - h*moved)) &
+                       /(2*h*problem%particles%thickness%at(tips(number)%now))
             if (tips(number)%is_half()) by_cells = 2*by_cells
          end associate
       end associate
@@ -186,20 +186,20 @@ contains
          tip = tips(number)
          tip%may_close = .false.
          tip%radii = [max(min(minval(tip%radii), maxval(tip%radii)/2), min(2*tip%nodes%spacing, maxval(tip%radii)))]
-         call displace(motion, at_rest%u + u, p)
+         call displace(problem, at_rest%u + u, p)
          allocate (found%j(1))
-         call measure_domain(motion, at_rest%scale*largest_factors(motion%loads), tip, p, &
-                             resting(motion, at_rest%acceleration), found, shift)
+         call measure_domain(problem, at_rest%scale*largest_factors(problem%loads), tip, p, &
+                             resting(problem, at_rest%acceleration), found, shift)
          k = found%intensity
          j = found%j(1)
       end subroutine find
    end subroutine estimate_by_shifts
 
    !> The nodes of a motion that rests but for its motion as a whole, without weight.
-   pure type(nodal_state_t) function resting(motion, acceleration) result(state)
-      type(motion_t), intent(in) :: motion
+   pure type(nodal_state_t) function resting(problem, acceleration) result(state)
+      type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
-      allocate (state%velocity(ndim, motion%grid%n_points), source=0.0_dp)
+      allocate (state%velocity(ndim, problem%grid%n_points), source=0.0_dp)
       allocate (state%divergence, source=acceleration)
    end function resting
 

@@ -14,7 +14,7 @@ module hampm_crack_measurements
    use hampm_loads, only: factors_at
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_tip_field, only: tip_field_t, new_tip_field
    use hampm_tip_measurements, only: estimate_rates, error_of_rate, of_any_sign
@@ -26,8 +26,8 @@ contains
 
    !> Measure, and find the energy release rate of both modes together, by the best of the chosen estimators [J/m2]; not allocated where none
    !> is chosen. Fails where the nodal equations cannot be solved.
-   subroutine measure_crack(motion, cracks, number, state, extrapolation, values, g, failure)
-      type(motion_t), intent(inout) :: motion
+   subroutine measure_crack(problem, cracks, number, state, extrapolation, values, g, failure)
+      type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: number              !! of the tip
       type(nodal_state_t), intent(in) :: state   !! where there is a domain integral
@@ -39,22 +39,22 @@ contains
       real(dp) :: at_node(modes)                 ! opening of the nodes behind the tip [m]
       type(best_t) :: best
       type(tip_field_t) :: field
-      associate (p => motion%particles, grid => motion%grid, tip => cracks%tips(number))
-         call estimate_rates(motion, factors_at(motion%loads, motion%time), tip, p, state, extrapolation, values, failure)
+      associate (p => problem%particles, grid => problem%grid, tip => cracks%tips(number))
+         call estimate_rates(problem, factors_at(problem%loads, problem%state%time), tip, p, state, extrapolation, values, failure)
          associate (behind => tip%now - tip%nodes%spacing*tip%direction, &
                     mouth => grid%cut_cells%follow(cracks%crack(tip%crack)%mouth))
             if (tip%nodes%tip == 0 .or. tip%may_close) &
-               values%behind = path_opening(tip, behind, -tip%direction, motion%matter_t, motion%interfaces)
+               values%behind = path_opening(tip, behind, -tip%direction, problem%matter_t, problem%interfaces)
             if (tip%nodes%tip > 0) then
-               at_node = crack_opening(tip, tip%nodes%behind, grid, p, motion%blocks)
+               at_node = crack_opening(tip, tip%nodes%behind, grid, p, problem%blocks)
                if (tip%may_close .and. values%behind(1) < 0) at_node(1) = values%behind(1)
                values%behind = at_node
             end if
-            values%mouth = path_opening(tip, mouth, middle, motion%matter_t, motion%interfaces)
+            values%mouth = path_opening(tip, mouth, middle, problem%matter_t, problem%interfaces)
          end associate
-         field = new_tip_field(motion%materials(tip%material), tip%direction)
+         field = new_tip_field(problem%materials(tip%material), tip%direction)
          call follow_values(tip, field, values)
-         best = values%best(tip, motion%materials(tip%material)%isotropic)
+         best = values%best(tip, problem%materials(tip%material)%isotropic)
          if (best%estimator /= '') g = best%rate
       end associate
    end subroutine measure_crack

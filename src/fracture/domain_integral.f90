@@ -11,7 +11,7 @@ module hampm_domain_integral
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
    use hampm_material, only: material_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_node_list, only: node_list_t
    use hampm_particles, only: particles_t
@@ -98,9 +98,9 @@ contains
    !>
    !> The terms (rho v**2/2) q,1 + rho v_i v_i,1 q of Nakamura, Shih & Freund are the derivative of rho v**2 q/2 along the crack: as long as
    !> its tip rests their integral is 0, and what the sums leave of it is an error, in a body that flies one larger than J. They are left out.
-   subroutine domain_integrals(unturned, motion, factors, p, state, closed, j, k, k_doubt)
+   subroutine domain_integrals(unturned, problem, factors, p, state, closed, j, k, k_doubt)
       type(tip_domain_t), intent(in) :: unturned !! `turn` is found here
-      type(motion_t), intent(in) :: motion       !! its loads at their places in the grid; those that reach into a disc are on the
+      type(problem_t), intent(in) :: problem     !! its loads at their places in the grid; those that reach into a disc are on the
                                                  !! faces
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
       type(particles_t), intent(in) :: p         !! that stand where those of the motion do
@@ -112,14 +112,14 @@ contains
       real(dp), allocatable :: q(:, :)
       real(dp) :: by_closed(modes, size(unturned%radius))
       integer, allocatable :: elements(:)
-      real(dp) :: at_corner(size(unturned%radius), motion%grid%n_functions), c(ndim), q_here(size(unturned%radius)), &
+      real(dp) :: at_corner(size(unturned%radius), problem%grid%n_functions), c(ndim), q_here(size(unturned%radius)), &
                   dq(size(unturned%radius), ndim)         ! the weight of a particle, and its gradient, by radius
       type(sample_t) :: s
       type(tip_domain_t) :: domain
       integer :: n, i, n_functions
       domain = unturned
       domain%field = new_tip_field(domain%material, domain%direction)
-      associate (grid => motion%grid, blocks => motion%blocks)
+      associate (grid => problem%grid, blocks => problem%blocks)
          call weight_nodes(domain, grid, q)
          n_functions = grid%n_functions
          elements = blocks%occupied(:blocks%n_occupied)  ! with q above 0; bodies that meet the cracked one are not part of it
@@ -134,7 +134,7 @@ contains
             associate (e => elements(n))
                at_corner = q(:, grid%support_of(e))
                do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  call take_sample(domain, grid, p, i, motion%materials(p%material(i)), state, c, s)
+                  call take_sample(domain, grid, p, i, problem%materials(p%material(i)), state, c, s)
                   q_here = matmul(at_corner, s%shape(:n_functions))
                   dq = matmul(at_corner, s%gradient(:n_functions, :))
                   call add_to_j(s, domain, q_here, dq, j)
@@ -142,10 +142,10 @@ contains
                end do
             end associate
          end do
-         call add_faces_on_interfaces(domain, motion%interfaces, closed, p%total_frame, q, j, k, by_closed, k_doubt)
-         do n = 1, size(motion%loads)
-            if (motion%loads(n)%by_mass .or. motion%loads(n)%line > 0) cycle
-            call add_loaded_faces(domain, grid, p, blocks, motion%loads(n), factors(n), q, c, j, k)
+         call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, q, j, k, by_closed, k_doubt)
+         do n = 1, size(problem%loads)
+            if (problem%loads(n)%by_mass .or. problem%loads(n)%line > 0) cycle
+            call add_loaded_faces(domain, grid, p, blocks, problem%loads(n), factors(n), q, c, j, k)
          end do
       end associate
       j = (j + closed%work_at_tip())/domain%thickness

@@ -9,7 +9,7 @@ module hampm_estimator
    use hampm_estimated_errors, only: error_t
    use hampm_failure, only: failure_t
    use hampm_mass_solver, only: mass_solver_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    implicit none
    private
@@ -39,9 +39,9 @@ module hampm_estimator
 
    abstract interface
       !> Find G of each mode, of the whole crack also in a half model. Fails where it cannot be found.
-      subroutine find_rates(motion, factors, tip, p, extrapolation, rate, uncertainty, failure)
-         import :: motion_t, dp, crack_tip_t, particles_t, mass_solver_t, failure_t, modes
-         type(motion_t), intent(in) :: motion    !! its loads at their places in the grid
+      subroutine find_rates(problem, factors, tip, p, extrapolation, rate, uncertainty, failure)
+         import :: problem_t, dp, crack_tip_t, particles_t, mass_solver_t, failure_t, modes
+         type(problem_t), intent(in) :: problem  !! its loads at their places in the grid
          real(dp), intent(in) :: factors(:)      !! of the loads [-]
          type(crack_tip_t), intent(in) :: tip
          type(particles_t), intent(in) :: p      !! that are where those of the motion are

@@ -24,7 +24,7 @@ module hampm_expected_error
    use hampm_interface_points, only: interfaces_t, contact, overlap_of
    use hampm_jumps, only: jump_of
    use hampm_material, only: material_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    use hampm_quadratic_setback, only: setback_of_quadratic
    use hampm_recovery, only: recover
@@ -118,7 +118,7 @@ contains
    !> Relative error of G where nothing is known but lengths [-]: of tips that are by the shortness too far back, with G as (a**2)
    !> of a beam of length a and as (b**-3) of a ligament b that is bent, whichever way the loads are.
    pure real(dp) function error_by_lengths(m, tip, mouth) result(relative)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(in) :: mouth(ndim)        !! of the crack [m]
       real(dp) :: a, b
@@ -139,7 +139,7 @@ contains
    !> Find one of all tips, which are at nodes, at rest. `known` is false where its crack has less than two nodes behind the tip,
    !> where nothing opens it, and where there are too many unknowns.
    subroutine find_crack_at_rest(m, all_tips, number, thickness, crack)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(crack_tip_t), intent(in) :: all_tips(:)
       integer, intent(in) :: number              !! of the tip
       real(dp), intent(in) :: thickness          !! [m]
@@ -183,7 +183,7 @@ contains
    !> Solve for rest under all loads, scaled to small gradients, of material that nothing holds beside its motion as a whole; `done` is false where
    !> they all act on what is held or do no more than that. Faces in contact are free where they part, with friction they hold where they do not.
    subroutine come_to_rest(m, rest, free, u, acceleration, scale, done)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: rest
       type(free_motions_t), intent(out) :: free
       real(dp), allocatable, intent(inout) :: u(:, :)
@@ -251,7 +251,7 @@ contains
 
    !> Add the forces of the strains without stress, as the material has them where it is not displaced.
    pure subroutine add_eigenstrains(m, force)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(inout) :: force(:, :)     !! [N], (ndim, n_points)
       integer :: i
       associate (p => m%particles)
@@ -268,7 +268,7 @@ contains
 
    !> Scale a displacement to small gradients: only ratios are asked for, and laws and positions are to be those of small strain.
    subroutine make_small(m, u, scale)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(inout) :: u(:, :)         !! [m], (ndim, n_points)
       real(dp), intent(out) :: scale             !! by which that is multiplied [-]
       real(dp), parameter :: small = 1.0e-7_dp
@@ -285,7 +285,7 @@ contains
 
    !> Cells by which the crack of the cells is too short, by mode [-]. Of quadratic cells it is the setback of K.
    pure function shortness_of(m, tip) result(shortness)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
       real(dp) :: shortness(modes)
       shortness = setback_of_quadratic(m, tip)
@@ -300,7 +300,7 @@ contains
    !> How far from its place a tip may act, by mode [cells]: at a node behind it, by the shortness, which is known to a part; inside a cell anywhere
    !> within so far.
    pure subroutine place_of_tip(m, tip, of_j, of_k)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(out) :: of_j(modes), of_k(modes) !! as J and as K tell
       of_j = (1 + uncertainty)*shortness_of(m, tip)
@@ -359,7 +359,7 @@ contains
    !> what that changes by as the first pair is closed. The tip's surroundings, which look alike before and after, go with it; of quadratic
    !> cells those of other tips, too, which the shortness accounts for. The modes share it as they share G.
    subroutine find_far_error(m, tips, closing, to_g, crack)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tips(:)
       type(closing_t), intent(in) :: closing
       real(dp), intent(in) :: to_g
@@ -386,7 +386,7 @@ contains
 
    !> Energy that the particles store with a displacement of the points [J].
    pure real(dp) function strain_energy(m, u) result(energy)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       integer :: i
       energy = 0
@@ -404,7 +404,7 @@ contains
    !> norm, where e is the difference of the recovered stress from that of the cells (Zienkiewicz & Zhu 1992), less what the
    !> particles miss of the energy of the cells' own field, which makes these softer. Those of quadratic cells miss next to nothing.
    real(dp) function missing_energy(m, places, radius, u) result(missing)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: places(:, :), radius !! around which cells do not count, and how far [m]
       real(dp), intent(in) :: u(:, :)            !! displacement of the points [m], (ndim, n_points)
       real(dp), allocatable :: stress(:, :), nodal(:, :), squared(:)
@@ -439,7 +439,7 @@ contains
 
    !> The same of an element that is full of material; of others nothing is known [J].
    pure real(dp) function missing_in_element(m, e, u, recovered) result(missing)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: e
       real(dp), intent(in) :: u(ndim, corners)           !! [m]
       real(dp), intent(in) :: recovered(:, :)            !! stress at its nodes [Pa], (components, corners)
@@ -493,7 +493,7 @@ contains
 
    !> Particles as they are where their points have a displacement.
    pure subroutine displace(m, u, p)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       type(particles_t), intent(out) :: p
       integer :: i
@@ -508,7 +508,7 @@ contains
 
    !> Gradient at a particle of a displacement of the points [-].
    pure function gradient_of(m, u, i) result(gradient)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       integer, intent(in) :: i
       real(dp) :: gradient(ndim, ndim)
@@ -517,7 +517,7 @@ contains
 
    !> Find the tips at rest; `known` is false where nothing loads them and where there are too many unknowns.
    subroutine find_tips_at_rest(m, tips, at_rest)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(crack_tip_t), intent(in) :: tips(:)   !! all with radii
       type(tips_at_rest_t), intent(out) :: at_rest
       type(stiffness_t) :: rest
@@ -542,7 +542,7 @@ contains
 
    !> The forces -K' u of a tip [N/m], of the displacement beside the one that a strain without stress makes. Faces under pressure are free in the state to which the uniform stress p I is added.
    subroutine find_force(m, u, tip, pressure, force)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(in) :: pressure           !! on its faces [Pa]

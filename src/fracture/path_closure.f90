@@ -24,7 +24,7 @@ module hampm_path_closure
    use hampm_lapack, only: dposv
    use hampm_mass_solver, only: mass_solver_t
    use hampm_material, only: material_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity
    use hampm_text, only: to_text
@@ -53,8 +53,8 @@ module hampm_path_closure
 contains
 
    !> G of each mode, uncertain by what tractions and openings differ by. Fails where too few particles are ahead of the tip or behind it.
-   subroutine path_closure(motion, factors, tip, p, extrapolation, rate, uncertainty, failure)
-      type(motion_t), intent(in) :: motion
+   subroutine path_closure(problem, factors, tip, p, extrapolation, rate, uncertainty, failure)
+      type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: factors(:)
       type(crack_tip_t), intent(in) :: tip
       type(particles_t), intent(in) :: p
@@ -67,10 +67,10 @@ contains
       integer :: i, side
       outer = min(farthest*tip%nodes%spacing, (1 + 1e-6_dp)*maxval(tip%radii))
       inner = min(nearest*tip%nodes%spacing, outer/4)
-      turn = rotation(tip, p, motion%materials, outer)
+      turn = rotation(tip, p, problem%materials, outer)
       ahead%n = modes*size(of_traction)
       behind%n = modes*size(of_opening) + ndim
-      associate (h => tip%nodes%spacing, materials => motion%materials, material => motion%materials(tip%material))
+      associate (h => tip%nodes%spacing, materials => problem%materials, material => problem%materials(tip%material))
          do i = 1, p%n
             if (maxval(abs(p%reference(i, :) - tip%place)) > outer) cycle
             x = matmul(p%reference(i, :) - tip%place, tip%axis)

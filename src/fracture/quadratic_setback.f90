@@ -4,7 +4,7 @@ module hampm_quadratic_setback
    use hampm_kinds, only: dp
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_quadratic_points, only: fewest_points
    implicit none
    private
@@ -19,7 +19,7 @@ contains
 
    !> The setback in each mode [cells]; 0 where cells are bilinear.
    pure function setback_of_quadratic(m, tip) result(setback)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
       real(dp) :: setback(modes)
       real(dp) :: x
@@ -36,7 +36,7 @@ contains
 
    !> How many particles the cells at a node have in each direction.
    pure integer function points_at(m, node) result(n)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: node
       integer, allocatable :: around(:)
       integer :: k

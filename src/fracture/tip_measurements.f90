@@ -10,7 +10,7 @@ module hampm_tip_measurements
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads
    use hampm_mass_solver, only: mass_solver_t
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_problem, only: problem_t, refresh_grid
    use hampm_moving_tip, only: energy_factors
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
@@ -23,8 +23,8 @@ module hampm_tip_measurements
 contains
 
    !> The chosen energy release rates and stress intensity factors, of some particles that stand where those of the motion do.
-   subroutine estimate_rates(motion, factors, tip, p, state, extrapolation, values, failure)
-      type(motion_t), intent(inout) :: motion
+   subroutine estimate_rates(problem, factors, tip, p, state, extrapolation, values, failure)
+      type(problem_t), intent(inout) :: problem
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
       type(crack_tip_t), intent(in) :: tip
       type(particles_t), intent(in) :: p
@@ -33,24 +33,24 @@ contains
       type(crack_values_t), intent(inout) :: values
       type(failure_t), intent(inout) :: failure
       integer :: k
-      call place_loads(motion%loads, motion%grid, p)
+      call place_loads(problem%loads, problem%grid, p)
       values%has_left_node = tip%nodes%tip == 0 .and. any(values%estimates%by%needs_nodes)
       do k = 1, size(values%estimates)
          associate (of => values%estimates(k), by => values%estimates(k)%by)
-            if (by%needs_mass) call refresh_grid(motion)
+            if (by%needs_mass) call refresh_grid(problem)
             if (.not. (by%needs_nodes .and. values%has_left_node)) &
-               call by%find(motion, factors, tip, p, extrapolation, of%rate, of%uncertainty, failure)
+               call by%find(problem, factors, tip, p, extrapolation, of%rate, of%uncertainty, failure)
          end associate
       end do
-      if (allocated(values%j)) call measure_domain(motion, factors, tip, p, state, values)
+      if (allocated(values%j)) call measure_domain(problem, factors, tip, p, state, values)
    end subroutine estimate_rates
 
    !> Measure what the domain integrals give: J of each domain, and means over them.
    !>
    !> How far behind its node a tip acts depends on the anisotropy of the material: there K has the ratio of modes by the
    !> interaction integrals, and its size by J, which sees no origin.
-   subroutine measure_domain(motion, factors, tip, p, state, values, shift)
-      type(motion_t), intent(in) :: motion
+   subroutine measure_domain(problem, factors, tip, p, state, values, shift)
+      type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
       type(crack_tip_t), intent(in) :: tip
       type(particles_t), intent(in) :: p
@@ -67,19 +67,19 @@ contains
       if (present(shift)) domain%is_beside = any(abs(shift) > 0)
       domain%direction = tip%axis(:, 1)
       domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
-      domain%quadratic = motion%grid%is_quadratic()
-      domain%setback = setback_of_quadratic(motion, tip)
+      domain%quadratic = problem%grid%is_quadratic()
+      domain%setback = setback_of_quadratic(problem, tip)
       domain%face_of_line = side_of_ties(tip%direction)
       domain%half = tip%is_half()
       domain%has_zone = tip%has_zone
       domain%thickness = p%thickness%at(tip%now)
       domain%is_ring = p%thickness%is_ring
-      domain%material = motion%materials(tip%material)
+      domain%material = problem%materials(tip%material)
       domain%radius = tip%radii
       ! A pressure on such faces is a load for each direction along the axes
-      domain%pressure = sum(factors*motion%loads%pressure, mask=motion%loads%line == tip%crack)/(2*ndim)
-      if (tip%may_close) closed = look_behind_tip(motion%interfaces, tip%now, tip%direction, tip%nodes%spacing)
-      call domain_integrals(domain, motion, factors, p, state, closed, values%j, k, k_doubt)
+      domain%pressure = sum(factors*problem%loads%pressure, mask=problem%loads%line == tip%crack)/(2*ndim)
+      if (tip%may_close) closed = look_behind_tip(problem%interfaces, tip%now, tip%direction, tip%nodes%spacing)
+      call domain_integrals(domain, problem, factors, p, state, closed, values%j, k, k_doubt)
       field = new_tip_field(domain%material, domain%direction)
       if (domain%cell > 0 .and. .not. domain%material%isotropic) then
          do i = 1, size(values%j)

@@ -9,7 +9,7 @@ module hampm_growth_at_rest
    use hampm_growing, only: growing_t, fitting, part_of_crack
    use hampm_growth_room, only: follow_in_scene, room_for, why_no_room
    use hampm_kinks, only: kink_angle, is_opened, slope_of_mixity
-   use hampm_motion, only: motion_t, stored_energy
+   use hampm_problem, only: problem_t, stored_energy
    use hampm_path_placement, only: path_radius
    use hampm_scene, only: scene_t
    use hampm_symmetric_turns, only: symmetric_turns_t, begin_turns
@@ -252,7 +252,7 @@ contains
    !> Note by what the loads have changed since tips have advanced by their own history: where all change alike, by the root of what is stored.
    subroutine note_drive(growing, m)
       type(growing_t), intent(inout) :: growing
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       growing%drive = 0                          ! where there was no load before, tips that advanced have freed nothing
       if (growing%stored_grown > 0) growing%drive = sqrt(stored_energy(m)/growing%stored_grown)
    end subroutine note_drive
@@ -260,8 +260,8 @@ contains
    !> The energy that tips which have advanced at constant drive have freed in a load step so far [J].
    real(dp) function freed(growing, m)
       type(growing_t), intent(in) :: growing
-      type(motion_t), intent(in) :: m
-      freed = (m%external_work - growing%work) - (stored_energy(m) - growing%stored)
+      type(problem_t), intent(in) :: m
+      freed = (m%energies%external_work - growing%work) - (stored_energy(m) - growing%stored)
    end function freed
 
    !> Before all that drives the material is multiplied by a factor: correct the work that it does in a load step. Tips have advanced at
@@ -273,15 +273,15 @@ contains
       real(dp), intent(in) :: factor             !! since the tips have advanced, of all times that loads are scaled together
       real(dp), intent(in) :: by_advance         !! `freed` before the first of these [J]
       real(dp), intent(inout) :: change          !! of the drive, for which the work is corrected; 1 at first
-      type(motion_t), intent(inout) :: m
-      m%external_work = m%external_work + (growing%drive*factor - change)*by_advance
+      type(problem_t), intent(inout) :: m
+      m%energies%external_work = m%energies%external_work + (growing%drive*factor - change)*by_advance
       change = growing%drive*factor
    end subroutine correct_work
 
    !> Scale all loads and prescribed motions.
    pure subroutine scale_loads(growing, m)
       type(growing_t), intent(in) :: growing
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer :: k
       do k = 1, size(m%loads)
          m%loads(k)%history%scale = growing%load_factor
@@ -295,19 +295,19 @@ contains
       type(scene_t), intent(in) :: scene
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp) :: rate, taken, middle(ndim)
       integer :: k
       do k = 1, size(values)
          rate = best_rate(values(k), cracks%tips(k))
          middle = cracks%tips(k)%now - growing%advance(k)/2*cracks%tips(k)%direction
          taken = part_of_crack(cracks%tips(k))*scene%run%thickness%at(middle)*growing%advance(k)*(growing%rate(k) + rate)/2
-         m%fracture_energy = m%fracture_energy + taken
-         if (m%audit) m%numerical_loss = m%numerical_loss - taken
+         m%energies%fracture_energy = m%energies%fracture_energy + taken
+         if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken
          growing%rate(k) = rate
       end do
       growing%advance = 0
-      growing%work = m%external_work
+      growing%work = m%energies%external_work
       growing%stored = stored_energy(m)
    end subroutine book_fracture
 end module hampm_growth_at_rest

@@ -14,7 +14,7 @@ module hampm_growth_in_motion
    use hampm_growth_room, only: follow_in_scene, room_for, why_no_room
    use hampm_kinks, only: kink_angle, hoop_intensity, is_opened
    use hampm_crack_groups, only: growth_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_scene, only: scene_t
    use hampm_text, only: to_text, three_digits
@@ -51,7 +51,7 @@ contains
    subroutine plan_ways(growing, scene, m, cracks, dt, have_planned, said)
       type(growing_t), intent(inout) :: growing
       type(scene_t), intent(inout) :: scene      !! its paths follow the cracks
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(cracks_t), intent(inout) :: cracks
       real(dp), intent(in) :: dt                 !! of the step [s]
       logical, intent(out) :: have_planned
@@ -60,7 +60,7 @@ contains
       integer :: k, law
       have_planned = .false.
       do k = 1, size(cracks%tips)
-         law = growing%law_at(scene, cracks, k, m%time, dt)
+         law = growing%law_at(scene, cracks, k, m%state%time, dt)
          if (law == 0 .or. growing%has_no_room(k)) cycle
          associate (of => scene%growth(law), tip => cracks%tips(k))
             if (of%turns() .and. growing%law(k) /= law .and. growing%law(k) > 0) call cracks%forget_way(k)
@@ -73,7 +73,7 @@ contains
                   if (foremost_released(m%interfaces, k) < tip%grown + cracks%crack(tip%crack)%bonded(tip%end) &
                       - growing%reserve(k)) cycle
                end if
-            else if (growing%given_way(scene, cracks, k, m%time, dt) <= cracks%crack(tip%crack)%bonded(tip%end)) then
+            else if (growing%given_way(scene, cracks, k, m%state%time, dt) <= cracks%crack(tip%crack)%bonded(tip%end)) then
                cycle
             end if
             call plan(growing, scene, m, cracks, k, of, is_planned, said)
@@ -86,7 +86,7 @@ contains
    subroutine plan(growing, scene, m, cracks, k, of, is_planned, said)
       type(growing_t), intent(inout) :: growing
       type(scene_t), intent(inout) :: scene
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(cracks_t), intent(inout) :: cracks
       integer, intent(in) :: k
       type(growth_t), intent(in) :: of
@@ -211,14 +211,14 @@ contains
    subroutine move_tips(growing, scene, m, cracks, time, dt, said)
       type(growing_t), intent(inout) :: growing
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(cracks_t), intent(inout) :: cracks
       real(dp), intent(in) :: time               !! at its start [s]
       real(dp), intent(in) :: dt                 !! its length [s]
       character(:), allocatable, intent(inout) :: said
       real(dp) :: way, taken, most(size(cracks%tips)), before
       integer :: k, law
-      before = interface_energy(m%interfaces) + m%fracture_energy
+      before = interface_energy(m%interfaces) + m%energies%fracture_energy
       most = most_ways(growing, scene, cracks, time, dt)
       do k = 1, size(cracks%tips)
          law = growing%law_at(scene, cracks, k, time, dt)
@@ -237,7 +237,7 @@ contains
             else if (growing%is_running(k)) then
                call move_by_toughness(growing, of, m, cracks, k, dt, most(k), taken, said)
             end if
-            m%fracture_energy = m%fracture_energy + taken
+            m%energies%fracture_energy = m%energies%fracture_energy + taken
          end associate
       end do
       do k = 1, size(cracks%tips)
@@ -251,7 +251,8 @@ contains
             end if
          end associate
       end do
-      if (m%audit) m%numerical_loss = m%numerical_loss - (interface_energy(m%interfaces) + m%fracture_energy - before)
+      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - &
+         (interface_energy(m%interfaces) + m%energies%fracture_energy - before)
    end subroutine move_tips
 
    !> How far each tip may move in a step [m]: as far as its way is planned. What is left of the max_length of a crack its tips share in proportion
@@ -289,7 +290,7 @@ contains
    subroutine move_by_toughness(growing, of, m, cracks, k, dt, most, taken, said)
       type(growing_t), intent(inout) :: growing
       type(growth_t), intent(in) :: of
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(cracks_t), intent(inout) :: cracks
       integer, intent(in) :: k                   !! number of the tip
       real(dp), intent(in) :: dt                 !! [s]
@@ -353,7 +354,7 @@ contains
    !> Let a tip move by the way that is tried (`hampm_growth_pace`); bonds let go behind it as by a given speed.
    subroutine try_way(growing, m, cracks, k, dt, most, taken)
       type(growing_t), intent(inout) :: growing
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(cracks_t), intent(inout) :: cracks
       integer, intent(in) :: k                   !! number of the tip
       real(dp), intent(in) :: dt                 !! [s]
@@ -395,14 +396,14 @@ contains
    logical function has_to_look(growing, scene, m, cracks)
       type(growing_t), intent(in) :: growing
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(cracks_t), intent(in) :: cracks
       integer :: k, law
       has_to_look = .false.
       if (growing%is_paced) return               ! they are looked at after each step
-      if (mod(m%steps, int(steps_between_looks, kind(m%steps))) /= 0) return
+      if (mod(m%state%steps, int(steps_between_looks, kind(m%state%steps))) /= 0) return
       do k = 1, size(cracks%tips)
-         law = growing%law_at(scene, cracks, k, m%time)
+         law = growing%law_at(scene, cracks, k, m%state%time)
          if (law == 0) cycle
          associate (of => scene%growth(law))
             if (of%law == 'toughness' .and. .not. growing%is_running(k)) has_to_look = .true.
@@ -432,13 +433,13 @@ contains
    subroutine start_tips(growing, scene, m, cracks, values)
       type(growing_t), intent(inout) :: growing
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
       real(dp) :: rate
       integer :: k, law
       do k = 1, size(cracks%tips)
-         law = growing%law_at(scene, cracks, k, m%time)
+         law = growing%law_at(scene, cracks, k, m%state%time)
          growing%excess(k) = -1                  ! a tip that may not grow rests
          if (law == 0) cycle
          associate (of => scene%growth(law), modulus => effective_modulus(m%materials(cracks%tips(k)%material)))

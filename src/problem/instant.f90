@@ -4,7 +4,7 @@ module hampm_instant
    use hampm_constraints, only: constraints_t
    use hampm_driven_nodes, only: driven_work_t
    use hampm_interface_points, only: interfaces_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    implicit none
    private
@@ -25,42 +25,42 @@ contains
 
    !> Keep the present state of a motion, of which no particle is behind.
    subroutine remember(m, instant)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(instant_t), intent(inout) :: instant
       instant%particles = m%particles
       instant%interfaces = m%interfaces
       instant%constraints = m%constraints
-      if (allocated(m%nodal_displacement)) instant%nodal_displacement = m%nodal_displacement
-      if (allocated(m%nodal_velocity)) instant%nodal_velocity = m%nodal_velocity
-      if (allocated(m%nodal_acceleration)) instant%nodal_acceleration = m%nodal_acceleration
-      instant%driven = m%driven
-      instant%time = m%time
-      instant%steps = m%steps
-      instant%last_dt = m%last_dt
-      instant%external_work = m%external_work
-      instant%damping_loss = m%damping_loss
-      instant%fracture_energy = m%fracture_energy
-      instant%numerical_loss = m%numerical_loss
+      if (allocated(m%state%displacement)) instant%nodal_displacement = m%state%displacement
+      if (allocated(m%state%velocity)) instant%nodal_velocity = m%state%velocity
+      if (allocated(m%state%acceleration)) instant%nodal_acceleration = m%state%acceleration
+      instant%driven = m%energies%driven
+      instant%time = m%state%time
+      instant%steps = m%state%steps
+      instant%last_dt = m%state%last_dt
+      instant%external_work = m%energies%external_work
+      instant%damping_loss = m%energies%damping_loss
+      instant%fracture_energy = m%energies%fracture_energy
+      instant%numerical_loss = m%energies%numerical_loss
    end subroutine remember
 
    !> Go back to a state.
    subroutine go_back_to(instant, m)
       type(instant_t), intent(in) :: instant
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       m%particles = instant%particles
       m%interfaces = instant%interfaces
       m%constraints = instant%constraints
-      if (allocated(instant%nodal_displacement)) m%nodal_displacement = instant%nodal_displacement
-      if (allocated(instant%nodal_velocity)) m%nodal_velocity = instant%nodal_velocity
-      if (allocated(instant%nodal_acceleration)) m%nodal_acceleration = instant%nodal_acceleration
-      m%driven = instant%driven
-      m%time = instant%time
-      m%steps = instant%steps
-      m%last_dt = instant%last_dt
-      m%external_work = instant%external_work
-      m%damping_loss = instant%damping_loss
-      m%fracture_energy = instant%fracture_energy
-      m%numerical_loss = instant%numerical_loss
-      m%mapped = .false.
+      if (allocated(instant%nodal_displacement)) m%state%displacement = instant%nodal_displacement
+      if (allocated(instant%nodal_velocity)) m%state%velocity = instant%nodal_velocity
+      if (allocated(instant%nodal_acceleration)) m%state%acceleration = instant%nodal_acceleration
+      m%energies%driven = instant%driven
+      m%state%time = instant%time
+      m%state%steps = instant%steps
+      m%state%last_dt = instant%last_dt
+      m%energies%external_work = instant%external_work
+      m%energies%damping_loss = instant%damping_loss
+      m%energies%fracture_energy = instant%fracture_energy
+      m%energies%numerical_loss = instant%numerical_loss
+      m%cache%mapped = .false.
    end subroutine go_back_to
 end module hampm_instant

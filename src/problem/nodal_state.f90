@@ -4,12 +4,11 @@ module hampm_nodal_state
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads, add_loads
    use hampm_mass_solver, only: solve_aside
-   use hampm_motion, only: motion_t, refresh_grid, do_pass, assemble_sums
+   use hampm_problem, only: problem_t, refresh_grid, do_pass, assemble_sums
    use hampm_nodal_fields, only: v_next, v_mapped
    use hampm_particle_pass, only: pass_report_t
    use hampm_pass, only: pass_t
    use hampm_interface_points, only: add_interface_forces
-   use hampm_whereabouts, only: when
    implicit none
    private
    public :: nodal_state_t, find_nodal_state, internal_force, external_force, unbalanced_force
@@ -33,7 +32,7 @@ contains
    !> Since M d is the weak form of rho d, d is the divergence of the stress over the density, which the equation of motion sets
    !> equal to a + alpha v - b. The run goes on with the same bytes. Fails where the nodal equations cannot be solved.
    subroutine find_nodal_state(m, state, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(nodal_state_t), intent(inout) :: state
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: reactions(:, :)
@@ -54,7 +53,7 @@ contains
 
    !> Internal forces at the nodes as the particles are now, condensed [N]. The run goes on with the same bytes.
    subroutine internal_force(m, force)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :)  !! (ndim, n_points)
       call gather_stress(m)
       allocate (force, source=m%fields%force)
@@ -63,7 +62,7 @@ contains
 
    !> Forces of all loads on the nodes at a time, where the particles are now, condensed [N].
    subroutine external_force(m, time, force)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! [s]
       real(dp), allocatable, intent(out) :: force(:, :)  !! (ndim, n_points)
       allocate (force(ndim, m%grid%n_points), source=0.0_dp)
@@ -75,7 +74,7 @@ contains
    !> What is out of balance at the nodes as the particles are now: internal forces and loads, without what faces press on each other
    !> [N]. The run goes on with the same bytes.
    subroutine unbalanced_force(m, force, internal)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :), internal(:, :) !! all, and the internal ones alone; (ndim, n_points)
       call refresh_grid(m)
       call gather_stress(m)
@@ -98,20 +97,20 @@ contains
 
    !> Solve M x = b and distribute x to the hanging nodes. On entry `x` holds a guess.
    subroutine solve(m, b, x, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in), contiguous :: b(:, :)       !! (ndim, n_points)
       real(dp), intent(inout), contiguous :: x(:, :)    !! (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       call solve_aside(m%solver, m%grid, m%fields%mass_matrix, b, x, unsolved)
-      if (unsolved%failed()) call failure%report(unsolved%code, when(m%steps, m%time)//unsolved%message)
+      if (unsolved%failed()) call failure%report(unsolved%code, m%state%when()//unsolved%message)
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine solve
 
    !> Internal forces of the particles, and of interface points between faces, as they are now; schemes that strain first have mapped those of
    !> the last step.
    subroutine gather_stress(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(pass_report_t) :: report
       type(failure_t) :: none                    ! nothing moves here
       if (.not. m%scheme%map_at_start%map_force) call do_pass(m, pass_t(map_force=.true.), 0.0_dp, report, none)
@@ -121,20 +120,20 @@ contains
 
    !> Add to the nodal forces the loads on all material, or those on its surface.
    subroutine gather_loads(m, by_mass)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       logical, intent(in) :: by_mass
       integer :: k
       call place_loads(m%loads, m%grid, m%particles)
       do k = 1, size(m%loads)
          if (m%loads(k)%by_mass .eqv. by_mass) &
-            call add_loads(m%loads(k:k), m%time, m%fields%force)
+            call add_loads(m%loads(k:k), m%state%time, m%fields%force)
       end do
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
    end subroutine gather_loads
 
    !> Sum of the forces on the components of nodes with particles that each constraint fixes [N].
    pure subroutine sum_on_held(m, force)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(inout) :: force(:, :)     !! (ndim, constraints)
       integer :: a, d
       associate (all => m%fields%mass_matrix%all)

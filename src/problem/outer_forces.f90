@@ -2,7 +2,7 @@
 module hampm_outer_forces
    use hampm_kinds, only: dp
    use hampm_mass_product, only: multiply_by_mass
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_nodal_state, only: external_force
    implicit none
    private
@@ -30,7 +30,7 @@ contains
 
    !> What drives the material at a time.
    subroutine find_drive(m, time, drive)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! [s]
       type(drive_t), intent(out) :: drive
       call external_force(m, time, drive%force)
@@ -40,7 +40,7 @@ contains
    !> The forces with a displacement of the nodes, condensed [N].
    function at(self, m, u) result(force)
       class(outer_forces_t), intent(in) :: self
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       real(dp), allocatable :: force(:, :)       !! (ndim, n_points)
       allocate (force, source=self%applied)

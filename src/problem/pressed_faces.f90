@@ -16,7 +16,7 @@ module hampm_pressed_faces
    use hampm_kinds, only: dp, ndim
    use hampm_cut_cells, only: cut_cells_t, divides
    use hampm_loads, only: load_t, note_hosts
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t, spacing_of
    use hampm_splitting, only: is_half, middle_of_parent
    implicit none
@@ -39,7 +39,7 @@ contains
 
    !> Find where the pressures on faces act, now that cells are cut and particles are as they are.
    subroutine press_faces(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(edges_t) :: edges
       integer :: k, found
       found = 0
@@ -53,7 +53,7 @@ contains
 
    !> Let a load press on those edges on which it pushes in its direction.
    subroutine take_edges(m, edges, load)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(edges_t), intent(in) :: edges
       type(load_t), intent(inout) :: load
       real(dp), allocatable :: of_edge(:)        ! areas [m2]
@@ -80,7 +80,7 @@ contains
       load%fraction = of_edge
       if (area > 0) load%fraction = load%fraction/area
       call note_hosts(load, m%particles)
-      m%mapped = .false.                         ! which cells have operators depends on the hosts
+      m%cache%mapped = .false.                   ! which cells have operators depends on the hosts
    end subroutine take_edges
 
    !> Find the edges between particles on different sides of a line, in the order of the particles.

@@ -6,7 +6,7 @@
 !> it hardly moves is seen to be far from rest all the same.
 module hampm_rest
    use hampm_kinds, only: dp, ndim
-   use hampm_motion, only: motion_t, refresh_grid, update_particles, stored_energy, kinetic_energy
+   use hampm_problem, only: problem_t, refresh_grid, update_particles, stored_energy, kinetic_energy
    use hampm_nodal_state, only: unbalanced_force
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads
    implicit none
@@ -30,7 +30,7 @@ contains
    !> energy at rest is none, and a part of the present one stands for it. Negative where it is not known: nothing is strained, the
    !> scene is too large, or memory does not suffice.
    subroutine find_distance_from_rest(m, distance)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(out) :: distance
       type(stiffness_t) :: k
       real(dp), parameter :: least = 1e-6_dp     ! of the present strain energy
@@ -61,7 +61,7 @@ contains
    !> A few turns only: the deflection by the loads is near the mode that is sought. A translation that nothing resists, of which
    !> rounding leaves a part that would grow with each turn, is taken out.
    subroutine find_lowest_frequency(m, frequency)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(out) :: frequency
       type(stiffness_t) :: k
       real(dp), allocatable :: x(:, :), y(:, :), mass(:, :), force(:, :)
@@ -101,7 +101,7 @@ contains
 
    !> Take the mean out of a field in the directions in which nothing is held.
    pure subroutine take_out_translation(m, mass, x)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: mass(:, :)         !! of the points [kg], (ndim, n_points)
       real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
       integer :: d

@@ -9,7 +9,7 @@ module hampm_rigid_motions
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t, exit_computation
    use hampm_lapack, only: dposv
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_text, only: to_text, three_digits, without_rounding
    implicit none
    private
@@ -48,7 +48,7 @@ contains
 
    !> Pins for all that the constraints do not hold. Faces that may press on each other count as connected.
    subroutine find_pins(m, pins)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(pin_t), allocatable, intent(out) :: pins(:)
       type(pin_t) :: pin
       integer, allocatable :: piece(:), body(:)
@@ -104,7 +104,7 @@ contains
 
    !> The direction of a node of a piece that a motion moves most.
    pure subroutine find_best_pin(m, in_piece, free, pin)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       logical, intent(in) :: in_piece(:)         !! by node
       real(dp), intent(in) :: free(motions)
       type(pin_t), intent(inout) :: pin
@@ -127,7 +127,7 @@ contains
 
    !> By how much the motions move a direction of a node; lengths are over the extent of the grid.
    pure function row_of(m, node, direction) result(row)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: node, direction
       real(dp) :: row(motions)
       real(dp) :: x(ndim)
@@ -139,7 +139,7 @@ contains
 
    !> The motion as a whole that a pin holds, by which its node moves by 1 in its direction [-].
    subroutine turn_with(m, pin, u)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(pin_t), intent(in) :: pin
       real(dp), allocatable, intent(out) :: u(:, :) !! (ndim, n_points)
       integer, allocatable :: piece(:)
@@ -156,7 +156,7 @@ contains
 
    !> Find the motions as a whole that nothing holds, and their momenta.
    subroutine find_free_motions(m, free)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(free_motions_t), intent(out) :: free
       type(pin_t), allocatable :: pins(:)
       real(dp), allocatable :: moved(:, :)
@@ -240,7 +240,7 @@ contains
 
    !> Fail where pins take a force: what they are pinned for moves.
    subroutine check_pins(m, pins, out_of_balance, rounding, failure)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(pin_t), intent(in) :: pins(:)
       real(dp), intent(in) :: out_of_balance(:, :) !! forces on the nodes [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of these [N]
@@ -280,7 +280,7 @@ contains
 
    !> One node of an element that is no hanging node, or the master of one.
    pure integer function first_master(m, e) result(node)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: e
       integer :: masters(most_nodes_of_leaf), n
       real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf)
@@ -290,7 +290,7 @@ contains
 
    !> Number of the piece of each node: that of the nodes with which it has an element in common, from element to element.
    subroutine find_pieces(m, piece)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, allocatable, intent(out) :: piece(:)
       integer :: masters(most_nodes_of_leaf), n, k, j
       real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf)
@@ -312,7 +312,7 @@ contains
 
    !> Sum, over what is held of each piece, of the squares by which its motions as a whole would move that.
    pure subroutine find_what_is_held(m, piece, held)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: piece(:)
       real(dp), allocatable, intent(out) :: held(:, :, :)  !! (motions, motions, nodes)
       integer :: k, d

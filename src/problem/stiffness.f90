@@ -23,7 +23,7 @@ module hampm_stiffness
    use hampm_mass_product, only: has_matrix, find_concentrated_mass
    use hampm_law, only: most_columns
    use hampm_material, only: material_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_rigid_motions, only: pin_t
    use hampm_sparse, only: sparse_t
@@ -68,7 +68,7 @@ contains
    !> Assemble and factorise the stiffness of small strain on interface points, of at most so many unknowns. `done` is false where there are more unknowns or memory does
    !> not suffice.
    subroutine new_stiffness(m, most_unknowns, stiffness, done)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: most_unknowns
       type(stiffness_t), intent(inout) :: stiffness
       logical, intent(out) :: done
@@ -85,7 +85,7 @@ contains
    !> Assemble and factorise, or make ready for iteration, a stiffness of some kind. Fails where it
    !> is singular or memory does not suffice.
    subroutine factorise_stiffness(m, kind, stiffness, failure)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(stiffness_kind_t), intent(in) :: kind
       type(stiffness_t), intent(inout) :: stiffness
       type(failure_t), intent(inout) :: failure
@@ -97,7 +97,7 @@ contains
    !> Assemble and factorise the stiffness of the unknowns that there are. What CHOLMOD found out of the pattern of the last one is
    !> kept as long as that stays.
    subroutine assemble_and_factorise(m, stiffness, failure)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: stiffness
       type(failure_t), intent(inout) :: failure
       type(sparse_t) :: matrix
@@ -116,7 +116,7 @@ contains
 
    !> Number the unknowns.
    pure subroutine number(m, stiffness)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: stiffness
       logical, allocatable :: fixed(:, :)
       integer :: k
@@ -135,7 +135,7 @@ contains
    !> Add the stiffness of all cells. Where few particles are, nodes have motions that strain nothing: these are hardly held, to have some
    !> solution.
    subroutine fill(m, cells, stiffness, matrix)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: cells(:)            !! the occupied elements
       type(stiffness_t), intent(inout) :: stiffness
       type(sparse_t), intent(inout) :: matrix
@@ -171,7 +171,7 @@ contains
    !> Whether nodes of an element may move without straining a particle: of a piece of a leaf, as a crack or the edge of a body cuts it, and
    !> of a leaf beside finer ones that is partly empty, whose far nodes only the hanging one in its middle may have.
    pure logical function may_be_loose(m, e)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: e
       may_be_loose = m%grid%is_piece(e) .or. (allocated(m%grid%bodies) .and. m%blocks%count_in(e) < corners)
       if (may_be_loose) return
@@ -182,7 +182,7 @@ contains
 
    !> Add the stiffness of interface points between faces: c_i c_j times that of the opening, and so many times their masses.
    subroutine add_interfaces(m, mass_factor, unknowns, matrix)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: mass_factor        !! [1/s2]
       type(numbering_t), intent(in) :: unknowns
       type(sparse_t), intent(inout) :: matrix
@@ -209,7 +209,7 @@ contains
 
    !> Add what of the mass matrix is on its diagonal beside the matrices of the cells.
    subroutine add_concentrated_mass(m, stiffness, matrix)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(stiffness_t), intent(in) :: stiffness
       type(sparse_t), intent(inout) :: matrix
       real(dp), allocatable :: mass(:)
@@ -228,7 +228,7 @@ contains
 
    !> The longer side of the box around all particles [m].
    pure real(dp) function extent(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       associate (x => m%particles%reference(:m%particles%n, :))
          extent = max(maxval(maxval(x, dim=1) - minval(x, dim=1)), m%grid%finest_cell)
       end associate
@@ -237,7 +237,7 @@ contains
    !> Stiffness of an element, by corner, its directions one after the other [N/m]. Particles of the same moduli, as those of a material
    !> at small strain have, need only the sum of the products of their gradients.
    pure subroutine element_stiffness(m, e, stiffness, matrix)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: e
       type(stiffness_t), intent(in) :: stiffness !! its kind and its interface points
       real(dp), intent(out) :: matrix(:, :)
@@ -285,7 +285,7 @@ contains
 
    !> Whether particles of an element share their dilatation.
    pure logical function shares_dilatation(m, e) result(shares)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: e
       shares = any(m%materials%mean_dilatation)
       if (shares) shares = any(m%materials(m%particles%material(m%blocks%first_in(e):m%blocks%last_in(e): &
@@ -294,7 +294,7 @@ contains
 
    !> Mean gradients of the shape functions over the particles of an element that share their dilatation [1/m].
    pure function mean_gradient_in(m, e) result(mean)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: e
       real(dp) :: mean(m%grid%n_functions, n_derivatives(m)), volume
       integer :: i
@@ -314,7 +314,7 @@ contains
    !> Tangent of an element whose particles share their dilatation, as `element_stiffness`: forces by the displacement of each
    !> corner in each direction.
    pure subroutine tangent_by_means(m, e, matrix)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: e
       real(dp), intent(inout) :: matrix(:, :)
       real(dp), dimension(m%grid%n_functions, n_derivatives(m)) :: gradient, mean
@@ -464,7 +464,7 @@ contains
    !> Derivatives of the shape functions at the points by which a particle is stiff [1/m], (corners, derivatives, points): where it stands.
    !> One particle alone in its cell does not feel how that is bent; four points near it keep the stiffness from being singular.
    pure subroutine stiff_points(m, e, i, gradient)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: e, i
       real(dp), allocatable, intent(out) :: gradient(:, :, :)
       real(dp), parameter :: near = 0.05_dp      ! in cells: a twenty-fifth of the stiffness of four particles in bending
@@ -482,7 +482,7 @@ contains
 
    !> Gradients of the shape functions at a particle [1/m].
    pure function gradient_at(m, i) result(gradient)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp) :: gradient(m%grid%n_functions, ndim)
       gradient = m%grid%gradients_in(m%particles%cell(i), local_of(m, i))
@@ -490,13 +490,13 @@ contains
 
    !> How many derivatives a shape function has: in axisymmetric material N/R is one.
    pure integer function n_derivatives(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       n_derivatives = merge(ndim + 1, ndim, m%particles%thickness%is_ring)
    end function n_derivatives
 
    !> The derivatives of the shape functions at a particle [1/m], (corners, derivatives).
    pure function derivatives_at(m, i) result(derivatives)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp) :: derivatives(m%grid%n_functions, n_derivatives(m))
       derivatives(:, :ndim) = gradient_at(m, i)
@@ -506,7 +506,7 @@ contains
 
    !> Place of a particle in its cell, 0 to 1.
    pure function local_of(m, i) result(xi)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp) :: xi(ndim)
       xi = inside_cell(m%grid%local_coordinate(m%particles%cell(i), m%particles%place_in_grid(i)))
@@ -515,7 +515,7 @@ contains
    !> The forces of all loads at their largest or, where there is no load, those that stop the bodies as they move at first, in a
    !> second [N], (ndim, n_points).
    subroutine full_loads(m, force)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :)
       integer :: k, i
       allocate (force(ndim, m%grid%n_points), source=0.0_dp)
@@ -538,7 +538,7 @@ contains
    !> an iteration does not end.
    subroutine solve(self, m, force, u, failure)
       class(stiffness_t), intent(inout) :: self
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: force(:, :)        !! [N], (ndim, n_points)
       real(dp), allocatable, intent(out) :: u(:, :)  !! (ndim, n_points)
       type(failure_t), intent(inout), optional :: failure !! without it there is no iteration
@@ -589,7 +589,7 @@ contains
 
    !> Forces by which the nodes resist a small displacement from the present state, K u, without interface points, condensed [N].
    subroutine forces_of(m, u, force)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_points)
       real(dp), dimension(m%grid%n_functions, n_derivatives(m)) :: gradient, mean

@@ -11,7 +11,7 @@ module hampm_supports
    use hampm_constraints, only: constraints_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t, exit_input
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_text, only: to_text, without_rounding
    implicit none
    private
@@ -23,7 +23,7 @@ contains
 
    !> Fail where material stands on both sides of a support.
    subroutine check_supports(m, failure)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(failure_t), intent(inout) :: failure
       real(dp) :: side(ndim, m%grid%n_nodes), other(ndim, m%grid%n_nodes), x(ndim)
       integer :: k, d
@@ -51,7 +51,7 @@ contains
 
    !> Mass that stands above and below the supported components of nodes, by its part in these and in the nodes that hang on them [kg].
    subroutine weigh_sides(m, above, below)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(out) :: above(:, :), below(:, :) !! (ndim, n_nodes)
       real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf), part, offset(ndim)
       integer :: i, j, n, master(most_nodes_of_leaf)
@@ -73,7 +73,7 @@ contains
 
    !> Find which way from their supports the material is, once for a grid: in the total frame it stays there.
    subroutine find_sides(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), dimension(ndim, m%grid%n_nodes) :: above, below
       if (allocated(m%constraints%up)) return
       call weigh_sides(m, above, below)
@@ -94,10 +94,10 @@ contains
 
    !> Find how far the nodes are from their supports, from their displacement, and hold those that are not above them.
    subroutine lift_by(m, u)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       integer :: k, d
-      m%constraints%lift = u(:, :m%grid%n_nodes) - m%constraints%way(m%time)
+      m%constraints%lift = u(:, :m%grid%n_nodes) - m%constraints%way(m%state%time)
       call find_sides(m)
       do k = 1, size(m%constraints%node)
          associate (node => m%constraints%node(k))
@@ -111,7 +111,7 @@ contains
 
    !> Which components are wrongly held or free: pulled by their supports, or in these.
    subroutine look_at_supports(m, r, rounding, wrong, pull)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: r(:, :)            !! what is out of balance without the supports [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of that [N]
       logical, allocatable, intent(out) :: wrong(:, :) !! (ndim, n_nodes)

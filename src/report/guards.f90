@@ -19,11 +19,11 @@ module hampm_guards
    use hampm_linear_elastic, only: small_gradient
    use hampm_loads, only: work_of_step
    use hampm_measurements, only: measurements_t, energy_residual
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: spacing_of
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
    use hampm_text, only: to_text, three_digits
-   use hampm_whereabouts, only: when, origin
+   use hampm_whereabouts, only: origin
    use hampm_ghost_penalty, only: fills_of_pieces
    implicit none
    private
@@ -59,8 +59,8 @@ contains
 
    !> Fail where material is turned inside out, an energy is not a number or has grown without work, by more than rounding can make.
    !> Add to `warning` where it has grown less, and where a law, a frame or a mass matrix is used beyond what it is meant for.
-   subroutine check_state(motion, time, measurements, warning, failure)
-      type(motion_t), intent(in) :: motion
+   subroutine check_state(problem, time, measurements, warning, failure)
+      type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time           !! how it steps: 'explicit', 'implicit' or 'static'
       type(measurements_t), intent(in) :: measurements
       character(:), allocatable, intent(inout) :: warning
@@ -68,64 +68,64 @@ contains
       character(:), allocatable :: now
       real(dp) :: gain, stored, largest
       integer :: crushed
-      now = when(motion%steps, motion%time)
+      now = problem%state%when()
       stored = measurements%kinetic_energy + measurements%strain_energy
-      gain = stored + measurements%plastic_dissipation + measurements%viscous_dissipation + motion%damping_loss &
-             - motion%external_work - measurements%initial_energy &
-             - abs(motion%driven%work) &         ! of which half waits for the next step's forces
-             - work_of_step(motion%loads, motion%particles, motion%time, motion%last_dt)
-      if (allocated(motion%nodal_velocity)) gain = min(gain, 0.0_dp)  ! implicit steps overshoot, but are stable (docs/implicit.md)
-      largest = merge(largest_gain_of_shapes, largest_gain, allocated(motion%grid%bodies))
-      crushed = most_crushed_particle(motion%particles, motion%materials)
+      gain = stored + measurements%plastic_dissipation + measurements%viscous_dissipation + problem%energies%damping_loss &
+             - problem%energies%external_work - measurements%initial_energy &
+             - abs(problem%energies%driven%work) & ! of which half waits for the next step's forces
+             - work_of_step(problem%loads, problem%particles, problem%state%time, problem%state%last_dt)
+      if (allocated(problem%state%velocity)) gain = min(gain, 0.0_dp) ! implicit steps overshoot, but are stable (docs/implicit.md)
+      largest = merge(largest_gain_of_shapes, largest_gain, allocated(problem%grid%bodies))
+      crushed = most_crushed_particle(problem%particles, problem%materials)
       if (crushed > 0) then
-         if (.not. determinant_of(motion%particles, crushed) > 0) then
+         if (.not. determinant_of(problem%particles, crushed) > 0) then
             call failure%report(exit_computation, now//'the material that started at '// &
-                                origin(motion%grid, motion%particles, crushed)// &
-                                ' is turned inside out (det F = '//to_text(determinant_of(motion%particles, crushed))// &
+                                origin(problem%grid, problem%particles, crushed)// &
+                                ' is turned inside out (det F = '//to_text(determinant_of(problem%particles, crushed))// &
                                 '). Likely cause: a load is too large for the material: reduce it'//or_unstable(time))
             return
          end if
       end if
-      if (motion%has_domains()) call look_at_domains(motion, time, now, failure)
+      if (problem%has_domains()) call look_at_domains(problem, time, now, failure)
       if (failure%failed()) return
       if (.not. stored <= huge(stored)) then
-         call failure%report(exit_computation, now//'the energy of the material that started at '//liveliest(motion)// &
-                             ' is no longer a number'//of_step(motion, time))
+         call failure%report(exit_computation, now//'the energy of the material that started at '//liveliest(problem)// &
+                             ' is no longer a number'//of_step(problem, time))
       else if (time == 'explicit' .and. gain > max(largest*max(measurements%largest_energy, measurements%initial_energy), &
                                                    measurements%rounding_energy)) then
          call failure%report(exit_computation, now//'the energy has grown by '//to_text(gain)// &
                              ' J more than the loads have done work; most of it is near the particle that started at '// &
-                             liveliest(motion)//of_step(motion, time))
+                             liveliest(problem)//of_step(problem, time))
       else
-         call look_for_gain(motion, time, measurements, now, gain, warning)
-         call look_at_balance(motion, time, measurements, now, warning)
-         call look_at_strain(motion, now, warning)
-         call look_at_stretch(motion, measurements, now, warning)
-         call look_at_travel(motion, measurements, now, warning)
-         call look_at_angular_momentum(motion, measurements, now, warning)
+         call look_for_gain(problem, time, measurements, now, gain, warning)
+         call look_at_balance(problem, time, measurements, now, warning)
+         call look_at_strain(problem, now, warning)
+         call look_at_stretch(problem, measurements, now, warning)
+         call look_at_travel(problem, measurements, now, warning)
+         call look_at_angular_momentum(problem, measurements, now, warning)
          if (any(measurements%crack%has_left_node)) &
             call warn(now//'the material has carried '//carried//', by which ''nodal_force'' and ''stress_closure'' close it: '// &
                       'they are no numbers from now on. Use &energy_release estimators = ''domain_integral'' or '// &
                       '''crack_closure'', or &method frame = ''total''', carried, warning)
       end if
-      if (.not. motion%interfaces%are_bounded .and. .not. failure%failed()) call check_pieces(motion, now, failure)
+      if (.not. problem%interfaces%are_bounded .and. .not. failure%failed()) call check_pieces(problem, now, failure)
    end subroutine check_state
 
    !> Fail where a time step is too small to be added to the time.
-   subroutine check_step(motion, step, failure)
-      type(motion_t), intent(in) :: motion
+   subroutine check_step(problem, step, failure)
+      type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: step               !! the longest that is stable [s]
       type(failure_t), intent(inout) :: failure
-      if (step > 4*spacing(motion%time)) return
-      call failure%report(exit_computation, when(motion%steps, motion%time)//'the time step, '//to_text(step)// &
+      if (step > 4*spacing(problem%state%time)) return
+      call failure%report(exit_computation, problem%state%when()//'the time step, '//to_text(step)// &
                           ' s, is too small to be added to the time. Likely cause: cells have become too small; reduce &refine '// &
                           'max_level, or the end time')
    end subroutine check_step
 
    !> Warn, once, where energy has grown without work by a notable part of what the material stores. The motion of the bodies as a
    !> whole is no measure: it would hide in its own energy whatever the material in flight does.
-   subroutine look_for_gain(motion, time, measurements, now, gain, warning)
-      type(motion_t), intent(in) :: motion
+   subroutine look_for_gain(problem, time, measurements, now, gain, warning)
+      type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time
       type(measurements_t), intent(in) :: measurements
       character(*), intent(in) :: now
@@ -136,7 +136,7 @@ contains
       if (gain <= rounding*max(measurements%largest_energy, measurements%initial_energy)) return
       if (gain <= measurements%rounding_energy) return
       if (time == 'explicit') then
-         cause = 'the time step is near or beyond its limit; reduce &method courant'//other_scheme(motion)
+         cause = 'the time step is near or beyond its limit; reduce &method courant'//other_scheme(problem)
       else                                       ! equilibrium, which knows no step: the work is not that of this mesh
          cause = 'nodes of finer cells are held that had moved before they were there, or '// &
                  'the load steps are too long for the law: the state is in balance, and external_work is not its work. '// &
@@ -148,31 +148,31 @@ contains
 
    !> Warn, once, where the audit does not account for a notable part of the energy: the work on a particle in a step is that of the mean of
    !> its stresses before and after, which is wrong where one step strains it by much, as a node with next to no mass does with usl.
-   subroutine look_at_balance(motion, time, measurements, now, warning)
-      type(motion_t), intent(in) :: motion
+   subroutine look_at_balance(problem, time, measurements, now, warning)
+      type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time
       type(measurements_t), intent(in) :: measurements
       character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: residual
-      if (.not. motion%audit .or. time /= 'explicit') return  ! at rest what is missing is booked as the loss
-      residual = abs(energy_residual(motion, measurements))
+      if (.not. problem%audit .or. time /= 'explicit') return ! at rest what is missing is booked as the loss
+      residual = abs(energy_residual(problem, measurements))
       if (residual <= noticed_residual) return
       call warn(now//unbalanced//three_digits(100*residual)//' % of the largest energy. Likely cause: a step has '// &
-                'strained some material by much; reduce &method courant'//other_scheme(motion), unbalanced, warning)
+                'strained some material by much; reduce &method courant'//other_scheme(problem), unbalanced, warning)
    end subroutine look_at_balance
 
    !> Fail where the domain of a particle is turned over at a corner: its material would be in two places, and in one twice.
-   subroutine look_at_domains(motion, time, now, failure)
-      type(motion_t), intent(in) :: motion
+   subroutine look_at_domains(problem, time, now, failure)
+      type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time
       character(*), intent(in) :: now
       type(failure_t), intent(inout) :: failure
       integer :: i
-      do i = 1, motion%particles%n
-         if (.not. is_tangled(motion%particles, i)) cycle
+      do i = 1, problem%particles%n
+         if (.not. is_tangled(problem%particles, i)) cycle
          call failure%report(exit_computation, now//'the domain of the particle that started at '// &
-                             origin(motion%grid, motion%particles, i)//' is turned over at a corner. Likely cause: the '// &
+                             origin(problem%grid, problem%particles, i)//' is turned over at a corner. Likely cause: the '// &
                              'material is sheared further than its domains follow: give &body more points_per_cell'// &
                              or_unstable(time))
          return
@@ -183,8 +183,8 @@ contains
    !> Its particles carry the stress to the nodes, however many of them stand in a cell: that number is now one too large and now
    !> one too small for the stretch, and as the force that passes is the same everywhere, the stress jumps from cell to cell. With n
    !> particles in a row of a cell the energy of a stretch s is off by up to 4 (s - 1)/n (docs/stability.md).
-   subroutine look_at_stretch(motion, measurements, now, warning)
-      type(motion_t), intent(in) :: motion
+   subroutine look_at_stretch(problem, measurements, now, warning)
+      type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
       character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
@@ -193,17 +193,17 @@ contains
       logical :: crosses
       integer :: i
       if (is_told(crossed, warning)) return
-      associate (p => motion%particles, laws => motion%materials)
-         if (p%total_frame .or. motion%has_domains() .or. .not. any(laws%is_finite())) return
+      associate (p => problem%particles, laws => problem%materials)
+         if (p%total_frame .or. problem%has_domains() .or. .not. any(laws%is_finite())) return
          uncertain = 0
          crosses = .false.
          do i = 1, p%n
             if (.not. laws(p%material(i))%is_finite()) cycle
-            off = min(1.0_dp, 4*(largest_stretch(p, i) - 1)*spacing_in_cell(motion, i))
+            off = min(1.0_dp, 4*(largest_stretch(p, i) - 1)*spacing_in_cell(problem, i))
             if (off < noticed_error/10) cycle
             uncertain = uncertain + off*p%volume(i)*energy_density_of(p, laws, i)
             start = p%reference(i, :)
-            crosses = crosses .or. any(abs(motion%grid%local_coordinate(p%cell(i), start) - 0.5_dp) > 0.5_dp)
+            crosses = crosses .or. any(abs(problem%grid%local_coordinate(p%cell(i), start) - 0.5_dp) > 0.5_dp)
          end do
       end associate
       if (.not. crosses .or. uncertain <= noticed_error*measurements%strain_energy) return
@@ -217,23 +217,23 @@ contains
    !> carries its stress over at once. The measure is the mean of strain times cells, weighted with the strain energy: a cantilever
    !> that bends by 0.6 of its length sank too far by 30 and 35 % at 0.10 and 0.18 (4 and 8 cells over its depth); a bar was off by
    !> 3.7 % at 0.6.
-   subroutine look_at_travel(motion, measurements, now, warning)
-      type(motion_t), intent(in) :: motion
+   subroutine look_at_travel(problem, measurements, now, warning)
+      type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
       character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: product, cells
       integer :: i
-      associate (p => motion%particles)
-         if (p%total_frame .or. motion%has_domains()) return
+      associate (p => problem%particles)
+         if (p%total_frame .or. problem%has_domains()) return
          if (.not. measurements%strain_energy > 0 .or. is_told(travelled, warning)) return
-         if (maxval(abs(p%displacement(:p%n, :))) < motion%grid%finest_cell) return
+         if (maxval(abs(p%displacement(:p%n, :))) < problem%grid%finest_cell) return
          product = 0
          do i = 1, p%n
-            cells = norm2(p%displacement(i, :))/motion%grid%element_size(p%cell(i))
+            cells = norm2(p%displacement(i, :))/problem%grid%element_size(p%cell(i))
             if (cells < 1) cycle
             product = product + cells*(largest_stretch(p, i) - 1)*p%volume(i) &
-                      *energy_density_of(p, motion%materials, i)
+                      *energy_density_of(p, problem%materials, i)
          end do
       end associate
       if (product <= far_and_strained*measurements%strain_energy) return
@@ -244,31 +244,31 @@ contains
    end subroutine look_at_travel
 
    !> Distance between particles in the reference configuration over the size of the cell in which particle `i` stands [-].
-   pure real(dp) function spacing_in_cell(motion, i)
-      type(motion_t), intent(in) :: motion
+   pure real(dp) function spacing_in_cell(problem, i)
+      type(problem_t), intent(in) :: problem
       integer, intent(in) :: i
       real(dp) :: spacing(ndim)                  ! [m]
-      associate (p => motion%particles)
+      associate (p => problem%particles)
          spacing = p%spacing(:, p%body(i))
          if (allocated(p%level)) spacing = spacing_of(p, i)
-         spacing_in_cell = maxval(spacing)/motion%grid%element_size(p%cell(i))
+         spacing_in_cell = maxval(spacing)/problem%grid%element_size(p%cell(i))
       end associate
    end function spacing_in_cell
 
    !> Warn, once, where the material around a tip is strained so much that stress intensities and modes, which are those of a linear
    !> material, mean something else than J: K**2/E' is 14 % off J where a specimen is stretched by 1.2, 33 % by 1.7. The measure is
    !> the root of the mean square, over the particles within the domains, of their largest stretch less 1.
-   subroutine look_at_modes(motion, tip, warning)
-      type(motion_t), intent(in) :: motion
+   subroutine look_at_modes(problem, tip, warning)
+      type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tip
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: square, off
       integer :: i, n
       if (size(tip%radii) == 0 .or. is_told(mixed, warning)) return
-      if (.not. motion%materials(tip%material)%is_finite()) return
+      if (.not. problem%materials(tip%material)%is_finite()) return
       square = 0
       n = 0
-      associate (p => motion%particles)
+      associate (p => problem%particles)
          do i = 1, p%n
             if (norm2(p%reference(i, :) - tip%place) > tip%radii(size(tip%radii))) cycle
             square = square + (largest_stretch(p, i) - 1)**2
@@ -277,28 +277,28 @@ contains
       end associate
       off = sqrt(square/max(n, 1))
       if (off <= modest_strain) return
-      call warn(when(motion%steps, motion%time)//'around the tip the strain has reached '//three_digits(100*off)// &
+      call warn(problem%state%when()//'around the tip the strain has reached '//three_digits(100*off)// &
                 ' %: K_I, K_II, mode_mixity and the parts of J by modes are '//mixed//'; J itself keeps its own', mixed, warning)
    end subroutine look_at_modes
 
    !> Fail where faces of a path that press on each other have turned: contact keeps their first normals, and so would push and
    !> slide in wrong directions. At 0.1 rad it is off by a tenth of the pressure along the faces, and by half a percent of it.
-   subroutine look_at_normals(motion, failure)
-      type(motion_t), intent(in) :: motion
+   subroutine look_at_normals(problem, failure)
+      type(problem_t), intent(in) :: problem
       type(failure_t), intent(inout) :: failure
       real(dp) :: turn, x(ndim), normal(ndim)
       integer :: k, elements(faces)
-      associate (interfaces => motion%interfaces, blocks => motion%blocks)
+      associate (interfaces => problem%interfaces, blocks => problem%blocks)
          if (interfaces%n_contact == 0) return
          do k = 1, interfaces%n
             if (.not. is_pressed(interfaces%list(k))) cycle
             x = interfaces%list(k)%place
             normal = interfaces%list(k)%normal
-            elements = faces_at(motion%matter_t, x, normal, both_faces)
+            elements = faces_at(problem%matter_t, x, normal, both_faces)
             if (any(elements == 0)) cycle
-            turn = turn_between(motion%matter_t, elements, normal)
+            turn = turn_between(problem%matter_t, elements, normal)
             if (abs(turn) <= largest_turn) cycle
-            call failure%report(exit_computation, when(motion%steps, motion%time)//'faces of a crack that press on each other '// &
+            call failure%report(exit_computation, problem%state%when()//'faces of a crack that press on each other '// &
                                 'at ('//to_text(x(1))//', '//to_text(x(2))//') m have turned by '// &
                                 three_digits(turn)//' rad, and &crack contact takes their normals to stay: forces between them '// &
                                 'are wrong beyond '//to_text(largest_turn)//' rad. Keep the body from turning, or load it less')
@@ -336,33 +336,33 @@ contains
    end subroutine look_at_faces
 
    !> Warn, once, where the small-strain law is used beyond what it is meant for.
-   subroutine look_at_strain(motion, now, warning)
-      type(motion_t), intent(in) :: motion
+   subroutine look_at_strain(problem, now, warning)
+      type(problem_t), intent(in) :: problem
       character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
       character(:), allocatable :: advice
       real(dp) :: largest
       integer :: law
-      largest = largest_gradient(motion%particles, motion%materials)
+      largest = largest_gradient(problem%particles, problem%materials)
       if (largest <= small_gradient) return
-      law = findloc(motion%materials%is_finite(), .false., dim=1)
+      law = findloc(problem%materials%is_finite(), .false., dim=1)
       advice = ''
-      if (motion%materials(law)%linear) advice = '. Use law = ''neo_hookean'''
-      call warn(now//strained//to_text(largest)//'; the law '''//motion%materials(law)%law_name()// &
+      if (problem%materials(law)%linear) advice = '. Use law = ''neo_hookean'''
+      call warn(now//strained//to_text(largest)//'; the law '''//problem%materials(law)%law_name()// &
                 ''' is for small strains and rotations (below '//to_text(small_gradient)//')'//advice, strained, warning)
    end subroutine look_at_strain
 
    !> Warn, once, where the angular momentum of bodies that nothing acts on has changed. The lumped mass matrix keeps it only as
    !> far as particles stand evenly around nodes: at free edges they do not.
-   subroutine look_at_angular_momentum(motion, measurements, now, warning)
-      type(motion_t), intent(in) :: motion
+   subroutine look_at_angular_momentum(problem, measurements, now, warning)
+      type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
       character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: total, largest
-      if (size(motion%loads) > 0 .or. motion%damping_rate > 0 .or. size(motion%constraints%node) > 0) return
-      if (motion%particles%thickness%is_ring) return ! rings have none
-      call angular_momentum(motion%particles, total, largest)
+      if (size(problem%loads) > 0 .or. problem%damping_rate > 0 .or. size(problem%constraints%node) > 0) return
+      if (problem%particles%thickness%is_ring) return ! rings have none
+      call angular_momentum(problem%particles, total, largest)
       if (abs(total - measurements%initial_angular_momentum) <= noticed_turn*largest) return
       call warn(now//slowed//to_text(total - measurements%initial_angular_momentum)//' kg m2/s though nothing acts on '// &
                 'the material, more than a tenth of what its motion allows. Likely cause: a turning body has few cells for its '// &
@@ -390,42 +390,43 @@ contains
 
    !> Fail where the tip of a crack is no longer where it was in the material: it is fixed in the grid, and in the updated frame the
    !> material moves through that.
-   subroutine check_tip(motion, tip, failure)
-      type(motion_t), intent(in) :: motion
+   subroutine check_tip(problem, tip, failure)
+      type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tip
       type(failure_t), intent(inout) :: failure
       type(patch_t) :: patch
       real(dp) :: moved(ndim)                    !! of the material at the tip [m]
-      if (motion%particles%total_frame .or. .not. tip%is_half()) return ! others go with the material
-      call patch_around(motion%grid, motion%particles, motion%blocks, tip%nodes%tip, patch)
-      moved = fitted_displacement(patch, motion%particles)
+      if (problem%particles%total_frame .or. .not. tip%is_half()) return ! others go with the material
+      call patch_around(problem%grid, problem%particles, problem%blocks, tip%nodes%tip, patch)
+      moved = fitted_displacement(patch, problem%particles)
       if (patch%n > 0 .and. norm2(moved) <= tip%nodes%spacing) return
-      call failure%report(exit_computation, when(motion%steps, motion%time)//'the material at the tip of the crack has moved '// &
+      call failure%report(exit_computation, problem%state%when()//'the material at the tip of the crack has moved '// &
                           'by more than a cell there, '//to_text(tip%nodes%spacing)//' m, and the crack, which is fixed in '// &
                           'the grid, is elsewhere in the material now. Likely cause: the body moves as a whole or deforms '// &
                           'much; use &method frame = ''total''')
    end subroutine check_tip
 
    !> Where the particle with the most energy started, for messages.
-   function liveliest(motion) result(text)
-      type(motion_t), intent(in) :: motion
+   function liveliest(problem) result(text)
+      type(problem_t), intent(in) :: problem
       character(:), allocatable :: text
-      text = origin(motion%grid, motion%particles, liveliest_particle(motion%particles, motion%materials))
+      text = origin(problem%grid, problem%particles, liveliest_particle(problem%particles, problem%materials))
    end function liveliest
 
    !> The likely cause of energy that comes from nowhere, and what helps, by how the run steps.
-   function of_step(motion, time) result(text)
-      type(motion_t), intent(in) :: motion
+   function of_step(problem, time) result(text)
+      type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time
       character(:), allocatable :: text
       text = '. Likely cause: '
       select case (time)
       case ('explicit')
-         text = text//'the run is unstable: reduce &method courant, from steps of '//three_digits(motion%last_dt)//' s now'// &
-                other_scheme(motion)
+         text = text//'the run is unstable: reduce &method courant, from steps of '// &
+            three_digits(problem%state%last_dt)//' s now'// &
+                other_scheme(problem)
       case ('implicit')
          text = text//'loads, or the motion by them, are too large for numbers, or the steps for the motion: reduce &method '// &
-                'time_step, of '//three_digits(motion%last_dt)//' s now, or the loads'
+                'time_step, of '//three_digits(problem%state%last_dt)//' s now, or the loads'
       case default
          text = text//'loads, or the displacements by them, are too large for numbers: look at the units of loads and '// &
                 '&material young'
@@ -442,16 +443,16 @@ contains
    end function or_unstable
 
    !> A further advice where the scheme is the one that is known to be unstable.
-   function other_scheme(motion) result(text)
-      type(motion_t), intent(in) :: motion
+   function other_scheme(problem) result(text)
+      type(problem_t), intent(in) :: problem
       character(:), allocatable :: text
       text = ''
-      if (motion%scheme%name == 'usl') text = ', or choose another &method scheme than ''usl'''
+      if (problem%scheme%name == 'usl') text = ', or choose another &method scheme than ''usl'''
    end function other_scheme
 
    !> Fail where a piece is loose, and name the place.
    subroutine check_pieces(m, now, failure)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       character(*), intent(in) :: now            !! time, in words
       type(failure_t), intent(inout) :: failure
       real(dp) :: fill(m%grid%n_elements), strain(m%grid%n_elements), beside
@@ -480,7 +481,7 @@ contains
 
    !> The largest strain in fuller pieces that have a node in common with a piece; 0 where there are none.
    pure real(dp) function largest_beside(m, e, fill, strain) result(largest)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: e                   !! the first element of the piece
       real(dp), intent(in) :: fill(:), strain(:) !! by the first element of each piece
       integer :: element, c, k, other

@@ -23,7 +23,7 @@ module hampm_measurements
    use hampm_history, only: history_t
    use hampm_loads, only: load_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, keep_solver
-   use hampm_motion, only: motion_t, stored_energy, kinetic_energy
+   use hampm_problem, only: problem_t, stored_energy, kinetic_energy
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_particles, only: particles_t
    use hampm_results, only: results_t
@@ -81,16 +81,16 @@ module hampm_measurements
 contains
 
    !> Ready for the first measurement.
-   subroutine new_measurements(scene, motion, cracks, m)
+   subroutine new_measurements(scene, problem, cracks, m)
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(in) :: motion
+      type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       real(dp) :: force, length, depth, largest
       integer :: k
-      call note_initial_energy(motion, m)
-      m%rounding_energy = energy_of_rounding(scene, motion%loads)
-      call angular_momentum(motion%particles, m%initial_angular_momentum, largest)
+      call note_initial_energy(problem, m)
+      m%rounding_energy = energy_of_rounding(scene, problem%loads)
+      call angular_momentum(problem%particles, m%initial_angular_momentum, largest)
       allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
       do k = 1, size(m%crack)
          call new_crack_values(scene%energy_release%chosen(), cracks%tips(k), scene%method%time /= 'static' .and. &
@@ -101,7 +101,7 @@ contains
          m%g_ref = scene%energy_release%reference_value
       case ('dcb')
          call dcb_dimensions(scene, cracks%tips(1), force, length, depth)
-         associate (material => motion%materials(cracks%tips(1)%material))
+         associate (material => problem%materials(cracks%tips(1)%material))
             m%g_ref = dcb_energy_release_rate(force, length, depth, scene%run%thickness%of_plate, material%young, 0.0_dp)
             m%g_beam_on_foundation = dcb_energy_release_rate(force, length, depth, scene%run%thickness%of_plate, &
                                                              effective_modulus(material), chi_foundation)
@@ -111,12 +111,12 @@ contains
 
    !> Take the energy as that at the start of the run: the kinetic one, and what eigenstrains have stored. Where a run begins at rest, with what
    !> the loads had not put there.
-   subroutine note_initial_energy(motion, m)
-      type(motion_t), intent(in) :: motion
+   subroutine note_initial_energy(problem, m)
+      type(problem_t), intent(in) :: problem
       type(measurements_t), intent(inout) :: m
-      m%initial_energy = kinetic_energy(motion)
-      if (any(motion%materials%has_eigenstrain)) &
-         m%initial_energy = m%initial_energy + stored_energy(motion) - motion%external_work
+      m%initial_energy = kinetic_energy(problem)
+      if (any(problem%materials%has_eigenstrain)) &
+         m%initial_energy = m%initial_energy + stored_energy(problem) - problem%energies%external_work
    end subroutine note_initial_energy
 
    !> The energy below which nothing is told from rounding [J]. A force F on a plate of thickness B stores an energy of the order of
@@ -147,12 +147,12 @@ contains
    end function energy_of_rounding
 
    !> Make the solver of the extrapolations fit a new mesh. Fails where the memory does not suffice.
-   subroutine rebuild_extrapolation(motion, m, failure)
-      type(motion_t), intent(in) :: motion
+   subroutine rebuild_extrapolation(problem, m, failure)
+      type(problem_t), intent(in) :: problem
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      call new_mass_solver(motion%mass%by, motion%mass%order, motion%grid, constraints_t(), m%extrapolation, failure, &
-                           motion%fields%mass_matrix%ghosts)
+      call new_mass_solver(problem%mass%by, problem%mass%order, problem%grid, constraints_t(), m%extrapolation, failure, &
+                           problem%fields%mass_matrix%ghosts)
    end subroutine rebuild_extrapolation
 
    !> Load of an arm, crack length and depth of an arm of a double cantilever beam, from the scene: the resultant of the loads
@@ -174,16 +174,16 @@ contains
    end subroutine dcb_dimensions
 
    !> Declare the columns in the results, as a first pass through their list finds them, and what belongs to them.
-   subroutine declare_columns(scene, motion, cracks, growing, m, results, failure)
+   subroutine declare_columns(scene, problem, cracks, growing, m, results, failure)
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(in) :: motion
+      type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
       type(growing_t), intent(in) :: growing
       type(measurements_t), intent(inout) :: m
       type(results_t), intent(inout) :: results
       type(failure_t), intent(inout) :: failure
       integer :: i
-      call take_row(scene, motion, cracks, growing, 0.0_dp, m)
+      call take_row(scene, problem, cracks, growing, 0.0_dp, m)
       do i = 1, size(m%history%columns)
          associate (column => m%history%columns(i))
             call results%add_column(column%name, column%unit, column%meaning, failure, column%integer_valued)
@@ -195,9 +195,9 @@ contains
    end subroutine declare_columns
 
    !> Measure what rows, the guards and the progress line are made of. Fails where the nodal equations cannot be solved.
-   subroutine measure(scene, motion, cracks, m, failure)
+   subroutine measure(scene, problem, cracks, m, failure)
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(inout) :: motion
+      type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
@@ -206,30 +206,30 @@ contains
       real(dp), parameter :: rounding = 1e-12_dp ! of displacements
       real(dp) :: least, largest
       integer :: k, tip
-      m%kinetic_energy = kinetic_energy(motion)
-      m%strain_energy = stored_energy(motion)
-      m%plastic_dissipation = dissipation(motion%particles, motion%materials, plastic=.true.)
-      m%viscous_dissipation = dissipation(motion%particles, motion%materials, plastic=.false.)
-      m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(motion%external_work))
-      m%largest_inner_energy = max(m%largest_inner_energy, abs(motion%external_work), &
-                                   m%kinetic_energy + m%strain_energy - energy_of_flight(motion))
-      if (needs_nodal_state(scene)) call find_nodal_state(motion, state, failure)
+      m%kinetic_energy = kinetic_energy(problem)
+      m%strain_energy = stored_energy(problem)
+      m%plastic_dissipation = dissipation(problem%particles, problem%materials, plastic=.true.)
+      m%viscous_dissipation = dissipation(problem%particles, problem%materials, plastic=.false.)
+      m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(problem%energies%external_work))
+      m%largest_inner_energy = max(m%largest_inner_energy, abs(problem%energies%external_work), &
+                                   m%kinetic_energy + m%strain_energy - energy_of_flight(problem))
+      if (needs_nodal_state(scene)) call find_nodal_state(problem, state, failure)
       if (failure%failed()) return
       m%reaction = state%reaction
       if (any(scene%constraints%name /= '')) m%reactions = state%reactions
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
-         call measure_crack(motion, cracks, k, state, m%extrapolation, m%crack(k), g, failure)
+         call measure_crack(problem, cracks, k, state, m%extrapolation, m%crack(k), g, failure)
       end do
       do k = 1, size(cracks%crack)
          if (cracks%crack(k)%contact) cycle
-         call look_at_openings(motion%matter_t, k, least, largest)
+         call look_at_openings(problem%matter_t, k, least, largest)
          do tip = 1, size(cracks%tips)
             if (cracks%tips(tip)%crack /= k) cycle
             least = min(least, m%crack(tip)%behind(1), m%crack(tip)%mouth(1))
             largest = max(largest, norm2(m%crack(tip)%behind), norm2(m%crack(tip)%mouth))
          end do
-         largest = max(largest, rounding*maxval(abs(motion%particles%displacement(:motion%particles%n, :))))
-         call m%overlap(k)%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), motion%time)
+         largest = max(largest, rounding*maxval(abs(problem%particles%displacement(:problem%particles%n, :))))
+         call m%overlap(k)%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), problem%state%time)
       end do
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
       if (m%g_ref > 0 .and. allocated(g)) m%g_ratio = g/m%g_ref
@@ -243,42 +243,42 @@ contains
    end function needs_nodal_state
 
    !> Take a row of what was measured last: this is the list of all columns.
-   subroutine take_row(scene, motion, cracks, growing, dt, m)
+   subroutine take_row(scene, problem, cracks, growing, dt, m)
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(in) :: motion
+      type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
       type(growing_t), intent(in) :: growing
       real(dp), intent(in) :: dt                 !! length of the last step [s]
       type(measurements_t), intent(inout) :: m
       integer :: k
-      associate (history => m%history, p => motion%particles, grid => motion%grid)
+      associate (history => m%history, p => problem%particles, grid => problem%grid)
          call history%begin_row()
-         call history%record('time', 's', 'time', motion%time)
-         call history%record('step', '1', 'steps done', motion%steps)
+         call history%record('time', 's', 'time', problem%state%time)
+         call history%record('step', '1', 'steps done', problem%state%steps)
          call history%record('dt', 's', 'time step', dt)
          call history%record('particles', '1', 'number of particles', p%n)
          call history%record('cells', '1', 'number of cells', grid%forest%leaf_count())
-         call history%record('finest_cell', 'm', 'size of the smallest occupied cell', smallest_occupied_cell(grid, motion%blocks))
+         call history%record('finest_cell', 'm', 'size of the smallest occupied cell', smallest_occupied_cell(grid, problem%blocks))
          call history%record('kinetic_energy', 'J', 'kinetic energy', m%kinetic_energy)
          call history%record('strain_energy', 'J', 'strain energy', m%strain_energy)
-         call history%record('external_work', 'J', 'work of the loads and of constraints that move', motion%external_work)
-         call history%record('damping_loss', 'J', 'energy taken by the damping', motion%damping_loss)
+         call history%record('external_work', 'J', 'work of the loads and of constraints that move', problem%energies%external_work)
+         call history%record('damping_loss', 'J', 'energy taken by the damping', problem%energies%damping_loss)
          if (.not. p%total_frame) call record_momentum(p, history)
-         if (any(motion%materials%yields())) call history%record('plastic_dissipation', 'J', &
+         if (any(problem%materials%yields())) call history%record('plastic_dissipation', 'J', &
                                                                 'work of the stress on the plastic strain', &
                                                                 m%plastic_dissipation)
-         if (any(motion%materials%has_history() .and. .not. motion%materials%yields())) &
+         if (any(problem%materials%has_history() .and. .not. problem%materials%yields())) &
             call history%record('viscous_dissipation', 'J', 'energy taken by the viscosity of the material', m%viscous_dissipation)
          if (any(scene%paths%friction > 0) .or. scene%contact%is_wanted()) &
             call history%record('friction_loss', 'J', 'energy taken by friction', &
-                                motion%interfaces%loss - motion%interfaces%of_cohesion + motion%body_contact%friction_loss)
-         if (motion%interfaces%n_cohesive > 0) &
+                                problem%interfaces%loss - problem%interfaces%of_cohesion + problem%body_contact%friction_loss)
+         if (problem%interfaces%n_cohesive > 0) &
             call history%record('cohesive_energy', 'J', 'energy taken by faces that cohesion holds, as they part', &
-                                motion%interfaces%of_cohesion)
+                                problem%interfaces%of_cohesion)
          if (scene%contact%is_wanted()) then
-            call history%record('contact_loss', 'J', 'energy that bodies have lost by meeting', motion%body_contact%loss)
+            call history%record('contact_loss', 'J', 'energy that bodies have lost by meeting', problem%body_contact%loss)
             call history%record_vector('contact_force', 'N', 'force of the first body, or part, on all others', &
-                                       motion%body_contact%force)
+                                       problem%body_contact%force)
          end if
          if (growing%are_there()) then
             if (growing%at_rest) call history%record('load_factor', '1', &
@@ -286,22 +286,22 @@ contains
                                                      growing%load_factor)
             call history%record('fracture_energy', 'J', 'energy taken by new faces: at rest the integral of G over their area, '// &
                                 'in motion the work of the bonds that let go; on a symmetry plane half of it', &
-                                motion%fracture_energy)
-            if (.not. (growing%at_rest .or. any(motion%materials%has_history()))) &
+                                problem%energies%fracture_energy)
+            if (.not. (growing%at_rest .or. any(problem%materials%has_history()))) &
                call history%record('integral_of_G', 'J', 'integral of G over the area of new faces, by rows; on a '// &
                                    'symmetry plane half of it', growing%integral)
          end if
          if (scene%energy_release%energy_balance) &
-            call history%record('numerical_loss', 'J', 'energy lost by the method', motion%numerical_loss)
+            call history%record('numerical_loss', 'J', 'energy lost by the method', problem%energies%numerical_loss)
          do k = 1, size(m%crack)
             if (k > 1) history%of_tip = '_tip'//to_text(k)
-            call record_crack(motion%materials(cracks%tips(k)%material), cracks%tips(k), m%crack(k), &
+            call record_crack(problem%materials(cracks%tips(k)%material), cracks%tips(k), m%crack(k), &
                               size(scene%growth) > 0, history)
-            if (growing%are_there()) call record_growth(growing, scene, cracks, k, motion%time, history)
+            if (growing%are_there()) call record_growth(growing, scene, cracks, k, problem%state%time, history)
             if (cracks%tips(k)%has_zone) then
                if (.not. growing%are_there()) call record_place(cracks, cracks%tips(k), history)
                call history%record('zone_length', 'm', 'length of the faces ahead of the tip that are damaged', &
-                                   zone_length(motion%interfaces, cracks%tips(k)%crack))
+                                   zone_length(problem%interfaces, cracks%tips(k)%crack))
             end if
          end do
          history%of_tip = ''
@@ -343,25 +343,26 @@ contains
    end subroutine record_reactions
 
    !> Kinetic energy of the motion as a whole, which is nobody else's where nothing holds the material [J].
-   pure real(dp) function energy_of_flight(motion) result(energy)
-      type(motion_t), intent(in) :: motion
+   pure real(dp) function energy_of_flight(problem) result(energy)
+      type(problem_t), intent(in) :: problem
       energy = 0
-      if (size(motion%constraints%node) > 0) return
-      associate (p => motion%particles)
+      if (size(problem%constraints%node) > 0) return
+      associate (p => problem%particles)
          energy = sum(linear_momentum(p)**2)/(2*sum(p%mass(:p%n)))
       end associate
    end function energy_of_flight
 
    !> What is missing in the energy balance, over the largest energy so far; without the audit it is the numerical loss [-]. Nothing
    !> is where there is only rounding.
-   pure real(dp) function energy_residual(motion, m) result(residual)
-      type(motion_t), intent(in) :: motion
+   pure real(dp) function energy_residual(problem, m) result(residual)
+      type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: m
       residual = 0
       if (m%largest_energy <= m%rounding_energy) return
-      residual = (motion%external_work + m%initial_energy - m%kinetic_energy - m%strain_energy - motion%damping_loss &
-                  - motion%numerical_loss - motion%interfaces%loss - motion%fracture_energy &
-                  - motion%body_contact%loss - motion%body_contact%friction_loss &
+      residual = (problem%energies%external_work + m%initial_energy - m%kinetic_energy - m%strain_energy - &
+                  problem%energies%damping_loss &
+                  - problem%energies%numerical_loss - problem%interfaces%loss - problem%energies%fracture_energy &
+                  - problem%body_contact%loss - problem%body_contact%friction_loss &
                   - m%plastic_dissipation - m%viscous_dissipation)/m%largest_energy
    end function energy_residual
 

@@ -7,7 +7,7 @@ module hampm_views
    use hampm_cut_cells, only: both_faces
    use hampm_grid, only: grid_t
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_nodal_fields, only: v_n
    use hampm_refinement, only: refinement_t
    use hampm_snapshots, only: piece_t, add_field, vtk_line, vtk_quad, vtk_biquadratic_quad
@@ -27,18 +27,18 @@ contains
 
    !> The particles at their present position. With cracks, each has the piece of its cell to which it belongs, and the side of the
    !> crack on which it began.
-   subroutine particle_view(motion, with_cracks, view)
-      type(motion_t), intent(in) :: motion
+   subroutine particle_view(problem, with_cracks, view)
+      type(problem_t), intent(in) :: problem
       logical, intent(in) :: with_cracks
       type(piece_t), intent(out) :: view
       real(dp) :: h(ndim, ndim), stress(ndim, ndim)
       real(dp), allocatable :: components(:, :), energy(:), plastic(:)
       integer :: i
-      associate (p => motion%particles)
+      associate (p => problem%particles)
          allocate (components(4, p%n), energy(p%n), plastic(p%n))
          do i = 1, p%n
             h = p%gradient_of(i)
-            associate (material => motion%materials(p%material(i)))
+            associate (material => problem%materials(p%material(i)))
                stress = material%kirchhoff_stress(h, p%history_of(i), p%hoop_of(i))
                components(:3, i) = [stress(1, 1), stress(2, 2), stress(1, 2)]
                if (p%thickness%is_ring) components(4, i) = (1 + merge(p%hoop_of(i), 0.0_dp, material%is_finite())) &
@@ -57,19 +57,19 @@ contains
          call add_field(view%point_fields, 'stress_xy', components(3:3, :))
          if (p%thickness%is_ring) call add_field(view%point_fields, 'stress_zz', components(4:4, :))
          call add_field(view%point_fields, 'energy_density', reshape(energy, [1, p%n]))
-         if (any(motion%materials%yields())) call add_field(view%point_fields, 'plastic_strain', reshape(plastic, [1, p%n]))
+         if (any(problem%materials%yields())) call add_field(view%point_fields, 'plastic_strain', reshape(plastic, [1, p%n]))
       end associate
-      if (with_cracks) call add_sides(motion, view)
+      if (with_cracks) call add_sides(problem, view)
    end subroutine particle_view
 
    !> Add to the particles their pieces and sides; after a failure some may be in no cell.
-   subroutine add_sides(motion, view)
-      type(motion_t), intent(in) :: motion
+   subroutine add_sides(problem, view)
+      type(problem_t), intent(in) :: problem
       type(piece_t), intent(inout) :: view
-      real(dp) :: of(2, motion%particles%n), origin(ndim) ! piece, side
+      real(dp) :: of(2, problem%particles%n), origin(ndim) ! piece, side
       integer :: i
       of = 0
-      associate (grid => motion%grid, p => motion%particles)
+      associate (grid => problem%grid, p => problem%particles)
          do i = 1, p%n
             if (p%cell(i) == 0) cycle
             origin = p%reference(i, :)
@@ -84,8 +84,8 @@ contains
    !> The grid, transition cells by their quarters, cut cells by their pieces, each over the whole cell, and quadratic cells whole. With the mass and velocity
    !> that its nodes had in the last step and, where the mesh follows a gradient, the refinement parameter: not a number after a
    !> failure, when it can't be had from the particles.
-   subroutine mesh_view(motion, refinement, with_cracks, after_failure, view)
-      type(motion_t), intent(inout) :: motion
+   subroutine mesh_view(problem, refinement, with_cracks, after_failure, view)
+      type(problem_t), intent(inout) :: problem
       type(refinement_t), intent(in) :: refinement
       logical, intent(in) :: with_cracks, after_failure
       type(piece_t), intent(out) :: view
@@ -94,20 +94,20 @@ contains
       integer :: e
       if (refinement%indicator == 'gradient') then
          if (after_failure) then
-            r = spread(ieee_value(0.0_dp, ieee_quiet_nan), 1, motion%grid%n_points)
+            r = spread(ieee_value(0.0_dp, ieee_quiet_nan), 1, problem%grid%n_points)
          else
-            call nodal_field(motion, refinement%field, phi)
-            call refinement_parameter(motion, refinement%field, phi, r)
+            call nodal_field(problem, refinement%field, phi)
+            call refinement_parameter(problem, refinement%field, phi, r)
          end if
          call add_field(view%point_fields, 'R', reshape(r, [1, size(r)]))
       end if
-      associate (grid => motion%grid, f => motion%fields)
+      associate (grid => problem%grid, f => problem%fields)
          view%name = 'mesh'
          view%points = grid%node_position
          call add_field(view%point_fields, 'mass', reshape(f%mass_matrix%lumped, [1, grid%n_points]))
          call add_field(view%point_fields, 'velocity', f%velocity(:, :, v_n))
          if (grid%is_quadratic()) then
-            call add_quadratic_cells(grid, motion%blocks%count_in, with_cracks, view)
+            call add_quadratic_cells(grid, problem%blocks%count_in, with_cracks, view)
             return
          end if
          view%connectivity = reshape(grid%element_nodes(around, :) - 1, [corners*grid%n_elements])
@@ -116,7 +116,7 @@ contains
          call add_field(view%cell_fields, 'level', &
                         reshape([(real(grid%forest%level_of(grid%element_leaf(e)), dp), e=1, grid%n_elements)], &
                                 [1, grid%n_elements]))
-         call add_field(view%cell_fields, 'particles', reshape(real(motion%blocks%count_in, dp), [1, grid%n_elements]))
+         call add_field(view%cell_fields, 'particles', reshape(real(problem%blocks%count_in, dp), [1, grid%n_elements]))
          if (with_cracks) call add_field(view%cell_fields, 'piece', &
                                          reshape([(real(grid%piece_of(e), dp), e=1, grid%n_elements)], [1, grid%n_elements]))
       end associate

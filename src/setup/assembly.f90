@@ -23,7 +23,7 @@ module hampm_assembly
    use hampm_joints, only: sheets_of_bodies
    use hampm_outline, only: edge_part_t, outline_t
    use hampm_mass_choice, only: new_mass_choice
-   use hampm_motion, only: motion_t, start_motion
+   use hampm_problem, only: problem_t, start_problem
    use hampm_particles, only: particles_t, new_particles, add_history
    use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius, held_part, to_surface
    use hampm_placement, only: tolerance, points_of
@@ -45,9 +45,9 @@ contains
 
    !> Build the motion of a scene, its cracks and its refinement. Fails where memory does not suffice or a part of the scene meets
    !> nothing.
-   subroutine assemble(scene, motion, cracks, refinement, failure)
+   subroutine assemble(scene, problem, cracks, refinement, failure)
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(out) :: motion
+      type(problem_t), intent(out) :: problem
       type(cracks_t), intent(out) :: cracks
       type(refinement_t), intent(out) :: refinement
       type(failure_t), intent(inout) :: failure
@@ -73,35 +73,35 @@ contains
             solids(:, 2, k) = scene%bodies(k)%upper
          end do
       end if
-      call build_grid(forest, motion%grid, failure, cracks%lines(), bodies, sheets, solids)
+      call build_grid(forest, problem%grid, failure, cracks%lines(), bodies, sheets, solids)
       if (failure%failed()) return
-      motion%materials = materials_of(scene)
-      motion%interfaces%thickness = scene%run%thickness
-      motion%interfaces%cohesion = [(scene%cohesive(k)%law(), k=1, size(scene%cohesive))]
-      motion%interfaces%are_bounded = scene%method%time == 'explicit'
-      motion%interfaces%are_moving = scene%method%time /= 'static'
-      call place_particles(scene, motion, failure)
+      problem%materials = materials_of(scene)
+      problem%interfaces%thickness = scene%run%thickness
+      problem%interfaces%cohesion = [(scene%cohesive(k)%law(), k=1, size(scene%cohesive))]
+      problem%interfaces%are_bounded = scene%method%time == 'explicit'
+      problem%interfaces%are_moving = scene%method%time /= 'static'
+      call place_particles(scene, problem, failure)
       if (failure%failed()) return
-      call check_masses(motion%particles, failure)
+      call check_masses(problem%particles, failure)
       if (failure%failed()) return
       do k = 1, size(scene%constraints)
          associate (c => scene%constraints(k))
-            call constrain_box(motion%constraints, motion%grid, c%lower, c%upper, c%fixed, c%motion)
+            call constrain_box(problem%constraints, problem%grid, c%lower, c%upper, c%fixed, c%motion)
          end associate
       end do
-      if (scene%run%thickness%is_ring) call hold_axis(motion%constraints, motion%grid)
-      call check_supports(motion, failure)
+      if (scene%run%thickness%is_ring) call hold_axis(problem%constraints, problem%grid)
+      call check_supports(problem, failure)
       if (failure%failed()) return
-      call place_loads(scene, motion, failure)
+      call place_loads(scene, problem, failure)
       if (failure%failed()) return
-      motion%damping_rate = scene%damping%rate
-      motion%body_contact%wanted = scene%contact%is_wanted()
-      motion%body_contact%always_sticks = scene%contact%bodies == 'stick'
-      motion%body_contact%friction = scene%contact%friction
-      motion%body_contact%distance = scene%contact%distance
-      motion%audit = scene%energy_release%energy_balance
+      problem%damping_rate = scene%damping%rate
+      problem%body_contact%wanted = scene%contact%is_wanted()
+      problem%body_contact%always_sticks = scene%contact%bodies == 'stick'
+      problem%body_contact%friction = scene%contact%friction
+      problem%body_contact%distance = scene%contact%distance
+      problem%audit = scene%energy_release%energy_balance
       associate (method => scene%method)
-         call start_motion(motion, scheme_of(scene), failure, new_mass_choice(mass_used(scene), method%solver, method%order, &
+         call start_problem(problem, scheme_of(scene), failure, new_mass_choice(mass_used(scene), method%solver, method%order, &
                                                                               method%blend, method%full_lower, &
                                                                               method%full_upper, &
                                                                               method%full_region == 'refined'))
@@ -251,7 +251,7 @@ contains
    !> Fill the bodies with particles and sort these into the cells.
    subroutine place_particles(scene, m, failure)
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       type(pieces_t) :: pieces(size(scene%bodies))
       integer :: points(ndim, size(scene%bodies)), number(size(scene%bodies)), k, first
@@ -293,7 +293,7 @@ contains
          first = first + number(k)
       end do
       if (scene%method%has_domains()) call start_domains(m%particles)
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       if (m%grid%is_quadratic() .and. .not. failure%failed()) call weigh_points(m%matter_t)
    end subroutine place_particles
 
@@ -301,7 +301,7 @@ contains
    !> edges of particles look.
    subroutine place_loads(scene, m, failure)
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       type(load_t), allocatable :: loads(:)
       integer :: k, n, i
@@ -355,7 +355,7 @@ contains
    subroutine place_load(scene, spec, m, parts)
       type(scene_t), intent(in) :: scene
       type(load_spec_t), intent(in) :: spec
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(load_t), intent(inout) :: parts(:)
       type(edge_part_t), allocatable :: edge(:)
       real(dp), parameter :: everywhere(ndim) = huge(1.0_dp)
@@ -395,7 +395,7 @@ contains
    subroutine press_parts(scene, spec, m, loads)
       type(scene_t), intent(in) :: scene
       type(load_spec_t), intent(in) :: spec
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(load_t), intent(inout) :: loads(ndim)
       type(edge_part_t), allocatable :: edge(:)
       integer :: d, k
@@ -412,7 +412,7 @@ contains
    subroutine place_on_faces(scene, spec, m, parts)
       type(scene_t), intent(in) :: scene
       type(load_spec_t), intent(in) :: spec
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(load_t), intent(inout) :: parts(:)
       integer :: k
       if (.not. scene%is_half()) then
@@ -431,7 +431,7 @@ contains
    !> A pressure on a straight part of a surface: its resultant from its length, the unit vector into the material and the thickness.
    subroutine press_segment(scene, m, from, to, into, pressure, load)
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: from(ndim), to(ndim) !! its ends [m]
       real(dp), intent(in) :: into(ndim)
       real(dp), intent(in) :: pressure           !! [Pa]
@@ -444,7 +444,7 @@ contains
    !> particles along it.
    subroutine load_on_segment(scene, m, from, to, toward, load)
       type(scene_t), intent(in) :: scene
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: from(ndim), to(ndim) !! its ends [m]
       real(dp), intent(in) :: toward(ndim)       !! unit vector into the material at the face of a crack; 0 elsewhere
       type(load_t), intent(inout) :: load

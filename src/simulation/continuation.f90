@@ -12,9 +12,8 @@ module hampm_continuation
    use hampm_refinement, only: keep_refinement
    use hampm_scene, only: scene_t
    use hampm_simulation, only: simulation_t, rebuild_on_mesh
-   use hampm_state, only: keep_motion
+   use hampm_problem_checkpoint, only: keep_problem
    use hampm_threads, only: use_threads
-   use hampm_whereabouts, only: when
    implicit none
    private
    public :: look_for_interruption, rebuild
@@ -28,10 +27,10 @@ contains
       character(:), allocatable :: reason
       logical :: is_time
       if (failure%failed()) return
-      reason = s%interruption%reason_to_stop(s%motion%steps)
-      is_time = s%interruption%wants_checkpoint(s%motion%steps)
+      reason = s%interruption%reason_to_stop(s%problem%state%steps)
+      is_time = s%interruption%wants_checkpoint(s%problem%state%steps)
       if (reason /= '' .or. is_time) call write_checkpoint(s, reason /= '', failure)
-      if (reason /= '' .and. .not. failure%failed()) call failure%report(exit_stopped, when(s%motion%steps, s%motion%time)// &
+      if (reason /= '' .and. .not. failure%failed()) call failure%report(exit_stopped, s%problem%state%when()// &
          'stopped by '//reason//'. To go on: hampm --resume '//checkpoint_name(s%results%path))
    end subroutine look_for_interruption
 
@@ -52,10 +51,10 @@ contains
       call checkpoint%keep_text('scene', s%scene%as_used)
       call keep_cracks(s%cracks, checkpoint)
       call keep_growing(s%growing, checkpoint)
-      call keep_motion(checkpoint, s%cracks, s%motion)
+      call keep_problem(checkpoint, s%cracks, s%problem)
       call keep_rest(checkpoint, s)
       call checkpoint%finish(failure)
-      call s%interruption%note_checkpoint(s%motion%steps)
+      call s%interruption%note_checkpoint(s%problem%state%steps)
    end subroutine write_checkpoint
 
    !> Build the simulation of a scene as it was when a checkpoint of it was written.
@@ -66,19 +65,19 @@ contains
       type(simulation_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
       s%scene = scene
-      call assemble(scene, s%motion, s%cracks, s%refinement, failure)
+      call assemble(scene, s%problem, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
       if (.not. failure%failed()) then
-         call attach_cracks(s%carried, s%motion, scene%energy_release%needs_nodes())
-         call new_measurements(scene, s%motion, s%cracks, s%measurements)  ! of the start, as G_ref is
+         call attach_cracks(s%carried, s%problem, scene%energy_release%needs_nodes())
+         call new_measurements(scene, s%problem, s%cracks, s%measurements) ! of the start, as G_ref is
          call new_growing(scene, s%cracks, s%growing)
          call keep_cracks(s%cracks, checkpoint)
          call keep_growing(s%growing, checkpoint)
          call follow_all_in_scene(s)
-         call keep_motion(checkpoint, s%cracks, s%motion)
+         call keep_problem(checkpoint, s%cracks, s%problem)
       end if
       if (.not. (failure%failed() .or. checkpoint%failure%failed())) then
-         call use_threads(threads, s%motion%particles%n)
+         call use_threads(threads, s%problem%particles%n)
          call rebuild_on_mesh(s, failure)
          call keep_rest(checkpoint, s)
       end if
@@ -93,7 +92,7 @@ contains
       do k = 1, size(s%cracks%crack)
          call follow_in_scene(s%scene, s%cracks, k)
       end do
-      if (s%growing%at_rest) call scale_loads(s%growing, s%motion)
+      if (s%growing%at_rest) call scale_loads(s%growing, s%problem)
    end subroutine follow_all_in_scene
 
    !> Keep in a checkpoint, or get from it, what there is beside the motion.
@@ -103,13 +102,13 @@ contains
       character(:), allocatable :: warning
       integer :: n
       call keep_refinement(s%refinement, checkpoint)
-      call keep_measurements(s%motion%grid, s%measurements, checkpoint)
+      call keep_measurements(s%problem%grid, s%measurements, checkpoint)
       call checkpoint%section('run')
       call checkpoint%keep('longest_step', s%longest_step)
       call checkpoint%keep('limit', s%limit)
       call checkpoint%keep('steps_left', s%steps_left)
       call checkpoint%keep('dt', s%dt)
-      call s%integrator%keep(s%motion, checkpoint)
+      call s%integrator%keep(s%problem, checkpoint)
       call checkpoint%keep('samples', s%samples)
       call checkpoint%keep('snapshots', s%snapshots)
       n = 0

@@ -13,10 +13,9 @@ module hampm_growth
    use hampm_growth_pace, only: pace_t, begin_pace, follow_pace
    use hampm_measurements, only: measurements_t
    use hampm_mesh_changes, only: cut_anew, change_cut
-   use hampm_motion, only: stored_energy, update_particles
+   use hampm_problem, only: stored_energy, update_particles
    use hampm_simulation, only: simulation_t, measure_state
    use hampm_symmetric_turns, only: symmetric_turns_t
-   use hampm_whereabouts, only: when
    implicit none
    private
    public :: start_growth, prepare_growth, advance_in_pace, follow_growth
@@ -39,10 +38,10 @@ contains
       if (failure%failed() .or. .not. s%growing%are_there()) return
       if (s%growing%at_rest) then
          call grow(s, failure)
-         s%growing%stored_grown = stored_energy(s%motion)
+         s%growing%stored_grown = stored_energy(s%problem)
          return
       end if
-      if (has_to_look(s%growing, s%scene, s%motion, s%cracks)) call look_at_tips(s, failure)
+      if (has_to_look(s%growing, s%scene, s%problem, s%cracks)) call look_at_tips(s, failure)
       if (.not. s%growing%is_paced) call plan_growth(s, failure)
    end subroutine prepare_growth
 
@@ -52,11 +51,11 @@ contains
       type(failure_t), intent(inout) :: failure
       logical :: have_planned
       if (failure%failed()) return
-      call plan_ways(s%growing, s%scene, s%motion, s%cracks, s%dt, have_planned, s%warning)
+      call plan_ways(s%growing, s%scene, s%problem, s%cracks, s%dt, have_planned, s%warning)
       if (.not. have_planned) return
-      call update_particles(s%motion)
+      call update_particles(s%problem)
       call change_cut(s, failure)
-      if (.not. failure%failed()) call s%integrator%settle(s%motion, s%dt, failure)
+      if (.not. failure%failed()) call s%integrator%settle(s%problem, s%dt, failure)
    end subroutine plan_growth
 
    !> Advance by an implicit step with tips that grow: tried with other ways until G keeps to the toughness (`hampm_growth_pace`).
@@ -70,17 +69,17 @@ contains
       character(:), allocatable :: warning
       logical :: is_over
       call begin_pace(s%growing, s%dt, pace)
-      call update_particles(s%motion)
+      call update_particles(s%problem)
       do
          call plan_growth(s, failure)
          if (failure%failed()) return
-         call s%integrator%note_start(s%motion)
+         call s%integrator%note_start(s%problem)
          if (allocated(s%warning)) warning = s%warning
          measurements = s%measurements
          cracks = s%cracks
          growing = s%growing
-         call move_tips(s%growing, s%scene, s%motion, s%cracks, s%motion%time, s%dt, s%warning)
-         call s%integrator%advance(s%motion, s%dt, failure)
+         call move_tips(s%growing, s%scene, s%problem, s%cracks, s%problem%state%time, s%dt, s%warning)
+         call s%integrator%advance(s%problem, s%dt, failure)
          call look_at_tips(s, failure)
          if (failure%failed()) return
          call follow_pace(pace, s%growing, s%cracks, s%dt, is_over)
@@ -94,7 +93,7 @@ contains
          s%measurements = measurements
          if (allocated(s%warning)) deallocate (s%warning)
          if (allocated(warning)) s%warning = warning
-         call s%integrator%go_to_start(s%motion)
+         call s%integrator%go_to_start(s%problem)
       end do
    end subroutine advance_in_pace
 
@@ -103,11 +102,11 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       if (failure%failed()) return
-      call update_particles(s%motion)
+      call update_particles(s%problem)
       call measure_state(s, failure)
       if (failure%failed()) return
       call note_look(s%growing, s%cracks, s%measurements%crack)
-      call start_tips(s%growing, s%scene, s%motion, s%cracks, s%measurements%crack)
+      call start_tips(s%growing, s%scene, s%problem, s%cracks, s%measurements%crack)
    end subroutine look_at_tips
 
    !> After a step: scale loads to the toughness at rest, or let tips move.
@@ -121,7 +120,7 @@ contains
          call turn_to_symmetry(s, turns, failure) ! loads that do not all change alike, and finer cells, have changed K_II
          call load_to_toughness(s, failure)
       else if (.not. s%growing%is_paced) then
-         call move_tips(s%growing, s%scene, s%motion, s%cracks, s%motion%time - s%dt, s%dt, s%warning)
+         call move_tips(s%growing, s%scene, s%problem, s%cracks, s%problem%state%time - s%dt, s%dt, s%warning)
       end if
    end subroutine follow_growth
 
@@ -188,7 +187,7 @@ contains
       before = s%growing%load_factor
       last_root = 0
       last_factor = 1
-      by_advance = freed(s%growing, s%motion)
+      by_advance = freed(s%growing, s%problem)
       change = 1
       do attempt = 1, most
          factor = factor_to_toughness(s%growing, s%scene, s%cracks, s%measurements%crack)
@@ -197,20 +196,20 @@ contains
          if (attempt > 1) factor = by_secant(last_factor, last_root, root)
          last_root = root
          last_factor = factor
-         call correct_work(s%growing, factor*s%growing%load_factor/before, by_advance, change, s%motion)
-         call s%integrator%rescale(s%motion, factor, failure)
+         call correct_work(s%growing, factor*s%growing%load_factor/before, by_advance, change, s%problem)
+         call s%integrator%rescale(s%problem, factor, failure)
          if (failure%failed()) return
          s%growing%load_factor = factor*s%growing%load_factor
-         call scale_loads(s%growing, s%motion)
+         call scale_loads(s%growing, s%problem)
          call measure_state(s, failure)
          if (failure%failed()) return
       end do
       if (attempt > most) then
-         call failure%report(exit_computation, when(s%motion%steps, s%motion%time)//'no factor of the loads was found that '// &
+         call failure%report(exit_computation, s%problem%state%when()//'no factor of the loads was found that '// &
                              'brings G to the toughness: it hardly hangs on them, as where an eigenstrain drives the crack')
          return
       end if
-      call book_fracture(s%growing, s%scene, s%cracks, s%measurements%crack, s%motion)
+      call book_fracture(s%growing, s%scene, s%cracks, s%measurements%crack, s%problem)
    end subroutine load_to_toughness
 
    !> By what to multiply a load so that the root of G over the toughness, a function of the load, is 1, by the secant through its last two values: by

@@ -5,7 +5,7 @@ module hampm_mesh_changes
    use hampm_cut_cells, only: line_t
    use hampm_failure, only: failure_t
    use hampm_matching, only: adopt_lines
-   use hampm_motion, only: update_particles
+   use hampm_problem, only: update_particles
    use hampm_refinement, only: refine, follow_particles
    use hampm_simulation, only: simulation_t, rebuild_on_mesh, limit_time_step
    implicit none
@@ -21,18 +21,18 @@ contains
       type(failure_t), intent(inout) :: failure
       logical :: adapted
       if (failure%failed() .or. s%integrator%is_static) return
-      if (.not. (s%refinement%is_active() .or. s%motion%has_domains())) return
-      if (s%motion%sorted) then
-         call follow_particles(s%motion, failure)
+      if (.not. (s%refinement%is_active() .or. s%problem%has_domains())) return
+      if (s%problem%cache%sorted) then
+         call follow_particles(s%problem, failure)
          if (failure%failed()) return
          call limit_time_step(s)
       end if
-      if (.not. s%refinement%is_due(s%motion%time, steps_before, s%motion%steps)) return
-      call update_particles(s%motion)
-      if (s%growing%are_there()) s%motion%grid%cut_cells%lines = s%cracks%lines() ! with the tips where they are now
-      call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
+      if (.not. s%refinement%is_due(s%problem%state%time, steps_before, s%problem%state%steps)) return
+      call update_particles(s%problem)
+      if (s%growing%are_there()) s%problem%grid%cut_cells%lines = s%cracks%lines() ! with the tips where they are now
+      call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure)
       if (adapted .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
-      if (adapted .and. .not. failure%failed()) call s%integrator%settle(s%motion, s%dt, failure)
+      if (adapted .and. .not. failure%failed()) call s%integrator%settle(s%problem, s%dt, failure)
    end subroutine adapt
 
    !> At rest: refine the mesh and find equilibrium on it until the indicator asks for no more.
@@ -42,10 +42,10 @@ contains
       logical :: adapted
       if (.not. s%integrator%is_static) return
       do while (s%refinement%follows_motion() .and. .not. failure%failed())
-         call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
+         call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure)
          if (failure%failed() .or. .not. adapted) return
          call rebuild_on_mesh(s, failure)
-         if (.not. failure%failed()) call s%integrator%settle(s%motion, s%longest_step, failure)
+         if (.not. failure%failed()) call s%integrator%settle(s%problem, s%longest_step, failure)
       end do
    end subroutine adapt_at_rest
 
@@ -55,7 +55,7 @@ contains
       type(failure_t), intent(inout) :: failure
       logical :: moved
       if (failure%failed() .or. .not. s%carried%are_there()) return
-      call follow_cracks(s%carried, s%motion, moved, failure)
+      call follow_cracks(s%carried, s%problem, moved, failure)
       if (moved .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
    end subroutine carry_cracks
 
@@ -64,7 +64,7 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       call change_cut(s, failure)
-      if (.not. failure%failed()) call s%integrator%settle(s%motion, s%longest_step, failure)
+      if (.not. failure%failed()) call s%integrator%settle(s%problem, s%longest_step, failure)
    end subroutine cut_anew
 
    !> Cut cells along cracks that have changed, and let the mesh follow their tips.
@@ -74,10 +74,10 @@ contains
       type(line_t), allocatable :: lines(:)
       logical :: adapted
       allocate (lines, source=s%cracks%lines())
-      call adopt_lines(s%motion, lines, failure)
+      call adopt_lines(s%problem, lines, failure)
       adapted = s%refinement%indicator == 'tip'
       do while (adapted .and. .not. failure%failed())
-         call refine(s%refinement, s%motion, s%cracks%tip_places(), adapted, failure)
+         call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure)
       end do
       if (.not. failure%failed()) call rebuild_on_mesh(s, failure)
    end subroutine change_cut

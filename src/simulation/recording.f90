@@ -46,7 +46,7 @@ contains
       call s%results%add_attribute('/input', 'threads', thread_count(), failure)
       call s%results%add_attribute('/history', 'title', trim(s%scene%run%title), failure)
       if (any(s%scene%paths%name /= '')) call s%results%add_attribute('/history', 'cracks', path_names(s%scene%paths), failure)
-      call declare_columns(s%scene, s%motion, s%cracks, s%growing, s%measurements, s%results, failure)
+      call declare_columns(s%scene, s%problem, s%cracks, s%growing, s%measurements, s%results, failure)
    end subroutine open_results
 
    !> The names of cracks of the kind 'path', in their order, which is that of the tips.
@@ -92,7 +92,7 @@ contains
    pure logical function is_due(s, time)
       type(simulation_t), intent(in) :: s
       real(dp), intent(in) :: time               !! of the output [s]
-      is_due = s%motion%time >= time - same_time(s)
+      is_due = s%problem%state%time >= time - same_time(s)
    end function is_due
 
    !> Take the samples and snapshots that are due, and look whether all is well.
@@ -106,16 +106,16 @@ contains
       if (failure%failed()) return
       if (s%growing%are_there() .and. .not. s%growing%at_rest) &
          call book_rate(s%growing, s%scene, s%cracks, s%measurements%crack)
-      call check_state(s%motion, trim(s%scene%method%time), s%measurements, s%warning, failure)
-      if (.not. failure%failed()) call look_at_normals(s%motion, failure)
-      if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%motion, s%cracks%tips(1), failure)
+      call check_state(s%problem, trim(s%scene%method%time), s%measurements, s%warning, failure)
+      if (.not. failure%failed()) call look_at_normals(s%problem, failure)
+      if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%problem, s%cracks%tips(1), failure)
       if (failure%failed()) return
       do k = 1, size(s%cracks%tips)
-         call look_at_modes(s%motion, s%cracks%tips(k), s%warning)
+         call look_at_modes(s%problem, s%cracks%tips(k), s%warning)
       end do
-      if (s%motion%interfaces%n_cohesive > 0) call look_at_zones(s%cracks, s%motion%interfaces, s%warning)
+      if (s%problem%interfaces%n_cohesive > 0) call look_at_zones(s%cracks, s%problem%interfaces, s%warning)
       if (is_due(s, min(output_time(s, s%samples, s%scene%output%history_interval), s%scene%run%end_time))) then
-         call take_row(s%scene, s%motion, s%cracks, s%growing, s%dt, s%measurements)
+         call take_row(s%scene, s%problem, s%cracks, s%growing, s%dt, s%measurements)
          call s%results%append(s%measurements%history%row, failure)
          s%samples = s%samples + 1
       end if
@@ -136,10 +136,10 @@ contains
       logical :: with_cracks
       with_cracks = shows_cracks(s%cracks)
       allocate (pieces(merge(3, 2, with_cracks)))
-      call particle_view(s%motion, with_cracks, pieces(1))
-      call mesh_view(s%motion, s%refinement, with_cracks, after_failure, pieces(2))
+      call particle_view(s%problem, with_cracks, pieces(1))
+      call mesh_view(s%problem, s%refinement, with_cracks, after_failure, pieces(2))
       if (with_cracks) call crack_view(s%cracks, pieces(3))
-      call s%results%write_snapshot(s%motion%time, pieces, failure)
+      call s%results%write_snapshot(s%problem%state%time, pieces, failure)
    end subroutine write_snapshot
 
    !> Tell how the run has ended: by the last snapshot of what has gone wrong, its distance from rest, and attributes of the result.
@@ -150,7 +150,7 @@ contains
       if (failure%code == exit_computation) call show_what_failed(s)
       if (.not. failure%failed()) then
          s%distance_from_rest = s%integrator%distance_from_rest
-         if (.not. s%integrator%is_static) call find_distance_from_rest(s%motion, s%distance_from_rest)
+         if (.not. s%integrator%is_static) call find_distance_from_rest(s%problem, s%distance_from_rest)
       end if
       if (failure%code /= exit_stopped) call look_at_faces(s%measurements, s%cracks%crack, is_at_rest(s), s%warning)
       call tell_end(s, failure)
@@ -191,9 +191,9 @@ contains
       logical, intent(in) :: last
       type(standing_t) :: now
       integer :: k
-      associate (m => s%motion)
-         now%time = m%time
-         now%step = m%steps
+      associate (m => s%problem)
+         now%time = m%state%time
+         now%step = m%state%steps
          now%cells = m%grid%forest%leaf_count()
          now%particles = m%particles%n
          now%finest_level = m%grid%forest%finest_level()

@@ -14,7 +14,7 @@ module hampm_simulation
    use hampm_integrator, only: integrator_t
    use hampm_interruption, only: interruption_t
    use hampm_measurements, only: measurements_t, new_measurements, rebuild_extrapolation, measure
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_pressed_faces, only: press_faces
    use hampm_progress, only: progress_t
    use hampm_refinement, only: refinement_t, refine_at_start
@@ -31,7 +31,7 @@ module hampm_simulation
    !> All that a run consists of.
    type :: simulation_t
       type(scene_t) :: scene
-      type(motion_t) :: motion
+      type(problem_t) :: problem
       type(cracks_t) :: cracks
       type(measurements_t) :: measurements
       type(results_t) :: results
@@ -65,21 +65,21 @@ contains
       s%scene = scene
       s%warning = warnings_of(scene)
       if (s%warning == '') deallocate (s%warning)
-      call assemble(scene, s%motion, s%cracks, s%refinement, failure)
+      call assemble(scene, s%problem, s%cracks, s%refinement, failure)
       call choose_integrator(scene, s%integrator)
       if (failure%failed()) return
-      call attach_cracks(s%carried, s%motion, scene%energy_release%needs_nodes())
-      call refine_at_start(s%refinement, s%motion, s%cracks%tip_places(), failure)
+      call attach_cracks(s%carried, s%problem, scene%energy_release%needs_nodes())
+      call refine_at_start(s%refinement, s%problem, s%cracks%tip_places(), failure)
       if (failure%failed()) return
       do k = 1, size(scene%bodies)               ! with the particles as they now are: rigid motions to the last digit
-         if (abs(scene%bodies(k)%spin) > 0) call add_spin(s%motion%particles, k, scene%bodies(k)%spin)
+         if (abs(scene%bodies(k)%spin) > 0) call add_spin(s%problem%particles, k, scene%bodies(k)%spin)
       end do
-      call use_threads(threads, s%motion%particles%n)
+      call use_threads(threads, s%problem%particles%n)
       call rebuild_on_mesh(s, failure)
       if (failure%failed()) return
-      call new_measurements(scene, s%motion, s%cracks, s%measurements)
+      call new_measurements(scene, s%problem, s%cracks, s%measurements)
       call new_growing(scene, s%cracks, s%growing)
-      call estimate_errors(s%motion, s%cracks, s%measurements%extrapolation, s%measurements%crack, failure)
+      call estimate_errors(s%problem, s%cracks, s%measurements%extrapolation, s%measurements%crack, failure)
    end subroutine build
 
    !> Make time step, nodes around crack tips, pressures on their faces and extrapolations fit a new mesh.
@@ -87,15 +87,15 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       call limit_time_step(s)
-      call s%cracks%find_nodes(s%motion%grid, failure)
-      call press_faces(s%motion)
-      if (.not. failure%failed()) call rebuild_extrapolation(s%motion, s%measurements, failure)
+      call s%cracks%find_nodes(s%problem%grid, failure)
+      call press_faces(s%problem)
+      if (.not. failure%failed()) call rebuild_extrapolation(s%problem, s%measurements, failure)
    end subroutine rebuild_on_mesh
 
    !> The longest time step follows the smallest occupied cell.
    subroutine limit_time_step(s)
       type(simulation_t), intent(inout) :: s
-      s%longest_step = stable_time_step(smallest_occupied_cell(s%motion%grid, s%motion%blocks), s%motion%materials, &
+      s%longest_step = stable_time_step(smallest_occupied_cell(s%problem%grid, s%problem%blocks), s%problem%materials, &
                                         s%scene%method%courant, s%scene%method%wave_speed)
       if (s%integrator%fixed_step > 0) s%longest_step = s%integrator%fixed_step
    end subroutine limit_time_step
@@ -104,7 +104,7 @@ contains
    subroutine measure_state(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      if (.not. failure%failed()) call measure(s%scene, s%motion, s%cracks, s%measurements, failure)
+      if (.not. failure%failed()) call measure(s%scene, s%problem, s%cracks, s%measurements, failure)
    end subroutine measure_state
 
    !> What the user should know of the numbers of a run, a line each; '' where there is nothing.
@@ -113,7 +113,7 @@ contains
       character(:), allocatable :: text, other
       text = ''
       if (allocated(s%warning)) text = s%warning
-      other = s%refinement%warning(s%motion%steps, .not. s%motion%grid%forest%is_uniform())
+      other = s%refinement%warning(s%problem%state%steps, .not. s%problem%grid%forest%is_uniform())
       if (other /= '') call add_line(text, other)
    end function warnings
 

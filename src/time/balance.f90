@@ -14,7 +14,7 @@ module hampm_balance
    use hampm_interface_points, only: settle_slip
    use hampm_failure, only: failure_t, exit_computation
    use hampm_instant, only: instant_t, remember, go_back_to
-   use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
+   use hampm_problem, only: problem_t, stored_energy, dissipated_energy, keep_history
    use hampm_newton, only: newton_t, out_of_balance, largest_force, displace
    use hampm_outer_forces, only: outer_forces_t
    use hampm_rigid_motions, only: pin_t, find_pins
@@ -60,9 +60,9 @@ module hampm_balance
    abstract interface
       !> Try a part of a step. Fails where no balance is found; `is_rough` where it is one that shorter parts had better lead to.
       subroutine try(self, m, part, start, is_rough, failure)
-         import :: balance_t, motion_t, part_t, start_t, failure_t
+         import :: balance_t, problem_t, part_t, start_t, failure_t
          class(balance_t), intent(inout) :: self
-         type(motion_t), intent(inout) :: m
+         type(problem_t), intent(inout) :: m
          type(part_t), intent(in) :: part
          type(start_t), intent(in) :: start      !! what it begins with
          logical, intent(out) :: is_rough
@@ -71,9 +71,9 @@ module hampm_balance
 
       !> How often a step that fails is divided into two; 0 where parts of it would fail too.
       pure integer function most_divisions(self, m)
-         import :: balance_t, motion_t
+         import :: balance_t, problem_t
          class(balance_t), intent(in) :: self
-         type(motion_t), intent(in) :: m
+         type(problem_t), intent(in) :: m
       end function most_divisions
 
       !> In words: why parts of a step fail too.
@@ -89,7 +89,7 @@ contains
    !> Follow a step from the present time of the motion to another, in one part or in several. Fails where that is not found.
    subroutine follow(self, m, time, failure)
       class(balance_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! at its end [s]
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: none
@@ -103,7 +103,8 @@ contains
       do while (done < 1)
          none = failure_t()
          if (.not. is_linear(m)) call begin_at(m, start)
-         associate (part => part_t(done, done + length, m%time + (done + length)*(time - m%time), length*(time - m%time)))
+         associate (part => part_t(done, done + length, m%state%time + (done + length)*(time - m%state%time), &
+                                   length*(time - m%state%time)))
             call self%try(m, part, start, is_rough, none)
             if (none%failed() .or. is_rough .and. divisions < most_for_path) then
                divisions = divisions + 1
@@ -120,10 +121,10 @@ contains
          end associate
       end do
       if (.not. none%failed()) then
-         m%time = time
+         m%state%time = time
          return
       end if
-      none%message = when(m%steps, time)//none%message
+      none%message = when(m%state%steps, time)//none%message
       if (self%most_divisions(m) > 0) none%message = none%message//'. It was followed through '//three_digits(100*done)// &
          ' % of this load step, with '//to_text(self%newton%solutions)//' solutions so far. Likely cause: '//self%likely_cause()
       call failure%report(exit_computation, none%message)
@@ -132,19 +133,19 @@ contains
    !> A part of a step has been followed. Here nothing.
    subroutine arrive(self, m, part)
       class(balance_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(part_t), intent(in) :: part
    end subroutine arrive
 
    !> Whether faces or supports may open and close.
    pure logical function is_in_touch(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       is_in_touch = m%interfaces%n_contact > 0 .or. m%constraints%only_push()
    end function is_in_touch
 
    !> Whether internal forces are linear in the displacement, so that one solution is a step.
    pure logical function is_linear(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       is_linear = all(m%materials%linear) .and. .not. is_in_touch(m) .and. m%interfaces%n_cohesive == 0
    end function is_linear
 
@@ -152,7 +153,7 @@ contains
    !> anything has moved. Fails where that is not found.
    subroutine with_contact(self, m, elapsed, way, failure)
       class(balance_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: elapsed            !! [s]
       real(dp), intent(in) :: way(:, :)          !! by which fixed components move [m], (ndim, n_nodes)
       type(failure_t), intent(inout) :: failure
@@ -184,7 +185,7 @@ contains
    !> Find how bodies are to be pinned: those with inertia need nothing to hold them.
    subroutine look_for_pins(self, m, pins)
       class(balance_t), intent(in) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(pin_t), allocatable, intent(inout) :: pins(:)
       if (.not. self%outer%mass_factor > 0) then
          call find_pins(m, pins)
@@ -197,7 +198,7 @@ contains
    !> the support that pulls most is let go.
    subroutine change_touch(self, m, one_only, pins, n_wrong)
       class(balance_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       logical, intent(in) :: one_only            !! whether only the last one that is wrong changes
       type(pin_t), allocatable, intent(inout) :: pins(:)
       integer, intent(out) :: n_wrong            !! how many did touch or not as they should not
@@ -230,7 +231,7 @@ contains
 
    !> Keep what a part of a step begins with.
    subroutine begin_at(m, start)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(start_t), intent(inout) :: start
       start%stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss
       call remember(m, start%instant)
@@ -238,7 +239,7 @@ contains
 
    !> Go back to where it began, with the forces there.
    subroutine go_back(m, start)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(start_t), intent(in) :: start
       real(dp) :: stay(ndim, m%grid%n_points)
       call go_back_to(start%instant, m)

@@ -13,12 +13,11 @@ module hampm_equilibrium
    use hampm_balance, only: balance_t, part_t, start_t, is_in_touch
    use hampm_interface_points, only: along, relax_interfaces, have_friction, contact
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_motion, only: motion_t, stored_energy, dissipated_energy, keep_history
+   use hampm_problem, only: problem_t, stored_energy, dissipated_energy, keep_history
    use hampm_newton, only: out_of_balance, displace, work_of
    use hampm_outer_forces, only: drive_t, find_drive
    use hampm_supports, only: lift_by, press_on_supports
    use hampm_text, only: three_digits
-   use hampm_whereabouts, only: when
    implicit none
    private
    public :: equilibrium_t
@@ -50,18 +49,18 @@ contains
    !> is none to be found, or none that is stable. With `factor` loads and prescribed motions are multiplied by that on the way.
    subroutine find(self, m, time, failure, factor)
       class(equilibrium_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! [s]
       type(failure_t), intent(inout) :: failure
       real(dp), intent(in), optional :: factor   !! of what drives the material now [-]
-      call find_drive(m, m%time, self%first)
+      call find_drive(m, m%state%time, self%first)
       call find_drive(m, time, self%last)
       if (present(factor)) self%last%force = factor*self%last%force
       if (present(factor)) self%last%way = factor*self%last%way
       if (.not. self%begun) then
          self%first%force = 0
          self%first%way = 0
-         m%nodal_displacement = self%first%force
+         m%state%displacement = self%first%force
       end if
       call self%follow(m, time, failure)
       self%begun = self%begun .or. .not. failure%failed()
@@ -72,7 +71,7 @@ contains
    !> supports open or close on the way it is bent.
    subroutine try(self, m, part, start, is_rough, failure)
       class(equilibrium_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(part_t), intent(in) :: part
       type(start_t), intent(in) :: start
       logical, intent(out) :: is_rough
@@ -85,13 +84,14 @@ contains
          call look_at_path(self, m, start, .not. (self%begun .or. part%from > 0) .and. any(m%materials%has_eigenstrain), failure)
       if (failure%failed() .or. .not. tells_work(m)) return
       stored = stored_energy(m) + dissipated_energy(m)
-      is_rough = abs(m%external_work - start%instant%external_work - stored + start%stored) > off_energy*max(stored, start%stored)
+      is_rough = abs(m%energies%external_work - start%instant%external_work - stored + start%stored) > off_energy*max(stored, &
+         start%stored)
    end subroutine try
 
    !> The equilibrium that was tried is taken.
    subroutine arrive(self, m, part)
       class(equilibrium_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(part_t), intent(in) :: part
       call note_displacement(self, m, between(self%first, self%last, part%to))
    end subroutine arrive
@@ -99,7 +99,7 @@ contains
    !> How often a step that fails is divided into two.
    pure integer function most_divisions(self, m)
       class(equilibrium_t), intent(in) :: self
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       most_divisions = merge(0, 14, all(m%materials%linear) .and. m%interfaces%n_cohesive == 0)
    end function most_divisions
 
@@ -117,17 +117,18 @@ contains
    !> whatever nodes constraints hold that were not there before.
    subroutine find_again(self, m, failure)
       class(equilibrium_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: none
       type(drive_t) :: drive
       real(dp) :: work, at_once
       logical :: remembers                       ! whether the state depends on the way to it
-      remembers = any(m%materials%has_history()) .or. have_friction(m%interfaces) .and. m%steps > 0 .or. m%interfaces%n_cohesive > 0
+      remembers = any(m%materials%has_history()) .or. have_friction(m%interfaces) .and. m%state%steps > 0 .or. &
+         m%interfaces%n_cohesive > 0
       if (remembers .or. .not. (self%forgets_mesh .and. all(m%materials%linear) .and. .not. any(m%materials%has_eigenstrain))) then
          call carry_over(m)
-         call find_drive(m, m%time, drive)
-         work = m%external_work
+         call find_drive(m, m%state%time, drive)
+         work = m%energies%external_work
          at_once = self%work_at_once
          call go_to(self, m, drive, drive, 0.0_dp, none)
          if (.not. (none%failed() .or. all(m%materials%linear))) then
@@ -136,55 +137,55 @@ contains
          if (.not. none%failed()) then
             call keep_history(m)
             call note_displacement(self, m, drive)
-            m%external_work = work + (self%work_at_once - at_once)
+            m%energies%external_work = work + (self%work_at_once - at_once)
             return
          end if
       end if
       if (remembers) then
-         call failure%report(exit_computation, when(m%steps, m%time)//'on a finer mesh '//none%message)
+         call failure%report(exit_computation, m%state%when()//'on a finer mesh '//none%message)
          return
       end if
       m%particles%displacement = 0
       m%particles%gradient = 0
       if (allocated(m%particles%widening)) m%particles%widening = 0
       call relax_interfaces(m%interfaces)
-      m%external_work = 0
+      m%energies%external_work = 0
       call press_on_supports(m%constraints)
-      call displace(m, 0*m%nodal_displacement)
+      call displace(m, 0*m%state%displacement)
       self%begun = .false.
-      call self%find(m, m%time, failure)
+      call self%find(m, m%state%time, failure)
    end subroutine find_again
 
    !> Note the displacement with which an equilibrium has been found.
    subroutine note_displacement(self, m, drive)
       class(equilibrium_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(drive_t), intent(in) :: drive         !! there
-      m%nodal_displacement = m%nodal_displacement + self%moved
-      self%work_at_once = work_of(m, drive%force, m%nodal_displacement)
+      m%state%displacement = m%state%displacement + self%moved
+      self%work_at_once = work_of(m, drive%force, m%state%displacement)
    end subroutine note_displacement
 
    !> Keep what the next equilibrium needs of the last.
    subroutine keep(self, m, archive)
       class(equilibrium_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       integer :: n
       call archive%keep('have_begun', self%begun)
       call archive%keep('forgets_mesh', self%forgets_mesh)
       if (.not. self%begun) return
       n = 0
-      if (allocated(m%nodal_displacement)) n = size(m%nodal_displacement, 2)
+      if (allocated(m%state%displacement)) n = size(m%state%displacement, 2)
       call archive%keep('points', n)
-      if (archive%is_read) allocate (m%nodal_displacement(ndim, n))
-      call archive%keep_reals('displacement', ndim*n, m%nodal_displacement)
+      if (archive%is_read) allocate (m%state%displacement(ndim, n))
+      call archive%keep_reals('displacement', ndim*n, m%state%displacement)
       call archive%keep('work_at_once', self%work_at_once)
    end subroutine keep
 
    !> Go to equilibrium from that with another drive. Fails where it is not found.
    subroutine go_to(self, m, before, after, elapsed, failure)
       class(equilibrium_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(drive_t), intent(in) :: before, after
       real(dp), intent(in) :: elapsed            !! between them [s]
       type(failure_t), intent(inout) :: failure
@@ -198,16 +199,16 @@ contains
       call self%with_contact(m, elapsed, after%way - before%way, failure)
       if (failure%failed()) return
       if (any(m%materials%is_finite()) .and. differ(before, after)) call look_at_way(self, self%moved, failure)
-      m%external_work = m%external_work + work_of(m, (before%force + after%force)/2, self%moved)
+      m%energies%external_work = m%energies%external_work + work_of(m, (before%force + after%force)/2, self%moved)
       if (.not. is_driven) return
       call find_reactions(self, m, held)
-      m%external_work = m%external_work + sum((held_before + held)*(after%way - before%way))/2
+      m%energies%external_work = m%energies%external_work + sum((held_before + held)*(after%way - before%way))/2
    end subroutine go_to
 
    !> Forces of the constraints on the nodes that they hold [N].
    subroutine find_reactions(self, m, force)
       class(equilibrium_t), intent(in) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_nodes)
       real(dp), allocatable :: r(:, :)
       call out_of_balance(m, self%outer, self%moved, r)
@@ -241,13 +242,13 @@ contains
    !> Distance from rest, as `hampm_rest` has it: the square root of the energy of the displacement that is left over the strain energy.
    real(dp) function distance(self, m)
       class(equilibrium_t), intent(in) :: self
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       distance = sqrt(max(self%newton%way_left, 0.0_dp)/max(stored_energy(m), tiny(1.0_dp)))
    end function distance
 
    !> Whether faces or supports may open and close in a body whose energy tells the work: there is no friction, and no material remembers.
    pure logical function tells_work(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       tells_work = is_in_touch(m) .and. all(m%materials%linear) .and. m%interfaces%n_cohesive == 0 &
                    .and. .not. any(m%materials%has_eigenstrain)
       if (m%interfaces%n_contact > 0) tells_work = tells_work .and. .not. any(m%interfaces%list(:m%interfaces%n)%friction > 0)
@@ -256,13 +257,13 @@ contains
    !> Fail where the equilibrium that was found is not stable, or not on a path of states at rest from the start.
    subroutine look_at_path(self, m, start, relaxes, failure)
       class(equilibrium_t), intent(in) :: self
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(start_t), intent(in) :: start
       logical, intent(in) :: relaxes             !! whether material has taken its eigenstrain besides, which no load has worked for
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: of_all = 1e-3_dp    ! part of all energy: what corners of laws of cohesion have of it is not looked at
       real(dp) :: work, stored, least
-      work = m%external_work - start%instant%external_work
+      work = m%energies%external_work - start%instant%external_work
       least = merge(of_all*start%stored, 0.0_dp, m%interfaces%n_cohesive > 0)
       stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss - start%stored
       if (.not. self%newton%is_stable()) then
@@ -275,10 +276,10 @@ contains
 
    !> After the mesh has changed: let the particles be moved and strained by the displacement of its nodes.
    subroutine carry_over(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer :: k
-      associate (u => m%nodal_displacement)
-         where (m%constraints%fixed .and. .not. m%constraints%supported) u(:, :m%grid%n_nodes) = m%constraints%way(m%time)
+      associate (u => m%state%displacement)
+         where (m%constraints%fixed .and. .not. m%constraints%supported) u(:, :m%grid%n_nodes) = m%constraints%way(m%state%time)
          call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, u)
          m%particles%displacement = 0
          m%particles%gradient = 0

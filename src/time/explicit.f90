@@ -5,7 +5,7 @@ module hampm_explicit
    use hampm_kinds, only: dp
    use hampm_failure, only: failure_t
    use hampm_integrator, only: integrator_t
-   use hampm_motion, only: motion_t, sort_anew
+   use hampm_problem, only: problem_t, sort_anew
    use hampm_step, only: take_step, report_jump
    use hampm_reference_step, only: reference_step
    implicit none
@@ -29,7 +29,7 @@ contains
    !> Advance by a step.
    subroutine advance(self, m, dt, failure)
       class(explicit_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       call take_step(m, dt, failure)
@@ -38,13 +38,13 @@ contains
    !> Advance by a step, and find the particles that have moved to other cells.
    subroutine advance_readably(self, m, dt, failure)
       class(reference_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       call reference_step(m, dt, failure)
-      m%mapped = .false.
-      m%sorted = .not. m%particles%total_frame
-      if (.not. m%sorted) return
+      m%cache%mapped = .false.
+      m%cache%sorted = .not. m%particles%total_frame
+      if (.not. m%cache%sorted) return
       call report_jump(m, failure)
       if (.not. failure%failed()) call sort_anew(m, failure)
    end subroutine advance_readably

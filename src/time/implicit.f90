@@ -4,7 +4,7 @@ module hampm_implicit
    use hampm_archive, only: archive_t
    use hampm_failure, only: failure_t
    use hampm_integrator, only: integrator_t, book_step
-   use hampm_motion, only: motion_t, map_to_grid
+   use hampm_problem, only: problem_t, map_to_grid
    use hampm_newmark, only: newmark_t
    implicit none
    private
@@ -27,18 +27,18 @@ contains
    !> Advance by a step. Fails where its equations cannot be solved.
    subroutine advance(self, m, dt, failure)
       class(implicit_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
-      if (.not. m%mapped) call map_to_grid(m)
-      call self%newmark%follow(m, m%time + dt, failure)
+      if (.not. m%cache%mapped) call map_to_grid(m)
+      call self%newmark%follow(m, m%state%time + dt, failure)
       if (.not. failure%failed()) call book_step(m, dt)
    end subroutine advance
 
    !> Find velocity and acceleration of the nodes, with which the run begins.
    subroutine settle(self, m, dt, failure)
       class(implicit_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! length of the next step [s]
       type(failure_t), intent(inout) :: failure
       call self%newmark%start(m, dt, failure)
@@ -47,21 +47,21 @@ contains
    !> Note what a step begins with.
    subroutine note_start(self, m)
       class(implicit_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       call self%newmark%note_start(m)
    end subroutine note_start
 
    !> Go back to what was noted.
    subroutine go_to_start(self, m)
       class(implicit_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       call self%newmark%go_to_start(m)
    end subroutine go_to_start
 
    !> Keep in an archive what the steps need of those before.
    subroutine keep(self, m, archive)
       class(implicit_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       call self%newmark%keep(m, archive)
    end subroutine keep

@@ -3,7 +3,7 @@ module hampm_integrator
    use hampm_kinds, only: dp, long
    use hampm_archive, only: archive_t
    use hampm_failure, only: failure_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    implicit none
    private
    public :: integrator_t, steps_for, book_step
@@ -29,9 +29,9 @@ module hampm_integrator
       !> Advance by a step; particles may stay behind until `update_particles`. Fails where a particle leaves the grid or jumps, or
       !> where equations cannot be solved.
       subroutine advance(self, m, dt, failure)
-         import :: integrator_t, motion_t, failure_t, dp
+         import :: integrator_t, problem_t, failure_t, dp
          class(integrator_t), intent(inout) :: self
-         type(motion_t), intent(inout) :: m
+         type(problem_t), intent(inout) :: m
          real(dp), intent(in) :: dt              !! time step of the smallest cells [s]
          type(failure_t), intent(inout) :: failure
       end subroutine advance
@@ -42,7 +42,7 @@ contains
    !> Choose into how many steps, of which length, a time is divided: equal ones.
    subroutine choose_steps(self, m, time, limit, steps, dt)
       class(integrator_t), intent(inout) :: self
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: time               !! [s]
       real(dp), intent(in) :: limit              !! longest time step that is stable for the smallest cells [s]
       integer(long), intent(out) :: steps
@@ -55,7 +55,7 @@ contains
    !> equilibrium, or the motion of the nodes. Here nothing.
    subroutine settle(self, m, dt, failure)
       class(integrator_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! length of the next step [s]
       type(failure_t), intent(inout) :: failure
    end subroutine settle
@@ -63,19 +63,19 @@ contains
    !> Note what a step begins with that may be tried again, no particle being behind. Here nothing.
    subroutine note_start(self, m)
       class(integrator_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
    end subroutine note_start
 
    !> Go back to what was noted. Here nothing.
    subroutine go_to_start(self, m)
       class(integrator_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
    end subroutine go_to_start
 
    !> At rest: multiply all that drives the material, and go to the equilibrium with it. Here nothing.
    subroutine rescale(self, m, factor, failure)
       class(integrator_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: factor
       type(failure_t), intent(inout) :: failure
    end subroutine rescale
@@ -88,7 +88,7 @@ contains
    !> Keep in an archive what the steps need of those before.
    subroutine keep(self, m, archive)
       class(integrator_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       call archive%keep('largest_group', self%largest)
       if (self%largest < 0 .or. self%largest > m%blocks%groups%largest) &
@@ -97,11 +97,11 @@ contains
 
    !> Book a step at the end of which all particles stay in the cells in which they are.
    pure subroutine book_step(m, dt)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
-      m%steps = m%steps + 1
-      m%last_dt = dt
-      m%sorted = .false.
+      m%state%steps = m%state%steps + 1
+      m%state%last_dt = dt
+      m%cache%sorted = .false.
    end subroutine book_step
 
    !> How many steps, none longer than `limit`, fill a time.

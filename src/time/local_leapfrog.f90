@@ -16,7 +16,7 @@ module hampm_local_leapfrog
    use hampm_integrator, only: integrator_t, steps_for
    use hampm_loads, only: place_loads, add_load, book_work
    use hampm_mean_force, only: mean_force_t, make_room, add_mean_change
-   use hampm_motion, only: motion_t, map_to_grid, assemble_sums, pass_on
+   use hampm_problem, only: problem_t, map_to_grid, assemble_sums, pass_on
    use hampm_nodal_fields, only: v_n, v_next, v_mapped
    use hampm_nodal_kernels, only: divide_by_mass
    use hampm_nodal_motion, only: find_velocity, accelerate
@@ -42,7 +42,7 @@ contains
    !> Choose how many finest steps a coarse one takes, and how many coarse ones fill a time: those that do the least work.
    subroutine choose_steps(self, m, time, limit, steps, dt)
       class(local_leapfrog_t), intent(inout) :: self
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: time               !! [s]
       real(dp), intent(in) :: limit              !! longest that a finest step may be [s]
       integer(long), intent(out) :: steps        !! coarse ones
@@ -95,7 +95,7 @@ contains
    !> at which they are given, they are kicked for half a step.
    subroutine advance(self, m, dt, failure)
       class(local_leapfrog_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       real(dp) :: step, kick, work
@@ -104,30 +104,30 @@ contains
          call take_step(m, dt, failure)
          return
       end if
-      if (.not. m%mapped) call map_to_grid(m)
+      if (.not. m%cache%mapped) call map_to_grid(m)
       kick = step
-      if (m%steps == 0) kick = 0.5_dp*step
-      call assemble_sums(m, mass=.not. m%weighed, momentum=.true., force=.true.)
-      m%weighed = .true.
+      if (m%state%steps == 0) kick = 0.5_dp*step
+      call assemble_sums(m, mass=.not. m%cache%weighed, momentum=.true., force=.true.)
+      m%cache%weighed = .true.
       call find_mean_force(self, m, dt, step, kick)
       call kick_nodes(m, kick, failure)
       associate (kick_and_map => m%scheme%passes(1), strain_and_move => m%scheme%passes(2))
-         call pass_or_apply_everywhere(m%operators, kick_and_map, kick, m%matter_t, m%fields)
+         call pass_or_apply_everywhere(m%cache%operators, kick_and_map, kick, m%matter_t, m%fields)
          call assemble_sums(m, mass=.false., momentum=.true., force=.false.)
          call solve_velocity(m, v_mapped, failure)
          m%fields%velocity(:, :, v_next) = m%fields%velocity(:, :, v_mapped)
-         call pass_or_apply_everywhere(m%operators, strain_and_move, step, m%matter_t, m%fields)
+         call pass_or_apply_everywhere(m%cache%operators, strain_and_move, step, m%matter_t, m%fields)
       end associate
-      m%operators%is_behind = m%operators%is_active
-      call book_work(m%loads, m%time, step, m%fields%velocity(:, :, v_mapped), work)
-      m%external_work = m%external_work + work
+      m%cache%operators%is_behind = m%cache%operators%is_active
+      call book_work(m%loads, m%state%time, step, m%fields%velocity(:, :, v_mapped), work)
+      m%energies%external_work = m%energies%external_work + work
       if (.not. failure%failed()) call end_step(m, dt, 2**self%largest, .false., failure)
    end subroutine advance
 
    !> Find the mean nodal forces over a coarse step, those of the loads included.
    subroutine find_mean_force(c, m, dt, step, kick)
       type(local_leapfrog_t), intent(inout) :: c
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: step               !! coarse one [s]
       real(dp), intent(in) :: kick               !! for how long they act, until the middle of the step [s]
@@ -136,7 +136,7 @@ contains
       associate (f => m%fields, all => m%fields%mass_matrix%all)
          call place_loads(m%loads, m%grid, m%particles)
          do k = 1, size(m%loads)
-            call add_load(m%loads(k), mean_factor(m%loads(k)%history, m%time + 0.5_dp*step - kick, kick), f%force)
+            call add_load(m%loads(k), mean_factor(m%loads(k)%history, m%state%time + 0.5_dp*step - kick, kick), f%force)
          end do
          call m%grid%dofs%condense(all, ndim, f%force)
          call divide_by_mass(all%n_nodes, all%nodes, m%constraints%free, f%mass_matrix%inverse_lumped, f%force, f%acceleration)
@@ -155,7 +155,7 @@ contains
    !> After a sort, or where the length of the coarse step has changed: find what changes in it.
    subroutine rebuild(c, m)
       type(local_leapfrog_t), intent(inout) :: c
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(fine_region_t) :: region
       c%sorts = m%blocks%sorts
       associate (blocks => m%blocks, matrix => m%fields%mass_matrix)
@@ -169,7 +169,7 @@ contains
    !> Velocities of the nodes and, by the mean forces, their accelerations. Damping acts on the mean of the velocities before and
    !> after, (v' - v)/T = f/D - alpha (v + v')/2, with which the limit of the step is that without it. Book what it takes.
    subroutine kick_nodes(m, kick, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: kick               !! for how long forces act [s]
       type(failure_t), intent(inout) :: failure
       real(dp) :: damping_power, mapping_power, share
@@ -179,17 +179,17 @@ contains
       if (m%damping_rate > 0) m%fields%force = share*m%fields%force
       call accelerate(m%grid, m%solver, m%constraints%free, share*m%damping_rate, kick, .false., m%fields, damping_power, &
                       mapping_power, unsolved)
-      call pass_on(m, m%steps + 1, unsolved, failure)
-      m%damping_loss = m%damping_loss + kick*damping_power/share
+      call pass_on(m, m%state%steps + 1, unsolved, failure)
+      m%energies%damping_loss = m%energies%damping_loss + kick*damping_power/share
    end subroutine kick_nodes
 
    !> Velocities of the nodes from their momentum.
    subroutine solve_velocity(m, which, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer, intent(in) :: which               !! `v_n` or `v_mapped`
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, v_mapped, unsolved)
-      call pass_on(m, m%steps + 1, unsolved, failure)
+      call pass_on(m, m%state%steps + 1, unsolved, failure)
    end subroutine solve_velocity
 end module hampm_local_leapfrog

@@ -44,7 +44,7 @@ module hampm_newmark
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: solve_aside
    use hampm_critical_step, only: largest_wave_speed
-   use hampm_motion, only: motion_t, map_to_grid, refresh_grid, stored_energy, dissipated_energy, kinetic_energy
+   use hampm_problem, only: problem_t, map_to_grid, refresh_grid, stored_energy, dissipated_energy, kinetic_energy
    use hampm_nodal_fields, only: v_next
    use hampm_nodal_state, only: internal_force
    use hampm_outer_forces, only: drive_t, find_drive
@@ -54,7 +54,6 @@ module hampm_newmark
                                      forces_of_firm_faces
    use hampm_stiffness, only: local_of
    use hampm_supports, only: lift_by
-   use hampm_whereabouts, only: when
    implicit none
    private
    public :: newmark_t
@@ -115,29 +114,30 @@ contains
    !> `dt` long. Fails where the equations cannot be solved.
    subroutine start(self, m, dt, failure)
       class(newmark_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: b(:, :), r(:, :), product(:, :)
       type(driven_t) :: first
       real(dp) :: opened
       logical :: has_begun
-      has_begun = allocated(m%nodal_velocity)
+      has_begun = allocated(m%state%velocity)
       call find_mass(self, m)
-      call find_drive(m, m%time, self%now)
-      if (has_begun .and. m%constraints%only_push()) call lift_by(m, m%nodal_displacement)
-      if (m%steps > 0) then
-         call find_driven(m, m%constraints%way(m%time - dt), m%time, dt, first)
+      call find_drive(m, m%state%time, self%now)
+      if (has_begun .and. m%constraints%only_push()) call lift_by(m, m%state%displacement)
+      if (m%state%steps > 0) then
+         call find_driven(m, m%constraints%way(m%state%time - dt), m%state%time, dt, first)
       else
-         call begin_driven(m, m%time, dt, first)
+         call begin_driven(m, m%state%time, dt, first)
       end if
       if (has_begun) then
-         call give(m, first%v, m%nodal_velocity)
-         call give(m, first%a, m%nodal_acceleration)
-         call follow_nodes(m, m%nodal_velocity)
+         call give(m, first%v, m%state%velocity)
+         call give(m, first%a, m%state%acceleration)
+         call follow_nodes(m, m%state%velocity)
          opened = interface_energy(m%interfaces)
-         call open_interfaces(m%interfaces, m%nodal_displacement)
-         if (m%audit) m%numerical_loss = m%numerical_loss + opened - interface_energy(m%interfaces) + self%kinetic &
+         call open_interfaces(m%interfaces, m%state%displacement)
+         if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + opened - interface_energy(m%interfaces) + &
+            self%kinetic &
                                          - kinetic_energy(m)
          self%is_carried = .true.
       else
@@ -145,12 +145,12 @@ contains
             allocate (product, mold=self%now%force)
             call multiply_by_mass(m%grid, matrix, mass, first%v, product)
             allocate (b, source=m%fields%momentum - product)
-            call solve_mass_equation(m, b, first%v, m%nodal_velocity, failure)
-            allocate (m%nodal_displacement, source=0*m%nodal_velocity)
+            call solve_mass_equation(m, b, first%v, m%state%velocity, failure)
+            allocate (m%state%displacement, source=0*m%state%velocity)
             call internal_force(m, r)
-            call multiply_by_mass(m%grid, matrix, mass, m%damping_rate*m%nodal_velocity + first%a, product)
+            call multiply_by_mass(m%grid, matrix, mass, m%damping_rate*m%state%velocity + first%a, product)
             b = r + self%now%force - product
-            call solve_mass_equation(m, b, first%a, m%nodal_acceleration, failure)
+            call solve_mass_equation(m, b, first%a, m%state%acceleration, failure)
          end associate
       end if
       if (m%audit) self%kinetic = kinetic_energy(m)
@@ -160,7 +160,7 @@ contains
    !> balance as they were there: what is not balanced on this one comes with this step.
    subroutine forces_at_start(self, m, r)
       class(newmark_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: r(:, :) !! condensed [N], (ndim, n_points)
       real(dp), allocatable :: inertia(:, :), of_faces(:, :)
       of_faces = forces_of_firm_faces(m%interfaces, m%grid%n_points)
@@ -170,7 +170,7 @@ contains
       if (self%layout /= m%fields%layout) call find_mass(self, m) ! in a run that is resumed
       allocate (inertia, mold=r)
       call multiply_by_mass(m%grid, m%fields%mass_matrix, self%outer%mass, &
-                            m%nodal_acceleration + m%damping_rate*m%nodal_velocity, inertia)
+                            m%state%acceleration + m%damping_rate*m%state%velocity, inertia)
       associate (n => m%grid%n_nodes)
          where (.not. m%constraints%fixed) r(:, :n) = inertia(:, :n) - self%now%force(:, :n) - of_faces(:, :n)
       end associate
@@ -178,19 +178,19 @@ contains
 
    !> Give the particles the velocity that nodes have where they are.
    subroutine follow_nodes(m, v)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: v(:, :)            !! (ndim, n_points)
       integer :: i
       do i = 1, m%particles%n
          m%particles%velocity(i, :) = matmul(v(:, m%grid%support_of(m%particles%cell(i))), &
                                              m%grid%functions_in(m%particles%cell(i), local_of(m, i)))
       end do
-      m%mapped = .false.
+      m%cache%mapped = .false.
    end subroutine follow_nodes
 
    !> x of M x = b at the nodes, with given values of the fixed components, distributed.
    subroutine solve_mass_equation(m, b, given, x, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in), contiguous :: b(:, :) !! condensed, without what the given values take, (ndim, n_points)
       real(dp), intent(in) :: given(:, :)        !! (ndim, n_points)
       real(dp), allocatable, intent(out) :: x(:, :) !! (ndim, n_points)
@@ -198,7 +198,7 @@ contains
       type(failure_t) :: unsolved
       allocate (x(ndim, m%grid%n_points), source=0.0_dp)
       call solve_aside(m%solver, m%grid, m%fields%mass_matrix, b, x, unsolved)
-      if (unsolved%failed()) call failure%report(unsolved%code, when(m%steps, m%time)//unsolved%message)
+      if (unsolved%failed()) call failure%report(unsolved%code, m%state%when()//unsolved%message)
       call hold(m%constraints, x)
       x = x + given
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
@@ -207,7 +207,7 @@ contains
    !> Find the mass matrix of the present mesh.
    subroutine find_mass(self, m)
       class(newmark_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       call refresh_grid(m)
       call find_concentrated_mass(m%grid, m%fields%mass_matrix, self%outer%mass)
       self%layout = m%fields%layout
@@ -216,7 +216,7 @@ contains
    !> Try to move on by a part of a step. Fails where its forces are not balanced.
    subroutine try(self, m, part, start, is_rough, failure)
       class(newmark_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(part_t), intent(in) :: part
       type(start_t), intent(in) :: start
       logical, intent(out) :: is_rough
@@ -239,7 +239,7 @@ contains
    !> How often a step that fails is divided into two; with more a step is far too long.
    pure integer function most_divisions(self, m)
       class(newmark_t), intent(in) :: self
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       most_divisions = merge(0, 8, is_linear(m))
    end function most_divisions
 
@@ -254,7 +254,7 @@ contains
    !> forces at its start, what stands beside the internal forces in its equations.
    subroutine begin(self, m, time, length, drive, failure)
       class(newmark_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! at its end [s]
       real(dp), intent(in) :: length             !! of it [s]
       type(drive_t), intent(out) :: drive
@@ -269,7 +269,7 @@ contains
       self%a_du = 1/(beta*dt**2)
       self%v_du = gamma/(beta*dt)
       call ease_faces(m%interfaces, dt*largest_wave_speed(m%materials, 'shear'))
-      a = m%nodal_acceleration
+      a = m%state%acceleration
       call less_that_of_firm_faces(m, a, 1.0_dp, failure)
       if (.not. self%past%is_now) call forces_at_start(self, m, self%past%r)
       m%interfaces%weight = 1/(2*beta*(1 + self%alpha))
@@ -277,8 +277,8 @@ contains
       if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss
       call find_drive(m, time, drive)
       call find_driven(m, self%now%way, time, dt, self%driven)
-      associate (v => m%nodal_velocity, alpha => self%alpha, rate => m%damping_rate, outer => self%outer)
-         self%by_v = (1 - gamma/beta)*v + dt*(1 - gamma/(2*beta))*m%nodal_acceleration
+      associate (v => m%state%velocity, alpha => self%alpha, rate => m%damping_rate, outer => self%outer)
+         self%by_v = (1 - gamma/beta)*v + dt*(1 - gamma/(2*beta))*m%state%acceleration
          self%by_a = -v/(beta*dt) - (1/(2*beta) - 1)*a
          call give(m, self%driven%v, self%by_v, .false.)
          call give(m, self%driven%a, self%by_a, .false.)
@@ -295,7 +295,7 @@ contains
    !> Finish the step with the displacement that was found: the particles follow, and what loads, constraints and damping do is booked.
    subroutine finish(self, m, du, drive, have_moved, failure)
       class(newmark_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
       type(drive_t), intent(inout) :: drive      !! at its end; it is taken
       logical, intent(in) :: have_moved          !! whether the particles have been moved and strained, and only lack their velocity
@@ -307,15 +307,15 @@ contains
          call give(m, self%driven%v, v, .true.)
          call give(m, self%driven%a, a, .true.)
       end if
-      call move_particles(m, self%dt, du, v - m%nodal_velocity, have_moved)
+      call move_particles(m, self%dt, du, v - m%state%velocity, have_moved)
       call book(self, m, drive, du, v)
       m%interfaces%weight = 1
       call less_that_of_firm_faces(m, a, 0.5_dp*self%a_du*self%dt**2 - 1, failure)
-      call move_alloc(v, m%nodal_velocity)
-      call move_alloc(a, m%nodal_acceleration)
+      call move_alloc(v, m%state%velocity)
+      call move_alloc(a, m%state%acceleration)
       call move_alloc(drive%force, self%now%force)
       call move_alloc(drive%way, self%now%way)
-      m%nodal_displacement = m%nodal_displacement + du
+      m%state%displacement = m%state%displacement + du
       self%past%is_now = .false.
       self%is_carried = .false.
       if (m%audit) self%kinetic = kinetic_energy(m)
@@ -323,7 +323,7 @@ contains
 
    !> Take some times the acceleration by the forces of firm faces from one of the nodes.
    subroutine less_that_of_firm_faces(m, a, times, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(inout) :: a(:, :)         !! [m/s2], (ndim, n_points)
       real(dp), intent(in) :: times
       type(failure_t), intent(inout) :: failure
@@ -336,7 +336,7 @@ contains
 
    !> What fixed components do in the step that ends at a time: central differences of the way that they are given.
    subroutine find_driven(m, way, time, dt, driven)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: way(:, :)          !! at the start of the step [m], (ndim, n_nodes)
       real(dp), intent(in) :: time, dt           !! [s]
       type(driven_t), intent(out) :: driven
@@ -356,7 +356,7 @@ contains
    !> The same at the start of the run: one-sided differences, such that the velocity gains dt (a + a')/2 in the first step as in
    !> all others.
    subroutine begin_driven(m, time, dt, first)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: time, dt           !! [s]
       type(driven_t), intent(out) :: first
       type(driven_t) :: next
@@ -371,7 +371,7 @@ contains
 
    !> Set what is not fixed to 0.
    pure subroutine hold_not(m, x)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
       where (.not. m%constraints%fixed) x(:, :m%grid%n_nodes) = 0
       x(:, m%grid%n_nodes + 1:) = 0
@@ -379,7 +379,7 @@ contains
 
    !> Give components of a nodal field that are held, by constraints or by supports, their values, and distribute it.
    subroutine give(m, given, x, on_supports)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: given(:, :)        !! (ndim, n_points)
       real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
       logical, intent(in), optional :: on_supports !! which; without both are given
@@ -392,7 +392,7 @@ contains
 
    !> Move, strain and accelerate the particles by what the nodes gain, and map them; cells with operators without their particles.
    subroutine move_particles(m, dt, du, dv, have_moved)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: du(:, :), dv(:, :) !! [m], [m/s], (ndim, n_points)
       logical, intent(in) :: have_moved          !! whether they are only to be accelerated
@@ -405,15 +405,15 @@ contains
       m%fields%velocity(:, :, v_next) = du/dt
       if (have_moved) then
          call pass_over_all(kick, dt, m%matter_t, m%fields, report)
-      else if (m%operators%is_active) then
-         call pass_or_apply_everywhere(m%operators, follow, dt, m%matter_t, m%fields)
+      else if (m%cache%operators%is_active) then
+         call pass_or_apply_everywhere(m%cache%operators, follow, dt, m%matter_t, m%fields)
       else
          call pass_over_all(follow, dt, m%matter_t, m%fields, report)
       end if
       call kick_interfaces(m%interfaces, m%fields%acceleration, dt, unused)
       if (have_moved) return
       call stretch_interfaces(m%interfaces, du, 1.0_dp)
-      m%operators%is_behind = m%operators%is_active
+      m%cache%operators%is_behind = m%cache%operators%is_active
    end subroutine move_particles
 
    !> Book what a step has done: the work of the loads by the means of the forces at both ends, with that of the forces R by which
@@ -426,7 +426,7 @@ contains
    !> lose that meet supports or the other face, and what the means of the internal forces work more than the material stores and dissipates.
    subroutine book(self, m, drive, du, v)
       class(newmark_t), intent(in) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(drive_t), intent(in) :: drive         !! at the end
       real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
       real(dp), intent(in) :: v(:, :)            !! velocity at the end [m/s], (ndim, n_points)
@@ -435,17 +435,17 @@ contains
       integer :: n
       n = m%grid%n_nodes
       allocate (drag, mold=du)
-      associate (v_0 => m%nodal_velocity, matrix => m%fields%mass_matrix, mean => (self%now%force + drive%force)/2, &
+      associate (v_0 => m%state%velocity, matrix => m%fields%mass_matrix, mean => (self%now%force + drive%force)/2, &
                  fixed => m%constraints%fixed)
-         m%external_work = m%external_work + sum(du(:, :n)*mean(:, :n))
+         m%energies%external_work = m%energies%external_work + sum(du(:, :n)*mean(:, :n))
          drag = 0
          if (m%damping_rate > 0) then
             call multiply_by_mass(m%grid, matrix, self%outer%mass, m%damping_rate*(v_0 + v)/2, drag)
-            m%damping_loss = m%damping_loss + sum(du(:, :n)*drag(:, :n))
+            m%energies%damping_loss = m%energies%damping_loss + sum(du(:, :n)*drag(:, :n))
          end if
          taken = work_of_release(m%interfaces, du, du, 1.0_dp)
          if (self%past%is_now) taken = (taken + work_of_release(m%interfaces, du, du, 1.0_dp, self%past%instant%interfaces))/2
-         m%fracture_energy = m%fracture_energy + taken
+         m%energies%fracture_energy = m%energies%fracture_energy + taken
          if (.not. (m%audit .or. m%constraints%move())) return
          allocate (gain, mold=du)
          call internal_force(m, r)
@@ -454,8 +454,9 @@ contains
          work = gain(:, :n)/self%dt + drag(:, :n) - r(:, :n) - mean(:, :n)
          gain(:, :n) = (v_0(:, :n) + v(:, :n))/2*gain(:, :n) + du(:, :n)*(drag(:, :n) - r(:, :n) - mean(:, :n))
          work = merge(gain(:, :n), merge((drive%way - self%now%way)*work, 0.0_dp, fixed .or. self%fixed), fixed .and. self%fixed)
-         m%external_work = m%external_work + sum(work)
-         if (m%audit) m%numerical_loss = m%numerical_loss - sum(gain(:, :n) - work) - sum(du(:, :n)*r(:, :n)) - taken &
+         m%energies%external_work = m%energies%external_work + sum(work)
+         if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - sum(gain(:, :n) - work) - sum(du(:, :n)*r(:, :n)) &
+            - taken &
                                          - (stored_energy(m) + dissipated_energy(m) + m%interfaces%loss - self%stored)
       end associate
    end subroutine book
@@ -463,9 +464,9 @@ contains
    !> Note what a step begins with.
    subroutine note_start(self, m)
       class(newmark_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       call remember(m, self%past%instant)
-      if (.not. m%mapped) call map_to_grid(m)
+      if (.not. m%cache%mapped) call map_to_grid(m)
       call forces_at_start(self, m, self%past%r)
       self%past%now = self%now
       self%past%kinetic = self%kinetic
@@ -476,7 +477,7 @@ contains
    !> Go back to what was noted.
    subroutine go_to_start(self, m)
       class(newmark_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       call go_back_to(self%past%instant, m)
       self%now = self%past%now
       self%kinetic = self%past%kinetic
@@ -487,21 +488,21 @@ contains
    !> Keep in an archive what the next step needs.
    subroutine keep(self, m, archive)
       class(newmark_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       logical :: has_begun
-      has_begun = allocated(m%nodal_acceleration)
+      has_begun = allocated(m%state%acceleration)
       call archive%keep('have_begun', has_begun)
       if (.not. has_begun) return
-      if (archive%is_read) allocate (m%nodal_acceleration(ndim, m%grid%n_points), self%now%force(ndim, m%grid%n_points), &
-                                     self%now%way(ndim, m%grid%n_nodes), m%nodal_velocity(ndim, m%grid%n_points), &
-                                     m%nodal_displacement(ndim, m%grid%n_points))
+      if (archive%is_read) allocate (m%state%acceleration(ndim, m%grid%n_points), self%now%force(ndim, m%grid%n_points), &
+                                     self%now%way(ndim, m%grid%n_nodes), m%state%velocity(ndim, m%grid%n_points), &
+                                     m%state%displacement(ndim, m%grid%n_points))
       call archive%keep('last_dt', self%dt)
       call archive%keep('kinetic', self%kinetic)
       call archive%keep('is_carried', self%is_carried)
-      call archive%keep_reals('nodal_displacement', size(m%nodal_displacement), m%nodal_displacement)
-      call archive%keep_reals('nodal_velocity', size(m%nodal_velocity), m%nodal_velocity)
-      call archive%keep_reals('nodal_acceleration', size(m%nodal_acceleration), m%nodal_acceleration)
+      call archive%keep_reals('nodal_displacement', size(m%state%displacement), m%state%displacement)
+      call archive%keep_reals('nodal_velocity', size(m%state%velocity), m%state%velocity)
+      call archive%keep_reals('nodal_acceleration', size(m%state%acceleration), m%state%acceleration)
       call archive%keep_reals('nodal_load', size(self%now%force), self%now%force)
       call archive%keep_reals('nodal_way', size(self%now%way), self%now%way)
    end subroutine keep

@@ -19,7 +19,7 @@ module hampm_newton
    use hampm_energy, only: determinant_of, most_crushed_particle
    use hampm_interface_points, only: stretch_interfaces, add_interface_resistance, interface_states, have_friction, hold_friction
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_outer_forces, only: outer_forces_t
    use hampm_nodal_fields, only: v_next
    use hampm_nodal_state, only: internal_force
@@ -73,7 +73,7 @@ contains
    !> is shortened until it lessens that always helps. What friction can hold then follows the pressure.
    subroutine balance(self, m, outer, way, pins, moved, failure)
       class(newton_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       real(dp), intent(in) :: way(:, :)          !! by which fixed components move in this load step [m], (ndim, n_nodes)
       type(pin_t), intent(in) :: pins(:)
@@ -166,7 +166,7 @@ contains
    !> found.
    subroutine solve_at_once(self, m, outer, internal, way, moved, failure)
       class(newton_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       real(dp), intent(in) :: internal(:, :)     !! internal forces, condensed [N], (ndim, n_points)
       real(dp), intent(in) :: way(:, :)          !! by which fixed components move [m], (ndim, n_nodes)
@@ -190,7 +190,7 @@ contains
    !> rest. Fails where loads would turn a piece around, and where its turning strains a cell by more than one.
    subroutine turn_until_balanced(self, m, outer, pins, r, rounding, last, moved, turned, failure)
       class(newton_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       type(pin_t), intent(in) :: pins(:)
       real(dp), intent(in) :: r(:, :)            !! what is out of balance, balanced but for pins [N], (ndim, n_points)
@@ -235,7 +235,7 @@ contains
 
    !> In words: where a node is most out of balance.
    function place_of(m, r) result(text)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: r(:, :)            !! what is out of balance [N], (ndim, n_points)
       character(:), allocatable :: text
       integer :: worst(2)
@@ -247,7 +247,7 @@ contains
 
    !> In words: why there may be no equilibrium; '' where nothing is known.
    function likely_cause(m) result(text)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       character(:), allocatable :: text
       text = ''
       if (m%interfaces%n_cohesive > 0) then
@@ -269,7 +269,7 @@ contains
    !> Factorise the tangent of the present state, if it is not there.
    subroutine factorise_now(self, m, outer, pins, failure)
       class(newton_t), intent(inout) :: self
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(outer_forces_t), intent(in) :: outer
       type(pin_t), intent(in) :: pins(:)
       type(failure_t), intent(inout) :: failure
@@ -305,7 +305,7 @@ contains
 
    !> What is out of balance at the nodes that have been displaced in this load step, condensed [N].
    subroutine out_of_balance(m, outer, moved, r)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       real(dp), intent(in) :: moved(:, :)        !! by which they have been [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: r(:, :) !! (ndim, n_points)
@@ -315,7 +315,7 @@ contains
 
    !> Add to internal forces those from outside, less what it takes to move nodes as they have to by `offset`.
    subroutine less_offset(m, outer, way, moved, r, offset, has_offset)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       real(dp), intent(in) :: way(:, :)          !! by which fixed components move in this load step [m], (ndim, n_nodes)
       real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved in it [m], (ndim, n_points)
@@ -333,14 +333,14 @@ contains
 
    !> Work of condensed forces on a displacement [J].
    pure real(dp) function work_of(m, force, u)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: force(:, :), u(:, :) !! [N], [m], (ndim, n_points)
       work_of = sum(force(:, :m%grid%n_nodes)*u(:, :m%grid%n_nodes))
    end function work_of
 
    !> The largest force in play: of a cell on one of its corners, or on a node [N].
    pure real(dp) function largest_force(m, r)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: r(:, :)            !! what is out of balance [N]
       real(dp) :: thickness
       integer :: k
@@ -360,7 +360,7 @@ contains
 
    !> By how much nodes are to move whatever the forces: held ones with their constraints.
    subroutine find_offset(m, left, offset, has_offset)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: left(:, :)         !! of the way of fixed components [m], (ndim, n_nodes)
       real(dp), allocatable, intent(out) :: offset(:, :) !! (ndim, n_points)
       logical, intent(out) :: has_offset
@@ -375,7 +375,7 @@ contains
 
    !> Move and strain the particles by a displacement of the nodes, and map what forces they then have.
    subroutine displace(m, du)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
       type(pass_report_t) :: report
       m%fields%velocity(:, :, v_next) = du
@@ -389,7 +389,7 @@ contains
    !> than one at once, or where no shorter one helps.
    subroutine displace_with_care(self, m, outer, moved, work, has_offset, du, failure)
       class(newton_t), intent(in) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved before in this load step [m], (ndim, n_points)
       real(dp), intent(in) :: work               !! r . du before [J]
@@ -423,7 +423,7 @@ contains
 
    !> Move the particles by a displacement, and on as long as the forces push further: each time twice as far.
    subroutine jump(m, outer, moved, has_offset, du, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved before in this load step [m], (ndim, n_points)
       logical, intent(in) :: has_offset          !! whether nodes had to move, which they do once
@@ -450,7 +450,7 @@ contains
    !> not in the tangent. The forces have a convex potential, so that this always lessens it. Where that is is found by the rule of
    !> false position, the value at an end that stays halved each time (Illinois).
    subroutine go_back_to_least(m, outer, moved, work, du)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved before in this load step [m], (ndim, n_points)
       real(dp), intent(in) :: work               !! r . du before [J]
@@ -495,7 +495,7 @@ contains
 
    !> Fail where a displacement would strain a cell so much at once that its tangent tells nothing of where that leads.
    subroutine look_at_size(m, du, failure)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: most = 1            ! of a cell

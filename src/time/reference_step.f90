@@ -24,7 +24,7 @@ module hampm_reference_step
    use hampm_interface_step, only: hold_faces
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_remembering, only: remember, hoop_resistance
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_node_list, only: node_list_t
    use hampm_tensors, only: identity
    implicit none
@@ -36,7 +36,7 @@ contains
    !> Advance the particles by one step, and book the work of the loads and what the damping takes. In which cells the particles then
    !> are is left to be found.
    subroutine reference_step(m, dt, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure  !! of interface points whose forces cannot be found
       real(dp) :: mass(m%grid%n_points), work
@@ -44,7 +44,7 @@ contains
       integer :: i
       external = 0                               ! the loads act where the material is at t^n, with their factors there
       call place_loads(m%loads, m%grid, m%particles)
-      call add_loads(m%loads, m%time, external)
+      call add_loads(m%loads, m%state%time, external)
       call map_mass(m, mass)
       call map_velocity(m, mass, v)
       if (m%scheme%name == 'usf') call strain(m, v, dt)
@@ -61,19 +61,19 @@ contains
          call map_velocity(m, mass, v_mapped)
          call strain(m, v_mapped, merge(dt, dt/2, m%scheme%name == 'musl'))
          call stretch_interfaces(m%interfaces, v_mapped, dt)
-         call book_work(m%loads, m%time, dt, v_mapped, work)
+         call book_work(m%loads, m%state%time, dt, v_mapped, work)
       else
          if (m%interfaces%n_at_end == 0 .or. m%scheme%name /= 'usf') call stretch_interfaces(m%interfaces, v_next, dt)
-         call book_work_late(m%loads, m%particles, m%time, dt, m%last_dt, v, work)
+         call book_work_late(m%loads, m%particles, m%state%time, dt, m%state%last_dt, v, work)
       end if
       do i = 1, m%particles%n
          m%particles%displacement(i, :) = m%particles%displacement(i, :) + dt*at_particle(m, i, v_next)
       end do
-      m%damping_loss = m%damping_loss + dt*m%damping_rate*sum(spread(mass, 1, ndim)*v*v_next)
-      m%last_dt = dt
-      m%external_work = m%external_work + work
-      m%time = m%time + dt
-      m%steps = m%steps + 1
+      m%energies%damping_loss = m%energies%damping_loss + dt*m%damping_rate*sum(spread(mass, 1, ndim)*v*v_next)
+      m%state%last_dt = dt
+      m%energies%external_work = m%energies%external_work + work
+      m%state%time = m%state%time + dt
+      m%state%steps = m%state%steps + 1
    contains
       !> Add the forces of interface points at the end of the step, and what they change.
       subroutine add_forces_at_end()
@@ -90,7 +90,7 @@ contains
 
    !> P2G. The lumped masses m_i = sum m_p N_i (9) [kg].
    subroutine map_mass(m, mass)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(out) :: mass(:)           !! (n_points)
       integer :: i
       mass = 0
@@ -105,7 +105,7 @@ contains
    !> P2G. The momenta p_i = sum m_p v_p N_i, and the velocities v_i = p_i/m_i that follow (8), (10); 0 where a component is fixed,
    !> and at nodes without mass [m/s].
    subroutine map_velocity(m, mass, v)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: mass(:)
       real(dp), intent(out) :: v(:, :)           !! (ndim, n_points)
       real(dp) :: n(m%grid%n_functions)
@@ -125,7 +125,7 @@ contains
    !> P2G. The internal forces f_i = -sum V_p T_p grad N_i (7) [N], T being the Kirchhoff stress, in the total frame the first
    !> Piola stress; in axisymmetric material radial ones by the hoop stress, -sum V_p P_33 N_i/R, too.
    subroutine map_force(m, force)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(out) :: force(:, :)       !! (ndim, n_points)
       real(dp) :: gradient(m%grid%n_functions, ndim), stress(ndim, ndim), n(m%grid%n_functions)
       integer :: nodes(m%grid%n_functions), i, c
@@ -149,7 +149,7 @@ contains
 
    !> The accelerations a_i = f_i/m_i - alpha v_i (5), with the damping force -alpha m v; 0 where a component is fixed [m/s2].
    subroutine find_acceleration(m, mass, force, v, a)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: mass(:)
       real(dp), intent(in) :: force(:, :)        !! internal and of the loads [N], (ndim, n_points)
       real(dp), intent(in) :: v(:, :)            !! v^n [m/s], (ndim, n_points)
@@ -163,7 +163,7 @@ contains
 
    !> Divide nodal sums by the masses, with fixed components set to 0, and find the values of the hanging nodes.
    subroutine divide_by_mass(m, mass, x)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: mass(:)
       real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
       type(node_list_t) :: nodes
@@ -178,7 +178,7 @@ contains
 
    !> Strain the particles. H <- H + dt L (I + H), L being the gradient of a nodal velocity; in the total frame H <- H + dt L.
    subroutine strain(m, v, dt)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: v(:, :)            !! [m/s], (ndim, n_points)
       real(dp), intent(in) :: dt                 !! [s]
       real(dp) :: l(ndim, ndim)
@@ -196,7 +196,7 @@ contains
 
    !> G2P. The value of a nodal field at a particle, sum N_i(x_p) x_i.
    pure function at_particle(m, i, x) result(value)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp), intent(in) :: x(:, :)            !! (ndim, n_points)
       real(dp) :: value(ndim)
@@ -205,7 +205,7 @@ contains
 
    !> The nodes on which a particle acts.
    pure function support(m, i) result(nodes)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       integer :: nodes(m%grid%n_functions)
       nodes = m%grid%support_of(m%particles%cell(i))
@@ -213,7 +213,7 @@ contains
 
    !> Their shape functions N_i at the particle.
    pure function functions(m, i) result(n)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp) :: n(m%grid%n_functions)
       n = m%grid%functions_in(m%particles%cell(i), local(m, i))
@@ -221,7 +221,7 @@ contains
 
    !> And the gradients of these with respect to position [1/m].
    pure function gradients(m, i) result(gradient)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp) :: gradient(m%grid%n_functions, ndim)
       gradient = m%grid%gradients_in(m%particles%cell(i), local(m, i))
@@ -229,7 +229,7 @@ contains
 
    !> Where a particle is in its cell, 0 to 1: by its present position, in the total frame by its reference position.
    pure function local(m, i) result(xi)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp) :: xi(ndim)
       xi = inside_cell(m%grid%local_coordinate(m%particles%cell(i), m%particles%place_in_grid(i)))
@@ -237,7 +237,7 @@ contains
 
    !> Give what is summed at the hanging nodes to their masters.
    subroutine condense(m, width, x)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: width               !! components
       real(dp), intent(inout) :: x(width, *)     !! (width, n_points)
       type(node_list_t) :: nodes

@@ -5,7 +5,7 @@ module hampm_static
    use hampm_equilibrium, only: equilibrium_t
    use hampm_failure, only: failure_t
    use hampm_integrator, only: integrator_t, book_step
-   use hampm_motion, only: motion_t, map_to_grid, stored_energy, dissipated_energy
+   use hampm_problem, only: problem_t, map_to_grid, stored_energy, dissipated_energy
    implicit none
    private
    public :: static_t
@@ -28,7 +28,7 @@ contains
    !> A time is one load step.
    subroutine choose_steps(self, m, time, limit, steps, dt)
       class(static_t), intent(inout) :: self
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: time               !! [s]
       real(dp), intent(in) :: limit              !! not asked [s]
       integer(long), intent(out) :: steps
@@ -40,11 +40,11 @@ contains
    !> Advance by a load step. Fails where no equilibrium is found.
    subroutine advance(self, m, dt, failure)
       class(static_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
-      if (.not. m%mapped) call map_to_grid(m)
-      call self%equilibrium%find(m, m%time + dt, failure)
+      if (.not. m%cache%mapped) call map_to_grid(m)
+      call self%equilibrium%find(m, m%state%time + dt, failure)
       self%distance_from_rest = self%equilibrium%distance(m)
       if (failure%failed()) return
       call book_step(m, dt)
@@ -54,15 +54,15 @@ contains
    !> Find equilibrium at the present time: at the start, or on another mesh from what the particles carry over to it.
    subroutine settle(self, m, dt, failure)
       class(static_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! of no matter at rest [s]
       type(failure_t), intent(inout) :: failure
-      if (.not. m%mapped) call map_to_grid(m)
+      if (.not. m%cache%mapped) call map_to_grid(m)
       if (self%equilibrium%begun) then
          call self%equilibrium%find_again(m, failure)
       else
-         call self%equilibrium%find(m, m%time, failure)
-         if (any(m%materials%has_eigenstrain)) self%at_first = stored_energy(m) - m%external_work
+         call self%equilibrium%find(m, m%state%time, failure)
+         if (any(m%materials%has_eigenstrain)) self%at_first = stored_energy(m) - m%energies%external_work
       end if
       call book_loss(self, m)
       self%distance_from_rest = self%equilibrium%distance(m)
@@ -71,10 +71,10 @@ contains
    !> Multiply all that drives the material, and go to the equilibrium with it. The scales of loads and prescribed motions are to follow.
    subroutine rescale(self, m, factor, failure)
       class(static_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: factor
       type(failure_t), intent(inout) :: failure
-      call self%equilibrium%find(m, m%time, failure, factor)
+      call self%equilibrium%find(m, m%state%time, failure, factor)
       self%equilibrium%forgets_mesh = .false.    ! tips advance from here on
       self%distance_from_rest = self%equilibrium%distance(m)
       call book_loss(self, m)
@@ -84,15 +84,15 @@ contains
    !> of a load step does not tell, and what finer cells give way.
    subroutine book_loss(self, m)
       class(static_t), intent(in) :: self
-      type(motion_t), intent(inout) :: m
-      if (m%audit) m%numerical_loss = m%external_work + self%at_first - stored_energy(m) - dissipated_energy(m) &
-                                      - m%interfaces%loss - m%fracture_energy
+      type(problem_t), intent(inout) :: m
+      if (m%audit) m%energies%numerical_loss = m%energies%external_work + self%at_first - stored_energy(m) - dissipated_energy(m) &
+                                      - m%interfaces%loss - m%energies%fracture_energy
    end subroutine book_loss
 
    !> Keep in an archive what the steps need of those before.
    subroutine keep(self, m, archive)
       class(static_t), intent(inout) :: self
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       call self%equilibrium%keep(m, archive)
       if (any(m%materials%has_eigenstrain)) call archive%keep('at_first', self%at_first)

@@ -15,7 +15,7 @@ module hampm_step
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_mass_solver, only: by_lumped
    use hampm_critical_step, only: largest_wave_speed
-   use hampm_motion, only: motion_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on, &
+   use hampm_problem, only: problem_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on, &
                            renew_interfaces
    use hampm_nodal_fields, only: v_n, v_next, v_mapped, find_active_nodes
    use hampm_nodal_motion, only: find_velocity, accelerate, find_powers
@@ -34,7 +34,7 @@ contains
 
    !> Advance by one step `dt`, with all particles. Fails where a particle leaves the grid or jumps.
    subroutine advance(m, dt, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       call take_step(m, dt, failure)
@@ -43,15 +43,15 @@ contains
 
    !> As `advance`, but particles may stay behind until `update_particles`.
    subroutine take_step(m, dt, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       type(pass_report_t) :: report
       logical :: new_masses
-      if (.not. m%mapped) call map_to_grid(m, failure)
+      if (.not. m%cache%mapped) call map_to_grid(m, failure)
       if (failure%failed()) return
-      new_masses = .not. (m%weighed .and. m%particles%total_frame)
-      m%weighed = .true.
+      new_masses = .not. (m%cache%weighed .and. m%particles%total_frame)
+      m%cache%weighed = .true.
       if (m%body_contact%wanted) call look_around(m)
       if (size(m%loads) + m%interfaces%n > 0) call find_external_force(m)
       if (is_local(m)) then
@@ -59,7 +59,7 @@ contains
       else
          call step_in_stages(m, dt, new_masses, report, failure)
       end if
-      m%operators%is_behind = m%operators%is_active
+      m%cache%operators%is_behind = m%cache%operators%is_active
       if (report%jumped) call report_jump(m, failure)
       if (size(m%loads) > 0) call book_loads(m, dt)
       if (m%interfaces%n > 0) call follow_interfaces(m, dt)
@@ -68,7 +68,7 @@ contains
 
    !> Find which bodies are near each other, and where.
    subroutine look_around(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       call find_body_pairs(m%body_contact, m%grid, m%fields)
       call find_gaps(m%body_contact, m%grid, m%particles, m%blocks, m%corners)
    end subroutine look_around
@@ -76,17 +76,17 @@ contains
    !> Nodal forces of the loads, and of interface points between faces, for the coming step: with the factors at t^n, at the places where the material is at t^n. Whatever
    !> path the step takes and whenever it strains the particles, these are the forces that act in it.
    subroutine find_external_force(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       m%fields%external = 0
       call place_loads(m%loads, m%grid, m%particles)
-      call add_loads(m%loads, m%time, m%fields%external)
+      call add_loads(m%loads, m%state%time, m%fields%external)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%external)
       call add_interface_forces(m%interfaces, m%interfaces%n_at_end + 1, m%fields%external)
    end subroutine find_external_force
 
    !> Whether nodes need no more than the cells around them: then a step can be done in tiles.
    pure logical function is_local(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       is_local = m%solver%by == by_lumped .and. m%grid%dofs%n_hanging == 0 .and. m%body_contact%n == 0 &
                  .and. .not. m%audit .and. .not. m%constraints%move() .and. .not. m%has_domains() &
                  .and. .not. allocated(m%blocks%supports) .and. (m%particles%total_frame .or. m%interfaces%n == 0)
@@ -94,7 +94,7 @@ contains
 
    !> Do the nodal sums and the passes of a step tile by tile, and book what the damping does.
    subroutine step_through_tiles(m, dt, new_masses, report, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       logical, intent(in) :: new_masses          !! whether nodal masses have changed since the last step
       type(pass_report_t), intent(inout) :: report
@@ -102,27 +102,27 @@ contains
       real(dp) :: loss
       logical, allocatable :: waits(:)
       integer :: part
-      if (m%interfaces%n_at_end > 0 .and. .not. is_planned(m%plan, m%blocks)) waits = around_faces(m)
+      if (m%interfaces%n_at_end > 0 .and. .not. is_planned(m%cache%tiling, m%blocks)) waits = around_faces(m)
       associate (all => m%fields%mass_matrix%all)
-         call plan_tiles(m%blocks, all%nodes(:all%n_nodes), size(m%scheme%passes), m%plan, waits)
+         call plan_tiles(m%blocks, all%nodes(:all%n_nodes), size(m%scheme%passes), m%cache%tiling, waits)
       end associate
       if (m%interfaces%n_at_end > 0) then
          do part = 1, 2
-            call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, &
-                               m%operators, loss, part)
+            call step_in_tiles(m%cache%tiling, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, &
+                               m%cache%operators, loss, part)
             if (part == 1) call add_forces_at_end(m, dt, failure)
          end do
       else
-         call step_in_tiles(m%plan, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, &
-                            m%operators, loss)
+         call step_in_tiles(m%cache%tiling, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, &
+                            m%cache%operators, loss)
       end if
-      m%damping_loss = m%damping_loss + loss
+      m%energies%damping_loss = m%energies%damping_loss + loss
       if (.not. m%particles%total_frame) call look_for_leavers(m%matter_t, m%fields, report)
    end subroutine step_through_tiles
 
    !> The nodes of interface points, and those around the cells beside these.
    pure function around_faces(m) result(is_near)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       logical :: is_near(m%grid%n_points)
       integer :: k, j, e
       is_near = .false.
@@ -139,7 +139,7 @@ contains
 
    !> Do the nodal sums and the passes of a step, one after the other.
    subroutine step_in_stages(m, dt, new_masses, report, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       logical, intent(in) :: new_masses          !! whether nodal masses have changed since the last step
       type(pass_report_t), intent(inout) :: report
@@ -166,15 +166,15 @@ contains
 
    !> Do one pass, and book for the audit what it finds.
    subroutine pass_and_book(m, pass, dt, report, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt
       type(pass_report_t), intent(inout) :: report
       type(failure_t), intent(inout) :: failure
       type(pass_t) :: audited
       real(dp) :: kick_energy
-      if (m%operators%is_active) then
-         call pass_or_apply_everywhere(m%operators, pass, dt, m%matter_t, m%fields)
+      if (m%cache%operators%is_active) then
+         call pass_or_apply_everywhere(m%cache%operators, pass, dt, m%matter_t, m%fields)
       else
          audited = pass
          audited%audit = m%audit
@@ -182,19 +182,20 @@ contains
       end if
       kick_energy = 0
       if (pass%kick .and. m%interfaces%n > 0) call kick_interfaces(m%interfaces, m%fields%acceleration, dt, kick_energy)
-      if (m%audit) m%numerical_loss = m%numerical_loss - report%velocity_change_energy - kick_energy - report%stress_work
+      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - report%velocity_change_energy - kick_energy - &
+         report%stress_work
    end subroutine pass_and_book
 
    !> Velocities of the nodes, `v_n` or `v_mapped`, from their momentum.
    subroutine solve_velocity(m, which, latest, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer, intent(in) :: which
       integer, intent(in) :: latest              !! the velocity that was found last, as a guess
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: driven(:, :), momentum(:, :)
       type(failure_t) :: unsolved
       if (m%constraints%move()) then
-         driven = driven_velocity(m%constraints, m%grid, m%time, m%driven, m%fields, which)
+         driven = driven_velocity(m%constraints, m%grid, m%state%time, m%energies%driven, m%fields, which)
          momentum = m%fields%momentum
          if (m%solver%by /= by_lumped) m%fields%momentum = momentum - by_mass(m%grid, m%fields%mass_matrix, driven)
          call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
@@ -204,12 +205,12 @@ contains
          call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
       end if
       if (m%body_contact%n > 0) call share_between_bodies(m%body_contact, m%grid, m%constraints%free, m%fields, which)
-      call pass_on(m, m%steps + 1, unsolved, failure)
+      call pass_on(m, m%state%steps + 1, unsolved, failure)
    end subroutine solve_velocity
 
    !> Accelerations from the forces, and the velocities that move the particles; book what the forces do.
    subroutine solve_acceleration(m, dt, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
@@ -218,7 +219,7 @@ contains
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       if (size(m%loads) + m%interfaces%n > 0) m%fields%force = m%fields%force + m%fields%external
       if (m%constraints%move()) then
-         driven = driven_acceleration(m%constraints, m%grid, m%time, dt, m%fields)
+         driven = driven_acceleration(m%constraints, m%grid, m%state%time, dt, m%fields)
          force = m%fields%force
          if (m%solver%by /= by_lumped) m%fields%force = force - by_mass(m%grid, m%fields%mass_matrix, driven)
       end if
@@ -230,9 +231,9 @@ contains
       end if
       if (m%interfaces%n_at_end > 0) call add_forces_at_end(m, dt, unsolved)
       if (m%constraints%move()) then
-         call find_work(m%constraints, m%grid, dt, m%damping_rate, m%fields, m%driven, work)
-         m%external_work = m%external_work + work
-         if (m%audit) m%numerical_loss = m%numerical_loss + work
+         call find_work(m%constraints, m%grid, dt, m%damping_rate, m%fields, m%energies%driven, work)
+         m%energies%external_work = m%energies%external_work + work
+         if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + work
       end if
       taken = m%body_contact%loss + m%body_contact%friction_loss
       if (m%body_contact%n > 0) call keep_bodies_apart(m%body_contact, m%grid, m%constraints%free, dt, m%fields)
@@ -240,14 +241,14 @@ contains
       if ((m%constraints%move() .or. m%body_contact%n + m%interfaces%n > 0) &
           .and. (m%audit .or. m%damping_rate > 0)) &
          call find_powers(m%fields, m%damping_rate, damping_power, mapping_power)
-      call pass_on(m, m%steps + 1, unsolved, failure)
-      m%damping_loss = m%damping_loss + dt*damping_power
-      if (m%audit) m%numerical_loss = m%numerical_loss + dt*mapping_power - taken
+      call pass_on(m, m%state%steps + 1, unsolved, failure)
+      m%energies%damping_loss = m%energies%damping_loss + dt*damping_power
+      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + dt*mapping_power - taken
    end subroutine solve_acceleration
 
    !> Let interface points act, by their forces at the end of the step.
    subroutine add_forces_at_end(m, dt, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       if (strains_first(m)) call open_faces(m, v_n, dt)
@@ -262,62 +263,62 @@ contains
 
    !> Book what the loads have done in a step that has mapped the new velocities, or will do so only in the next.
    subroutine book_loads(m, dt)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       real(dp) :: work
       if (m%scheme%remaps) then
-         call book_work(m%loads, m%time, dt, m%fields%velocity(:, :, v_mapped), work)
+         call book_work(m%loads, m%state%time, dt, m%fields%velocity(:, :, v_mapped), work)
       else
-         call book_work_late(m%loads, m%particles, m%time, dt, m%last_dt, m%fields%velocity(:, :, v_n), work)
+         call book_work_late(m%loads, m%particles, m%state%time, dt, m%state%last_dt, m%fields%velocity(:, :, v_n), work)
       end if
-      m%last_dt = dt
-      m%external_work = m%external_work + work
-      if (m%audit) m%numerical_loss = m%numerical_loss + work
+      m%state%last_dt = dt
+      m%energies%external_work = m%energies%external_work + work
+      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + work
    end subroutine book_loads
 
    !> Let interface points follow the velocities that strain the particles; what they store, friction takes and bonds take that let go is no
    !> loss of the method.
    subroutine follow_interfaces(m, dt)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       real(dp) :: taken
       associate (velocity => m%fields%velocity, after => merge(v_mapped, v_next, m%scheme%remaps))
          taken = work_of_release(m%interfaces, velocity(:, :, v_n), velocity(:, :, after), dt)
          if (.not. strains_first(m)) call open_faces(m, after, dt)
       end associate
-      m%fracture_energy = m%fracture_energy + taken
-      if (m%audit) m%numerical_loss = m%numerical_loss - taken
+      m%energies%fracture_energy = m%energies%fracture_energy + taken
+      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken
    end subroutine follow_interfaces
 
    !> Whether interface points, as the particles, follow the velocities at the beginning of a step: in usf, with forces at its end.
    pure logical function strains_first(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       strains_first = m%interfaces%n_at_end > 0 .and. m%interfaces%n_at_end == m%interfaces%n .and. m%scheme%name == 'usf'
    end function strains_first
 
    !> Open interface points by a velocity.
    subroutine open_faces(m, which, dt)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer, intent(in) :: which               !! the velocity
       real(dp), intent(in) :: dt                 !! [s]
-      if (m%audit) m%numerical_loss = m%numerical_loss + interface_energy(m%interfaces) + m%interfaces%loss
+      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + interface_energy(m%interfaces) + m%interfaces%loss
       call stretch_interfaces(m%interfaces, m%fields%velocity(:, :, which), dt)
       call settle_slip(m%interfaces)
       call ease_faces(m%interfaces, dt*largest_wave_speed(m%materials, 'shear'))
-      if (m%audit) m%numerical_loss = m%numerical_loss - interface_energy(m%interfaces) - m%interfaces%loss
+      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - interface_energy(m%interfaces) - m%interfaces%loss
    end subroutine open_faces
 
    !> Count a step, and sort the particles if any has left its cell. Particles may have moved for several `dt` at once.
    subroutine end_step(m, dt, steps, left_cell, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       integer, intent(in) :: steps
       logical, intent(in) :: left_cell
       type(failure_t), intent(inout) :: failure
-      m%mapped = .not. (left_cell .or. m%has_domains())
-      m%time = m%time + steps*dt
-      m%steps = m%steps + steps
-      m%sorted = left_cell
+      m%cache%mapped = .not. (left_cell .or. m%has_domains())
+      m%state%time = m%state%time + steps*dt
+      m%state%steps = m%state%steps + steps
+      m%cache%sorted = left_cell
       if (.not. left_cell) return
       if (m%has_domains()) then
          call sort_anew(m, failure)
@@ -328,7 +329,7 @@ contains
 
    !> Sort the particles after some have moved to other cells, and map the blocks that they have left or entered anew.
    subroutine change_cells(m, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       integer :: layout, b, l
       logical, allocatable :: touched(:)
@@ -336,13 +337,13 @@ contains
       call sort_particles(m, failure, m%fields%left(:m%blocks%n))
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
-      m%mapped = m%fields%layout == layout
-      if (.not. m%mapped) call renew_interfaces(m)
-      if (.not. m%mapped) return
+      m%cache%mapped = m%fields%layout == layout
+      if (.not. m%cache%mapped) call renew_interfaces(m)
+      if (.not. m%cache%mapped) return
       associate (blocks => m%blocks)
          allocate (touched(blocks%n))
          do b = 1, blocks%n
-            touched(b) = any([(m%sorting%changed(blocks%cells(l, b)), l=1, count(blocks%cells(:, b) > 0))])
+            touched(b) = any([(m%cache%sorting%changed(blocks%cells(l, b)), l=1, count(blocks%cells(:, b) > 0))])
          end do
          call pass_over(m%scheme%map_at_start, 0.0_dp, m%matter_t, m%fields, &
                         pack([(b, b=1, blocks%n)], touched))
@@ -351,12 +352,12 @@ contains
 
    !> Fail because a particle has moved further than a stable run would, naming it and the likely cause.
    subroutine report_jump(m, failure)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(failure_t), intent(inout) :: failure
       integer :: i
       do i = 1, m%particles%n
          if (.not. has_jumped(m, i)) cycle
-         call failure%report(exit_computation, when(m%steps + 1, m%time)// &
+         call failure%report(exit_computation, when(m%state%steps + 1, m%state%time)// &
                              'the particle that started at '//origin(m%grid, m%particles, i)// &
                              ' moved by more than a cell in one step or is no longer a number. Likely cause: '// &
                              'the run is unstable, or a body is too fast for its cells; reduce &method courant')
@@ -366,7 +367,7 @@ contains
 
    !> Whether a particle is no longer in its cell or one beside it.
    pure logical function has_jumped(m, i)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp) :: xi(ndim)
       xi = m%grid%local_coordinate(m%particles%cell(i), m%particles%position(i))

@@ -95,7 +95,7 @@ contains
       call build(scene, 1, simulation, failure)
       if (failure%failed()) return
       report = check_report(scene, simulation, needs)//warnings(simulation)
-      call simulation%motion%solver%direct%release()
+      call simulation%problem%solver%direct%release()
       call simulation%measurements%extrapolation%direct%release()
    end subroutine try_to_build
 

@@ -7,7 +7,7 @@ module hampm_cracked
    use hampm_harness, only: check
    use hampm_loads, only: load_t, load_on_points
    use hampm_material, only: material_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, place_bodies, start
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads
    implicit none
@@ -22,7 +22,7 @@ contains
       type(material_t), intent(in) :: material
       type(rectangle_t), intent(in) :: body
       type(crack_t), intent(in) :: crack
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(cracks_t), intent(out) :: cracks
       type(failure_t) :: failure
       integer :: k
@@ -40,7 +40,7 @@ contains
 
    !> Add a force that is spread evenly over a line.
    subroutine add_pull(m, from, to, force)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: from(ndim), to(ndim) !! ends of the line [m]
       real(dp), intent(in) :: force(ndim)        !! [N]
       integer, parameter :: parts = 64
@@ -60,7 +60,7 @@ contains
    !> Displacement at rest under all loads [m], (ndim, n_points), and the energy that is stored then [J]; faces in contact touch
    !> everywhere.
    subroutine rest_of(m, stiffness, u, energy)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: stiffness
       real(dp), allocatable, intent(out) :: u(:, :)
       real(dp), intent(out) :: energy

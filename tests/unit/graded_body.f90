@@ -6,7 +6,7 @@ module hampm_graded_body
    use hampm_harness, only: check
    use hampm_integrator, only: integrator_t
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t, update_particles
+   use hampm_problem, only: problem_t, update_particles
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, place_bodies, total_energy
    use hampm_sorting, only: sort_into_cells
@@ -24,7 +24,7 @@ contains
    subroutine place_graded(levels, law, frame, m, at_corner)
       integer, intent(in) :: levels
       character(*), intent(in) :: law, frame
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       logical, intent(in), optional :: at_corner
       type(forest_t) :: forest
       type(failure_t) :: failure
@@ -44,14 +44,14 @@ contains
                         [rectangle_t([1.0_dp, 2.0_dp], [1.0_dp + length, 4.0_dp], points*[length, 2])], m)
       m%particles%total_frame = frame == 'total'
       m%blocks%by_group = .true.
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       call check(.not. failure%failed(), 'the particles are sorted')
    end subroutine place_graded
 
    !> Do some coarse steps.
    subroutine run_coarsely(c, m, dt, largest, steps)
       class(integrator_t), intent(inout) :: c
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! finest step [s]
       integer, intent(in) :: largest, steps
       type(failure_t) :: failure
@@ -68,7 +68,7 @@ contains
    !> The mean energy of the particles over some coarse steps.
    real(dp) function mean_energy(c, m, dt, largest, steps)
       class(integrator_t), intent(inout) :: c
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! finest step [s]
       integer, intent(in) :: largest, steps
       integer :: k

@@ -5,7 +5,7 @@ module hampm_mass_samples
    use hampm_harness, only: check
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_mass_solver, only: solve_mass
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_problem, only: problem_t, refresh_grid
    use hampm_samples, only: start
    use hampm_sorting, only: sort_into_cells
    implicit none
@@ -41,7 +41,7 @@ contains
 
    !> Displace all particles, at random by up to `range` in each direction, or all by the same, and sort them.
    subroutine displace(m, range, shift)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: range              !! [m]
       real(dp), intent(in) :: shift(ndim)        !! [m]
       type(failure_t) :: failure
@@ -51,23 +51,23 @@ contains
       do i = 1, m%particles%n
          m%particles%displacement(i, :) = range*(2*r(:, i) - 1) + shift
       end do
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       call check(.not. failure%failed(), 'the displaced particles are in the grid')
    end subroutine displace
 
    !> Map masses, momenta and the mass matrix of a choice to the grid.
    subroutine map_mass(m, choice)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(mass_choice_t), intent(in) :: choice
       call m%solver%direct%release()
       call start(m, 'musl', choice)
-      m%mapped = .false.
+      m%cache%mapped = .false.
       call refresh_grid(m)
    end subroutine map_mass
 
    !> The mass matrix that was mapped, for all nodes of the grid.
    function dense_matrix(m) result(a)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp) :: a(m%grid%n_nodes, m%grid%n_nodes)
       integer :: i, k
       a = 0
@@ -88,7 +88,7 @@ contains
 
    !> x of M x = b, from a guess; zero at nodes without mass.
    function solution(m, b, guess) result(x)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in), contiguous :: b(:, :), guess(:, :)
       real(dp) :: x(ndim, m%grid%n_nodes)
       real(dp), allocatable :: values(:, :)      ! at hanging nodes, too

@@ -8,7 +8,7 @@ module hampm_quadratic_samples
    use hampm_harness, only: check
    use hampm_mass_choice, only: mass_choice_t
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t, start_motion, refresh_grid
+   use hampm_problem, only: problem_t, start_problem, refresh_grid
    use hampm_particles, only: new_particles
    use hampm_quadratic_points, only: weigh_points
    use hampm_sorting, only: sort_into_cells
@@ -26,7 +26,7 @@ contains
       real(dp), intent(in) :: edge               !! of the square [m]
       real(dp), intent(in) :: density            !! [kg/m3]
       real(dp), intent(in) :: thickness          !! [m]
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(mass_choice_t), intent(in), optional :: mass
       type(failure_t) :: failure
       real(dp), allocatable :: solids(:, :, :)
@@ -45,9 +45,9 @@ contains
                              thickness_t(thickness), density, &
                              [0.0_dp, 0.0_dp], 1, 1)
       end do
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       call weigh_points(m%matter_t)
-      call start_motion(m, 'musl', failure, mass)
+      call start_problem(m, 'musl', failure, mass)
       call refresh_grid(m)
       call check(.not. failure%failed(), 'the mesh is built')
    end subroutine fill_with_quadratic

@@ -2,7 +2,7 @@
 module hampm_refined
    use hampm_kinds, only: dp, ndim
    use hampm_forest, only: forest_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    implicit none
    private
    public :: refine_box, misplaced, is_balanced, spans_lattice
@@ -31,7 +31,7 @@ contains
 
    !> Number of particles that are not counted in exactly one leaf, the one within whose edges they are, or are coarser than it.
    pure integer function misplaced(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer :: leaf, e, i, counted(m%particles%n)
       real(dp) :: lower(ndim)
       logical :: is_inside

@@ -10,7 +10,7 @@ module hampm_samples
    use hampm_harness, only: check
    use hampm_mass_choice, only: mass_choice_t
    use hampm_material, only: material_t
-   use hampm_motion, only: motion_t, start_motion
+   use hampm_problem, only: problem_t, start_problem
    use hampm_particles, only: new_particles
    use hampm_sorting, only: sort_into_cells
    use hampm_step, only: advance
@@ -36,7 +36,7 @@ contains
       type(forest_t), intent(in) :: forest
       type(material_t), intent(in) :: material
       type(rectangle_t), intent(in) :: rectangles(:)
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(line_t), intent(in), optional :: lines(:)
       type(failure_t) :: failure
       integer :: k, n, first
@@ -57,23 +57,23 @@ contains
             first = first + product(r%points)
          end associate
       end do
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       call check_failure(failure)
    end subroutine place_bodies
 
    !> Make ready for the first step, with the lumped or another mass matrix.
    subroutine start(m, scheme, mass)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       character(*), intent(in) :: scheme
       type(mass_choice_t), intent(in), optional :: mass
       type(failure_t) :: failure
-      call start_motion(m, trim(scheme), failure, mass)
+      call start_problem(m, trim(scheme), failure, mass)
       call check_failure(failure)
    end subroutine start
 
    !> Do a number of steps.
    subroutine run_steps(m, dt, steps)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       integer, intent(in) :: steps
       type(failure_t) :: failure
@@ -92,14 +92,14 @@ contains
 
    !> Kinetic and strain energy of the particles [J].
    real(dp) function total_energy(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       total_energy = kinetic_energy(m%particles) + strain_energy(m%particles, m%materials)
    end function total_energy
 
    !> What the energy audit leaves unexplained since the energy was `initial` [J].
    real(dp) function energy_residual(m, initial)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: initial            !! [J]
-      energy_residual = total_energy(m) + m%damping_loss + m%numerical_loss - m%external_work - initial
+      energy_residual = total_energy(m) + m%energies%damping_loss + m%energies%numerical_loss - m%energies%external_work - initial
    end function energy_residual
 end module hampm_samples

@@ -8,7 +8,7 @@ program test_changing_cells
    use hampm_grid, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: new_particles
    use hampm_samples, only: schemes, start, thickness
    use hampm_sorting, only: sort_into_cells
@@ -44,7 +44,7 @@ contains
       character(*), intent(in) :: scheme
       real(dp), intent(in) :: speed
       integer, intent(in) :: finer
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       integer, intent(in), optional :: cells(ndim)
       integer :: points(ndim)
       real(dp), parameter :: x(3) = [0.63_dp, 1.27_dp, 1.92_dp], y(2) = [0.86_dp, 1.43_dp]
@@ -72,7 +72,7 @@ contains
          end do
          p%total_frame = .false.
       end associate
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       if (.not. speed > 0) call constrain_box(m%constraints, m%grid, [1.8_dp, 0.0_dp], [2.0_dp, 2.0_dp], [.true., .false.])
       m%damping_rate = 0.3_dp
       call start(m, scheme)
@@ -81,7 +81,7 @@ contains
 
    !> Do steps.
    subroutine run(m, steps)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer, intent(in) :: steps
       type(failure_t) :: failure
       integer :: k
@@ -93,7 +93,7 @@ contains
 
    !> A length of steps that is stable [s].
    pure real(dp) function time_step(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       time_step = 0.05_dp*m%grid%element_size(1)/4
    end function time_step
 
@@ -102,7 +102,7 @@ contains
       character(*), intent(in) :: scheme
       real(dp), intent(in) :: speed
       integer, intent(in) :: finer, steps
-      type(motion_t) :: m, other
+      type(problem_t) :: m, other
       real(dp) :: error(3)
       integer, allocatable :: of_id(:)
       integer :: changes, i
@@ -110,10 +110,11 @@ contains
       other = m
       other%audit = .true.
       call run(m, steps)
-      call check(m%plan%n_tiles > 0, scheme//': steps are done in tiles')
-      if (.not. speed > 0) call check((m%plan%n_regions > 1) .eqv. finer > 1, scheme//': in as many regions as there should be')
+      call check(m%cache%tiling%n_tiles > 0, scheme//': steps are done in tiles')
+      if (.not. speed > 0) call check((m%cache%tiling%n_regions > 1) .eqv. finer > 1, &
+                                      scheme//': in as many regions as there should be')
       call run(other, steps)
-      call check(other%plan%n_tiles == 0, scheme//': those of the other are not')
+      call check(other%cache%tiling%n_tiles == 0, scheme//': those of the other are not')
       allocate (of_id(other%particles%n))
       of_id(other%particles%id) = [(i, i=1, other%particles%n)]
       associate (a => m%particles, b => other%particles, j => of_id(m%particles%id))
@@ -128,15 +129,17 @@ contains
          changes
       call check((changes > m%particles%n/2) .eqv. speed > 0, scheme//': bodies that fly and turn change their cells')
       call check_close(maxval(error), 0.0_dp, rounding, scheme//': particles move as those of the other do')
-      call check_close(m%damping_loss, other%damping_loss, rounding*abs(other%damping_loss), scheme//': loss by damping')
-      call check(abs(m%time - other%time) <= 0 .and. m%steps == other%steps, scheme//': and in the same steps')
+      call check_close(m%energies%damping_loss, other%energies%damping_loss, rounding*abs(other%energies%damping_loss), &
+                       scheme//': loss by damping')
+      call check(abs(m%state%time - other%state%time) <= 0 .and. m%state%steps == other%state%steps, &
+                 scheme//': and in the same steps')
    end subroutine as_in_stages
 
    !> The order of all sums is that of the blocks.
    subroutine same_bytes_with_two_threads(scheme, finer)
       character(*), intent(in) :: scheme
       integer, intent(in) :: finer
-      type(motion_t) :: one, two
+      type(problem_t) :: one, two
       call place(scheme, 1.0_dp*finer, finer, one)
       two = one
       call run(one, 150/finer)
@@ -145,12 +148,12 @@ contains
       call use_threads(1, 0)
       call check(all(one%particles%id == two%particles%id) .and. all(abs(one%particles%velocity - two%particles%velocity) <= 0) &
                  .and. all(abs(one%particles%gradient - two%particles%gradient) <= 0) &
-                 .and. abs(one%damping_loss - two%damping_loss) <= 0, scheme//': the same bytes on two threads')
+                 .and. abs(one%energies%damping_loss - two%energies%damping_loss) <= 0, scheme//': the same bytes on two threads')
    end subroutine same_bytes_with_two_threads
 
    !> A body that flies out of its grid.
    subroutine who_leaves_the_grid_is_named()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       integer :: k
       call place('usf', 1.0_dp, 1, m, [22, 18])
@@ -163,7 +166,7 @@ contains
 
    !> A step that takes particles past the cell beside theirs.
    subroutine who_jumps_is_named()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       integer :: k
       call place('musl', 1.0_dp, 1, m)

@@ -13,7 +13,7 @@ program test_closing
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t
    use hampm_stiffness, only: stiffness_t
@@ -48,7 +48,7 @@ contains
       real(dp), intent(in) :: forces(ndim, 2), to !! where the tip is [m]
       integer, intent(in) :: levels              !! of smaller cells around the tip
       logical, intent(in) :: contact
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(cracks_t), intent(out) :: cracks
       type(forest_t) :: forest
       type(crack_t) :: crack
@@ -72,7 +72,7 @@ contains
       integer, intent(in) :: n, levels
       logical, intent(in) :: contact
       logical, intent(in) :: there(modes)        !! which modes there are
-      type(motion_t) :: m, shorter
+      type(problem_t) :: m, shorter
       type(cracks_t) :: cracks, shorter_cracks
       integer :: k
       call split_beam(forces, tip, levels, contact, m, cracks)
@@ -83,7 +83,7 @@ contains
    !> Half of a split beam, its lower face on the symmetry plane.
    subroutine half_body(n)
       integer, intent(in) :: n
-      type(motion_t) :: m(2)
+      type(problem_t) :: m(2)
       type(cracks_t) :: cracks(2)
       type(crack_t) :: crack
       integer :: k
@@ -106,7 +106,7 @@ contains
 
    !> A crack inside a plate that is pulled and sheared: a pair at each tip, one and two from one of them and one from the other.
    subroutine two_tips()
-      type(motion_t) :: m(2)
+      type(problem_t) :: m(2)
       type(cracks_t) :: cracks(2)
       type(crack_t) :: crack
       type(crack_tip_t) :: tips(3)
@@ -130,7 +130,7 @@ contains
    !> Close all of some pairs, and hold what comes out to a body with a crack that is shorter by these.
    subroutine compare(what, m, shorter, tips, cells, there)
       character(*), intent(in) :: what
-      type(motion_t), intent(inout) :: m, shorter
+      type(problem_t), intent(inout) :: m, shorter
       type(crack_tip_t), intent(in) :: tips(:)
       integer, intent(in) :: cells(:)            !! behind each of these
       logical, intent(in) :: there(modes)        !! which modes there are
@@ -165,7 +165,7 @@ contains
 
    !> Displacement of a particle by one of the points [m].
    pure function displacement(m, u, i)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)
       integer, intent(in) :: i
       real(dp) :: displacement(ndim)
@@ -177,7 +177,7 @@ contains
 
    !> Pairs are looked for one after the other, up to the first that is not there; those that are not closed bear no force.
    subroutine pairs_that_are_there()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(cracks_t) :: cracks
       type(closing_t) :: closing
       type(stiffness_t) :: stiffness

@@ -17,7 +17,7 @@ program test_crack_closure
    use hampm_mass_choice, only: new_mass_choice
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_problem, only: problem_t, refresh_grid
    use hampm_patch, only: patch_t, patch_around, fitted_displacement, internal_force
    use hampm_quadratic_samples, only: fill_with_quadratic
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
@@ -50,7 +50,7 @@ contains
    subroutine place(points, side, m)
       integer, intent(in) :: points              !! per cell and direction
       real(dp), intent(in) :: side               !! sign of the side
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       real(dp) :: bottom
       bottom = min(0.0_dp, 2*side*cell)
       call place_bodies(forest_t([-3*cell, -3*cell], cell, [6, 6]), &
@@ -61,7 +61,7 @@ contains
    !> Particles that move with a finite element field give its nodal values back, at inner nodes and at the edge.
    subroutine nodal_values(points)
       integer, intent(in) :: points
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(patch_t) :: patch
       real(dp), allocatable :: nodal(:, :)
       character(7), parameter :: masses(*) = ['lumped ', 'full   ', 'partial', 'fmpm   ', 'blend  ']
@@ -110,7 +110,7 @@ contains
    !> The fit is linear also where particles are fewer than nodes: what rounding leaves along directions that no particle feels is not followed.
    subroutine few_particles()
       integer, parameter :: fields = 20000
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(patch_t) :: patch
       real(dp), allocatable :: by_particle(:), x(:)
       real(dp) :: u(ndim), error
@@ -139,7 +139,7 @@ contains
    !> A uniform stress puts no force on inner nodes and its traction on those at the edge.
    subroutine uniform_stress(points)
       integer, intent(in) :: points
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(patch_t) :: patch
       real(dp), parameter :: h(ndim, ndim) = reshape([1.0e-3_dp, 2.0e-3_dp, -5.0e-4_dp, 3.0e-3_dp], [ndim, ndim])
       real(dp) :: stress(ndim, ndim)
@@ -164,7 +164,7 @@ contains
    subroutine closure_of_uniform_fields(side)
       real(dp), intent(in) :: side
       real(dp), parameter :: strain = 1.0e-3_dp, d = 0.01_dp*cell
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(cracks_t) :: cracks
       type(forest_t) :: forest
       type(failure_t) :: failure
@@ -207,7 +207,7 @@ contains
    !>    G = integral from 0 to 1 of s (1 - x + 3 x**2) (1 - x) (3 - x) d dx = 91/60 s d.
    subroutine closure_of_quadratic_fields()
       real(dp), parameter :: strain = 1.0e-3_dp, d = 0.01_dp*cell, of_sample = 2.0_dp
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(cracks_t) :: cracks
       type(forest_t) :: forest
       type(failure_t) :: failure
@@ -243,7 +243,7 @@ contains
    subroutine closure_of_both_modes(direction)
       real(dp), intent(in) :: direction(ndim)
       real(dp), parameter :: d = 0.01_dp*cell, stress(modes) = young*[2.0e-3_dp, 1.0e-3_dp]
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(cracks_t) :: cracks
       type(forest_t) :: forest
       type(failure_t) :: failure

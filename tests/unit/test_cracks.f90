@@ -12,7 +12,7 @@ program test_cracks
    use hampm_harness, only: check, check_close, finish
    use hampm_refinement, only: refinement_t
    use hampm_scene, only: scene_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_thickness, only: thickness_t
    implicit none
 
@@ -73,11 +73,11 @@ contains
       type(scene_t), intent(in) :: scene
       type(cracks_t), intent(out) :: cracks
       type(grid_t), intent(out) :: grid
-      type(motion_t) :: motion
+      type(problem_t) :: problem
       type(refinement_t) :: refinement
       type(failure_t) :: failure
-      call assemble(scene, motion, cracks, refinement, failure)
-      grid = motion%grid
+      call assemble(scene, problem, cracks, refinement, failure)
+      grid = problem%grid
       call cracks%find_nodes(grid, failure)
       call check(.not. failure%failed(), 'every tip has its nodes')
    end subroutine build

@@ -10,7 +10,7 @@ program test_crossing_levels
    use hampm_harness, only: check, check_close, finish
    use hampm_matching, only: match_particles
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_refined, only: refine_box, misplaced
    use hampm_refinement, only: follow_particles
    use hampm_samples, only: rectangle_t, place_bodies, start, total_energy, energy_residual
@@ -49,7 +49,7 @@ contains
    !> Without spin nothing at all happens to the body.
    subroutine translation(scheme)
       character(*), intent(in) :: scheme
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(flight_t) :: seen
       real(dp), parameter :: velocity(ndim) = [1.0_dp, 0.05_dp]
       integer :: i
@@ -67,7 +67,7 @@ contains
       character(*), intent(in) :: scheme, law
       integer, intent(in) :: levels
       real(dp), intent(in) :: spin               !! [1/s]
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(flight_t) :: seen, without
       character(:), allocatable :: what
       what = scheme//', '//law//', '//to_text(levels)//' levels'
@@ -82,7 +82,7 @@ contains
 
    !> What must hold of every flight.
    subroutine check_flight(m, seen, what)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(flight_t), intent(in) :: seen
       character(*), intent(in) :: what
       call check(seen%misplaced == 0, what//': each particle is in one leaf that is not finer than it')
@@ -100,7 +100,7 @@ contains
       character(*), intent(in) :: scheme, law
       integer, intent(in) :: levels
       real(dp), intent(in) :: spin               !! [1/s]
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(flight_t), intent(out) :: seen
       real(dp), parameter :: lower(ndim) = [0.113_dp, 0.217_dp], upper(ndim) = lower + 0.2_dp
       real(dp), parameter :: velocity(ndim) = [1.0_dp, 0.05_dp], way = 1.07_dp
@@ -128,7 +128,7 @@ contains
       mass = sum(m%particles%mass)
       do step = 1, steps
          call advance(m, dt, failure)
-         if (m%sorted) call follow_particles(m, failure)
+         if (m%cache%sorted) call follow_particles(m, failure)
          if (failure%failed()) exit
          seen%misplaced = seen%misplaced + misplaced(m)
          seen%most_particles = max(seen%most_particles, m%particles%n)
@@ -167,7 +167,7 @@ contains
       integer, intent(in) :: levels
       real(dp), intent(out) :: period            !! [s]
       real(dp), intent(out) :: loss              !! of energy, relative [-]
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(forest_t) :: forest
       type(failure_t) :: failure
       real(dp), parameter :: lower(ndim) = [0.2_dp, 0.217_dp], upper(ndim) = [0.8_dp, 0.367_dp], length = upper(1) - lower(1)
@@ -198,7 +198,7 @@ contains
       most = m%particles%n
       do step = 1, nint(2.3_dp*2*pi/frequency/dt)
          call advance(m, dt, failure)
-         if (m%sorted) call follow_particles(m, failure)
+         if (m%cache%sorted) call follow_particles(m, failure)
          if (failure%failed()) exit
          wrong = wrong + misplaced(m)
          least = min(least, m%particles%n)
@@ -208,9 +208,9 @@ contains
          tip = sum(m%particles%mass*m%particles%displacement(:, 1))
          if (last_tip > 0 .and. tip <= 0) then   ! after half a period, and then once more in each
             zeros = zeros + 1
-            zero = m%time - dt*tip/(tip - last_tip)
+            zero = m%state%time - dt*tip/(tip - last_tip)
             if (zeros == 1) first_zero = zero
-            loss = m%numerical_loss/initial
+            loss = m%energies%numerical_loss/initial
          end if
          last_tip = tip
       end do
@@ -226,7 +226,7 @@ contains
 
    !> Centre of mass [m].
    pure function centre_of_mass(m) result(x)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp) :: x(ndim)
       integer :: i
       x = 0
@@ -238,7 +238,7 @@ contains
 
    !> Strain energy, and kinetic energy of the motion relative to the rigid one with the same momenta [J].
    real(dp) function internal_energy(m) result(energy)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp) :: centre(ndim), mean(ndim), x(ndim), inertia, spin
       integer :: i
       centre = centre_of_mass(m)
@@ -263,7 +263,7 @@ contains
    !> The largest change of the distance of two particles that were about as far apart as the particles were at first, relative to
    !> that distance.
    real(dp) function largest_stretch(m) result(largest)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp) :: distance
       integer :: i, j
       largest = 0

@@ -13,7 +13,7 @@ program test_crowded_nodes
    use hampm_mass_choice, only: mass_choice_t
    use hampm_mass_samples, only: choice_of, dense_matrix
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_problem, only: problem_t, refresh_grid
    use hampm_nodal_rows, only: pattern_t, spans_t, unlike_neighbours, pattern_of_grid, find_spans, sum_rows, multiply_rows
    use hampm_patch, only: patch_t, patch_around, patch_mass, internal_force, fitted_displacement
    use hampm_recovery, only: recover
@@ -72,7 +72,7 @@ contains
 
    !> Double elements of a scene, and give every other column of their particles to the second one.
    subroutine double_elements(m, elements)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer, intent(in) :: elements(:)
       type(failure_t) :: failure
       real(dp) :: xi(ndim)
@@ -85,7 +85,7 @@ contains
             if (mod(floor(4*xi(1)), 2) == 0) m%particles%cell(i) = m%grid%n_elements
          end do
       end do
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure, left=[(.false., b=1, m%blocks%n)])
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure, left=[(.false., b=1, m%blocks%n)])
       call check(.not. failure%failed(), 'the particles are sorted')
    end subroutine double_elements
 
@@ -93,7 +93,7 @@ contains
    !> that there are five around each of its nodes. An end is held.
    subroutine two_bodies(frame, plain, doubled)
       character(*), intent(in) :: frame
-      type(motion_t), intent(out) :: plain, doubled
+      type(problem_t), intent(out) :: plain, doubled
       integer :: i
       call place_bodies(forest_t([0.0_dp, 0.0_dp], 0.1_dp, [5, 4]), &
                         new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
@@ -112,7 +112,7 @@ contains
 
    !> Largest difference of a field of the particles of two scenes, which are in different order.
    pure real(dp) function difference(a, b, field_a, field_b)
-      type(motion_t), intent(in) :: a, b
+      type(problem_t), intent(in) :: a, b
       real(dp), intent(in) :: field_a(:, :), field_b(:, :)
       integer :: in_a(a%particles%n), in_b(b%particles%n), i
       in_a(a%particles%id) = [(i, i=1, size(in_a))]
@@ -122,7 +122,7 @@ contains
 
    !> Elements and nodes say the same in both directions, with five elements at a node.
    subroutine check_rows()
-      type(motion_t) :: plain, doubled
+      type(problem_t) :: plain, doubled
       integer :: e, c, node, wrong
       integer, allocatable :: at(:)
       call two_bodies('total', plain, doubled)
@@ -184,7 +184,7 @@ contains
 
    !> Masses, momenta and mass matrix are those of the particles, whichever element they are in.
    subroutine check_mapping()
-      type(motion_t) :: plain, doubled
+      type(problem_t) :: plain, doubled
       real(dp) :: mass
       integer :: node
       call two_bodies('updated', plain, doubled)
@@ -216,7 +216,7 @@ contains
 
    !> What is found from the particles around a node is found from those of all its elements.
    subroutine check_patches()
-      type(motion_t) :: plain, doubled
+      type(problem_t) :: plain, doubled
       type(patch_t) :: a, b
       real(dp), allocatable :: values(:, :)
       integer :: node, c
@@ -249,7 +249,7 @@ contains
    subroutine check_steps(what, scheme, mass, frame)
       character(*), intent(in) :: what, scheme, frame
       type(mass_choice_t), intent(in) :: mass
-      type(motion_t) :: plain, doubled
+      type(problem_t) :: plain, doubled
       real(dp) :: moved
       call two_bodies(frame, plain, doubled)
       call load_and_damp(plain)
@@ -263,7 +263,7 @@ contains
                        1.0e-11_dp*moved, what//', '//frame//' frame: velocities are those with one element')
       call check_close(difference(plain, doubled, plain%particles%displacement, doubled%particles%displacement), 0.0_dp, &
                        1.0e-14_dp, what//', '//frame//' frame: so are displacements')
-      call check_close(doubled%damping_loss, plain%damping_loss, 1.0e-11_dp*abs(plain%damping_loss), &
+      call check_close(doubled%energies%damping_loss, plain%energies%damping_loss, 1.0e-11_dp*abs(plain%energies%damping_loss), &
                        what//', '//frame//' frame: and the energy that the damping takes')
       call plain%solver%direct%release()
       call doubled%solver%direct%release()
@@ -271,7 +271,7 @@ contains
 
    !> A force on all material, and damping.
    subroutine load_and_damp(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       allocate (m%loads(1))
       call load_on_particles(m%particles, [0.0_dp, 0.0_dp], [1.0_dp, 1.0_dp], m%loads(1))
       m%loads(1)%force = [1.0e-5_dp, 2.0e-5_dp]
@@ -280,7 +280,7 @@ contains
 
    !> So it is with time steps that fit the size of the cells, also where elements of hanging nodes are doubled.
    subroutine check_local_steps()
-      type(motion_t) :: plain, doubled
+      type(problem_t) :: plain, doubled
       type(forest_t) :: forest
       type(failure_t) :: failure
       forest = forest_t([0.0_dp, 0.0_dp], 1.0_dp, [8, 6])
@@ -290,7 +290,7 @@ contains
       plain%particles%total_frame = .true.
       plain%blocks%by_group = .true.
       call random_number(plain%particles%velocity)
-      call sort_into_cells(plain%sorting, plain%particles, plain%grid, plain%blocks, failure)
+      call sort_into_cells(plain%cache%sorting, plain%particles, plain%grid, plain%blocks, failure)
       doubled = plain
       call double_elements(doubled, plain%blocks%occupied(3:plain%blocks%n_occupied:5))
       call check(any(doubled%grid%element_nodes(:, plain%grid%n_elements + 1:) > doubled%grid%n_nodes), &
@@ -306,7 +306,7 @@ contains
 
    !> Do some coarse steps of four finest ones.
    subroutine run_coarsely(m, steps)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer, intent(in) :: steps
       type(local_leapfrog_t) :: c
       type(failure_t) :: failure

@@ -53,13 +53,13 @@ contains
       if (failure%failed()) return
       call random_number(factor)
       factor = factor - 0.5_dp
-      associate (m => s%motion)
+      associate (m => s%problem)
          worst(4) = max(worst(4), abs(sum(m%particles%mass(:m%particles%n))/area - 1))
          do i = 1, m%particles%n
             x = m%particles%reference(i, :)
             m%particles%velocity(i, :) = field(factor, x)
          end do
-         m%mapped = .false.
+         m%cache%mapped = .false.
          call find_nodal_state(m, state, failure)
          call check(.not. failure%failed(), 'its nodal equations are solved')
          largest = maxval(abs(state%velocity))

@@ -25,7 +25,7 @@ program test_dispersion
    use hampm_mass_choice, only: mass_choice_t
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps
    implicit none
 
@@ -117,7 +117,7 @@ contains
       integer, intent(in) :: n, half_waves
       real(dp), parameter :: dt = 0.2_dp             ! in cells of size 1 and with wave speed 1
       integer, parameter :: steps = 40
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp) :: a(0:steps), q
       integer :: i, k
       q = pi*half_waves/n
@@ -145,7 +145,7 @@ contains
 
    !> Amplitude of a mode in the velocity of the particles.
    real(dp) function amplitude(m, q)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: q
       integer :: i
       amplitude = 0

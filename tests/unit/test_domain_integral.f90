@@ -11,7 +11,7 @@ program test_domain_integral
    use hampm_harness, only: check, check_close, finish
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
@@ -96,7 +96,7 @@ contains
       integer, intent(in) :: cells
       real(dp), intent(in) :: direction(ndim)
       logical, intent(in) :: half
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(line_t), intent(in), optional :: lines(:)
       type(rectangle_t) :: square
       real(dp) :: left(ndim)
@@ -113,7 +113,7 @@ contains
 
    !> Give all particles the strain of the tip fields.
    subroutine open_crack(m, direction, k)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: direction(ndim), k(modes)
       real(dp) :: axes(ndim, ndim), h(ndim, ndim)
       integer :: i, mode
@@ -129,13 +129,13 @@ contains
 
    !> Nodes at rest without forces, as they are in equilibrium.
    pure type(nodal_state_t) function rest(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       allocate (rest%velocity(ndim, m%grid%n_points), rest%divergence(ndim, m%grid%n_points), source=0.0_dp)
    end function rest
 
    !> J and K, in one column a radius.
    function integrals(m, direction, half, radius, state) result(found)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: direction(ndim), radius(:)
       logical, intent(in) :: half
       type(nodal_state_t), intent(in) :: state
@@ -152,7 +152,7 @@ contains
       integer, parameter :: cells(4) = [8, 16, 32, 64]
       real(dp), parameter :: radius(2) = [0.48_dp, 0.3_dp]
       real(dp) :: k(modes), found(1 + modes, size(radius)), expected(1 + modes), error(1 + modes, size(cells))
-      type(motion_t) :: m
+      type(problem_t) :: m
       integer :: n
       k = k_known
       if (half) k(2) = 0
@@ -175,7 +175,7 @@ contains
       integer, parameter :: cells = 12
       real(dp), parameter :: radius(7) = [2.0_dp, 2.5_dp, 3.0_dp, 3.5_dp, 4.0_dp, 4.5_dp, 5.0_dp]*edge/cells
       real(dp) :: found(1 + modes, size(radius)), expected(1 + modes)
-      type(motion_t) :: m
+      type(problem_t) :: m
       integer :: n
       expected = [sum(k_known**2)/effective_modulus(strain), k_known]
       call place_square(strain, cells, directions(:, 1), .false., m)
@@ -193,7 +193,7 @@ contains
    subroutine factors_in_a_refined_mesh()
       real(dp), parameter :: radius(2) = [0.3_dp, 0.45_dp]
       real(dp) :: found(1 + modes, size(radius)), expected(1 + modes)
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(forest_t) :: forest
       type(failure_t) :: failure
       integer :: n
@@ -222,7 +222,7 @@ contains
       real(dp), parameter :: radius(2) = [0.45_dp, 0.3_dp]
       real(dp) :: found(1 + modes, size(radius)), still(1 + modes, size(radius)), damped(1 + modes, size(radius))
       real(dp) :: error(size(radius), size(cells)), order
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(nodal_state_t) :: state
       type(failure_t) :: failure
       integer :: n
@@ -258,7 +258,7 @@ contains
       real(dp), parameter :: radius(2) = [0.45_dp, 0.3_dp], pressure = 1.0e5_dp ! [Pa]
       real(dp) :: found(1 + modes, size(radius)), error(size(radius), size(cells)), unaware
       real(dp) :: axes(ndim, ndim), x(ndim), h(ndim, ndim)
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(line_t) :: line
       integer :: n, i
       axes = reshape([direction, -direction(2), direction(1)], [ndim, ndim])
@@ -301,7 +301,7 @@ contains
       integer, parameter :: cells(3) = [10, 20, 40]
       real(dp), parameter :: radius(2) = [0.45_dp, 0.3_dp], number = 7.0_dp, amplitude = 1.0e-7_dp
       real(dp) :: found(1 + modes, size(radius)), still(1 + modes, size(radius)), error(size(radius), size(cells))
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(nodal_state_t) :: state
       type(failure_t) :: failure
       integer :: n
@@ -323,7 +323,7 @@ contains
 
    !> A dilatational and a shear wave, each travelling in a direction of its own, as the particles have them at an instant.
    subroutine set_waves(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), parameter :: amplitude = 1.0e-7_dp, number = 7.0_dp ! [m], [1/m]
       real(dp), parameter :: ways(ndim, 2) = reshape([0.8_dp, 0.6_dp, -0.28_dp, 0.96_dp], [ndim, 2])
       real(dp) :: speed(2), motion(ndim, 2), phase
@@ -345,10 +345,10 @@ contains
                end do
             end do
          end do
-         call sort_into_cells(m%sorting, p, m%grid, m%blocks, failure)
+         call sort_into_cells(m%cache%sorting, p, m%grid, m%blocks, failure)
       end associate
       call check(.not. failure%failed(), 'the waves stay in the grid')
-      m%mapped = .false.
+      m%cache%mapped = .false.
    end subroutine set_waves
 
    !> A cracked body that has turned by a large angle has the J of one that has not, in either frame.
@@ -356,7 +356,7 @@ contains
       logical, intent(in) :: total_frame
       real(dp), parameter :: angle = 0.4_dp, radius(2) = [0.3_dp, 0.45_dp]
       real(dp) :: rotation(ndim, ndim), found(1 + modes, size(radius)), expected
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       integer :: i
       rotation = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [ndim, ndim])
@@ -370,7 +370,7 @@ contains
             p%displacement(i, :) = matmul(rotation - identity, p%reference(i, :) - tip)
          end do
          p%total_frame = total_frame
-         call sort_into_cells(m%sorting, p, m%grid, m%blocks, failure)
+         call sort_into_cells(m%cache%sorting, p, m%grid, m%blocks, failure)
       end associate
       call check(.not. failure%failed(), 'the turned body is in the grid')
       found = integrals(m, directions(:, 1), .false., radius, rest(m))
@@ -393,7 +393,7 @@ contains
    subroutine rigid_motion()
       real(dp), parameter :: angle = 0.4_dp, spin = 3.0_dp, drift(ndim) = [5.0_dp, -2.0_dp], radius(2) = [0.3_dp, 0.45_dp]
       real(dp) :: rotation(ndim, ndim), x(ndim), found(1 + modes, size(radius)), scale
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(nodal_state_t) :: state
       type(failure_t) :: failure
       integer :: i
@@ -408,7 +408,7 @@ contains
             p%displacement(i, :) = x + tip - p%reference(i, :)
             p%velocity(i, :) = drift + spin*[-x(2), x(1)]
          end do
-         call sort_into_cells(m%sorting, p, m%grid, m%blocks, failure)
+         call sort_into_cells(m%cache%sorting, p, m%grid, m%blocks, failure)
          scale = 0.5_dp*rubber%density*maxval(sum(p%velocity**2, 2))*maxval(radius)
       end associate
       call check(.not. failure%failed(), 'the turned body is in the grid')

@@ -11,7 +11,7 @@ program test_element_operators
    use hampm_loads, only: load_t, load_on_points
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t, update_particles
+   use hampm_problem, only: problem_t, update_particles
    use hampm_particles, only: new_particles
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, thickness
@@ -47,7 +47,7 @@ contains
    subroutine place(scheme, levels, m, mass)
       character(*), intent(in) :: scheme
       integer, intent(in) :: levels
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(mass_choice_t), intent(in), optional :: mass
       integer, parameter :: points(ndim) = [15, 13]
       real(dp), parameter :: x(4) = [0.13_dp, 0.77_dp, 1.42_dp, 1.87_dp], y(2) = [0.16_dp, 0.73_dp]
@@ -69,7 +69,7 @@ contains
       call random_number(m%particles%velocity)
       m%particles%velocity = 0.01_dp*(m%particles%velocity - 0.5_dp)
       m%particles%total_frame = .true.
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       allocate (m%loads(1))
       m%loads(1)%force = [1.0e-3_dp, -2.0e-3_dp]
       m%loads(1)%history = time_history_t(kind='ramp', rise_time=100*dt)
@@ -82,7 +82,7 @@ contains
 
    !> Do steps, looking at the particles at an interval.
    subroutine run_and_look(m, steps, interval)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer, intent(in) :: steps, interval
       type(failure_t) :: failure
       integer :: k
@@ -95,7 +95,7 @@ contains
 
    !> Whether two motions are the same but for rounding.
    subroutine check_same(a, b, what)
-      type(motion_t), intent(in) :: a, b
+      type(problem_t), intent(in) :: a, b
       character(*), intent(in) :: what
       real(dp) :: error(3)
       error(1) = maxval(abs(a%particles%velocity - b%particles%velocity))/maxval(abs(b%particles%velocity))
@@ -103,8 +103,10 @@ contains
       error(3) = maxval(abs(a%particles%gradient - b%particles%gradient))/maxval(abs(b%particles%gradient))
       write (*, '(2a,3es9.1)') what, ': differences of v, u and H, over the largest', error
       call check_close(maxval(error), 0.0_dp, rounding, what)
-      call check_close(a%external_work, b%external_work, rounding*abs(b%external_work), what//': work of the load')
-      call check_close(a%damping_loss, b%damping_loss, rounding*abs(b%damping_loss), what//': loss by damping')
+      call check_close(a%energies%external_work, b%energies%external_work, rounding*abs(b%energies%external_work), &
+                       what//': work of the load')
+      call check_close(a%energies%damping_loss, b%energies%damping_loss, rounding*abs(b%energies%damping_loss), &
+                       what//': loss by damping')
    end subroutine check_same
 
    !> With the audit all cells are swept particle by particle.
@@ -112,20 +114,21 @@ contains
       character(*), intent(in) :: scheme
       integer, intent(in) :: levels
       type(mass_choice_t), intent(in), optional :: mass
-      type(motion_t) :: m, swept
+      type(problem_t) :: m, swept
       call place(scheme, levels, m, mass)
       swept = m
       swept%audit = .true.
       call run_and_look(m, steps, steps)
       call run_steps(swept, dt, steps)
-      call check(m%operators%is_active .and. .not. swept%operators%is_active, scheme//': one is swept, the other answers')
+      call check(m%cache%operators%is_active .and. .not. swept%cache%operators%is_active, &
+                 scheme//': one is swept, the other answers')
       call check((m%grid%dofs%n_hanging > 0) .eqv. levels > 0, 'the mesh is refined')
       call check_same(m, swept, scheme//': cells answer as their particles do')
    end subroutine as_by_particles
 
    subroutine looking_changes_nothing(scheme)
       character(*), intent(in) :: scheme
-      type(motion_t) :: m, looked_at
+      type(problem_t) :: m, looked_at
       call place(scheme, 0, m)
       looked_at = m
       call run_and_look(m, steps, 50)
@@ -136,11 +139,11 @@ contains
    !> Settled particles tell all: mapped anew, they go on with the same bytes.
    subroutine settled_is_a_state(scheme)
       character(*), intent(in) :: scheme
-      type(motion_t) :: m, anew
+      type(problem_t) :: m, anew
       call place(scheme, 1, m)
       call run_and_look(m, 30, 30)
       anew = m
-      anew%mapped = .false.
+      anew%cache%mapped = .false.
       call run_and_look(m, 30, 30)
       call run_and_look(anew, 30, 30)
       call check(same_bytes(m, anew), scheme//': a run goes on with the same bytes from settled particles')
@@ -148,7 +151,7 @@ contains
 
    !> Blocks of one linear material, without loads.
    subroutine who_has_a_response()
-      type(motion_t) :: m
+      type(problem_t) :: m
       integer :: b, k
       logical :: expected
       call place('musl', 0, m)
@@ -159,26 +162,28 @@ contains
             do k = 1, size(m%loads(1)%host)
                if (any(m%blocks%cells(:, b) == p%cell(m%loads(1)%host(k)))) expected = .false.
             end do
-            call check(m%operators%has_operator(b) .eqv. expected, 'blocks of one linear material without loads have a response')
+            call check(m%cache%operators%has_operator(b) .eqv. expected, &
+                       'blocks of one linear material without loads have a response')
          end do
-         call check(any(m%operators%has_operator) .and. .not. all(m%operators%has_operator), 'there are both kinds of blocks')
+         call check(any(m%cache%operators%has_operator) .and. .not. all(m%cache%operators%has_operator), &
+                    'there are both kinds of blocks')
       end associate
    end subroutine who_has_a_response
 
    !> Particles on the lines of the grid give some nodes hardly any mass: their cells are swept.
    subroutine hardly_any_mass()
-      type(motion_t) :: m
+      type(problem_t) :: m
       call place_bodies(forest_t([0.0_dp, 0.0_dp], cell, [10, 10]), &
                         new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                         [rectangle_t([0.15_dp, 0.15_dp], [0.75_dp, 0.75_dp], [6, 6])], m)
       m%particles%total_frame = .true.
       call start(m, 'musl')
       call run_steps(m, dt, 1)
-      call check(.not. m%operators%is_active, 'cells with hardly any mass at a corner are swept')
+      call check(.not. m%cache%operators%is_active, 'cells with hardly any mass at a corner are swept')
    end subroutine hardly_any_mass
 
    subroutine same_bytes_with_two_threads()
-      type(motion_t) :: m, by_two
+      type(problem_t) :: m, by_two
       integer :: levels
       do levels = 0, 1
          call place('usavg', levels, m)
@@ -192,7 +197,7 @@ contains
    end subroutine same_bytes_with_two_threads
 
    logical function same_bytes(a, b)
-      type(motion_t), intent(in) :: a, b
+      type(problem_t), intent(in) :: a, b
       same_bytes = all(transfer(a%particles%velocity, [0]) == transfer(b%particles%velocity, [0])) .and. &
                    all(transfer(a%particles%displacement, [0]) == transfer(b%particles%displacement, [0])) .and. &
                    all(transfer(a%particles%gradient, [0]) == transfer(b%particles%gradient, [0]))

@@ -6,14 +6,14 @@ program test_energy
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, place_bodies, thickness
    use hampm_threads, only: use_threads
    implicit none
 
    real(dp), parameter :: young = 200.0_dp, poisson = 0.25_dp, density = 3.0_dp, strain = 1.0e-3_dp
    real(dp), parameter :: volume = 2*1*thickness, mass = density*volume
-   type(motion_t) :: m
+   type(problem_t) :: m
    real(dp) :: alone(2), together(2)
    integer :: i
 

@@ -8,7 +8,7 @@ program test_energy_audit
    use hampm_time_history, only: time_history_t
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, total_energy, energy_residual
    implicit none
 
@@ -42,7 +42,7 @@ contains
       character(*), intent(in) :: law, scheme
       real(dp), intent(in) :: dt
       integer, intent(in) :: steps
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp) :: initial
       integer :: start_cell(60), loaded(3), i
       call place_bodies(forest_t([0.0_dp, 0.0_dp], cell, [12, 8]), new_material('', law, .true., 1.0_dp, 0.3_dp, 1.0_dp), &
@@ -65,6 +65,6 @@ contains
       call check(count(m%particles%cell(:60) /= start_cell) > 30, 'the body moves through the cells')
       call check(all(m%particles%id(m%loads(1)%host) == loaded), 'the load stays with its particles')
       call check(maxval(abs(m%particles%gradient)) > 3.0e-3_dp, 'and is strained')
-      residual = energy_residual(m, initial)/m%external_work
+      residual = energy_residual(m, initial)/m%energies%external_work
    end function residual
 end program test_energy_audit

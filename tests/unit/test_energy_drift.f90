@@ -13,7 +13,7 @@ program test_energy_drift
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, total_energy
    implicit none
 
@@ -70,7 +70,7 @@ contains
       integer, intent(in) :: steps_a_period
       integer, intent(in) :: periods(:)          !! ascending
       real(dp) :: change(size(periods))
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), parameter :: cell = 1.0_dp/n_cells, half = sin(pi*cell/2)
       real(dp) :: dt, first
       integer :: i, k, passed
@@ -86,7 +86,7 @@ contains
       call start(m, scheme)
       first = mean_energy(m, dt, averaged*steps_a_period)
       do k = 1, size(periods)
-         call run_steps(m, dt, periods(k)*steps_a_period - int(m%steps))
+         call run_steps(m, dt, periods(k)*steps_a_period - int(m%state%steps))
          change(k) = mean_energy(m, dt, averaged*steps_a_period) - first
       end do
       change = change/(first - 0.5_dp*sum(m%particles%mass)*speed**2)
@@ -94,7 +94,7 @@ contains
 
    !> Mean of the energy over the next steps [J].
    real(dp) function mean_energy(m, dt, steps)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt
       integer, intent(in) :: steps
       integer :: n

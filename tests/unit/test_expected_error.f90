@@ -10,7 +10,7 @@ program test_expected_error
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    use hampm_samples, only: rectangle_t, thickness
    use hampm_stiffness, only: stiffness_t
@@ -37,7 +37,7 @@ contains
       real(dp), intent(in) :: length, tip        !! [m]
       integer, intent(in) :: across
       logical, intent(in) :: half, contact
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(cracks_t), intent(out) :: cracks
       type(crack_t) :: crack
       real(dp) :: cell, bottom
@@ -60,7 +60,7 @@ contains
    !> What it lacks by the cells is of second order in bent arms, and of first order around the tip, from a few cells on.
    subroutine cantilevers()
       real(dp), parameter :: a = 5, far = 10, end = 0.677_dp
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(cracks_t) :: cracks
       type(crack_at_rest_t) :: crack
       integer, parameter :: cells(3) = [4, 8, 16]
@@ -92,7 +92,7 @@ contains
       integer, intent(in) :: mode                !! that there is
       integer, parameter :: cells(2) = [4, 8]
       real(dp), parameter :: moment = force/2    ! of two opposite forces on halves of an end [N m]
-      type(motion_t) :: m, shorter
+      type(problem_t) :: m, shorter
       type(cracks_t) :: cracks, shorter_cracks
       type(crack_at_rest_t) :: crack
       real(dp) :: g, true, energy(2), lacks, expected
@@ -119,7 +119,7 @@ contains
    subroutine build_moments(moments, across, less, m, cracks, energy)
       real(dp), intent(in) :: moments(2)         !! on the upper and the lower arm
       integer, intent(in) :: across, less
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(cracks_t), intent(out) :: cracks
       real(dp), intent(out) :: energy
       type(stiffness_t) :: stiffness
@@ -142,7 +142,7 @@ contains
    !> lacks s (1/a + pi/2 W tan(pi a/2 W)).
    subroutine plate_with_two_tips()
       real(dp), parameter :: width = 10, height = 15
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(cracks_t) :: cracks
       type(crack_t) :: line
       type(crack_at_rest_t) :: crack
@@ -172,7 +172,7 @@ contains
 
    !> Nothing is known without loads, with a crack of one cell, and where the faces are pressed together.
    subroutine nothing_to_know()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(cracks_t) :: cracks
       type(crack_at_rest_t) :: crack
       call build_beam(10.0_dp, 5.0_dp, 4, .true., .false., m, cracks)
@@ -192,7 +192,7 @@ contains
    !> Particles follow the points: with a linear displacement of these, exactly.
    subroutine linear_displacement()
       real(dp), parameter :: a(ndim) = [0.3_dp, -0.2_dp], b(ndim, ndim) = reshape([1.0_dp, 2.0_dp, -3.0_dp, 4.0_dp], [ndim, ndim])
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(cracks_t) :: cracks
       type(particles_t) :: p
       real(dp), allocatable :: u(:, :)

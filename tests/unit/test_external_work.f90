@@ -7,7 +7,7 @@ program test_external_work
    use hampm_time_history, only: time_history_t
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, thickness
    implicit none
 
@@ -60,7 +60,7 @@ contains
       logical, intent(in) :: total
       integer, intent(in) :: steps
       real(dp), parameter :: end_time = 2.0_dp, frequency = 0.125_dp
-      type(motion_t) :: m
+      type(problem_t) :: m
       call place_bodies(forest_t([0.0_dp, 0.0_dp], 0.1_dp, [12, 8]), new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, &
                         1.0_dp), [rectangle_t([0.21_dp, 0.33_dp], [0.71_dp, 0.63_dp], [10, 6])], m)
       allocate (m%loads(1))
@@ -70,7 +70,7 @@ contains
       m%particles%total_frame = total
       call start(m, scheme)
       call run_steps(m, end_time/steps, steps)
-      ratio = m%external_work/((40*force/(2*pi*frequency))**2/(2*sum(m%particles%mass(:m%particles%n))))
+      ratio = m%energies%external_work/((40*force/(2*pi*frequency))**2/(2*sum(m%particles%mass(:m%particles%n))))
    end function work_on_rigid_body
 
    !> A bar of the wave speed 1 whose end a force F sin(w t) pushes for two periods: as long as nothing comes back, its velocity is
@@ -81,7 +81,7 @@ contains
       integer, intent(in) :: cells               !! in a wave length
       real(dp), intent(in) :: courant
       real(dp), parameter :: end_time = 2.0_dp, depth = 0.1_dp
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp) :: cell
       integer :: steps
       cell = 1.0_dp/cells
@@ -95,7 +95,7 @@ contains
       call start(m, scheme)
       steps = nint(end_time/(courant*cell))
       call run_steps(m, end_time/steps, steps)
-      ratio = m%external_work/((force*cell)**2*end_time/(2*cell*thickness))
+      ratio = m%energies%external_work/((force*cell)**2*end_time/(2*cell*thickness))
    end function work_at_end_of_bar
 
    !> A force that rises slowly on the corner of a held plate: but for the little that the damping takes, its work is the strain
@@ -103,7 +103,7 @@ contains
    subroutine force_at_a_corner(scheme)
       character(*), intent(in) :: scheme
       real(dp), parameter :: cell = 0.1_dp, rise = 100.0_dp
-      type(motion_t) :: m
+      type(problem_t) :: m
       call place_bodies(forest_t([-2*cell, -2*cell], cell, [10, 8]), new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, &
                         1.0_dp), [rectangle_t([0.0_dp, 0.0_dp], [4*cell, 4*cell], [8, 8])], m)
       call constrain_box(m%constraints, m%grid, [0.0_dp, 0.0_dp], [0.0_dp, 4*cell], [.true., .true.])
@@ -116,7 +116,9 @@ contains
       m%audit = .true.
       call start(m, scheme)
       call run_steps(m, 0.04_dp, nint(1.5_dp*rise/0.04_dp))
-      write (*, '(2a,es10.2)') scheme, ', force at a corner: loss by the method over work', m%numerical_loss/m%external_work
-      call check_close(m%numerical_loss/m%external_work, 0.0_dp, 1.0e-5_dp, scheme//': a slow force on a corner loses nothing')
+      write (*, '(2a,es10.2)') scheme, ', force at a corner: loss by the method over work', &
+         m%energies%numerical_loss/m%energies%external_work
+      call check_close(m%energies%numerical_loss/m%energies%external_work, 0.0_dp, 1.0e-5_dp, &
+                       scheme//': a slow force on a corner loses nothing')
    end subroutine force_at_a_corner
 end program test_external_work

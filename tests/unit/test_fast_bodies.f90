@@ -9,7 +9,7 @@ program test_fast_bodies
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, place_bodies, start
    use hampm_step, only: advance
    implicit none
@@ -30,7 +30,7 @@ contains
    !> 200 steps of a body that flies apart in the middle of a large grid.
    subroutine check_body(solver)
       character(*), intent(in) :: solver
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       real(dp), parameter :: cell = 0.1_dp
       integer, parameter :: steps = 200
@@ -43,7 +43,7 @@ contains
       momentum = linear_momentum(m%particles)
       scale = sum(m%particles%mass*norm2(m%particles%velocity, 2))
       call start(m, 'musl', choice_of('full', solver))
-      do while (m%steps < steps .and. .not. failure%failed())
+      do while (m%state%steps < steps .and. .not. failure%failed())
          call advance(m, 0.02_dp*cell, failure)
       end do
       if (failure%failed()) call check(.false., solver//': '//failure%message)

@@ -13,7 +13,7 @@ program test_grid_lines
    use hampm_loads, only: load_on_particles, load_on_points
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, total_energy, energy_residual
    implicit none
 
@@ -151,7 +151,7 @@ contains
    subroutine build_bar(n_cells, cut_at, m, length)
       integer, intent(in) :: n_cells
       real(dp), intent(in) :: cut_at             !! place of the line; beyond the lattice there is none [m]
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       real(dp), intent(in) :: length             !! [m]
       type(line_t), allocatable :: lines(:)
       real(dp) :: edge
@@ -166,7 +166,7 @@ contains
 
    !> Put a Gaussian pulse into a bar that runs to the right; `amplitude` < 0: a tensile one.
    subroutine put_pulse(m, amplitude)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: amplitude          !! of the velocity [m/s]
       integer :: i
       do i = 1, m%particles%n
@@ -181,7 +181,7 @@ contains
       character(*), intent(in) :: scheme, mass
       integer, parameter :: n_cells(3) = [50, 100, 200]
       real(dp), parameter :: cut_at = 0.6_dp, amplitude = 1.0e-6_dp
-      type(motion_t) :: whole, cut
+      type(problem_t) :: whole, cut
       real(dp) :: through(3), back(3), opening
       integer :: n, steps, i
       do n = 1, 3
@@ -223,7 +223,7 @@ contains
 
    !> Rms difference of the velocities of two motions over the rms of one of them, by particles that both have.
    real(dp) function difference(a, b)
-      type(motion_t), intent(in) :: a, b
+      type(problem_t), intent(in) :: a, b
       real(dp) :: v(2, a%particles%n)
       integer :: i
       v = 0
@@ -240,7 +240,7 @@ contains
    subroutine sliding(scheme, mass)
       character(*), intent(in) :: scheme, mass
       real(dp), parameter :: speed = 0.02_dp, force(ndim) = [0.0_dp, 1.0e-4_dp]
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp) :: initial, momentum(ndim), half(2), residual
       integer :: i
       call place_bodies(forest_t([0.0_dp, 0.0_dp], block_cell, [20, 14]), &
@@ -268,7 +268,7 @@ contains
       end associate
       residual = (energy_residual(m, initial) + interface_energy(m%interfaces))/initial
       write (*, '(a6,a7,a,4es9.1,a,i3,a,es9.1,a,es9.1,a,es9.1)') scheme, mass, ' sliding, momentum', momentum, half, ' pressed', &
-         pressed(m), ' residual', residual, ' loss', m%numerical_loss/initial, ' strain', maxval(abs(m%particles%gradient))
+         pressed(m), ' residual', residual, ' loss', m%energies%numerical_loss/initial, ' strain', maxval(abs(m%particles%gradient))
       call check(maxval(abs([momentum, half])) < 1.0e-13_dp, &
                  scheme//', '//mass//': momentum stays, and that along the line of each block')
       call check(pressed(m) > 4, scheme//', '//mass//': they are pressed together')
@@ -277,7 +277,7 @@ contains
 
    !> How many interface points are pressed together.
    integer function pressed(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer :: i
       associate (list => m%interfaces%list)
          pressed = count([(list(i)%law == contact .and. overlap_of(list(i)) > 0, i=1, m%interfaces%n)])
@@ -288,7 +288,7 @@ contains
    subroutine build_pressed(is_cut, side, m)
       logical, intent(in) :: is_cut
       integer, intent(in) :: side                !! particles in a row
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(line_t), allocatable :: lines(:)
       integer :: i
       allocate (lines(0))
@@ -310,7 +310,7 @@ contains
    !> Halves that are pressed together come to rest as one block does, and stay together.
    subroutine pressed_halves()
       integer, parameter :: side = 20
-      type(motion_t) :: whole, cut
+      type(problem_t) :: whole, cut
       real(dp) :: strain(side**2, ndim, ndim, 2), initial, work
       integer :: i, parted
       call build_pressed(.false., side, whole)
@@ -324,7 +324,7 @@ contains
       end do
       strain(whole%particles%id, :, :, 1) = whole%particles%gradient
       strain(cut%particles%id, :, :, 2) = cut%particles%gradient
-      work = cut%external_work
+      work = cut%energies%external_work
       write (*, '(a,2es9.1,a,i5,a,2es9.1)') 'pressed: strain difference, spread', &
          maxval(abs(strain(:, :, :, 2) - strain(:, :, :, 1)))/maxval(abs(strain)), &
          (maxval(strain(:, 2, 2, 2)) - minval(strain(:, 2, 2, 2)))/maxval(abs(strain)), ' steps parted', parted, &

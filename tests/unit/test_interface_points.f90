@@ -46,7 +46,7 @@ contains
       if (.not. failure%failed()) call build(scene, 1, s, failure)
       call check(.not. failure%failed(), 'scene '//to_text(number)//' is built')
       if (failure%failed()) return
-      associate (interfaces => s%motion%interfaces)
+      associate (interfaces => s%problem%interfaces)
          call check_close(sum(interfaces%list(:interfaces%n)%length, mask=interfaces%list(:interfaces%n)%law == contact), &
                           2*half, 1e-6_dp, &
                           'springs stand for all of crack '//to_text(number))

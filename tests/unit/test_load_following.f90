@@ -7,7 +7,7 @@ program test_load_following
    use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles, place_loads, add_loads, book_work
    use hampm_matching, only: adopt_forest
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t, sort_anew
+   use hampm_problem, only: problem_t, sort_anew
    use hampm_node_list, only: node_list_t
    use hampm_outline, only: edge_part_t
    use hampm_samples, only: rectangle_t, place_bodies, start
@@ -43,7 +43,7 @@ contains
    !> against it.
    subroutine place(shift, m)
       real(dp), intent(in) :: shift(ndim)
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       real(dp) :: edge(ndim, 4)
       integer :: i
       call place_bodies(forest_t(-shift, cell, [14, 13]), new_material('', 'neo_hookean', .true., 1.0_dp, 0.3_dp, 2.0_dp), &
@@ -60,7 +60,7 @@ contains
 
    !> Move the body by u = b + A X, a stretch and a rotation of 40 degrees.
    subroutine deform(m, b, a)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: b(ndim), a(ndim, ndim)
       type(failure_t) :: failure
       integer :: i
@@ -74,7 +74,7 @@ contains
 
    !> Refine or recombine leaves of the grid, and make the particles fit.
    subroutine change_mesh(m, change)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer, intent(in) :: change(:)           !! (leaves)
       type(failure_t) :: failure
       type(forest_t) :: forest
@@ -87,7 +87,7 @@ contains
 
    !> Leaves that are near the places at which the loads act.
    function leaves_at_loads(m) result(change)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, allocatable :: change(:)
       integer :: l, k
       allocate (change(m%grid%forest%leaf_count()), source=0)
@@ -101,7 +101,7 @@ contains
    !> The nodal forces of each load alone have the resultant and the moment that they should; their shares add up to 1, at hosts
    !> that there are.
    subroutine check_resultants(m, b, a, what)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: b(ndim), a(ndim, ndim)  !! u = b + A X
       character(*), intent(in) :: what
       type(load_t) :: load(1)
@@ -135,7 +135,7 @@ contains
 
    !> A body force acts on every particle, in proportion to its mass.
    subroutine check_bodily(m, what)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       character(*), intent(in) :: what
       real(dp) :: share(m%particles%n)
       integer :: k
@@ -153,7 +153,7 @@ contains
    !> The segments of the traction lie one behind the other along the edge, from end to end, with shares in proportion to their
    !> lengths, each on the particle at the edge of which it is a side.
    subroutine check_uniform(m, what)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       character(*), intent(in) :: what
       real(dp) :: reached, error, spacing(ndim), fit, middle(ndim, size(m%loads(traction)%host))
       logical :: open(size(m%loads(traction)%host))
@@ -182,7 +182,7 @@ contains
    subroutine loads_through_levels(shift, deformed)
       real(dp), intent(in) :: shift(ndim)
       logical, intent(in) :: deformed
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(load_t) :: initial(3)
       real(dp) :: b(ndim), a(ndim, ndim)
       real(dp), parameter :: angle = 0.7_dp
@@ -230,7 +230,7 @@ contains
    !> A component of the pressure around an arc, whose parts go along the edge by and by and have both signs: what refines and recombines
    !> has the points that it had.
    subroutine pressure_around_an_arc()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(edge_part_t) :: arc(24)
       type(load_t) :: initial, refined
       integer :: i
@@ -256,7 +256,7 @@ contains
 
    !> Meshes that refine and recombine at random, up to three levels.
    subroutine random_meshes()
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), allocatable :: chance(:)
       real(dp), parameter :: zero(ndim, ndim) = 0
       integer, allocatable :: change(:)
@@ -279,7 +279,7 @@ contains
 
    !> The work of a way is the same whether or not hosts split and recombine on it.
    subroutine work_of_a_way()
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), parameter :: way(ndim) = [0.03_dp, 0.04_dp]
       real(dp) :: work, total
       integer :: l, step

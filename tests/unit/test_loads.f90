@@ -8,7 +8,7 @@ program test_loads
    use hampm_loads, only: load_t, load_on_points, load_on_particles, place_loads, add_loads, book_work, follow_sort, &
                            all_settle, settling_time
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, place_bodies
    use hampm_sorting, only: sort_into_cells
    use hampm_tensors, only: identity
@@ -36,7 +36,7 @@ contains
    !> A body on a grid that is shifted against it.
    subroutine place(shift, m)
       real(dp), intent(in) :: shift(ndim)
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       call place_bodies(forest_t(-shift, cell, [14, 12]), new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 2.0_dp), &
                         [rectangle_t(lower, upper, [9, 5])], m)
    end subroutine place
@@ -66,7 +66,7 @@ contains
 
    !> Move the body by u = b + A X, a stretch and a rotation of 40 degrees, and sort its particles.
    subroutine deform(m, b, a)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(out) :: b(ndim), a(ndim, ndim)
       real(dp), parameter :: angle = 0.7_dp
       type(failure_t) :: failure
@@ -77,14 +77,14 @@ contains
          m%particles%displacement(i, :) = b + matmul(a, m%particles%reference(i, :))
          m%particles%gradient(i, :, :) = a
       end do
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
-      call follow_sort(m%loads, m%sorting%new_place)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
+      call follow_sort(m%loads, m%cache%sorting%new_place)
       call check(.not. failure%failed(), 'the deformed body is in the grid')
    end subroutine deform
 
    !> The nodal forces have the resultant `force` and the moment of that force at `centre`.
    subroutine check_resultant(m, time, centre, expected, what)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time, centre(ndim), expected(ndim)
       character(*), intent(in) :: what
       real(dp) :: f(ndim, m%grid%n_nodes), moment
@@ -100,7 +100,7 @@ contains
 
    subroutine traction_on_edge(shift)
       real(dp), intent(in) :: shift(ndim)
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp) :: centre(ndim), b(ndim), a(ndim, ndim)
       call place(shift, m)
       allocate (m%loads(1))
@@ -116,7 +116,7 @@ contains
 
    subroutine body_force(shift)
       real(dp), intent(in) :: shift(ndim)
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp) :: centre(ndim), b(ndim), a(ndim, ndim)
       call place(shift, m)
       allocate (m%loads(1))
@@ -132,7 +132,7 @@ contains
    !> Two loads: where all move alike their work is the mean of the forces at both ends times the way.
    subroutine work_of_loads(shift)
       real(dp), intent(in) :: shift(ndim)
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), parameter :: velocity(ndim) = [0.3_dp, 0.4_dp], dt = 0.1_dp
       real(dp) :: work
       call place(shift, m)
@@ -150,7 +150,7 @@ contains
 
    !> The host of a place is the particle nearest to it, however far away.
    subroutine nearest_host()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(load_t) :: load
       integer, parameter :: places = 100
       real(dp) :: x(ndim, places), distance

@@ -19,7 +19,7 @@ program test_local_leapfrog
    use hampm_lapack, only: dsyev
    use hampm_loads, only: load_on_particles
    use hampm_mean_force, only: mean_force_t, make_room, add_mean_change, theta
-   use hampm_motion, only: motion_t, map_to_grid, assemble_sums
+   use hampm_problem, only: problem_t, map_to_grid, assemble_sums
    use hampm_local_leapfrog, only: local_leapfrog_t
    use hampm_samples, only: run_steps, start
    use hampm_static, only: static_t
@@ -45,7 +45,7 @@ contains
    !> A body that is held at its left edge.
    subroutine place(levels, m, at_corner)
       integer, intent(in) :: levels
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       logical, intent(in), optional :: at_corner
       call place_graded(levels, 'linear_elastic', 'total', m, at_corner)
       call constrain_box(m%constraints, m%grid, [1.0_dp, 0.0_dp], [1.0_dp, 6.0_dp], [.true., .true.])
@@ -53,7 +53,7 @@ contains
    end subroutine place
 
    subroutine test_groups()
-      type(motion_t) :: m
+      type(problem_t) :: m
       integer :: b, e, k, c
       integer, allocatable :: least(:), most(:)
       real(dp) :: size_of_group
@@ -90,7 +90,7 @@ contains
 
    !> Coarse steps fill a time, none being longer than the limit, and a time between outputs has steps of one length.
    subroutine test_choice()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(local_leapfrog_t) :: c
       integer(long) :: steps
       real(dp) :: dt
@@ -112,7 +112,7 @@ contains
 
    !> Random velocities of a body that nothing holds.
    subroutine test_momentum()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(local_leapfrog_t) :: c
       real(dp) :: before(ndim), after(ndim), scale
       real(dp), allocatable :: noise(:, :)
@@ -136,7 +136,7 @@ contains
 
    !> The mean force is the one that the definition has, for random forces, whatever the levels and the limit of the groups.
    subroutine test_definition()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(fine_region_t) :: region
       type(mean_force_t) :: mean
       real(dp), allocatable :: force(:, :), asked(:, :), kick(:, :), found(:, :)
@@ -172,7 +172,7 @@ contains
    !> A coarse step T takes s(t + T) - 2 s(t) + s(t - T) = T^2 A s, A being the effective acceleration: bounded for ever where all eigenvalues
    !> of -T^2 A are between 0 and 4. Those of common steps are so up to 1.03 h/c_s (docs/mass.md).
    subroutine test_stability()
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), allocatable :: unit(:, :), stiffness(:, :), a(:, :), eigenvalues(:)
       real(dp), parameter :: courant = 0.9_dp*1.03_dp
       integer :: levels, j, d
@@ -206,7 +206,7 @@ contains
 
    !> The vectors of the nodes that move.
    pure function at_nodes(m, x) result(values)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: x(:, :)
       real(dp), allocatable :: values(:)
       associate (list => m%fields%mass_matrix%all)
@@ -241,7 +241,7 @@ contains
 
    !> Do some coarse steps.
    subroutine run_leapfrog(m, dt, largest, steps)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! finest step [s]
       integer, intent(in) :: largest, steps
       type(local_leapfrog_t) :: c
@@ -256,14 +256,14 @@ contains
 
    !> Start to vibrate in bending, clamped at one end.
    subroutine vibrate(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       m%particles%velocity(:, 2) = 1.0e-8_dp*(m%particles%reference(:, 1) - 1)**2
-      m%mapped = .false.
+      m%cache%mapped = .false.
    end subroutine vibrate
 
    !> A load at the free end that acts at once.
    subroutine pull(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       deallocate (m%loads)
       allocate (m%loads(1))
       m%loads(1)%force = [0.0_dp, 1.0e-8_dp]
@@ -272,7 +272,7 @@ contains
 
    !> What is in equilibrium by statics stays where it is, and common steps leave it there too.
    subroutine test_rest()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       real(dp), allocatable :: before(:, :, :)
       integer :: levels
@@ -298,7 +298,7 @@ contains
    !> The mean energy in the last of many coarse steps is that in the first of them.
    subroutine test_energy()
       type(local_leapfrog_t) :: c
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp) :: first, last
       integer, parameter :: averaged = 300
       integer :: levels
@@ -315,7 +315,7 @@ contains
 
    !> Some bending, with coarse steps and with very short common ones.
    subroutine test_convergence()
-      type(motion_t) :: m, exact
+      type(problem_t) :: m, exact
       real(dp) :: error(2)
       integer :: k
       integer, parameter :: steps = 24
@@ -334,7 +334,7 @@ contains
    end subroutine test_convergence
 
    subroutine test_threads()
-      type(motion_t) :: alone, together
+      type(problem_t) :: alone, together
       call place(4, alone)
       call vibrate(alone)
       alone%damping_rate = 0.1_dp
@@ -345,12 +345,13 @@ contains
       call use_threads(1, together%particles%n)
       call check(same_numbers(alone%particles%displacement(:, 2), together%particles%displacement(:, 2)) .and. &
                  same_numbers(alone%particles%velocity(:, 2), together%particles%velocity(:, 2)) .and. &
-                 same_numbers([alone%damping_loss], [together%damping_loss]), 'the same bytes on one and two threads')
+                 same_numbers([alone%energies%damping_loss], [together%energies%damping_loss]), &
+                    'the same bytes on one and two threads')
    end subroutine test_threads
 
    !> The effective acceleration of a group.
    recursive function effective(m, group, largest, dt, d, c) result(a)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: group, largest
       real(dp), intent(in) :: dt, d(:, :), c(:, :)
       real(dp) :: a(ndim, size(d, 2)), held(ndim, size(d, 2)), half(ndim, size(d, 2))
@@ -366,7 +367,7 @@ contains
 
    !> D**-1 f with hanging nodes.
    function over_mass(m, force) result(a)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: force(:, :)
       real(dp) :: a(ndim, size(force, 2))
       integer :: k
@@ -381,7 +382,7 @@ contains
 
    !> D**-1 M D**-1 f.
    function kicked(m, force) result(a)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: force(:, :)
       real(dp) :: a(ndim, size(force, 2)), q(ndim, size(force, 2)), momentum(ndim, size(force, 2)), n(4), v(ndim)
       integer :: i, c
@@ -402,7 +403,7 @@ contains
 
    !> By what the forces of the cells of a group change where nodes are displaced.
    function forces(m, group, d) result(force)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: group
       real(dp), intent(in) :: d(:, :)
       real(dp) :: force(ndim, size(d, 2)), u(ndim, size(d, 2)), h(ndim, ndim), stress(ndim, ndim), slope(ndim, 4)
@@ -430,7 +431,7 @@ contains
 
    !> By what the forces of all cells change, on nodes that are free.
    function all_forces(m, d) result(force)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: d(:, :)
       real(dp) :: force(ndim, size(d, 2))
       integer :: group

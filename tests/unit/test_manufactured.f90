@@ -12,7 +12,7 @@ program test_manufactured
    use hampm_loads, only: load_on_particles
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps
    use hampm_sorting, only: sort_into_cells
    use hampm_text, only: to_text
@@ -133,7 +133,7 @@ contains
    real(dp) function error_of(way, cells) result(error)
       character(*), intent(in) :: way
       integer, intent(in) :: cells
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp) :: cell, square, largest, u(ndim), x(ndim), dt
       integer :: i, k, steps
       cell = 2*half_width/cells
@@ -149,7 +149,7 @@ contains
       largest = 0
       do i = 1, m%particles%n
          x = m%particles%reference(i, :)
-         u = place(x, m%time) - x
+         u = place(x, m%state%time) - x
          square = square + sum((m%particles%displacement(i, :) - u)**2)/m%particles%n
          largest = max(largest, norm2(u))
       end do
@@ -161,7 +161,7 @@ contains
    subroutine place_body(way, cell, dt, m)
       character(*), intent(in) :: way
       real(dp), intent(in) :: cell, dt           !! [m], [s]
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(failure_t) :: failure
       real(dp) :: x(ndim), origin(ndim, corners), lower(ndim), upper(ndim)
       integer :: i, c, n
@@ -193,7 +193,7 @@ contains
             call follow_corners(m%particles, i)
          end do
       end if
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       call check(.not. failure%failed(), 'the body is in the grid')
       allocate (m%loads(ndim))
       do i = 1, ndim
@@ -204,15 +204,15 @@ contains
 
    !> Let the loads be the body force at the present time.
    subroutine push(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp) :: b(ndim)
       integer :: i, k
       do k = 1, size(m%loads(1)%host)
          i = m%loads(1)%host(k)
-         b = body_force(m%particles%reference(i, :), m%time)
+         b = body_force(m%particles%reference(i, :), m%state%time)
          m%loads(1)%fraction(k) = m%particles%mass(i)*b(1)
          i = m%loads(2)%host(k)
-         if (i /= m%loads(1)%host(k)) b = body_force(m%particles%reference(i, :), m%time)
+         if (i /= m%loads(1)%host(k)) b = body_force(m%particles%reference(i, :), m%state%time)
          m%loads(2)%fraction(k) = m%particles%mass(i)*b(2)
       end do
    end subroutine push

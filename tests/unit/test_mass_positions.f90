@@ -42,7 +42,7 @@ program test_mass_positions
    use hampm_mass_matrix, only: eigenvalue_floor
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_problem, only: problem_t, refresh_grid
    use hampm_nodal_fields, only: v_n, find_active_nodes
    use hampm_nodal_motion, only: find_velocity
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps
@@ -114,7 +114,7 @@ contains
    subroutine vibrate(mass, velocity)
       type(mass_choice_t), intent(in) :: mass
       real(dp), intent(out) :: velocity(:, :)
-      type(motion_t) :: m
+      type(problem_t) :: m
       call place_bodies(forest_t([-2.0_dp, -2.0_dp], 1.0_dp, [8, 8]), &
                         new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                         [rectangle_t([-0.5_dp, -0.5_dp], [3.5_dp, 3.5_dp], [4, 4])], m)
@@ -145,7 +145,7 @@ contains
       character(*), intent(in) :: name
       type(mass_choice_t), intent(in) :: mass
       type(bound_t), intent(in) :: bound
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(seen_t) :: seen
       type(failure_t) :: failure
       real(dp) :: spacing(ndim)
@@ -199,7 +199,7 @@ contains
 
    !> Put the body at a place: along x each particle at one end of the range, along y a translation.
    subroutine set_particles(m, x, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: x(ndim)
       type(failure_t), intent(inout) :: failure
       real(dp) :: at_random(m%particles%n)
@@ -213,22 +213,22 @@ contains
          p%velocity(:, 2) = drift(2)
          p%gradient = 0
       end associate
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine set_particles
 
    !> Nodal velocities from the particles', as at the start of a step; the guess is the velocity at the last position.
    subroutine map(m, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      m%mapped = .false.
+      m%cache%mapped = .false.
       call refresh_grid(m)
       call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, v_n, v_n, failure)
    end subroutine map
 
    !> Look at the nodal velocities and at what the particles would get back.
    subroutine look(m, seen)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(seen_t), intent(inout) :: seen
       real(dp) :: back(ndim, m%particles%n), c, r, norm
       integer :: i
@@ -265,14 +265,14 @@ contains
 
    !> Do a step.
    subroutine do_step(m, seen, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(seen_t), intent(inout) :: seen
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: dt = 0.1_dp         ! in cells of size 1 and with wave speed 1
       real(dp) :: before(ndim)
       associate (p => m%particles)
          before = linear_momentum(p)
-         m%mapped = .false.
+         m%cache%mapped = .false.
          call advance(m, dt, failure)
          call raise(seen%step, p%velocity(:, 1) - drift(1))
          call raise(seen%step_momentum, (linear_momentum(p) - before)/sum(p%mass*abs(p%velocity(:, 1))))

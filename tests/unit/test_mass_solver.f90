@@ -10,7 +10,7 @@ program test_mass_solver
    use hampm_mass_samples, only: choice_of, map_mass, displace, dense_matrix, solution
    use hampm_mass_solver, only: solve_mass
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps
    use hampm_step, only: advance
    use hampm_text, only: to_text
@@ -43,7 +43,7 @@ contains
 
    !> A body of 2 x 2 particles per cell, displaced at random.
    subroutine random_body(m, range)
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       real(dp), intent(in) :: range              !! of the displacements, in cells
       call place_bodies(forest_t([0.0_dp, 0.0_dp], cell, [12, 9]), &
                         new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
@@ -55,7 +55,7 @@ contains
 
    !> The sample with the x component held along a line, and both at a corner.
    subroutine hold_some(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       call constrain_box(m%constraints, m%grid, [0.2_dp, 0.0_dp], [0.2_dp, 0.9_dp], [.true., .false.])
       call constrain_box(m%constraints, m%grid, [0.9_dp, 0.3_dp], [1.1_dp, 0.4_dp], [.true., .true.])
    end subroutine hold_some
@@ -65,7 +65,7 @@ contains
       character(*), intent(in) :: name
       type(mass_choice_t), intent(in) :: mass
       type(mass_choice_t) :: choice
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), allocatable :: a(:, :), b(:, :), guess(:, :), x(:, :, :), residual(:, :)
       real(dp) :: scale
       integer :: k
@@ -101,7 +101,7 @@ contains
 
    !> A component that is held everywhere has no unknowns: as of a bar in a slot.
    subroutine check_all_held()
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), allocatable :: x(:, :)
       integer :: k
       call random_body(m, 0.5_dp)
@@ -119,7 +119,7 @@ contains
    !> The sum of M x is the sum of b, for every kind and also after a bad guess: to the rounding of the numbers that are
    !> summed, which are of the size of the momenta or of what the guess makes of them.
    subroutine check_momentum()
-      type(motion_t) :: m
+      type(problem_t) :: m
       character(7), parameter :: kinds(5) = ['lumped ', 'fmpm   ', 'full   ', 'partial', 'blend  ']
       real(dp), parameter :: guesses(3) = [0.0_dp, 1.0e3_dp, 1.0e6_dp]
       real(dp), allocatable :: a(:, :), x(:, :), guess(:, :)
@@ -149,7 +149,7 @@ contains
 
    !> Kinds that are others at the ends of their range.
    subroutine check_limits()
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), allocatable :: lumped(:, :), full(:, :), zero(:, :)
       integer :: k
       call random_body(m, 0.5_dp)
@@ -183,7 +183,7 @@ contains
    !> fmpm of order k is x_k = x - (I - D^-1 M)^k x. In the norm of D its error falls with every order, each time at least by
    !> 1 - the smallest eigenvalue of D^-1 M, which is near 1/16, that of four particles at the quarter points.
    subroutine check_series()
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), allocatable :: zero(:, :), full(:, :), x(:, :), before(:, :)
       real(dp) :: error, initial, previous, rate
       integer :: k
@@ -219,7 +219,7 @@ contains
 
    !> Square root of x.D x.
    real(dp) function norm(m, x)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: x(:, :)
       norm = sqrt(sum(sum(x**2, dim=1)*m%fields%mass_matrix%lumped))
    end function norm
@@ -278,7 +278,7 @@ contains
    !> A matrix that is not positive definite, as none that is mapped is, cannot be solved with.
    subroutine check_message(solver)
       character(*), intent(in) :: solver
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       real(dp), allocatable :: x(:, :)
       call random_body(m, 0.5_dp)
@@ -296,7 +296,7 @@ contains
    !> In the total frame one factorisation serves for ever, in one iteration a solution.
    subroutine check_reuse_in_the_total_frame(solver)
       character(*), intent(in) :: solver
-      type(motion_t) :: m
+      type(problem_t) :: m
       call random_body(m, 0.02_dp)
       m%particles%total_frame = .true.
       call start(m, 'musl', choice_of('full', solver))
@@ -310,7 +310,7 @@ contains
    !> only where the old factors do not serve any more.
    subroutine check_reuse_in_the_updated_frame(solver)
       character(*), intent(in) :: solver
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       integer, allocatable :: occupied(:)
       integer :: changes
@@ -320,7 +320,7 @@ contains
       call start(m, 'musl', choice_of('full', solver))
       changes = 0
       allocate (occupied, source=m%blocks%occupied(:m%blocks%n_occupied))
-      do while (m%steps < 600 .and. .not. failure%failed())
+      do while (m%state%steps < 600 .and. .not. failure%failed())
          call advance(m, 0.05_dp*cell, failure)
          if (size(occupied) == m%blocks%n_occupied) then
             if (all(occupied == m%blocks%occupied(:m%blocks%n_occupied))) cycle

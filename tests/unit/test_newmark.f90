@@ -8,7 +8,7 @@ program test_newmark
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
-   use hampm_motion, only: motion_t, stored_energy, dissipated_energy, kinetic_energy
+   use hampm_problem, only: problem_t, stored_energy, dissipated_energy, kinetic_energy
    use hampm_newmark, only: newmark_t
    use hampm_newton, only: displace, out_of_balance
    use hampm_outer_forces, only: drive_t
@@ -38,7 +38,7 @@ contains
    !> the yield stress in one of plastic material.
    subroutine build(name, m)
       character(*), intent(in) :: name
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(forest_t) :: forest
       type(material_t) :: material
       type(failure_t) :: failure
@@ -74,7 +74,7 @@ contains
    subroutine begin(name, alpha, m, newmark)
       character(*), intent(in) :: name
       real(dp), intent(in) :: alpha
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(newmark_t), intent(out) :: newmark
       type(failure_t) :: failure
       type(drive_t) :: drive
@@ -88,7 +88,7 @@ contains
 
    !> Factorise the tangent.
    subroutine factorise(m, newmark, k)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(newmark_t), intent(in) :: newmark
       type(stiffness_t), intent(inout) :: k
       type(failure_t) :: failure
@@ -102,13 +102,13 @@ contains
       character(*), intent(in) :: name
       real(dp), intent(in) :: alpha
       real(dp), parameter :: part = 1e-6_dp
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(newmark_t) :: newmark
       type(stiffness_t) :: k
       real(dp), allocatable :: u(:, :), du(:, :), forth(:, :), back(:, :), found(:, :)
       integer :: i
       call begin(name, alpha, m, newmark)
-      u = dt*m%nodal_velocity
+      u = dt*m%state%velocity
       call displace(m, u)
       call factorise(m, newmark, k)
       allocate (du, mold=u)
@@ -135,14 +135,14 @@ contains
       character(*), intent(in) :: name
       real(dp), intent(in) :: alpha
       integer, parameter :: most = 12
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(newmark_t) :: newmark
       type(stiffness_t) :: k
       real(dp), allocatable :: u(:, :), du(:, :), r(:, :)
       real(dp) :: left(0:most)                   ! largest force out of balance, over that at first
       integer :: i
       call begin(name, alpha, m, newmark)
-      allocate (u, source=0*m%nodal_velocity)
+      allocate (u, source=0*m%state%velocity)
       left = 0
       do i = 0, most
          call displace(m, 0*u)
@@ -183,7 +183,7 @@ contains
       character(*), intent(in) :: name
       integer, intent(in) :: steps
       real(dp), parameter :: time = 4.0_dp
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(newmark_t) :: newmark
       type(failure_t) :: failure
       real(dp) :: at_first
@@ -195,7 +195,7 @@ contains
          call newmark%follow(m, i*time/steps, failure)
       end do
       call check(.not. failure%failed(), 'the steps are done')
-      missing = (kinetic_energy(m) + stored_energy(m) + dissipated_energy(m) + m%damping_loss - at_first)/at_first
+      missing = (kinetic_energy(m) + stored_energy(m) + dissipated_energy(m) + m%energies%damping_loss - at_first)/at_first
       call newmark%newton%release()
    end function missing_energy
 end program test_newmark

@@ -9,7 +9,7 @@ program test_nodal_rows
    use hampm_mass_choice, only: new_mass_choice
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, solve_mass
    use hampm_material, only: material_t
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_problem, only: problem_t, refresh_grid
    use hampm_nodal_rows, only: pattern_t, spans_t, pattern_of_grid, find_spans, sum_rows, multiply_rows
    use hampm_samples, only: rectangle_t, place_bodies, start
    implicit none
@@ -65,7 +65,7 @@ contains
    !> With the particles at the quarter points the eigenvalues of the preconditioned matrix are 1 to (25/16)**2, so that
    !> conjugate gradients gain a factor of (25 - 16)/(25 + 16) at least with each iteration.
    subroutine solution()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(mass_solver_t) :: cg, direct
       type(failure_t) :: failure
       real(dp), allocatable :: b(:, :), x(:, :), y(:, :)

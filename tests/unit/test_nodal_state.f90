@@ -11,7 +11,7 @@ program test_nodal_state
    use hampm_mass_samples, only: choice_of
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, thickness
@@ -44,7 +44,7 @@ contains
    subroutine place_bar(law, held, m)
       type(material_t), intent(in) :: law
       logical, intent(in) :: held
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       call place_bodies(forest_t([0.0_dp, 0.0_dp], cell, [16, 10]), law, &
                         [rectangle_t([0.0_dp, 0.0_dp], [length, depth], [20, 8])], m)
       if (held) call constrain_box(m%constraints, m%grid, [0.0_dp, 0.0_dp], [0.0_dp, depth], [.true., .false.])
@@ -53,7 +53,7 @@ contains
    !> A traction on the right end with the resultant `force`.
    subroutine push_end(force, m)
       real(dp), intent(in) :: force(ndim)        !! [N]
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp) :: points(ndim, 8)
       integer :: i
       do i = 1, size(points, 2)
@@ -65,7 +65,7 @@ contains
    end subroutine push_end
 
    subroutine look(m, state)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(nodal_state_t), intent(inout) :: state
       type(failure_t) :: failure
       call find_nodal_state(m, state, failure)
@@ -75,7 +75,7 @@ contains
    !> A body load accelerates a free body as a whole: no stress, so no divergence, though it moves and is damped.
    subroutine falling_body(scheme)
       character(*), intent(in) :: scheme
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(nodal_state_t) :: state
       real(dp), parameter :: v(ndim) = [0.3_dp, -0.2_dp]
       integer :: i
@@ -106,7 +106,7 @@ contains
    subroutine pushed_bar(scheme, mass)
       character(*), intent(in) :: scheme
       type(mass_choice_t), intent(in) :: mass
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(nodal_state_t) :: state
       real(dp), parameter :: strain = 1.0e-9_dp
       integer :: i
@@ -134,7 +134,7 @@ contains
    !> A bar under its weight, held at an end and damped, comes to rest: the support bears the weight, and the divergence is its
    !> opposite.
    subroutine held_bar()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(nodal_state_t) :: state
       real(dp), parameter :: weight = 1.0e-6_dp
       integer :: i
@@ -157,7 +157,7 @@ contains
    subroutine undisturbed(scheme, mass, name)
       character(*), intent(in) :: scheme, name
       type(mass_choice_t), intent(in) :: mass
-      type(motion_t) :: m, alone
+      type(problem_t) :: m, alone
       logical :: crossed
       call moving_bar(scheme, mass, alone)
       call run_on(alone, .false., crossed)
@@ -173,7 +173,7 @@ contains
    subroutine moving_bar(scheme, mass, m)
       character(*), intent(in) :: scheme
       type(mass_choice_t), intent(in) :: mass
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       integer :: i
       call place_bar(rubber, .true., m)
       call push_end([1.0e-4_dp, 1.0e-4_dp], m)
@@ -186,7 +186,7 @@ contains
 
    !> Do some steps, and note whether particles change cells in them.
    subroutine run_on(m, looking, crossed)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       logical, intent(in) :: looking
       logical, intent(out) :: crossed
       type(nodal_state_t) :: state
@@ -195,12 +195,12 @@ contains
       do step = 1, 10
          if (looking) call look(m, state)
          call run_steps(m, 0.2_dp*cell, 1)
-         crossed = crossed .or. .not. m%mapped
+         crossed = crossed .or. .not. m%cache%mapped
       end do
    end subroutine run_on
 
    logical function same_bytes(a, b)
-      type(motion_t), intent(in) :: a, b
+      type(problem_t), intent(in) :: a, b
       same_bytes = all(transfer(a%particles%velocity, [0]) == transfer(b%particles%velocity, [0])) .and. &
                    all(transfer(a%particles%displacement, [0]) == transfer(b%particles%displacement, [0])) .and. &
                    all(transfer(a%particles%gradient, [0]) == transfer(b%particles%gradient, [0]))
@@ -210,7 +210,7 @@ contains
    !> inside, a uniform motion is that of every point, dependent ones included.
    subroutine after_refinement(scheme)
       character(*), intent(in) :: scheme
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(nodal_state_t) :: state
       type(forest_t) :: forest
       type(failure_t) :: failure
@@ -226,7 +226,7 @@ contains
          m%particles%velocity(i, :) = v
          m%particles%gradient(i, :, :) = strain
       end do
-      m%mapped = .false.
+      m%cache%mapped = .false.
       call look(m, state)
       do i = 1, m%grid%n_points
          associate (x => m%grid%node_position(:, i), n => m%fields%mass_matrix%all)

@@ -23,7 +23,7 @@ program test_oblique_waves
    use hampm_mass_choice, only: mass_choice_t
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps
    use hampm_threads, only: use_threads
    implicit none
@@ -101,7 +101,7 @@ contains
       integer, intent(in) :: n, half_waves, sign_across
       real(dp), parameter :: dt = 0.2_dp
       integer, parameter :: steps = 40
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp) :: a(0:steps), side, q
       integer :: i, k
       q = pi*half_waves/n
@@ -132,7 +132,7 @@ contains
 
    !> Amplitude of a mode in the velocity of the particles.
    real(dp) function amplitude(m, q, sign_across)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: q
       integer, intent(in) :: sign_across
       integer :: i

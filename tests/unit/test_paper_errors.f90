@@ -29,7 +29,7 @@ program test_paper_errors
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_matching, only: adopt_forest
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_problem, only: problem_t, refresh_grid
    use hampm_samples, only: rectangle_t, place_bodies, start
    implicit none
 
@@ -77,7 +77,7 @@ contains
    !> A body that fills `cells` root cells, each with four material points, refined `levels` times.
    subroutine new_body(cells, levels, m, mass)
       integer, intent(in) :: cells(ndim), levels
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(mass_choice_t), intent(in), optional :: mass
       type(forest_t) :: forest
       type(failure_t) :: failure
@@ -110,7 +110,7 @@ contains
 
    !> One cell, and the four cells with 16 material points that it becomes.
    subroutine interpolation()
-      type(motion_t) :: coarse, fine
+      type(problem_t) :: coarse, fine
       type(quadratic_t) :: q
       real(dp) :: middle(ndim), from_middle, before, after, wrong, least
       integer :: i, d, inner
@@ -156,7 +156,7 @@ contains
    !> What the paper does not say: at a new point off the diagonals, errors of the coarse cell cancel for one ratio of curvatures of
    !> opposite signs, and refining makes the error larger. At those on the diagonals both directions have one factor.
    subroutine opposite_curvatures()
-      type(motion_t) :: coarse, fine
+      type(problem_t) :: coarse, fine
       type(quadratic_t) :: q
       real(dp) :: x(ndim)
       call new_body([1, 1], 0, coarse)
@@ -173,7 +173,7 @@ contains
    subroutine lumping(levels, reduced)
       integer, intent(in) :: levels
       real(dp), intent(in) :: reduced
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(quadratic_t) :: q
       real(dp) :: expected(3), linear
       integer :: node, which
@@ -198,7 +198,7 @@ contains
 
    !> The difference (28), of M a and D a at a node, with the sign turned; M is summed from the cells.
    real(dp) function lumping_error(m, node, q) result(error)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: node
       type(quadratic_t), intent(in) :: q
       integer :: e, k, j

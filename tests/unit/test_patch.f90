@@ -15,7 +15,7 @@ program test_patch
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_problem, only: problem_t, refresh_grid
    use hampm_nodal_fields, only: assemble
    use hampm_random_forests, only: random_integer, change_at_random
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
@@ -65,7 +65,7 @@ contains
       real(dp), intent(in) :: strain
       real(dp), intent(inout) :: worst(5)
       integer, intent(inout) :: finest, most_particles, inside
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       type(forest_t) :: forest
       real(dp) :: found(5), mass_before, momentum_before(ndim)
@@ -93,7 +93,7 @@ contains
    subroutine new_body(total_frame, strain, m)
       logical, intent(in) :: total_frame
       real(dp), intent(in) :: strain
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(material_t) :: material
       real(dp) :: h(ndim, ndim)
       integer :: cells(ndim), first(ndim), last(ndim), d, i
@@ -120,7 +120,7 @@ contains
    !> momentum at the nodes; difference between the volume of an element and that of its particles, in parts of it; and nodes
    !> with forces that are without mass.
    subroutine look(m, mass_before, momentum_before, figures, inside)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: mass_before, momentum_before(ndim)  !! of the particles, before the first refinement
       real(dp), intent(out) :: figures(5)
       integer, intent(inout) :: inside           !! nodes inside bodies so far
@@ -150,7 +150,7 @@ contains
 
    !> Whether a node is strictly inside the body: all around it there is material. Elements with particles are full of them.
    logical function is_inside(m, node)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, intent(in) :: node
       real(dp) :: x(ndim)
       integer :: k, e

@@ -10,7 +10,7 @@ program test_quadratic_cells
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_lapack, only: dsyev
    use hampm_material, only: material_t
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_newton, only: displace
    use hampm_nodal_state, only: internal_force
    use hampm_quadratic_points, only: weights_along
@@ -88,7 +88,7 @@ contains
       integer, intent(in) :: cells, n
       real(dp), intent(out) :: error             !! of the strain energy, over this
       real(dp), intent(out) :: index             !! estimated error in the energy norm over the true one, both at the particles
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       type(stiffness_t) :: stiffness
       real(dp), allocatable :: force(:, :), u(:, :)
@@ -176,7 +176,7 @@ contains
    !> A square on a random mesh, with n particles a cell and direction.
    subroutine look_at_mesh(n)
       integer, intent(in) :: n
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(forest_t) :: forest
       real(dp) :: a(ndim, 6)
       integer :: i
@@ -197,7 +197,7 @@ contains
 
    !> Random values at the nodes are one function: on the sides of each leaf it is that of the leaf on the other side.
    subroutine look_at_sides(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), parameter :: aside = 1e-6_dp
       real(dp) :: values(1, m%grid%n_points), x(ndim), outward(ndim), r
       integer :: leaf, side, other
@@ -220,7 +220,7 @@ contains
 
    !> Value at a place by the functions of the leaf of an element.
    real(dp) function value_in(m, values, e, x)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: values(:), x(ndim)
       integer, intent(in) :: e
       value_in = dot_product(m%grid%functions_in(e, m%grid%local_coordinate(e, x)), values(m%grid%support_of(e)))
@@ -229,7 +229,7 @@ contains
    !> The displacement a (1, x, y, x**2, x y, y**2): what is out of balance at inner nodes with the body force that belongs to it, over the
    !> largest force.
    subroutine look_at_balance(m, a, worst)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: a(ndim, 6)
       real(dp), intent(inout) :: worst
       real(dp) :: u(ndim, m%grid%n_points), exact(ndim), divergence(ndim), h(ndim, ndim), stress(ndim, ndim)

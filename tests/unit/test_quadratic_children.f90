@@ -6,7 +6,7 @@ program test_quadratic_children
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_matching, only: adopt_forest
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_newton, only: displace
    use hampm_quadratic_samples, only: fill_with_quadratic
    use hampm_random_forests, only: random_integer
@@ -38,7 +38,7 @@ contains
    !> A random field on a random mesh with n particles a cell and direction, which then refines, by one level and more.
    subroutine look_at_change(n)
       integer, intent(in) :: n
-      type(motion_t) :: m, before
+      type(problem_t) :: m, before
       type(forest_t) :: forest
       type(failure_t) :: failure
       real(dp), allocatable :: u(:, :)
@@ -90,14 +90,14 @@ contains
 
    !> Linear momentum [kg m/s].
    function momentum_of(m) result(total)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp) :: total(ndim)
       total = matmul(m%particles%mass(:m%particles%n), m%particles%velocity(:m%particles%n, :))
    end function momentum_of
 
    !> A particle against the field of the nodes of the mesh before.
    subroutine compare(before, u, m, i)
-      type(motion_t), intent(in) :: before, m
+      type(problem_t), intent(in) :: before, m
       real(dp), intent(in) :: u(:, :)
       integer, intent(in) :: i
       real(dp) :: exact(ndim), h(ndim, ndim), xi(ndim), x(ndim)

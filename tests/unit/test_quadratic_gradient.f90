@@ -11,7 +11,7 @@ program test_quadratic_gradient
    use hampm_forest, only: forest_t
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_quadratic_samples, only: fill_with_quadratic
    use hampm_random_forests, only: change_at_random, random_integer
    use hampm_threads, only: use_threads
@@ -41,7 +41,7 @@ contains
 
    subroutine stress_on_random_mesh(n)
       integer, intent(in) :: n                   !! particles a cell and direction
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(forest_t) :: forest
       real(dp), allocatable :: phi(:), r(:)
       real(dp) :: factor, asked
@@ -73,7 +73,7 @@ contains
 
    !> A strain that is linear in x and y has a quadratic energy density.
    subroutine energy_on_uniform_mesh()
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), parameter :: slope(ndim) = [0.7_dp, -0.3_dp], h = cell
       real(dp), allocatable :: phi(:), r(:)
       real(dp) :: unit, strain, bend, mean

@@ -10,7 +10,7 @@ program test_quadratic_mass
    use hampm_mass_matrix, only: floor_of_quadratic
    use hampm_mass_product, only: multiply_by_mass, find_concentrated_mass
    use hampm_mass_samples, only: choice_of, solution
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_quadratic_samples, only: fill_with_quadratic
    use hampm_random_forests, only: change_at_random, random_integer
    use hampm_threads, only: use_threads
@@ -67,7 +67,7 @@ contains
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: n, solver
       type(mass_choice_t), intent(in) :: choice
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       real(dp), allocatable :: a(:, :), b(:, :), guess(:, :), x(:, :), y(:, :), diagonal(:)
       call fill_with_quadratic(forest, n, roots*cell, density, thickness, m, choice)
@@ -96,7 +96,7 @@ contains
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: n
       integer, parameter :: order = 3
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), allocatable :: a(:, :), b(:, :), x(:, :), term(:, :), zero(:, :), inverse(:, :)
       integer :: k
       call fill_with_quadratic(forest, n, roots*cell, density, thickness, m, choice_of('fmpm', order=order))
@@ -120,7 +120,7 @@ contains
    !> The matrix of the free nodes, particle by particle: in each cell the part b of it that is lumped by the choice, and of cells with nodes
    !> that hang the part `floor` of the rest, is put on the diagonal, hanging nodes' by their weights.
    function summed_matrix(m, floor) result(a)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: floor
       real(dp), allocatable :: a(:, :)
       real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf), part

@@ -8,14 +8,14 @@ program test_recovery
    use hampm_harness, only: check, check_close, finish
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_problem, only: problem_t, refresh_grid
    use hampm_recovery, only: recover
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, place_bodies, start
    implicit none
 
    real(dp), parameter :: slope(ndim) = [0.7_dp, -0.3_dp], rounding = 1.0e-11_dp
-   type(motion_t) :: m
+   type(problem_t) :: m
 
    call build(m)
    call linear_field()
@@ -27,7 +27,7 @@ contains
 
    !> A body of 4 by 2 root cells, refined by two levels in a corner and in the middle.
    subroutine build(m)
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(forest_t) :: forest
       type(failure_t) :: failure
       forest = forest_t([0.0_dp, 0.0_dp], 1.0_dp, [5, 3])

@@ -13,7 +13,7 @@ program test_reference_step
    use hampm_time_history, only: time_history_t
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t, update_particles
+   use hampm_problem, only: problem_t, update_particles
    use hampm_particles, only: new_particles
    use hampm_explicit, only: reference_t
    use hampm_refined, only: refine_box
@@ -52,7 +52,7 @@ contains
       character(*), intent(in) :: scheme
       logical, intent(in) :: total_frame
       integer, intent(in) :: levels
-      type(motion_t) :: first, reference, m
+      type(problem_t) :: first, reference, m
       type(reference_t) :: by_reference
       type(failure_t) :: failure
       integer :: k, threads, audited
@@ -75,7 +75,7 @@ contains
 
    !> Check that a motion is that of the reference, particle by particle.
    subroutine compare(m, reference, scheme)
-      type(motion_t), intent(in) :: m, reference
+      type(problem_t), intent(in) :: m, reference
       character(*), intent(in) :: scheme
       integer :: of(m%particles%n), theirs(m%particles%n), path, k
       character(:), allocatable :: what
@@ -89,15 +89,17 @@ contains
       end associate
       path = 3
       if (m%grid%dofs%n_hanging == 0 .and. .not. m%audit) path = 2
-      if (m%operators%is_active) path = 1
+      if (m%cache%operators%is_active) path = 1
       associate (worst => largest(path, merge(1, 2, m%particles%total_frame)))
          worst = max(worst, maxval(error))
       end associate
       what = scheme//', '//trim(paths(path))//merge(', total frame  ', ', updated frame', m%particles%total_frame)// &
              merge(', hanging nodes', ', uniform      ', m%grid%dofs%n_hanging > 0)
       call check_close(maxval(error), 0.0_dp, rounding, what//': the motion is that of the reference step')
-      call check_close(m%external_work, reference%external_work, rounding*abs(reference%external_work), what//': work of the loads')
-      call check_close(m%damping_loss, reference%damping_loss, rounding*reference%damping_loss, what//': loss by damping')
+      call check_close(m%energies%external_work, reference%energies%external_work, &
+                       rounding*abs(reference%energies%external_work), what//': work of the loads')
+      call check_close(m%energies%damping_loss, reference%energies%damping_loss, rounding*reference%energies%damping_loss, &
+                       what//': loss by damping')
    end subroutine compare
 
    !> Two bodies, one on the other, loaded at an edge, at a point and in a box, held at one side and damped.
@@ -105,7 +107,7 @@ contains
       character(*), intent(in) :: scheme
       logical, intent(in) :: total_frame
       integer, intent(in) :: levels
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       integer, parameter :: points(ndim) = [24, 12]
       real(dp), parameter :: x(2) = [0.2_dp, 0.8_dp], y(3) = [0.2_dp, 0.5_dp, 0.8_dp]
       type(forest_t) :: forest
@@ -126,7 +128,7 @@ contains
       call random_number(m%particles%velocity)
       m%particles%velocity = 0.02_dp*(m%particles%velocity - 0.2_dp)
       m%particles%total_frame = total_frame
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       allocate (m%loads(3))
       m%loads(1)%force = [1.0e-3_dp, -2.0e-3_dp]
       m%loads(1)%history = time_history_t(kind='ramp', rise_time=80*dt)

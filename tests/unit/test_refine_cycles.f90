@@ -9,7 +9,7 @@ program test_refine_cycles
    use hampm_loads, only: load_on_points, load_on_particles
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_nodal_fields, only: v_next
    use hampm_refined, only: refine_box, misplaced, is_balanced, spans_lattice
    use hampm_refinement, only: follow_particles
@@ -43,7 +43,7 @@ contains
    subroutine place(points, is_loaded, m)
       integer, intent(in) :: points(ndim)
       logical, intent(in) :: is_loaded
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       real(dp) :: h(ndim, ndim), v(ndim)
       integer :: i
       call place_bodies(uniform, neo_hookean, [rectangle_t(lower, upper, points)], m)
@@ -65,7 +65,7 @@ contains
 
    !> Make grid and particles follow a forest.
    subroutine adopt(m, forest)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(forest_t), intent(in) :: forest
       type(failure_t) :: failure
       call adopt_forest(m, forest, failure)
@@ -74,7 +74,7 @@ contains
 
    !> Make the particles follow the motion.
    subroutine follow(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(failure_t) :: failure
       call follow_particles(m, failure)
       if (failure%failed()) call check(.false., 'the particles follow the motion: '//failure%message)
@@ -82,7 +82,7 @@ contains
 
    !> Mass and volume of each particle that was before, exactly.
    subroutine check_masses(m, before, what)
-      type(motion_t), intent(in) :: m, before
+      type(problem_t), intent(in) :: m, before
       character(*), intent(in) :: what
       real(dp) :: mass(before%particles%n), volume(before%particles%n)
       integer :: before_in(before%particles%n), i
@@ -102,7 +102,7 @@ contains
 
    !> Momentum and strain energy are those of before, to a tolerance, and masses exactly.
    subroutine check_sums(m, before, tolerance, what)
-      type(motion_t), intent(in) :: m, before
+      type(problem_t), intent(in) :: m, before
       real(dp), intent(in) :: tolerance
       character(*), intent(in) :: what
       call check_masses(m, before, what)
@@ -114,14 +114,14 @@ contains
 
    !> The numbers of the particles in the order of their ids.
    pure function sorted_by_id(m) result(number)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer :: number(m%particles%n), i
       number(m%particles%id) = [(i, i=1, m%particles%n)]
    end function sorted_by_id
 
    !> The body is what it was before.
    subroutine check_returned(m, before, tolerance, what)
-      type(motion_t), intent(in) :: m, before
+      type(problem_t), intent(in) :: m, before
       real(dp), intent(in) :: tolerance
       character(*), intent(in) :: what
       real(dp) :: drift(4)
@@ -147,7 +147,7 @@ contains
    !> Refine and recombine again and again.
    subroutine cycles(is_loaded)
       logical, intent(in) :: is_loaded
-      type(motion_t) :: m, before
+      type(problem_t) :: m, before
       type(forest_t) :: fine(2)
       integer :: n, times, wrong, finest
       character(:), allocatable :: what
@@ -179,7 +179,7 @@ contains
    !> Refine and recombine leaves at random, up to four levels, now and then with steps in between.
    subroutine random_forests(moves)
       logical, intent(in) :: moves
-      type(motion_t) :: m, before
+      type(problem_t) :: m, before
       type(forest_t) :: forest
       real(dp), allocatable :: chance(:)
       integer, allocatable :: change(:)
@@ -212,7 +212,7 @@ contains
          if (moves) then
             ! short steps: the audit's Gauss rule for the stress work errs in their fourth power
             call run_steps(m, 0.05_dp*cell/2**deepest_tried, 2)
-            if (m%sorted) crossings = crossings + 1
+            if (m%cache%sorted) crossings = crossings + 1
             call follow(m)
          end if
          wrong = wrong + misplaced(m)
@@ -238,7 +238,7 @@ contains
    !> Refinement around a point by twelve levels, one by one or all at once; steps there; and all back at once.
    subroutine twelve_levels(one_by_one)
       logical, intent(in) :: one_by_one
-      type(motion_t) :: m, before
+      type(problem_t) :: m, before
       type(forest_t) :: forest
       integer, allocatable :: change(:)
       character(:), allocatable :: what
@@ -278,7 +278,7 @@ contains
 
    !> Where everything is refined, masses, momenta and forces at the nodes are those on the uniform grid of that cell size.
    subroutine refined_everywhere()
-      type(motion_t) :: m, fine
+      type(problem_t) :: m, fine
       type(forest_t) :: forest
       integer, parameter :: levels = 3, points(ndim) = [3, 2]*2**levels
       integer :: k, a, b, missing
@@ -318,7 +318,7 @@ contains
 
    !> Displacement, velocity and H as smooth fields of X.
    subroutine give_fields(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp) :: x(ndim)
       integer :: i
       do i = 1, m%particles%n
@@ -326,12 +326,12 @@ contains
          m%particles%velocity(i, :) = [sin(20*x(1)), cos(30*x(2)*x(1))]
          m%particles%gradient(i, :, :) = 0.1_dp*reshape([x(1), x(2), x(2) - x(1), sin(50*x(1))], [ndim, ndim])
       end do
-      m%mapped = .false.
+      m%cache%mapped = .false.
    end subroutine give_fields
 
    !> A particle that is so stretched that its children stand beyond the fine cell in which it stands is not recombined there.
    subroutine stretched_family()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(forest_t) :: forest
       real(dp), parameter :: from(ndim) = [0.125_dp, 0.125_dp], to(ndim) = [0.175_dp, 0.175_dp]
       forest = uniform

@@ -12,7 +12,7 @@ program test_refined_mass
    use hampm_mass_solver, only: solve_mass
    use hampm_matching, only: adopt_forest
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t, refresh_grid
+   use hampm_problem, only: problem_t, refresh_grid
    use hampm_samples, only: rectangle_t, place_bodies, start
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness
    implicit none
@@ -36,7 +36,7 @@ contains
    !> A body on a mesh of three levels, displaced at random, with some nodes held.
    subroutine refined_body(choice, m)
       type(mass_choice_t), intent(in) :: choice
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       type(forest_t) :: forest
       type(failure_t) :: failure
       integer, allocatable :: change(:)
@@ -66,7 +66,7 @@ contains
 
    !> The mass matrix by nodes: what is coupled by elements, and what is lumped on the diagonal.
    function matrix_of(m) result(a)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), allocatable :: a(:, :)
       real(dp) :: part(corners, most_nodes_of_leaf), by_node(most_nodes_of_leaf, most_nodes_of_leaf)
       integer :: node(most_nodes_of_leaf), n, k, i
@@ -86,7 +86,7 @@ contains
    subroutine check_solver(name, solver, choice)
       character(*), intent(in) :: name, solver
       type(mass_choice_t), intent(in) :: choice
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       real(dp), allocatable :: a(:, :), b(:, :), x(:, :), residual(:, :)
       character(:), allocatable :: what
@@ -117,7 +117,7 @@ contains
    !> c (K + c M)^-1 b is M^-1 b.
    subroutine check_products(what, m, a, b, x)
       character(*), intent(in) :: what
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: a(:, :)            !! M by nodes
       real(dp), intent(in) :: b(:, :), x(:, :)   !! of M x = b, (ndim, n_points)
       real(dp), parameter :: c = 1.0e12_dp
@@ -145,7 +145,7 @@ contains
 
    !> fmpm of order 2 gives 2 D^-1 - D^-1 M D^-1, from which M can be seen column by column.
    subroutine check_series()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       real(dp), allocatable :: a(:, :), b(:, :), x(:, :), seen(:)
       real(dp) :: error

@@ -6,7 +6,7 @@ program test_splitting
    use hampm_forest, only: forest_t, corner_offset
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_material, only: material_t, new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t, spacing_of
    use hampm_samples, only: rectangle_t, place_bodies
    use hampm_splitting, only: start_families, split, recombine, times_split
@@ -47,7 +47,7 @@ contains
       integer, intent(in) :: points(ndim)
       real(dp), intent(in) :: disturbance
       type(particles_t), intent(out) :: p
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp) :: h(ndim, ndim), v(ndim)
       integer :: i
       call place_bodies(forest_t([0.0_dp, 0.0_dp], 1.0_dp, [2, 2]), neo_hookean, [rectangle_t(lower, upper, points)], m)

@@ -6,7 +6,7 @@ program test_step
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_material, only: material_t, new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps
    use hampm_step, only: advance
@@ -50,7 +50,7 @@ contains
    !> mass matrix; its change, over that of the spin, is printed.
    subroutine momentum_of_a_free_body(scheme)
       character(*), intent(in) :: scheme
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), parameter :: centre(ndim) = [0.63_dp, 0.62_dp], drift(ndim) = [0.03_dp, 0.02_dp], rate = 0.1_dp
       real(dp) :: momentum(ndim), before, spin, scale, x(ndim), noise(ndim)
       integer :: i, steps
@@ -85,7 +85,7 @@ contains
    !> is left out: at edges that leave the cell lines it blows up what rounding begins.
    subroutine rigid_translation(scheme)
       character(*), intent(in) :: scheme
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), parameter :: v(ndim, 2) = reshape([0.11_dp, 0.07_dp, 0.13_dp, 0.05_dp], [ndim, 2])
       real(dp), parameter :: rounding = 1.0e-14_dp
       integer, parameter :: steps = 300
@@ -116,7 +116,7 @@ contains
    !> (I + A dt / 2)**2 F where it is updated in two halves.
    subroutine uniform_strain_rate(scheme)
       character(*), intent(in) :: scheme
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), parameter :: a(ndim, ndim) = reshape([0.03_dp, -0.02_dp, 0.05_dp, 0.01_dp], [ndim, ndim])
       real(dp), parameter :: lower(ndim) = [0.333_dp, 0.371_dp], upper(ndim) = lower + 1.2_dp, edge = 0.45_dp
       real(dp), parameter :: h(ndim, ndim) = reshape([0.1_dp, 0.3_dp, -0.2_dp, -0.05_dp], [ndim, ndim])
@@ -148,7 +148,7 @@ contains
    !> A step that maps the particles anew does what one does that finds them mapped at the end of the step before.
    subroutine fresh_start(scheme)
       character(*), intent(in) :: scheme
-      type(motion_t) :: m, anew
+      type(problem_t) :: m, anew
       integer :: step
       call place_bodies(forest_t([0.0_dp, 0.0_dp], cell, [10, 10]), neo_hookean, &
                         [rectangle_t([0.3_dp, 0.3_dp], [0.7_dp, 0.6_dp], [8, 6])], m)
@@ -158,7 +158,7 @@ contains
       anew = m
       do step = 1, 20
          call run_steps(m, 0.2_dp*cell, 1)
-         anew%mapped = .false.
+         anew%cache%mapped = .false.
          call run_steps(anew, 0.2_dp*cell, 1)
       end do
       call check(all(transfer(m%particles%velocity, [0]) == transfer(anew%particles%velocity, [0])) .and. &
@@ -167,7 +167,7 @@ contains
    end subroutine fresh_start
 
    subroutine time_step()
-      type(motion_t) :: m
+      type(problem_t) :: m
       call place_bodies(forest_t([0.0_dp, 0.0_dp], cell, [4, 4]), linear, &
                         [rectangle_t([0.1_dp, 0.1_dp], [0.3_dp, 0.3_dp], [4, 4])], m)
       m%materials = [linear, new_material('', 'linear_elastic', .true., 4.0_dp, 0.3_dp, 1.0_dp)]
@@ -178,7 +178,7 @@ contains
    end subroutine time_step
 
    subroutine too_fast()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(failure_t) :: failure
       call place_bodies(forest_t([0.0_dp, 0.0_dp], cell, [20, 4]), linear, &
                         [rectangle_t([0.1_dp, 0.1_dp], [0.3_dp, 0.3_dp], [4, 4], [30.0_dp, 0.0_dp])], m)
@@ -192,7 +192,7 @@ contains
       call place_bodies(forest_t([0.0_dp, 0.0_dp], cell, [4, 4]), linear, &
                         [rectangle_t([0.1_dp, 0.1_dp], [0.3_dp, 0.3_dp], [4, 4], [1.0_dp, 0.0_dp])], m)
       call start(m, 'musl')
-      do while (.not. failure%failed() .and. m%steps < 100)
+      do while (.not. failure%failed() .and. m%state%steps < 100)
          call advance(m, cell/10, failure)
       end do
       call check(index(failure%message, 'left the grid') > 0, 'so is one that leaves the grid')

@@ -12,7 +12,7 @@ program test_stiffness
    use hampm_loads, only: load_on_points
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_nodal_state, only: unbalanced_force
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
@@ -50,7 +50,7 @@ contains
       integer, intent(in) :: mesh
       character(*), intent(in) :: law
       logical, intent(in) :: plane_stress
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       logical, intent(in), optional :: total_frame
       type(line_t), intent(in), optional :: line
       type(forest_t) :: forest
@@ -73,7 +73,7 @@ contains
             p%mass(:p%n) = p%mass(:p%n)*density(2)/density(1)
          end where
       end associate
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, failure)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       m%interfaces%are_moving = .false.          ! faces that touch are as one, but for a layer that hardly gives way
       call start(m, 'musl')
       if (meshes(mesh) == 'uniform') return
@@ -83,14 +83,14 @@ contains
    end subroutine build
 
    subroutine hold_box(m, lower, upper, components)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: lower(ndim), upper(ndim)
       logical, intent(in) :: components(ndim)
       call constrain_box(m%constraints, m%grid, lower, upper, components)
    end subroutine hold_box
 
    subroutine factorise(m, k)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: k
       logical :: done
       call new_stiffness(m, 100000, k, done)
@@ -99,7 +99,7 @@ contains
 
    !> A field of the points that is linear in place: u = a + b x, and 0 where there is no material.
    function linear_field(m, a, b) result(u)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: a(ndim), b(ndim, ndim)
       real(dp) :: u(ndim, m%grid%n_points)
       integer :: i
@@ -115,7 +115,7 @@ contains
    !> Forces do to each other's points the same work (Betti).
    subroutine symmetric(mesh)
       integer, intent(in) :: mesh
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(stiffness_t) :: k
       real(dp), allocatable :: f(:, :), g(:, :), u(:, :), v(:, :)
       call build(mesh, 'linear_elastic', .true., m)
@@ -138,7 +138,7 @@ contains
       character(*), intent(in) :: law
       logical, intent(in) :: plane_stress, total_frame
       real(dp), parameter :: part = 1e-5_dp
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(stiffness_t) :: k
       real(dp), allocatable :: u(:, :), small(:, :), forth(:, :), back(:, :), found(:, :)
       call build(mesh, law, plane_stress, m, total_frame)
@@ -159,7 +159,7 @@ contains
 
    !> Random displacements of up to 1 of all nodes that are not held.
    subroutine random_where_material(m, u)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(inout) :: u(:, :)
       real(dp) :: of_node(ndim)
       integer :: i
@@ -175,7 +175,7 @@ contains
 
    !> Internal forces for a small displacement of the points.
    subroutine force_of(m, u, internal)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: u(:, :)
       real(dp), allocatable, intent(out) :: internal(:, :)
       real(dp), allocatable :: force(:, :)
@@ -188,7 +188,7 @@ contains
             p%gradient(i, :, :) = matmul(u(:, grid%element_nodes(:, p%cell(i))), gradient)
          end do
       end associate
-      m%mapped = .false.
+      m%cache%mapped = .false.
       call unbalanced_force(m, force, internal)
    end subroutine force_of
 
@@ -197,7 +197,7 @@ contains
    !> a hundred million times as large.
    subroutine resists_no_rigid_motion(mesh)
       integer, intent(in) :: mesh
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(stiffness_t) :: k
       real(dp), parameter :: turn(ndim, ndim) = reshape([0, 1, -1, 0], [ndim, ndim]), none(ndim, ndim) = 0
       real(dp), allocatable :: motion(:, :), u(:, :)
@@ -215,7 +215,7 @@ contains
 
    !> What is at each point of the mass, a quarter of each particle at each corner of its cell [kg].
    pure function quarters_of_mass(m) result(mass)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp) :: mass(ndim, m%grid%n_points)
       integer :: i
       mass = 0
@@ -228,7 +228,7 @@ contains
 
    !> Put a stress on the right end of the bar.
    subroutine load_end(m, along)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: along              !! [Pa]
       integer, parameter :: parts = 32           ! eight a cell
       real(dp) :: points(ndim, parts)
@@ -244,7 +244,7 @@ contains
 
    !> Displacement of the bar by a stress along it: each half stretches by stress/E, and all contracts by nu stress/E.
    function stretched_bar(m, along) result(u)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), intent(in) :: along              !! stress [Pa]
       real(dp) :: u(ndim, m%grid%n_points)
       integer :: i
@@ -263,7 +263,7 @@ contains
    !> Patch test: a bar in tension, of two materials that contract alike, has one stress.
    subroutine stretched(mesh)
       integer, intent(in) :: mesh
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(stiffness_t) :: k
       real(dp), allocatable :: force(:, :), u(:, :)
       call build(mesh, 'linear_elastic', .true., m)
@@ -282,7 +282,7 @@ contains
    !> them; apart, nothing but the soft interface points stops the one that is pushed.
    subroutine pressed_halves(mesh)
       integer, intent(in) :: mesh
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(stiffness_t) :: k
       type(line_t) :: line
       real(dp), allocatable :: force(:, :), u(:, :)
@@ -318,7 +318,7 @@ contains
 
    !> Without a load the forces are those that take all momentum within a second.
    subroutine forces_without_loads()
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), allocatable :: force(:, :)
       real(dp) :: momentum(ndim)
       call build(2, 'linear_elastic', .true., m)
@@ -332,7 +332,7 @@ contains
 
    !> What would take too much is not done.
    subroutine too_many_unknowns()
-      type(motion_t) :: m
+      type(problem_t) :: m
       type(stiffness_t) :: k
       logical :: done
       call build(1, 'linear_elastic', .true., m)

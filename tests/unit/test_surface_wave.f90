@@ -23,7 +23,7 @@ program test_surface_wave
    use hampm_mass_choice, only: mass_choice_t
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, place_bodies, start, run_steps
    use hampm_threads, only: use_threads
    implicit none
@@ -171,7 +171,7 @@ contains
       integer, intent(in) :: half                !! cells of half a wave
       real(dp), parameter :: dt = 0.4_dp
       integer, parameter :: depth = 5            !! half waves
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp), allocatable :: mode(:, :)
       real(dp) :: a, q, omega, weight, width, down, window
       complex(dp) :: seen(2)

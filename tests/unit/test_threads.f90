@@ -5,7 +5,7 @@ program test_threads
    use hampm_harness, only: check, finish, repeat_random_numbers
    use hampm_loads, only: load_on_particles
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps
    use hampm_threads, only: use_threads, thread_count
@@ -14,7 +14,7 @@ program test_threads
    integer, parameter :: cells = 30              !! enough nodes and cells for several blocks of work
    real(dp), parameter :: cell = 0.1_dp
    real(dp) :: noise(ndim, 4*cells**2)
-   type(motion_t) :: alone, together
+   type(problem_t) :: alone, together
    integer :: k, threads
 
    call repeat_random_numbers()
@@ -25,8 +25,10 @@ program test_threads
          call run(trim(schemes(k)), threads, together)
          call check(same_bytes(alone%particles, together%particles), &
                     trim(schemes(k))//': particles have the same bytes with 1 and more threads')
-         call check(all(transfer([alone%external_work, alone%damping_loss, alone%numerical_loss], [0_long]) == &
-                        transfer([together%external_work, together%damping_loss, together%numerical_loss], [0_long])), &
+         call check(all(transfer([alone%energies%external_work, alone%energies%damping_loss, alone%energies%numerical_loss], &
+                                 [0_long]) == &
+                        transfer([together%energies%external_work, together%energies%damping_loss, &
+                                  together%energies%numerical_loss], [0_long])), &
                     trim(schemes(k))//': so has the energy audit')
       end do
       call check(any(alone%particles%id /= [(threads, threads=1, alone%particles%n)]), trim(schemes(k))//': particles crossed')
@@ -39,7 +41,7 @@ contains
    subroutine run(scheme, threads, m)
       character(*), intent(in) :: scheme
       integer, intent(in) :: threads
-      type(motion_t), intent(out) :: m
+      type(problem_t), intent(out) :: m
       call place_bodies(forest_t([0.0_dp, 0.0_dp], cell, [cells + 4, cells + 4]), &
                         new_material('', 'neo_hookean', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                         [rectangle_t([0.12_dp, 0.12_dp], [0.12_dp, 0.12_dp] + cells*cell, [2*cells, 2*cells])], m)

@@ -14,7 +14,7 @@ program test_vibration
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps
    implicit none
 
@@ -41,7 +41,7 @@ contains
    real(dp) function frequency_error(scheme, n_cells) result(error)
       character(*), intent(in) :: scheme
       integer, intent(in) :: n_cells
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp) :: cell, dt, omega2, s, step(2, 2), state(2), mode, difference, cosine
       integer :: i, n, steps
       cell = 1.0_dp/n_cells
@@ -94,7 +94,7 @@ contains
 
    !> Amplitude of the mode in the momentum of the nodes.
    real(dp) function modal_velocity(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp) :: n(4), x
       integer :: i, e
       modal_velocity = 0

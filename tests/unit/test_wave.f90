@@ -11,7 +11,7 @@ program test_wave
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
    use hampm_material, only: new_material
-   use hampm_motion, only: motion_t
+   use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps
    implicit none
 
@@ -51,7 +51,7 @@ contains
       integer, intent(in) :: n_cells
       real(dp), intent(in) :: place, mirror, time
       real(dp), parameter :: courant = 0.5_dp
-      type(motion_t) :: m
+      type(problem_t) :: m
       real(dp) :: cell, dt, v_time, h_time, expected
       real(dp) :: square(2)
       integer :: i, steps

@@ -1,17 +1,9 @@
-!> Everything that moves, and how it stands on the grid between two steps.
-!>
-!> The schemes of a step. They differ in when the stress, that is H, is updated:
-!>
-!>   usf    first, with the velocities mapped from the particles at the start;
-!>   usl    last, with the updated nodal velocities: unstable where a node has little mass, so at free edges;
-!>   musl   last, with velocities mapped anew from the updated particles (Sulsky, Zhou & Schreyer 1995);
-!>   usavg  half of it first as in usf and half of it last as in musl (Bardenhagen 2002; Nairn 2003).
-module hampm_motion
+!> The problem that a run solves, and its state between two steps.
+module hampm_problem
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_body_contact, only: body_contact_t, rebuild_body_contact
    use hampm_constraints, only: constraints_t, rebuild_constraints
    use hampm_domain_pass, only: corner_map_t, locate_corners, move_corners, map_corners, assemble_corners
-   use hampm_driven_nodes, only: driven_work_t
    use hampm_energy, only: energy_of_particles => kinetic_energy, strain_energy, dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
    use hampm_ghost_penalty, only: enough_alone, are_nearly_empty
@@ -25,26 +17,38 @@ module hampm_motion
    use hampm_matter, only: matter_t
    use hampm_remembering, only: remember
    use hampm_mass_matrix, only: lump_at
-   use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble, v_n, v_next, v_mapped
+   use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_particles, only: particles_t
-   use hampm_pass, only: pass_t, scheme_t
+   use hampm_pass, only: pass_t, scheme_t, new_scheme, new_scheme_of_domains
    use hampm_quadratic_points, only: weigh_points
    use hampm_sorting, only: sorting_t, sort_into_cells
    use hampm_interface_placement, only: rebuild_interfaces
    use hampm_jumps, only: nodes_of_jumps
    use hampm_interface_step, only: interface_step_t, forget_faces
+   use hampm_state, only: state_t, energies_t
    use hampm_text, only: to_text
    use hampm_tiling, only: tiling_t
    use hampm_whereabouts, only: when, origin
    implicit none
    private
-   public :: motion_t, start_motion, rebuild_on_grid, renew_interfaces, sort_particles, sort_anew, update_particles, map_to_grid, &
-             rebuild_operators, refresh_grid, pass_on, do_pass, assemble_sums, kinetic_energy, stored_energy, &
+   public :: problem_t, start_problem, rebuild_on_grid, renew_interfaces, sort_particles, sort_anew, update_particles, &
+             map_to_grid, rebuild_operators, refresh_grid, pass_on, do_pass, assemble_sums, kinetic_energy, stored_energy, &
              dissipated_energy, keep_history
 
-   !> Everything that moves, and what moves it.
-   type, extends(matter_t) :: motion_t
+   !> What makes steps fast, and follows from the rest.
+   type :: cache_t
+      type(sorting_t) :: sorting                 !! how particles got into their order
+      type(tiling_t) :: tiling                   !! of steps in tiles
+      type(element_operators_t) :: operators     !! of cells that are passed without their particles
+      logical :: mapped = .false.                !! whether the cells hold the contributions for the next step
+      logical :: weighed = .false.               !! whether the nodes have the masses that these give
+      logical :: sorted = .false.                !! whether particles moved to other cells in the last step
+   end type cache_t
+
+   !> The body and what acts on it: particles of materials in the cells of a grid, constraints, loads and interfaces; how it is solved, and its
+   !> state.
+   type, extends(matter_t) :: problem_t
       type(constraints_t) :: constraints
       type(load_t), allocatable :: loads(:)
       real(dp) :: damping_rate = 0               !! alpha of the force -alpha m v [1/s]
@@ -57,43 +61,25 @@ module hampm_motion
       type(corner_map_t) :: corners              !! of the domains of particles, where these have any
       type(interfaces_t) :: interfaces           !! between the sides of cracks that cut cells
       type(interface_step_t) :: interface_step   !! and their forces in explicit steps
-      real(dp), allocatable :: nodal_displacement(:, :) !! that the nodes keep between equilibria and implicit steps, since the start; at rest
-                                                 !! from material without loads [m], (ndim, n_points)
-      real(dp), allocatable :: nodal_velocity(:, :) !! that the nodes keep between implicit steps [m/s], (ndim, n_points); not
-                                                 !! allocated where velocities are kept by the particles only
-      real(dp), allocatable :: nodal_acceleration(:, :) !! the same [m/s2]
-      ! How the machine does it
-      type(sorting_t) :: sorting                 !! how they got there
-      type(tiling_t) :: plan                     !! of steps in tiles
-      type(element_operators_t) :: operators     !! of cells that are passed without their particles
-      logical :: mapped = .false.                !! whether the cells hold the contributions for the next step
-      logical :: weighed = .false.               !! whether the nodes have the masses that these give
-      logical :: sorted = .false.                !! whether particles moved to other cells in the last step
-      ! What has been so far
-      real(dp) :: time = 0                       !! [s]
-      integer(long) :: steps = 0                 !! steps done
-      real(dp) :: last_dt = 0                    !! length of the last step [s]
-      real(dp) :: external_work = 0              !! work of the loads and of constraints that move [J]
-      type(driven_work_t) :: driven              !! what of the latter is not final
-      real(dp) :: damping_loss = 0               !! energy taken by the damping [J]
-      real(dp) :: fracture_energy = 0            !! energy taken by the new faces of cracks that grow [J]
-      real(dp) :: numerical_loss = 0             !! energy lost by the method, booked with `audit` [J]
+      type(state_t) :: state                     !! time, and what the nodes keep
+      type(energies_t) :: energies               !! work and losses so far
+      type(cache_t) :: cache                     !! what makes steps fast
    contains
       procedure :: has_domains
-   end type motion_t
+   end type problem_t
 
 contains
 
    !> Whether particles have domains (`hampm_domains`).
    pure logical function has_domains(self)
-      class(motion_t), intent(in) :: self
+      class(problem_t), intent(in) :: self
       has_domains = allocated(self%particles%corner_velocity)
    end function has_domains
 
    !> Prepare for the first step with a scheme ('usf', 'usl', 'usavg' or 'musl') and, where it is not to be lumped, a mass
    !> matrix.
-   subroutine start_motion(m, scheme, failure, mass)
-      type(motion_t), intent(inout) :: m
+   subroutine start_problem(m, scheme, failure, mass)
+      type(problem_t), intent(inout) :: m
       character(*), intent(in) :: scheme
       type(failure_t), intent(inout) :: failure
       type(mass_choice_t), intent(in), optional :: mass
@@ -106,19 +92,19 @@ contains
       if (.not. allocated(m%loads)) allocate (m%loads(0))
       m%interfaces%strain_last = scheme == 'usl'
       call rebuild_on_grid(m, failure)
-   end subroutine start_motion
+   end subroutine start_problem
 
    !> Make constraints, contact, nodal fields and solver fit a new grid, into which the particles are sorted. Fails where the
    !> memory does not suffice.
    subroutine rebuild_on_grid(m, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       type(element_operators_t) :: none
-      m%mapped = .false.
+      m%cache%mapped = .false.
       m%blocks%layout = m%blocks%layout + 1      ! where its elements are is new, whichever they are
       m%blocks%by_supports = any(m%materials%mean_dilatation) .or. m%particles%thickness%is_ring
-      m%plan = tiling_t()
-      m%operators = none
+      m%cache%tiling = tiling_t()
+      m%cache%operators = none
       m%corners = corner_map_t()
       call rebuild_constraints(m%constraints, m%grid)
       call rebuild_body_contact(m%body_contact, m%grid)
@@ -146,7 +132,7 @@ contains
 
    !> Let interface points hang on the nodes of the cells that have material now, where that moves through the cells: others have no motion.
    subroutine renew_interfaces(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       if (m%particles%total_frame .or. m%interfaces%n == 0) return
       call rebuild_interfaces(m%interfaces, m%matter_t)
       call forget_faces(m%interface_step)
@@ -156,7 +142,7 @@ contains
    !> Nodes with lumped masses in explicit steps: those that interface points move at the end of these, and those of nearly empty cells, for which others have
    !> next to nothing.
    pure function nodes_lumped_in_steps(m) result(nodes)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer, allocatable :: nodes(:)
       logical :: is_thin(m%grid%n_elements)
       integer :: k
@@ -171,7 +157,7 @@ contains
 
    !> Fail because of a piece of a cell that is too small to move by itself.
    subroutine report_thin_piece(m, failure)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(failure_t), intent(inout) :: failure
       associate (x => m%grid%element_lower(:, m%interfaces%alone) + m%grid%leaf_size(m%interfaces%alone)/2)
          call failure%report(exit_computation, 'the material around ('//to_text(x(1))//', '//to_text(x(2))//') m is less than '// &
@@ -182,7 +168,7 @@ contains
 
    !> Fail where the layer of the cells, in series with cohesion, is too soft for faces to part steadily.
    pure subroutine look_at_layers(m, failure)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       type(failure_t), intent(inout) :: failure
       integer :: k
       do k = 1, m%interfaces%n
@@ -200,7 +186,7 @@ contains
 
    !> Give the mass matrix the masses of interface points, and room for its diagonal where quadratic cells are cut or have nodes on an axis.
    subroutine give_ghosts(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       m%fields%mass_matrix%ghosts = jumps_with_mass(m%interfaces)
       if (allocated(m%grid%correction) .or. m%particles%thickness%is_ring .and. m%grid%is_quadratic()) &
          allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
@@ -209,33 +195,33 @@ contains
    !> Kinetic energy [J]: of the particles, sum of m v**2/2; where nodes keep their velocities between implicit steps v.M v/2 of
    !> these, which is what such steps conserve.
    real(dp) function kinetic_energy(m) result(energy)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       real(dp), allocatable :: mass(:), momentum(:, :)
-      if (.not. allocated(m%nodal_velocity)) then
+      if (.not. allocated(m%state%velocity)) then
          energy = energy_of_particles(m%particles) + energy_of_rates(m%interfaces)
          return
       end if
-      allocate (momentum, mold=m%nodal_velocity)
+      allocate (momentum, mold=m%state%velocity)
       call find_concentrated_mass(m%grid, m%fields%mass_matrix, mass)
-      call multiply_by_mass(m%grid, m%fields%mass_matrix, mass, m%nodal_velocity, momentum)
-      energy = sum(m%nodal_velocity*momentum)/2
+      call multiply_by_mass(m%grid, m%fields%mass_matrix, mass, m%state%velocity, momentum)
+      energy = sum(m%state%velocity*momentum)/2
    end function kinetic_energy
 
    !> Energy that the material stores, with that of bonds [J].
    real(dp) function stored_energy(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       stored_energy = strain_energy(m%particles, m%materials) + interface_energy(m%interfaces)
    end function stored_energy
 
    !> Energy that plastic flow and viscosity have taken [J].
    real(dp) function dissipated_energy(m)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       dissipated_energy = dissipation(m%particles, m%materials, .true.) + dissipation(m%particles, m%materials, .false.)
    end function dissipated_energy
 
    !> Keep the present states of particles whose laws have a history: a step has ended.
    subroutine keep_history(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       integer :: i
       if (.not. any(m%materials%has_history())) return
       do i = 1, m%particles%n
@@ -248,33 +234,33 @@ contains
 
    !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.
    subroutine update_particles(m)
-      type(motion_t), intent(inout) :: m
-      call give_to_particles(m%operators, m%matter_t, m%fields)
+      type(problem_t), intent(inout) :: m
+      call give_to_particles(m%cache%operators, m%matter_t, m%fields)
    end subroutine update_particles
 
    !> Map the particles to the grid at the start of a step, where the last step has not done so.
    subroutine map_to_grid(m, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout), optional :: failure !! of a domain that has left the grid
       type(pass_report_t) :: report
       type(pass_t) :: map
       type(failure_t) :: lost
-      m%weighed = .false.
+      m%cache%weighed = .false.
       map = m%scheme%map_at_start
       map%map_force = map%map_force .or. m%particles%total_frame      ! operators add to the force that is there
       if (m%has_domains()) call locate_corners(m%corners, m%matter_t, m%fields, lost)
       if (lost%failed()) then
-         if (present(failure)) call pass_on(m, m%steps, lost, failure)
+         if (present(failure)) call pass_on(m, m%state%steps, lost, failure)
          return
       end if
       call do_pass(m, map, 0.0_dp, report, lost)
       call rebuild_operators(m)
-      m%mapped = .true.
+      m%cache%mapped = .true.
    end subroutine map_to_grid
 
    !> Do a pass over the particles. Fails where a corner of a domain leaves the grid.
    subroutine do_pass(m, pass, dt, report, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                 !! [s]
       type(pass_report_t), intent(inout) :: report
@@ -287,14 +273,14 @@ contains
       call move_corners(pass, dt, m%matter_t, m%corners, m%fields, report)
       if (report%jumped) return
       if (pass%strain_fraction > 0) call locate_corners(m%corners, m%matter_t, m%fields, lost)
-      call pass_on(m, m%steps + 1, lost, failure)
+      call pass_on(m, m%state%steps + 1, lost, failure)
       if (lost%failed()) return
       call map_corners(pass, m%matter_t, m%corners, m%fields)
    end subroutine do_pass
 
    !> Assemble the nodal sums from what the particles have mapped.
    subroutine assemble_sums(m, mass, momentum, force)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       logical, intent(in) :: mass, momentum, force
       if (m%has_domains()) then
          call assemble_corners(m%corners, m%grid, m%fields, mass, momentum, force)
@@ -307,31 +293,31 @@ contains
    !> Find the cells that are passed without their particles, and their operators, from particles and contributions that fit each
    !> other.
    subroutine rebuild_operators(m)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(element_operators_t) :: none
       logical, allocatable :: is_loaded(:)
       integer :: k
-      m%operators = none
+      m%cache%operators = none
       if (m%audit .or. .not. m%particles%total_frame .or. m%particles%thickness%is_ring) return
       allocate (is_loaded(m%grid%n_elements), source=.false.)
       do k = 1, size(m%loads)
          is_loaded(m%particles%cell(m%loads(k)%host)) = .true.
       end do
-      call find_operators(m%matter_t, is_loaded, m%fields, m%operators)
+      call find_operators(m%matter_t, is_loaded, m%fields, m%cache%operators)
    end subroutine rebuild_operators
 
    !> Bring the nodal masses and the mass matrix to the present positions of the particles, for extrapolations between steps.
    subroutine refresh_grid(m)
-      type(motion_t), intent(inout) :: m
-      if (.not. m%mapped) call map_to_grid(m)
+      type(problem_t), intent(inout) :: m
+      if (.not. m%cache%mapped) call map_to_grid(m)
       call assemble_sums(m, mass=.true., momentum=.true., force=.false.)
    end subroutine refresh_grid
 
    !> Sort the particles, after some have moved to other cells or their number has changed.
    subroutine sort_anew(m, failure)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      m%mapped = .false.
+      m%cache%mapped = .false.
       call sort_particles(m, failure)
       if (.not. failure%failed()) call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine sort_anew
@@ -339,14 +325,14 @@ contains
    !> Sort the particles into the cells of the grid, with the loads that they carry. Fails where one has left the
    !> grid.
    subroutine sort_particles(m, failure, left)
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       logical, intent(in), optional :: left(:)   !! the blocks that some particle has left, where that is known
       type(failure_t) :: lost
-      call sort_into_cells(m%sorting, m%particles, m%grid, m%blocks, lost, left)
-      call pass_on(m, m%steps, lost, failure)
+      call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, lost, left)
+      call pass_on(m, m%state%steps, lost, failure)
       if (failure%failed()) return
-      call follow_sort(m%loads, m%sorting%new_place)
+      call follow_sort(m%loads, m%cache%sorting%new_place)
       if (m%grid%is_quadratic()) then
          call weigh_points(m%matter_t)
          call share_by_mass(m%loads, m%particles)
@@ -355,80 +341,10 @@ contains
 
    !> Fail as a part of a step did, if it did, and say when.
    subroutine pass_on(m, step, part, failure)
-      type(motion_t), intent(in) :: m
+      type(problem_t), intent(in) :: m
       integer(long), intent(in) :: step
       type(failure_t), intent(in) :: part
       type(failure_t), intent(inout) :: failure
-      if (part%failed()) call failure%report(part%code, when(step, m%time)//part%message)
+      if (part%failed()) call failure%report(part%code, when(step, m%state%time)//part%message)
    end subroutine pass_on
-
-   !> The scheme of a name: 'usf', 'usl', 'usavg' or 'musl', with the mapping of a mass matrix where there is one. Where the
-   !> particles stay where they are in the grid, masses are mapped only once, and momenta only when velocities have changed.
-   pure function new_scheme(name, has_matrix, particles_stay) result(scheme)
-      character(*), intent(in) :: name
-      logical, intent(in) :: has_matrix, particles_stay
-      type(scheme_t) :: scheme
-      type(pass_t) :: strain_and_map_force, kick_and_map
-      scheme%name = name
-      kick_and_map = pass_t(kick=.true., map_momentum=.true.)
-      strain_and_map_force = pass_t(strain_fraction=1.0_dp, strain_by=v_n, map_force=.true.)
-      scheme%remaps = .false.
-      select case (name)
-      case ('usf')
-         allocate (scheme%passes, source=[strain_and_map_force, pass_t(kick=.true., move=.true., map_momentum=.true.)])
-      case ('usl')
-         scheme%map_at_start%map_force = .true.
-         allocate (scheme%passes, source=[pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next, move=.true., &
-                                                  map_momentum=.true., map_force=.true.)])
-      case ('usavg')
-         scheme%remaps = .true.
-         strain_and_map_force%strain_fraction = 0.5_dp
-         allocate (scheme%passes, source=[strain_and_map_force, kick_and_map, &
-                                          pass_t(strain_fraction=0.5_dp, strain_by=v_mapped, move=.true., &
-                                                  map_momentum=.not. particles_stay)])
-      case default
-         scheme%remaps = .true.
-         scheme%map_at_start%map_force = .true.
-         allocate (scheme%passes, source=[kick_and_map, &
-                                          pass_t(strain_fraction=1.0_dp, strain_by=v_mapped, move=.true., &
-                                                  map_momentum=.not. particles_stay, map_force=.true.)])
-      end select
-      scheme%map_at_start%locate = .true.
-      scheme%map_at_start%map_mass = .true.
-      scheme%map_at_start%map_momentum = .true.
-      scheme%map_at_start%map_matrix = has_matrix
-      associate (last => scheme%passes(size(scheme%passes)))
-         last%map_mass = .not. particles_stay
-         last%map_matrix = has_matrix .and. .not. particles_stay
-      end associate
-   end function new_scheme
-
-   !> The scheme of that name where particles have domains (`hampm_domain_pass`). As the corners that tell the strain move with it,
-   !> stress and positions are always of one time, and usf, usavg and musl are the same leapfrog: they drift, kick and drift by the
-   !> whole and nothing, by halves, or by nothing and the whole of a step. Every step begins with a map,
-   !> and where it has drifted before the kick, velocities are mapped anew to where the forces act.
-   pure function new_scheme_of_domains(name, has_matrix) result(scheme)
-      character(*), intent(in) :: name           !! 'usf', 'usl', 'usavg' or 'musl'
-      logical, intent(in) :: has_matrix
-      type(scheme_t) :: scheme
-      type(pass_t) :: drift_and_map_force, kick_and_map
-      scheme%name = name
-      scheme%remaps = name == 'usavg' .or. name == 'musl'
-      scheme%map_at_start = pass_t(map_mass=.true., map_momentum=.true., map_matrix=has_matrix)
-      scheme%map_at_start%map_force = name == 'usl' .or. name == 'musl'
-      kick_and_map = pass_t(kick=.true., map_momentum=.true.)
-      drift_and_map_force = pass_t(strain_fraction=1.0_dp, strain_by=v_n, map_mass=.true., map_momentum=.true., &
-                                   map_matrix=has_matrix, map_force=.true.)
-      select case (name)
-      case ('usf')
-         allocate (scheme%passes, source=[drift_and_map_force, pass_t(kick=.true.)])
-      case ('usl')
-         allocate (scheme%passes, source=[pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next)])
-      case ('usavg')
-         drift_and_map_force%strain_fraction = 0.5_dp
-         allocate (scheme%passes, source=[drift_and_map_force, kick_and_map, pass_t(strain_fraction=0.5_dp, strain_by=v_mapped)])
-      case default
-         allocate (scheme%passes, source=[kick_and_map, pass_t(strain_fraction=1.0_dp, strain_by=v_mapped)])
-      end select
-   end function new_scheme_of_domains
-end module hampm_motion
+end module hampm_problem

@@ -1,10 +1,10 @@
-!> Keeping a motion in a checkpoint, so that a run goes on as if it had never stopped. Each type keeps itself, by one list of items
+!> Keeping a problem in a checkpoint, so that a run goes on as if it had never stopped. Each type keeps itself, by one list of items
 !> for writing and for reading; here is their order.
 !>
 !> What is not kept follows from the scene and from what is: the grid from the forest and the cracks, the blocks of cells from the
 !> order of the particles, nodes around crack tips, constraints and room for the fields from the grid. What depends on more of the
 !> past is kept, down to guesses of solvers and the numbers of an old factorisation: the last digits depend on them.
-module hampm_state
+module hampm_problem_checkpoint
    use hampm_kinds, only: dp, ndim
    use hampm_body_contact, only: keep_body_contact
    use hampm_checkpoint, only: checkpoint_t
@@ -15,7 +15,7 @@ module hampm_state
    use hampm_grid, only: grid_t, build_grid
    use hampm_loads, only: keep_loads
    use hampm_mass_solver, only: keep_solver
-   use hampm_motion, only: motion_t, rebuild_on_grid, rebuild_operators
+   use hampm_problem, only: problem_t, rebuild_on_grid, rebuild_operators
    use hampm_nodal_fields, only: keep_fields
    use hampm_particles, only: keep_particles
    use hampm_outline, only: outline_t
@@ -26,52 +26,52 @@ module hampm_state
    use hampm_interface_points, only: keep_interfaces
    implicit none
    private
-   public :: keep_motion
+   public :: keep_problem
 
 contains
 
    !> Keep all that moves, with the grid cut along the cracks. When it is read, the motion is the one that the scene begins with.
-   subroutine keep_motion(c, cracks, m)
+   subroutine keep_problem(c, cracks, m)
       type(checkpoint_t), intent(inout) :: c
       type(cracks_t), intent(in) :: cracks
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       logical :: mapped
       call c%section('motion')
-      call c%keep('time', m%time)
-      call c%keep('steps', m%steps)
-      call c%keep('last_dt', m%last_dt)
-      call c%keep('external_work', m%external_work)
-      call c%keep('driven_dt', m%driven%dt)
-      call c%keep('driven_work', m%driven%work)
-      call c%keep('damping_loss', m%damping_loss)
-      call c%keep('fracture_energy', m%fracture_energy)
-      call c%keep('numerical_loss', m%numerical_loss)
+      call c%keep('time', m%state%time)
+      call c%keep('steps', m%state%steps)
+      call c%keep('last_dt', m%state%last_dt)
+      call c%keep('external_work', m%energies%external_work)
+      call c%keep('driven_dt', m%energies%driven%dt)
+      call c%keep('driven_work', m%energies%driven%work)
+      call c%keep('damping_loss', m%energies%damping_loss)
+      call c%keep('fracture_energy', m%energies%fracture_energy)
+      call c%keep('numerical_loss', m%energies%numerical_loss)
       call keep_grid(c, cracks, m%grid)
       call keep_particles(m%particles, c)
       call keep_loads(m%loads, c)
       if (c%is_read .and. .not. c%failure%failed()) call form_order(c, m)
       if (c%is_read .and. .not. c%failure%failed()) call rebuild_on_grid(m, c%failure)
       if (c%failure%failed()) return
-      mapped = m%mapped .and. .not. m%has_domains()  ! corners of domains are mapped anew, to the same bytes
+      mapped = m%cache%mapped .and. .not. m%has_domains() ! corners of domains are mapped anew, to the same bytes
       call keep_fields(m%fields, m%blocks%n, mapped, c)
-      if (c%is_read) m%mapped = mapped
+      if (c%is_read) m%cache%mapped = mapped
       if (mapped .and. .not. c%failure%failed()) then
          if (c%is_read) call rebuild_operators(m)
-         call keep_gains(m%operators, c)
+         call keep_gains(m%cache%operators, c)
       end if
       if (c%failure%failed()) return
       call keep_body_contact(m%body_contact, c)
       call keep_supports(m%constraints, c)
       call keep_interfaces(m%interfaces, c)
       call keep_solver(m%solver, 'solver', m%grid, c)
-   end subroutine keep_motion
+   end subroutine keep_problem
 
    !> Form the blocks of cells for particles that stand in their order.
    subroutine form_order(c, m)
       type(checkpoint_t), intent(inout) :: c
-      type(motion_t), intent(inout) :: m
+      type(problem_t), intent(inout) :: m
       logical :: fits
-      call take_order(m%sorting, m%particles, m%grid, m%blocks, fits, c%failure)
+      call take_order(m%cache%sorting, m%particles, m%grid, m%blocks, fits, c%failure)
       if (.not. fits) call c%refuse('its particles do not stand in the order of their cells')
       if (fits .and. m%grid%is_quadratic()) call correct_points(m%matter_t)
    end subroutine form_order
@@ -130,4 +130,4 @@ contains
       call c%keep_integers('first_leaf', size(forest%first_leaf), forest%first_leaf)
    end subroutine keep_leaves
 
-end module hampm_state
+end module hampm_problem_checkpoint
