@@ -1,4 +1,4 @@
-!> Steps of the plain scene, by the program or by the least that such a step needs (`minimal_kernel.f90`):
+!> Steps of the plain model, by the program or by the least that such a step needs (`minimal_kernel.f90`):
 !>
 !>     bench_step time REPETITIONS CASE...
 !>     bench_step steps STEPS CASE
@@ -22,7 +22,7 @@ program bench_step
    use hampm_minimal_kernel, only: blocks_t, set_up, step
    use hampm_problem, only: problem_t, update_particles
    use hampm_plain_scene, only: plain_scene, soft_body, start, turn, time_step
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_step, only: take_step
    use hampm_text, only: string_t
    use hampm_threads, only: use_threads
@@ -134,18 +134,18 @@ contains
          strain_energy(c%motion%particles, c%motion%materials)
    end subroutine do_steps
 
-   !> Build the scene of a case and let its threads be used.
+   !> Build the model of a case and let its threads be used.
    subroutine build(name, c)
       character(*), intent(in) :: name
       type(case_t), intent(out) :: c
-      type(scene_t) :: scene
+      type(model_t) :: model
       c%name = name
       call read_case(name, c)
-      scene = plain_scene(c%cells)
-      if (c%motion_kind /= 'smooth') scene = soft_body(c%cells)
-      scene%method%scheme = c%scheme
-      scene%method%frame = c%frame
-      call start(scene, c%motion)
+      model = plain_scene(c%cells)
+      if (c%motion_kind /= 'smooth') model = soft_body(c%cells)
+      model%method%scheme = c%scheme
+      model%method%frame = c%frame
+      call start(model, c%motion)
       if (c%motion_kind == 'turning') call turn(c%motion)
       c%dt = time_step(c%motion)
       if (c%code == 'minimal') call set_up(c%dt, c%motion, c%blocks)

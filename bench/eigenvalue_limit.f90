@@ -1,4 +1,4 @@
-!> The longest stable time step of a scene with a mass matrix that is solved with, from its own matrices as they are at the start of a run:
+!> The longest stable time step of a model with a mass matrix that is solved with, from its own matrices as they are at the start of a run:
 !> 2 over the root of the largest eigenvalue of M**-1 K, interface points with forces at the start of a step and their masses included, by the method of Lanczos.
 !>
 !>    eigenvalue_limit COURANT case.nml [options of hampm for a run]
@@ -14,8 +14,8 @@ program eigenvalue_limit
    use hampm_mass_solver, only: solve_aside
    use hampm_problem, only: refresh_grid
    use hampm_program, only: end_program
-   use hampm_reading, only: read_scene
-   use hampm_scene, only: scene_t
+   use hampm_reading, only: read_model
+   use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, build
    use hampm_stiffness, only: forces_of
    use hampm_text, only: string_t
@@ -23,15 +23,15 @@ program eigenvalue_limit
    integer, parameter :: most_turns = 120
    type(string_t), allocatable :: words(:)
    type(options_t) :: options
-   type(scene_t) :: scene
+   type(model_t) :: model
    type(simulation_t) :: s
    type(failure_t) :: failure
 
    allocate (words, source=command_arguments())
    call parse_arguments(words(2:), options, failure)
-   if (.not. failure%failed()) call read_scene(options%input, options%overrides, scene, failure)
-   read (words(1)%text, *) scene%method%courant
-   if (.not. failure%failed()) call build(scene, options%threads, s, failure)
+   if (.not. failure%failed()) call read_model(options%input, options%overrides, model, failure)
+   read (words(1)%text, *) model%method%courant
+   if (.not. failure%failed()) call build(model, options%threads, s, failure)
    if (.not. failure%failed()) print '(es23.15)', 2/sqrt(largest_eigenvalue())/s%longest_step
    call end_program(failure)
 

@@ -1,4 +1,4 @@
-!> The least that a plain scene needs a step: MUSL, lumped mass, updated frame, bilinear, one linear elastic material, any number
+!> The least that a plain model needs a step: MUSL, lumped mass, updated frame, bilinear, one linear elastic material, any number
 !> of particles a cell, which may move to other cells. One thread. See docs/performance.md.
 !>
 !> Cells stand in blocks of `w` neighbours in the order of the grid, and the particles of a block in rows: row s holds the s-th
@@ -386,7 +386,7 @@ contains
       type(grid_t), intent(in) :: grid
       type(blocks_t), intent(inout) :: g
       logical :: touched(g%n)
-      real(dp) :: at_rest(ndim, size(g%a, 2))
+      real(dp) :: is_static(ndim, size(g%a, 2))
       integer :: b, e, s, from, to, d, target
       touched = g%left
       do b = 1, g%n
@@ -412,11 +412,11 @@ contains
             end do
          end do
       end do
-      at_rest = 0
+      is_static = 0
       do b = 1, g%n
          if (.not. touched(b)) cycle
          g%rows(b) = maxval(g%count_of(w*(b - 1) + 1:w*b))
-         call second_half(g, b, g%first(b), w*(b - 1) + 1, at_rest, at_rest)
+         call second_half(g, b, g%first(b), w*(b - 1) + 1, is_static, is_static)
       end do
    end subroutine change_cells
 
@@ -483,7 +483,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(blocks_t), intent(out) :: g
       integer :: b, e, s, i, c, cells
-      real(dp), allocatable :: at_rest(:, :)
+      real(dp), allocatable :: is_static(:, :)
       associate (grid => problem%grid, q => problem%particles)
          cells = grid%n_elements
          g%n = (cells - 1)/w + 1
@@ -528,9 +528,9 @@ contains
                                                             + mod(e, w) + 1
             end do
          end do
-         allocate (at_rest(ndim, grid%n_nodes), source=0.0_dp)
+         allocate (is_static(ndim, grid%n_nodes), source=0.0_dp)
          do b = 1, g%n
-            call second_half(g, b, g%first(b), w*(b - 1) + 1, at_rest, at_rest)
+            call second_half(g, b, g%first(b), w*(b - 1) + 1, is_static, is_static)
          end do
          call plan(grid, g)
          do b = 1, size(g%nodes_mapped%start) - 1

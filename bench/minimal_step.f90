@@ -28,7 +28,7 @@ program minimal_step
 
 contains
 
-   !> The plain scene or, where `fast`, the soft body that turns and flies.
+   !> The plain model or, where `fast`, the soft body that turns and flies.
    subroutine build(cells, fast)
       integer, intent(in) :: cells
       logical, intent(in) :: fast
@@ -80,7 +80,7 @@ contains
       end associate
    end subroutine compare
 
-   !> Measure one size of scene: the library and the kernel, beside the speed of a copy.
+   !> Measure one size of model: the library and the kernel, beside the speed of a copy.
    subroutine measure(cells, motion_kind, gradual)
       integer, intent(in) :: cells
       character(*), intent(in) :: motion_kind           !! 'smooth'; 'wave': one that runs into material at rest; or 'turning':

@@ -1,4 +1,4 @@
-!> Newton's iteration in the steps of a scene, at rest or with inertia: how fast what is out of balance falls, and how well the
+!> Newton's iteration in the steps of a model, at rest or with inertia: how fast what is out of balance falls, and how well the
 !> tangent is the change of the forces.
 !>
 !>    newton_steps case.nml [--set group.key=value ...]
@@ -14,15 +14,15 @@ program newton_steps
    use hampm_newton, only: displace
    use hampm_nodal_state, only: internal_force
    use hampm_program, only: end_program
-   use hampm_reading, only: read_scene
-   use hampm_scene, only: scene_t
+   use hampm_reading, only: read_model
+   use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, build
    use hampm_static, only: static_t
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness
    implicit none
    real(dp), parameter :: strain = 1e-3_dp         !! of the state of which the tangent is taken, over the displacement of a cell
    type(options_t) :: options
-   type(scene_t) :: scene
+   type(model_t) :: model
    type(simulation_t) :: s
    type(failure_t) :: failure
    integer(long) :: steps
@@ -32,13 +32,13 @@ program newton_steps
    call random_seed(size=n)
    call random_seed(put=[(k, k=1, n)])           ! the same state in each run
    call parse_arguments(command_arguments(), options, failure)
-   if (.not. failure%failed()) call read_scene(options%input, options%overrides, scene, failure)
-   if (.not. failure%failed()) call build(scene, 1, s, failure)
+   if (.not. failure%failed()) call read_model(options%input, options%overrides, model, failure)
+   if (.not. failure%failed()) call build(model, 1, s, failure)
    if (failure%failed()) call end_program(failure)
-   dt = scene%output%history_interval
-   if (.not. s%integrator%is_static) dt = scene%method%time_step
-   steps = nint(scene%run%end_time/dt, long)
-   call s%integrator%settle(s%problem, dt, failure)
+   dt = model%output%history_interval
+   if (.not. s%integrator%is_static) dt = model%method%time_step
+   steps = nint(model%run%end_time/dt, long)
+   call s%integrator%initialise(s%problem, dt, failure)
    do k = 1, int(steps)
       if (.not. failure%failed()) call s%integrator%advance(s%problem, dt, failure)
       if (failure%failed()) exit

@@ -1,4 +1,4 @@
-!> The plain scene that the benchmarks measure: a box filled with four particles a cell, plane stress, linear elastic, no loads.
+!> The plain model that the benchmarks measure: a box filled with four particles a cell, plane stress, linear elastic, no loads.
 module hampm_plain_scene
    use hampm_kinds, only: dp, ndim
    use hampm_assembly, only: assemble
@@ -7,7 +7,7 @@ module hampm_plain_scene
    use hampm_failure, only: failure_t
    use hampm_problem, only: problem_t
    use hampm_refinement, only: refinement_t
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_critical_step, only: stable_time_step
    use hampm_thickness, only: thickness_t
    implicit none
@@ -17,35 +17,35 @@ module hampm_plain_scene
 contains
 
    !> A grid of `cells` x `cells` cells, filled by one body.
-   pure function plain_scene(cells) result(scene)
+   pure function plain_scene(cells) result(model)
       integer, intent(in) :: cells
-      type(scene_t) :: scene
+      type(model_t) :: model
       real(dp), parameter :: cell = 1.0e-3_dp
-      scene%run%plane = 'stress'
-      scene%run%thickness = thickness_t(1.0_dp)
-      scene%grid%cell = cell
-      scene%grid%cells = cells
-      scene%method%scheme = 'musl'
-      scene%method%frame = 'updated'
-      allocate (scene%materials(1), scene%bodies(1), scene%constraints(0), scene%loads(0), scene%paths(0), scene%growth(0), &
-                scene%cohesive(0))
-      scene%materials(1)%law = 'linear_elastic'
-      scene%materials(1)%young = 70e9_dp
-      scene%materials(1)%poisson = 0.3_dp
-      scene%materials(1)%density = 2700
-      scene%bodies(1)%material_index = 1
-      scene%bodies(1)%upper = cells*cell
-      scene%bodies(1)%points_per_cell = 2
+      model%run%plane = 'stress'
+      model%run%thickness = thickness_t(1.0_dp)
+      model%grid%cell = cell
+      model%grid%cells = cells
+      model%method%scheme = 'musl'
+      model%method%frame = 'updated'
+      allocate (model%materials(1), model%bodies(1), model%constraints(0), model%loads(0), model%paths(0), model%growth(0), &
+                model%cohesive(0))
+      model%materials(1)%law = 'linear_elastic'
+      model%materials(1)%young = 70e9_dp
+      model%materials(1)%poisson = 0.3_dp
+      model%materials(1)%density = 2700
+      model%bodies(1)%material_index = 1
+      model%bodies(1)%upper = cells*cell
+      model%bodies(1)%points_per_cell = 2
    end function plain_scene
 
    !> A softer body, of 5/8 of the length of a grid of `cells` x `cells` cells, which has room to turn and fly.
-   pure function soft_body(cells) result(scene)
+   pure function soft_body(cells) result(model)
       integer, intent(in) :: cells
-      type(scene_t) :: scene
-      scene = plain_scene(cells)
-      scene%materials(1)%young = 70e6_dp
-      scene%bodies(1)%lower = cells/8*scene%grid%cell
-      scene%bodies(1)%upper = 3*cells/4*scene%grid%cell
+      type(model_t) :: model
+      model = plain_scene(cells)
+      model%materials(1)%young = 70e6_dp
+      model%bodies(1)%lower = cells/8*model%grid%cell
+      model%bodies(1)%upper = 3*cells/4*model%grid%cell
    end function soft_body
 
    !> Let a soft body turn and fly: 2.4 % of its particles change their cell in each step.
@@ -60,14 +60,14 @@ contains
       end associate
    end subroutine turn
 
-   !> Build a scene and set it into a smooth small motion.
-   subroutine start(scene, problem)
-      type(scene_t), intent(in) :: scene
+   !> Build a model and set it into a smooth small motion.
+   subroutine start(model, problem)
+      type(model_t), intent(in) :: model
       type(problem_t), intent(out) :: problem
       type(cracks_t) :: cracks
       type(refinement_t) :: refinement
       type(failure_t) :: failure
-      call assemble(scene, problem, cracks, refinement, failure)
+      call assemble(model, problem, cracks, refinement, failure)
       if (failure%failed()) error stop 'the benchmark scene cannot be built'
       problem%particles%velocity = 1.0e-3_dp*sin(200*problem%particles%reference)
    end subroutine start

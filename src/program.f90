@@ -2,7 +2,7 @@
 module hampm_program
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-   use hampm_caveats, only: notes_of
+   use hampm_input_warnings, only: notes_of
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_command_line, only: options_t, usage_text
    use hampm_continuation, only: rebuild
@@ -11,15 +11,15 @@ module hampm_program
    use hampm_folders, only: is_folder
    use hampm_key_reference, only: reference_text
    use hampm_namelist_text, only: template_text
-   use hampm_needs, only: needs_t, needs_of, check_room, check_needs, needs_report
+   use hampm_resource_estimate, only: resources_t, estimate_resources, check_room, check_resources, resource_report
    use hampm_old_files, only: refuse_files_of_others
-   use hampm_reading, only: read_scene, understand_scene
+   use hampm_reading, only: read_model, understand_model
    use hampm_recording, only: result_path
    use hampm_rule_reference, only: rules_text, rules_json
    use hampm_run, only: run
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, build, warnings
-   use hampm_summary, only: summary, solver_report, rest_report, rest_proposal
+   use hampm_summary, only: summary, solver_report, equilibrium_report, equilibrium_proposal
    use hampm_text, only: to_text
    use hampm_threads, only: check_threads, surplus_threads
    use hampm_version, only: version
@@ -88,13 +88,13 @@ contains
       call c_exit(int(failure%code, c_int))
    end subroutine end_program
 
-   !> Read the scene, then check or run it.
+   !> Read the model, then check or run it.
    subroutine simulate(options, failure)
       type(options_t), intent(in) :: options
       type(failure_t), intent(inout) :: failure
-      type(scene_t) :: scene
+      type(model_t) :: model
       type(simulation_t) :: simulation
-      type(needs_t) :: needs
+      type(resources_t) :: resources
       character(:), allocatable :: report
       call check_room(failure)
       call check_threads(options%threads, failure)
@@ -102,16 +102,16 @@ contains
       report = surplus_threads(options%threads)
       if (report /= '') call print_message(report, kind='warning: ')
       if (options%resume /= '') then
-         call resume(options, scene, needs, simulation, failure)
+         call resume(options, model, resources, simulation, failure)
       else
-         call read_scene(options%input, options%overrides, scene, failure)
-         if (.not. (failure%failed() .or. options%check)) call refuse_old(scene, folder_of(options), options%force, failure)
-         if (.not. failure%failed()) call weigh(scene, needs, failure)
-         if (.not. failure%failed()) call build(scene, options%threads, simulation, failure)
+         call read_model(options%input, options%overrides, model, failure)
+         if (.not. (failure%failed() .or. options%check)) call refuse_old(model, folder_of(options), options%force, failure)
+         if (.not. failure%failed()) call weigh(model, resources, failure)
+         if (.not. failure%failed()) call build(model, options%threads, simulation, failure)
       end if
       if (failure%failed()) return
       if (options%check) then
-         call print_text(check_report(scene, simulation, needs), failure)
+         call print_text(check_report(model, simulation, resources), failure)
          report = warnings(simulation)
          if (len(report) > 0) call print_message(report, kind='warning: ')
       else
@@ -121,46 +121,46 @@ contains
       call simulation%measurements%extrapolation%direct%release()
    end subroutine simulate
 
-   !> Find what a scene needs, and refuse what cannot be had.
-   subroutine weigh(scene, needs, failure)
-      type(scene_t), intent(in) :: scene
-      type(needs_t), intent(out) :: needs
+   !> Find what a model needs, and refuse what cannot be had.
+   subroutine weigh(model, resources, failure)
+      type(model_t), intent(in) :: model
+      type(resources_t), intent(out) :: resources
       type(failure_t), intent(inout) :: failure
-      needs = needs_of(scene)
-      call check_needs(needs, failure)
+      resources = estimate_resources(model)
+      call check_resources(resources, failure)
    end subroutine weigh
 
-   !> Take up a run where a checkpoint was written, with its scene.
-   subroutine resume(options, scene, needs, simulation, failure)
+   !> Take up a run where a checkpoint was written, with its model.
+   subroutine resume(options, model, resources, simulation, failure)
       type(options_t), intent(in) :: options
-      type(scene_t), intent(out) :: scene
-      type(needs_t), intent(out) :: needs
+      type(model_t), intent(out) :: model
+      type(resources_t), intent(out) :: resources
       type(simulation_t), intent(out) :: simulation
       type(failure_t), intent(inout) :: failure
       type(checkpoint_t) :: checkpoint
       character(:), allocatable :: text
       call checkpoint%open(options%resume)
-      call checkpoint%keep_text('scene', text)
+      call checkpoint%archive_text('scene', text)
       if (checkpoint%failure%failed()) then
          call checkpoint%finish(failure)
          return
       end if
-      call understand_scene(options%resume, text, options%overrides, scene, failure)
+      call understand_model(options%resume, text, options%overrides, model, failure)
       if (failure%failed()) return
-      scene%as_used = text
-      if (.not. options%check) call refuse_files_of_others(result_path(scene, folder_of(options)), failure)
-      if (.not. failure%failed()) call weigh(scene, needs, failure)
-      if (.not. failure%failed()) call rebuild(scene, options%threads, checkpoint, simulation, failure)
+      model%as_used = text
+      if (.not. options%check) call refuse_files_of_others(result_path(model, folder_of(options)), failure)
+      if (.not. failure%failed()) call weigh(model, resources, failure)
+      if (.not. failure%failed()) call rebuild(model, options%threads, checkpoint, simulation, failure)
    end subroutine resume
 
    !> Refuse to begin a run where there are files of others and, unless it is forced, a result or a checkpoint of one.
-   subroutine refuse_old(scene, folder, force, failure)
-      type(scene_t), intent(in) :: scene
+   subroutine refuse_old(model, folder, force, failure)
+      type(model_t), intent(in) :: model
       character(*), intent(in) :: folder
       logical, intent(in) :: force
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: path, checkpoint
-      path = result_path(scene, folder)
+      path = result_path(model, folder)
       checkpoint = checkpoint_name(path)
       call refuse_files_of_others(path, failure)
       if (failure%failed() .or. force) return
@@ -193,44 +193,44 @@ contains
       type(simulation_t), intent(inout) :: simulation
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: report
-      associate (output => simulation%scene%output, interruption => simulation%interruption)
+      associate (output => simulation%model%output, interruption => simulation%interruption)
          interruption%interval = output%checkpoint_interval
          interruption%every_steps = output%checkpoint_steps
          interruption%time_limit = options%time_limit
          interruption%step_limit = options%steps
       end associate
       if (.not. options%quiet .and. options%resume == '') &
-         write (output_unit, '(a)', advance='no') with_prefix('note: ', as_lines(notes_of(simulation%scene)))
+         write (output_unit, '(a)', advance='no') with_prefix('note: ', as_lines(notes_of(simulation%model)))
       call run(simulation, folder_of(options), options%quiet, failure)
       if (failure%code == exit_stopped) return
       report = solver_report(simulation)
       if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
-      if (.not. options%quiet .and. simulation%distance_from_rest >= 0) &
-         write (output_unit, '(a)') 'distance from rest: '//rest_report(simulation)
+      if (.not. options%quiet .and. simulation%distance_to_equilibrium >= 0) &
+         write (output_unit, '(a)') 'distance from rest: '//equilibrium_report(simulation)
       report = warnings(simulation)
       if (len(report) > 0) call print_message(report, kind='warning: ')
    end subroutine run_and_report
 
-   !> What --check prints: the scene as it is used, and the summary of a simulation as comments, so that it can be run.
-   function check_report(scene, simulation, needs) result(text)
-      type(scene_t), intent(in) :: scene
+   !> What --check prints: the model as it is used, and the summary of a simulation as comments, so that it can be run.
+   function check_report(model, simulation, resources) result(text)
+      type(model_t), intent(in) :: model
       type(simulation_t), intent(inout) :: simulation
-      type(needs_t), intent(in) :: needs
+      type(resources_t), intent(in) :: resources
       character(:), allocatable :: text
-      text = scene%as_used//with_prefix('! ', summary(simulation)//rest_proposal(simulation)//refinement_summary(scene)// &
-                                        needs_report(needs))// &
-             with_prefix('! note: ', as_lines(notes_of(scene)))
+      text = model%as_used//with_prefix('! ', summary(simulation)//equilibrium_proposal(simulation)//refinement_summary(model)// &
+                                        resource_report(resources))// &
+             with_prefix('! note: ', as_lines(notes_of(model)))
    end function check_report
 
    !> How cells refine, and how deep; no line where they do not.
-   pure function refinement_summary(scene) result(text)
-      type(scene_t), intent(in) :: scene
+   pure function refinement_summary(model) result(text)
+      type(model_t), intent(in) :: model
       character(:), allocatable :: text
       text = ''
-      associate (refine => scene%refine)
+      associate (refine => model%refine)
          if (refine%indicator == 'none') return
          text = 'refinement      '//trim(refine%indicator)//', at most '//to_text(refine%max_level)//' levels, to cells of '// &
-                to_text(scale(scene%grid%cell, -refine%max_level))//' m'//new_line('a')
+                to_text(scale(model%grid%cell, -refine%max_level))//' m'//new_line('a')
       end associate
    end function refinement_summary
 

@@ -1,4 +1,4 @@
-!> A run: from the start of a scene through its time steps to G(t).
+!> A run: from the start of a model through its time steps to G(t).
 !>
 !> An explicit step is the one of Tan & Nairn (2001): particles give their masses, momenta and stresses to the nodes of the grid (7), (8),
 !> nodes accelerate (10), and particles follow them; `hampm_reference_step` is this step in plain loops. Where the gradients of a field
@@ -7,15 +7,15 @@ module hampm_run
    use hampm_kinds, only: dp, long
    use hampm_checkpoint, only: checkpoint_name
    use hampm_cohesive_zone, only: follow_zones
-   use hampm_continuation, only: look_for_interruption
+   use hampm_continuation, only: check_interruption
    use hampm_failure, only: failure_t
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_growth, only: start_growth, prepare_growth, advance_in_pace, follow_growth
-   use hampm_growth_at_rest, only: note_drive
-   use hampm_guards, only: check_step
+   use hampm_static_growth, only: note_drive
+   use hampm_run_time_checks, only: check_step
    use hampm_integrator, only: steps_for
    use hampm_measurements, only: note_initial_energy
-   use hampm_mesh_changes, only: adapt, adapt_at_rest, carry_cracks
+   use hampm_mesh_changes, only: adapt, adapt_static, carry_cracks
    use hampm_problem, only: update_particles
    use hampm_recording, only: open_results, next_output, is_due, record, record_end, show_progress
    use hampm_simulation, only: simulation_t
@@ -37,10 +37,10 @@ contains
       call s%interruption%start(s%problem%state%steps)
       call open_results(s, folder, failure)
       if (.not. failure%failed()) then
-         call s%progress%start(s%scene%run%end_time, quiet)
+         call s%progress%start(s%model%run%end_time, quiet)
          call show_progress(s, last=.false.)
          if (.not. resumes) call begin(s, failure)
-         do while (s%problem%state%time < s%scene%run%end_time .and. .not. failure%failed())
+         do while (s%problem%state%time < s%model%run%end_time .and. .not. failure%failed())
             call advance_to(s, next_output(s), failure)
             call record(s, failure)
          end do
@@ -60,14 +60,14 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       real(dp) :: time
-      associate (output => s%scene%output)       ! to the first output, which may shorten the steps
-         time = min(output%history_interval, s%scene%run%end_time)
+      associate (output => s%model%output)       ! to the first output, which may shorten the steps
+         time = min(output%history_interval, s%model%run%end_time)
          if (output%snapshot_interval > 0) time = min(time, output%snapshot_interval)
       end associate
-      call s%integrator%settle(s%problem, time/steps_for(time, s%longest_step), failure)
+      call s%integrator%initialise(s%problem, time/steps_for(time, s%longest_step), failure)
       if (failure%failed()) return
       call note_initial_energy(s%problem, s%measurements)
-      call adapt_at_rest(s, failure)
+      call adapt_static(s, failure)
       call start_growth(s, failure)
       call record(s, failure)
    end subroutine begin
@@ -80,7 +80,7 @@ contains
       integer(long) :: before
       do while (s%steps_left > 0 .or. .not. is_due(s, time))
          if (s%steps_left == 0) call choose_steps(s, time, failure)
-         call look_for_interruption(s, failure)
+         call check_interruption(s, failure)
          before = s%problem%state%steps
          call prepare_growth(s, failure)
          if (failure%failed()) return
@@ -89,9 +89,9 @@ contains
          else
             call s%integrator%advance(s%problem, s%dt, failure)
          end if
-         if (size(s%scene%cohesive) > 0 .and. .not. failure%failed()) call follow_zones(s%cracks, s%problem)
-         if (s%growing%at_rest) call note_drive(s%growing, s%problem)
-         call adapt_at_rest(s, failure)
+         if (size(s%model%cohesive) > 0 .and. .not. failure%failed()) call follow_zones(s%cracks, s%problem)
+         if (s%growing%is_static) call note_drive(s%growing, s%problem)
+         call adapt_static(s, failure)
          call follow_growth(s, failure)
          call carry_cracks(s, failure)
          call adapt(s, before, failure)

@@ -5,15 +5,15 @@ module hampm_summary
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: first_point
    use hampm_integrator, only: steps_for
-   use hampm_loads, only: all_settle, settling_time
+   use hampm_loads, only: all_become_constant, time_to_constant_value
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_placement, only: point_text
-   use hampm_rest, only: find_lowest_frequency, time_to_rest
-   use hampm_simulation, only: simulation_t, is_at_rest
+   use hampm_static_equilibrium, only: find_lowest_frequency, time_to_equilibrium
+   use hampm_simulation, only: simulation_t, is_near_equilibrium
    use hampm_text, only: to_text, length_text, decimal, three_digits
    implicit none
    private
-   public :: summary, solver_report, rest_report, rest_proposal
+   public :: summary, solver_report, equilibrium_report, equilibrium_proposal
 
    real(dp), parameter :: two_pi = 2*acos(-1.0_dp)
 
@@ -34,29 +34,29 @@ contains
    end function solver_report
 
    !> How far from rest the last values are, for people.
-   function rest_report(s) result(text)
+   function equilibrium_report(s) result(text)
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text
-      text = three_digits(s%distance_from_rest)//' of the displacements'
-      if (.not. is_at_rest(s)) text = text//'; G, J and energies are about twice as far from their static values'
-   end function rest_report
+      text = three_digits(s%distance_to_equilibrium)//' of the displacements'
+      if (.not. is_near_equilibrium(s)) text = text//'; G, J and energies are about twice as far from their static values'
+   end function equilibrium_report
 
-   !> How to come to rest: the damping and the end time for the lowest frequency of the scene; '' where that is not known, as
+   !> How to come to rest: the damping and the end time for the lowest frequency of the model; '' where that is not known, as
    !> something moves without any force, and where a load never comes to rest itself.
-   function rest_proposal(s) result(text)
+   function equilibrium_proposal(s) result(text)
       type(simulation_t), intent(inout) :: s
       character(:), allocatable :: text
       real(dp) :: frequency
       text = ''
-      if (s%integrator%is_static .or. .not. all_settle(s%problem%loads)) return
+      if (s%integrator%is_static .or. .not. all_become_constant(s%problem%loads)) return
       call find_lowest_frequency(s%problem, frequency)
       if (.not. frequency > 0) return
       text = 'for rest        &damping rate = '//three_digits(2*frequency)//' (lowest frequency '// &
              three_digits(frequency/two_pi)//' Hz), &run end_time = '// &
-             three_digits(settling_time(s%problem%loads) + time_to_rest(frequency))//new_line('a')
-   end function rest_proposal
+             three_digits(time_to_constant_value(s%problem%loads) + time_to_equilibrium(frequency))//new_line('a')
+   end function equilibrium_proposal
 
-   !> What a run of the scene would do, for people.
+   !> What a run of the model would do, for people.
    function summary(s) result(text)
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text
@@ -80,7 +80,7 @@ contains
       character(:), allocatable :: text
       character(*), parameter :: nl = new_line('a')
       integer :: i
-      associate (crack => s%cracks%crack(tip%crack), cell => s%scene%grid%cell)
+      associate (crack => s%cracks%crack(tip%crack), cell => s%model%grid%cell)
          text = 'crack           '//trim(crack%kind)//', tip '//point_text(tip%place)
          if (.not. tip%is_half()) text = text//' m at its '//trim(merge('first', 'last ', tip%end == first_point))// &
                                      ' point, length '//length_text(crack%length())//trim(merge('  ', ' m', all(crack%is_tip)))
@@ -107,8 +107,8 @@ contains
       text = ''
       if (.not. s%growing%are_there()) return
       if (.not. s%growing%grows(tip)) return
-      do k = 1, size(s%scene%growth)
-         associate (growth => s%scene%growth(k), of => s%cracks%tips(tip))
+      do k = 1, size(s%model%growth)
+         associate (growth => s%model%growth(k), of => s%cracks%tips(tip))
             if (growth%path /= of%crack .or. .not. growth%of_end(of%end)) cycle
             text = text//'growth          '//trim(growth%direction)
             select case (growth%law)
@@ -134,11 +134,11 @@ contains
       character(:), allocatable :: text
       character(*), parameter :: nl = new_line('a')
       if (s%integrator%is_static) then
-         text = 'load steps      '//to_text(s%scene%method%load_steps)//' of '//to_text(s%longest_step)// &
-                ' s, each to equilibrium by '//trim(s%scene%method%solver)//nl
+         text = 'load steps      '//to_text(s%model%method%load_steps)//' of '//to_text(s%longest_step)// &
+                ' s, each to equilibrium by '//trim(s%model%method%solver)//nl
       else
          text = 'time step       '//to_text(s%longest_step)//' s at most'//nl// &
-                'steps           '//to_text(steps_for(s%scene%run%end_time, s%longest_step))//' at least'//nl
+                'steps           '//to_text(steps_for(s%model%run%end_time, s%longest_step))//' at least'//nl
       end if
    end function steps_summary
 

@@ -17,15 +17,15 @@ module hampm_crack_carrying
    public :: carried_cracks_t, attach_cracks, follow_cracks
 
    integer, parameter :: faces = 2               !! the left and the right one
-   integer, parameter :: hosts = 4               !! most particles that are as near to a point, as those around one are
-   real(dp), parameter :: usual_lag = 0.05_dp, lag_of_nodes = 0.2_dp !! see `carried_cracks_t`; particles are no nearer to a crack than a quarter of a cell
+   integer, parameter :: n_carriers = 4          !! most particles that are as near to a point, as those around one are
+   real(dp), parameter :: usual_allowance = 0.05_dp, allowance_of_nodes = 0.2_dp !! see `carried_cracks_t`; particles are no nearer to a crack than a quarter of a cell
    real(dp), parameter :: most_overlap = 0.5_dp  !! finest cells by which faces may overlap
 
    !> What points of lines hang on. A particle that splits gives its number to its children; a face hangs on the nearest of these. An entry is one of
    !> the places of `host`, in its order.
    type :: carried_cracks_t
-      real(dp), private :: lag = 0               !! finest cells by which a line may be behind the material: more where nodes are to close a crack
-      integer, allocatable, private :: host(:, :, :) !! numbers of the particles, 0 behind the last; (hosts, faces, points of all lines)
+      real(dp), private :: allowance = 0         !! finest cells by which a line may be behind the material: more where nodes are to close a crack
+      integer, allocatable, private :: carrier(:, :, :) !! numbers of the particles, 0 behind the last; (hosts, faces, points of all lines)
       integer, allocatable, private :: first(:)  !! the first entry that is the particle of a number, 0 for none
       integer, allocatable, private :: next(:)   !! the next one of the same particle, 0 behind the last; (entries)
    contains
@@ -37,7 +37,7 @@ contains
    !> Whether any cracks are carried.
    pure logical function are_there(self)
       class(carried_cracks_t), intent(in) :: self
-      are_there = allocated(self%host)
+      are_there = allocated(self%carrier)
    end function are_there
 
    !> Find the particles on which lines hang, at the start of a run, where lines are carried at all.
@@ -50,9 +50,9 @@ contains
       integer :: i, n, face, k, entry
       if (.not. m%grid%cut_cells%are_there()) return
       if (.not. allocated(m%grid%cut_cells%lines(1)%origin)) return
-      carried%lag = merge(lag_of_nodes, usual_lag, by_nodes)
+      carried%allowance = merge(allowance_of_nodes, usual_allowance, by_nodes)
       call list_points(m%grid%cut_cells%lines, origin, normal)
-      allocate (carried%host(hosts, faces, size(origin, 2)), source=0)
+      allocate (carried%carrier(n_carriers, faces, size(origin, 2)), source=0)
       allocate (nearest(faces, size(origin, 2)), source=huge(1.0_dp))
       do n = 1, size(origin, 2)
          do i = 1, m%particles%n
@@ -60,22 +60,22 @@ contains
             face = face_toward(normal(:, n), away)
             distance = norm2(away)
             if (distance > nearest(face, n) + m%grid%cut_cells%slack) cycle
-            associate (host => carried%host(:, face, n))
-               if (distance < nearest(face, n) - m%grid%cut_cells%slack) host = 0
+            associate (carrier => carried%carrier(:, face, n))
+               if (distance < nearest(face, n) - m%grid%cut_cells%slack) carrier = 0
                nearest(face, n) = min(distance, nearest(face, n))
-               if (any(host == m%particles%id(i)) .or. all(host > 0)) cycle
-               host(count(host > 0) + 1) = m%particles%id(i)
+               if (any(carrier == m%particles%id(i)) .or. all(carrier > 0)) cycle
+               carrier(count(carrier > 0) + 1) = m%particles%id(i)
             end associate
          end do
-         if (carried%host(1, 1, n) == 0) carried%host(:, 1, n) = carried%host(:, 2, n)
-         if (carried%host(1, 2, n) == 0) carried%host(:, 2, n) = carried%host(:, 1, n)
+         if (carried%carrier(1, 1, n) == 0) carried%carrier(:, 1, n) = carried%carrier(:, 2, n)
+         if (carried%carrier(1, 2, n) == 0) carried%carrier(:, 2, n) = carried%carrier(:, 1, n)
       end do
-      allocate (carried%first(maxval(m%particles%id(:m%particles%n))), carried%next(size(carried%host)), source=0)
+      allocate (carried%first(maxval(m%particles%id(:m%particles%n))), carried%next(size(carried%carrier)), source=0)
       do n = 1, size(origin, 2)
          do face = 1, faces
-            do k = 1, count(carried%host(:, face, n) > 0)
-               entry = hosts*(faces*(n - 1) + face - 1) + k
-               associate (id => carried%host(k, face, n))
+            do k = 1, count(carried%carrier(:, face, n) > 0)
+               entry = n_carriers*(faces*(n - 1) + face - 1) + k
+               associate (id => carried%carrier(k, face, n))
                   carried%next(entry) = carried%first(id)
                   carried%first(id) = entry
                end associate
@@ -114,7 +114,7 @@ contains
             n = n + size(points, 2)
          end associate
       end do
-      moved = behind > carried%lag*m%grid%finest_cell
+      moved = behind > carried%allowance*m%grid%finest_cell
       if (.not. moved) return
       lines = m%grid%cut_cells%lines
       n = 0
@@ -165,8 +165,8 @@ contains
       do i = 1, p%n
          entry = carried%first(p%id(i))
          do while (entry > 0)
-            n = 1 + (entry - 1)/(hosts*faces)
-            face = 1 + mod((entry - 1)/hosts, faces)
+            n = 1 + (entry - 1)/(n_carriers*faces)
+            face = 1 + mod((entry - 1)/n_carriers, faces)
             away = origin(:, n) - p%reference(i, :)
             distance = norm2(away)
             if (face_toward(normal(:, n), -away) /= face) distance = sqrt(huge(distance)) ! only where there is no other

@@ -92,13 +92,13 @@ contains
       type(failure_t), intent(inout) :: failure
       type(old_mesh_t), allocatable :: old
       type(outline_t), allocatable :: bodies(:)
-      integer, allocatable :: sheets(:)
+      integer, allocatable :: velocity_fields(:)
       real(dp), allocatable :: solids(:, :, :)
       call leave_mesh(m, old)
       if (allocated(m%grid%bodies)) allocate (bodies, source=m%grid%bodies)
-      if (allocated(m%grid%sheet_of_body)) allocate (sheets, source=m%grid%sheet_of_body)
+      if (allocated(m%grid%field_of_body)) allocate (velocity_fields, source=m%grid%field_of_body)
       if (m%grid%is_quadratic()) allocate (solids, source=m%grid%solids)
-      call build_grid(forest, m%grid, failure, lines, bodies, sheets, solids)
+      call build_grid(forest, m%grid, failure, lines, bodies, velocity_fields, solids)
       if (.not. failure%failed()) call sort_particles(m, failure)
       if (.not. failure%failed()) call rebuild_on_grid(m, failure)
       if (allocated(old) .and. .not. failure%failed()) call carry_nodes(old, m)
@@ -270,19 +270,19 @@ contains
       logical, intent(in) :: marked(:)
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
-      real(dp), allocatable :: gradients(:, :, :), twist(:, :), values(:, :, :), normal(:, :), from(:, :)
+      real(dp), allocatable :: gradients(:, :, :), hourglass(:, :), values(:, :, :), normal(:, :), from(:, :)
       logical, allocatable :: on(:)
       if (.not. any(marked)) return
-      allocate (gradients(ndim, ndim, count(marked)), twist(ndim, count(marked)), source=0.0_dp)
+      allocate (gradients(ndim, ndim, count(marked)), hourglass(ndim, count(marked)), source=0.0_dp)
       if (.not. (m%has_domains() .or. m%grid%is_quadratic())) then ! they have fields of their own
          gradients = velocity_gradients(m, marked)
-         twist = twists(m, marked)
+         hourglass = hourglasses(m, marked)
       end if
       if (has_whole_cells(m)) values = values_of_children(m, marked)
       normal = normals_of_cracks(m, marked)
       from = m%particles%reference
       on = are_on_cracks(m)
-      call split(m%particles, marked, gradients, twist, normal, first_child, failure)
+      call split(m%particles, marked, gradients, hourglass, normal, first_child, failure)
       if (failure%failed()) return
       if (m%particles%total_frame .and. m%grid%cut_cells%are_there()) call change_sides(m, from, on, first_child)
       if (allocated(values)) call give_to_children(values, marked, first_child, m)
@@ -441,20 +441,20 @@ contains
    end function gradient_beside_crack
 
    !> Twist of the displacement field at the marked particles [1/m], none on a crack.
-   function twists(m, marked) result(twist)
+   function hourglasses(m, marked) result(hourglass)
       type(problem_t), intent(in) :: m
       logical, intent(in) :: marked(:)
-      real(dp), allocatable :: twist(:, :)
+      real(dp), allocatable :: hourglass(:, :)
       integer :: i, k
-      allocate (twist(ndim, count(marked)))
+      allocate (hourglass(ndim, count(marked)))
       k = 0
       do i = 1, m%particles%n
          if (.not. marked(i)) cycle
          k = k + 1
-         twist(:, k) = 0
-         if (.not. is_on_crack(m, i)) twist(:, k) = twist_of_element(m%matter_t, m%particles%cell(i), m%particles%body(i))
+         hourglass(:, k) = 0
+         if (.not. is_on_crack(m, i)) hourglass(:, k) = hourglass_of_element(m%matter_t, m%particles%cell(i), m%particles%body(i))
       end do
-   end function twists
+   end function hourglasses
 
    !> Kinetic and strain energy of the particles, and that of interface points [J], where it is audited; where nodes keep their velocity the kinetic
    !> energy is theirs, and not asked here.
@@ -468,14 +468,14 @@ contains
 
    !> Twist of the displacement field in an element, its mixed second derivative [1/m], from the particles of a body in the leaf. It
    !> counts in the grid's coordinates: in space, in the total frame in the reference configuration.
-   function twist_of_element(m, e, body) result(twist)
+   function hourglass_of_element(m, e, body) result(hourglass)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: e, body
-      real(dp) :: twist(ndim)
+      real(dp) :: hourglass(ndim)
       real(dp) :: matrix(most_nodes_of_leaf, most_nodes_of_leaf), rhs(most_nodes_of_leaf, ndim), part(corners, most_nodes_of_leaf)
       real(dp) :: middle(ndim), mean_u(ndim), mean_gradient(ndim, ndim), at_corner(corners, ndim), deviation(ndim)
       integer :: node(most_nodes_of_leaf), in_element(most_nodes_of_leaf), n, n_here, i, k, info
-      twist = 0
+      hourglass = 0
       call find_means(m, e, body, middle, mean_u, mean_gradient, n)
       if (n < 2) return
       n = 0
@@ -500,11 +500,11 @@ contains
          i = findloc(node(:n), in_element(k), dim=1)
          if (i > 0) at_corner = at_corner + spread(part(:, k), 2, ndim)*spread(rhs(i, :), 1, corners)
       end do
-      twist = (at_corner(4, :) - at_corner(3, :) - at_corner(2, :) + at_corner(1, :))/m%grid%element_size(e)**2
+      hourglass = (at_corner(4, :) - at_corner(3, :) - at_corner(2, :) + at_corner(1, :))/m%grid%element_size(e)**2
       ! A child, an eighth of the leaf from its parent, is not to differ more from it than the particles of the leaf do from
       ! their mean: where these do not follow one field, or hardly determine it, anything might come out
-      twist = sign(min(abs(twist), 8*deviation/m%grid%leaf_size(e)), twist)
-   end function twist_of_element
+      hourglass = sign(min(abs(hourglass), 8*deviation/m%grid%leaf_size(e)), hourglass)
+   end function hourglass_of_element
 
    !> Number and means of the particles of a body in the leaf of an element, or its piece: place, displacement and gradient.
    subroutine find_means(m, element, body, middle, mean_u, mean_gradient, n)

@@ -112,7 +112,7 @@ contains
          real(dp), intent(in) :: place(ndim)     !! [m]
          real(dp) :: shape(points_of_quadratic)
          integer :: points(points_of_quadratic), j
-         call old%grid%look_in(e, min(1.0_dp, max(0.0_dp, old%grid%local_coordinate(e, place))), points, shape)
+         call old%grid%shape_functions_in(e, min(1.0_dp, max(0.0_dp, old%grid%local_coordinate(e, place))), points, shape)
          do j = 1, old%grid%n_functions
             value = value + shape(j)*fields(:, points(j))
          end do

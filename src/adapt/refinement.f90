@@ -14,10 +14,10 @@ module hampm_refinement
    use hampm_text, only: to_text
    implicit none
    private
-   public :: refinement_t, refine_at_start, refine, follow_particles, keep_refinement
+   public :: refinement_t, refine_at_start, refine, follow_particles, archive_refinement
 
    real(dp), parameter :: marked_part = 0.5_dp   !! of the squared error, in the cells that are refined at once (Doerfler 1996)
-   real(dp), parameter :: most_at_rest = 0.8_dp  !! the same where each mesh takes a solution: few of them cost less than few cells
+   real(dp), parameter :: most_static = 0.8_dp   !! the same where each mesh takes a solution: few of them cost less than few cells
 
    !> What tells cells to refine, its thresholds and limits, and what was found at the last look.
    type :: refinement_t
@@ -26,7 +26,7 @@ module hampm_refinement
       real(dp) :: r_crit = 0                     !! of 'gradient': mean R above which a leaf is refined
       real(dp) :: r_coarsen = 0                  !! and below which a family is recombined
       real(dp) :: tolerance = 0                  !! of 'zz': relative error in the energy norm
-      logical :: at_rest = .false.               !! whether each mesh takes a solution
+      logical :: is_static = .false.             !! whether each mesh takes a solution
       integer :: rings = 0                       !! of 'tip': cells around the tip, of every level
       logical :: tips_move = .false.             !! whether tips move through the grid
       integer :: max_level = 0
@@ -264,7 +264,7 @@ contains
    pure real(dp) function part_to_mark(r) result(part)
       type(refinement_t), intent(in) :: r
       part = marked_part
-      if (r%at_rest) part = min(most_at_rest, max(0.3_dp, (1 - (r%tolerance/r%relative_error)**2)*4/3))
+      if (r%is_static) part = min(most_static, max(0.3_dp, (1 - (r%tolerance/r%relative_error)**2)*4/3))
    end function part_to_mark
 
    !> Refine until the cells at each tip and those around them are of one size, so that the nodes behind and ahead of it are at the
@@ -342,7 +342,7 @@ contains
    !> What the user should know at the end; '' where there is nothing.
    function warning(self, steps, refined) result(text)
       class(refinement_t), intent(in) :: self
-      integer(long), intent(in) :: steps         !! that the run has taken, 0 where the scene is only checked
+      integer(long), intent(in) :: steps         !! that the run has taken, 0 where the model is only checked
       logical, intent(in) :: refined             !! whether there are cells that are refined
       character(:), allocatable :: text
       text = ''
@@ -352,7 +352,7 @@ contains
       else if (self%reached_max_level) then
          text = 'refinement reached &refine max_level = '//to_text(self%max_level)// &
                 ': cells that would have been refined further were not'
-      else if (self%follows_motion() .and. self%indicator /= 'tip' .and. .not. self%at_rest .and. &
+      else if (self%follows_motion() .and. self%indicator /= 'tip' .and. .not. self%is_static .and. &
                steps > 0 .and. steps < self%interval) then
          text = 'no cell has refined: &refine interval = '//to_text(self%interval)//' is more than the '//to_text(int(steps))// &
                 ' steps of the run'
@@ -378,13 +378,13 @@ contains
    end function advice
 
    !> Keep how cells are refined.
-   subroutine keep_refinement(r, archive)
+   subroutine archive_refinement(r, archive)
       type(refinement_t), intent(inout) :: r
       class(archive_t), intent(inout) :: archive
       call archive%section('refinement')
-      call archive%keep('reached_max_level', r%reached_max_level)
-      call archive%keep('reached_max_particles', r%reached_max_particles)
-      call archive%keep('largest_r', r%largest_r)
-      call archive%keep('relative_error', r%relative_error)
-   end subroutine keep_refinement
+      call archive%serialise('reached_max_level', r%reached_max_level)
+      call archive%serialise('reached_max_particles', r%reached_max_particles)
+      call archive%serialise('largest_r', r%largest_r)
+      call archive%serialise('relative_error', r%relative_error)
+   end subroutine archive_refinement
 end module hampm_refinement

@@ -14,45 +14,45 @@ module hampm_archive
       logical :: is_read = .false.               !! whether it is read, else it is written
       type(failure_t) :: failure                 !! the first thing that went wrong; nothing is done after it
    contains
-      procedure :: keep
-      procedure :: keep_logicals
+      procedure :: serialise
+      procedure :: archive_logicals
       procedure :: reals
       procedure :: integers
       procedure :: longs
-      procedure(keep_text), deferred :: keep_text
-      procedure(keep_reals), deferred :: keep_reals
-      procedure :: keep_integers
-      procedure(keep_longs), deferred :: keep_longs
+      procedure(archive_text), deferred :: archive_text
+      procedure(archive_reals), deferred :: archive_reals
+      procedure :: archive_integers
+      procedure(archive_longs), deferred :: archive_longs
       procedure(section), deferred :: section
       procedure(refuse), deferred :: refuse
    end type archive_t
 
    abstract interface
       !> Keep a text.
-      subroutine keep_text(self, name, text)
+      subroutine archive_text(self, name, text)
          import :: archive_t
          class(archive_t), intent(inout) :: self
          character(*), intent(in) :: name
          character(:), allocatable, intent(inout) :: text
-      end subroutine keep_text
+      end subroutine archive_text
 
       !> Keep the first `n` elements of an array of real numbers of any shape.
-      subroutine keep_reals(self, name, n, values)
+      subroutine archive_reals(self, name, n, values)
          import :: archive_t, dp
          class(archive_t), intent(inout) :: self
          character(*), intent(in) :: name
          integer, intent(in) :: n
          real(dp), intent(inout) :: values(n)
-      end subroutine keep_reals
+      end subroutine archive_reals
 
       !> Keep the first `n` elements of an array of long integers of any shape.
-      subroutine keep_longs(self, name, n, values)
+      subroutine archive_longs(self, name, n, values)
          import :: archive_t, long
          class(archive_t), intent(inout) :: self
          character(*), intent(in) :: name
          integer, intent(in) :: n
          integer(long), intent(inout) :: values(n)
-      end subroutine keep_longs
+      end subroutine archive_longs
 
       !> The items that follow belong together.
       subroutine section(self, name)
@@ -76,7 +76,7 @@ contains
       class(archive_t), intent(inout) :: self
       integer, intent(in) :: n, width
       real(dp), intent(inout) :: values(n, width)
-      call self%keep_reals(trim(self%name), n*width, values)
+      call self%archive_reals(trim(self%name), n*width, values)
    end subroutine reals
 
    !> Keep a column of integers.
@@ -84,7 +84,7 @@ contains
       class(archive_t), intent(inout) :: self
       integer, intent(in) :: n
       integer, intent(inout) :: values(n)
-      call self%keep_integers(trim(self%name), n, values)
+      call self%archive_integers(trim(self%name), n, values)
    end subroutine integers
 
    !> Keep a column of long integers.
@@ -92,11 +92,11 @@ contains
       class(archive_t), intent(inout) :: self
       integer, intent(in) :: n
       integer(long), intent(inout) :: values(n)
-      call self%keep_longs(trim(self%name), n, values)
+      call self%archive_longs(trim(self%name), n, values)
    end subroutine longs
 
    !> Keep a real number, an integer of any kind, or a logical value.
-   subroutine keep(self, name, value)
+   subroutine serialise(self, name, value)
       class(archive_t), intent(inout) :: self
       character(*), intent(in) :: name
       class(*), intent(inout) :: value
@@ -105,37 +105,37 @@ contains
       select type (value)
        type is (real(dp))
          reals = value
-         call self%keep_reals(name, 1, reals)
+         call self%archive_reals(name, 1, reals)
          value = reals(1)
        type is (integer(long))
          longs = value
-         call self%keep_longs(name, 1, longs)
+         call self%archive_longs(name, 1, longs)
          value = longs(1)
        type is (integer)
          longs = value
-         call self%keep_longs(name, 1, longs)
+         call self%archive_longs(name, 1, longs)
          value = int(longs(1))
        type is (logical)
          longs = merge(1, 0, value)
-         call self%keep_longs(name, 1, longs)
+         call self%archive_longs(name, 1, longs)
          value = longs(1) == 1
       end select
-   end subroutine keep
+   end subroutine serialise
 
    !> Keep the first `n` elements of an array of integers of any shape.
-   subroutine keep_integers(self, name, n, values)
+   subroutine archive_integers(self, name, n, values)
       class(archive_t), intent(inout) :: self
       character(*), intent(in) :: name
       integer, intent(in) :: n
       integer, intent(inout) :: values(n)
       integer(long), allocatable :: wide(:)
       allocate (wide, source=int(values, long))
-      call self%keep_longs(name, n, wide)
+      call self%archive_longs(name, n, wide)
       values = int(wide)
-   end subroutine keep_integers
+   end subroutine archive_integers
 
    !> Keep the first `n` elements of an array of logical values of any shape.
-   subroutine keep_logicals(self, name, n, values)
+   subroutine archive_logicals(self, name, n, values)
       class(archive_t), intent(inout) :: self
       character(*), intent(in) :: name
       integer, intent(in) :: n
@@ -143,7 +143,7 @@ contains
       integer, allocatable :: numbers(:)
       allocate (numbers(n))
       numbers = merge(1, 0, values)
-      call self%keep_integers(name, n, numbers)
+      call self%archive_integers(name, n, numbers)
       values = numbers == 1
-   end subroutine keep_logicals
+   end subroutine archive_logicals
 end module hampm_archive

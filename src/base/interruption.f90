@@ -108,7 +108,7 @@ contains
       type(c_funptr) :: before
       integer :: k
       do k = 1, size(watched)
-         before = c_signal(watched(k)%number, c_funloc(remember))
+         before = c_signal(watched(k)%number, c_funloc(note_signal))
          if (transfer(before, ignored) == ignored) before = c_signal(watched(k)%number, before)
       end do
       before = c_signal(file_too_large, transfer(ignored, before))
@@ -125,10 +125,10 @@ contains
    end function stop_signal
 
    !> What happens when a signal comes.
-   subroutine remember(number) bind(c)
+   subroutine note_signal(number) bind(c)
       integer(c_int), value :: number
       type(c_funptr) :: before
       caught = number
       if (number == by_keyboard) before = c_signal(number, transfer(by_default, before))
-   end subroutine remember
+   end subroutine note_signal
 end module hampm_interruption

@@ -1,4 +1,4 @@
-!> Small tensors: of the dimension of the scene, and those of space, in which material laws are written.
+!> Small tensors: of the dimension of the model, and those of space, in which material laws are written.
 module hampm_tensors
    use hampm_kinds, only: dp, ndim
    implicit none
@@ -11,7 +11,7 @@ module hampm_tensors
 
    integer, parameter :: space = 3               !! dimensions of space
    real(dp), parameter :: unit_tensor(space, space) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [space, space])
-   integer, parameter :: n_symmetric = 2*ndim    !! components of a symmetric tensor that are not zero by the dimension of the scene
+   integer, parameter :: n_symmetric = 2*ndim    !! components of a symmetric tensor that are not zero by the dimension of the model
    integer, parameter :: n_deviator = n_symmetric - 1 !! of one without a trace, by which the last follows
    integer, parameter :: row(6) = [1, 2, 1, merge(3, 1, ndim == 2), 2, 3], column(6) = [1, 2, 2, 3, 3, 3] !! of components
 

@@ -19,7 +19,7 @@ module hampm_time_history
    contains
       procedure :: factor
       procedure :: integral
-      procedure :: time_to_settle
+      procedure :: time_to_constant
       procedure :: largest_factor
    end type time_history_t
 
@@ -83,7 +83,7 @@ contains
    end function ramp_integral
 
    !> The time from which on the factor stays the same; huge where there is none [s].
-   pure real(dp) function time_to_settle(self) result(time)
+   pure real(dp) function time_to_constant(self) result(time)
       class(time_history_t), intent(in) :: self
       time = self%start
       select case (self%kind)
@@ -94,7 +94,7 @@ contains
       case ('table')
          time = time + self%times(size(self%times))
       end select
-   end function time_to_settle
+   end function time_to_constant
 
    !> The factor of largest size that there ever is, with its sign, but for the scale [-].
    pure real(dp) function largest_factor(self)

@@ -1,4 +1,4 @@
-!> When two positions in a scene are the same place, and two cells as full.
+!> When two positions in a model are the same place, and two cells as full.
 module hampm_tolerance
    use hampm_kinds, only: dp, ndim
    implicit none
@@ -21,7 +21,7 @@ contains
    end function position_tolerance
 
    !> A part of a cell that is filled [-], without its rounding: to a billionth, in steps in which halves and quarters are exact. What is done
-   !> where cells are less full than some part of them is done alike in an image of the scene, also where they have just that part.
+   !> where cells are less full than some part of them is done alike in an image of the model, also where they have just that part.
    elemental real(dp) function part_of_cell(fill) result(part)
       real(dp), intent(in) :: fill
       real(dp), parameter :: steps = 2.0_dp**30

@@ -69,27 +69,28 @@ contains
       integer, intent(in) :: number                     !! of the particle; may be not set where the law has no history
       real(dp), intent(in), optional :: hoop            !! H_33 [-]
       if (material%has_history()) then
-         work = remembered_work(material, before, change, dt, p%history_of(number), hoop)
+         work = history_work(material, before, change, dt, p%history_of(number), hoop)
       else if (material%linear) then
-         work = sum(change*material%conjugate_stress(before + change/2, hoop=hoop))
+         work = sum(change*material%first_piola_stress(before + change/2, hoop=hoop))
       else
-         work = sum(change*(material%conjugate_stress(before + gauss(1)*change, hoop=hoop) &
-                            + material%conjugate_stress(before + gauss(2)*change, hoop=hoop)))/2
+         work = sum(change*(material%first_piola_stress(before + gauss(1)*change, hoop=hoop) &
+                            + material%first_piola_stress(before + gauss(2)*change, hoop=hoop)))/2
       end if
    end function work_of_change
 
    !> Work of the stress of a law with a history per volume in a step of length `dt`, by the rule of trapezoids [J/m3].
-   pure real(dp) function remembered_work(material, before, change, dt, past, hoop) result(work)
+   pure real(dp) function history_work(material, before, change, dt, old_state, hoop) result(work)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
       real(dp), intent(in) :: dt                        !! [s]
-      real(dp), contiguous, intent(in) :: past(:)       !! what the particle remembers
+      real(dp), contiguous, intent(in) :: old_state(:)  !! what the particle remembers
       real(dp), intent(in), optional :: hoop            !! H_33 [-]
-      real(dp) :: next(size(past))
-      next = past
-      call material%follow(before + change, dt, next, hoop)
-      work = sum(change*(material%conjugate_stress(before, past, hoop) + material%conjugate_stress(before + change, next, hoop)))/2
-   end function remembered_work
+      real(dp) :: next(size(old_state))
+      next = old_state
+      call material%update_state(before + change, dt, next, hoop)
+      work = sum(change*(material%first_piola_stress(before, old_state, hoop) &
+                         + material%first_piola_stress(before + change, next, hoop)))/2
+   end function history_work
 
    !> Work of the hoop stress per volume as a particle of axisymmetric material is widened, by Gauss's rule [J/m3].
    pure real(dp) function work_of_hoop(material, before, p, i) result(work)
@@ -97,12 +98,12 @@ contains
       real(dp), intent(in) :: before                    !! H_33 that it had [-]
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i                          !! its number
-      real(dp) :: h(ndim, ndim), past(most_columns)
+      real(dp) :: h(ndim, ndim), old_state(most_columns)
       h = p%gradient_of(i)
-      past = p%history_of(i)
+      old_state = p%history_of(i)
       associate (after => p%hoop_of(i))
-         work = (after - before)*(material%hoop_stress(h, past, before + gauss(1)*(after - before)) &
-                                  + material%hoop_stress(h, past, before + gauss(2)*(after - before)))/2
+         work = (after - before)*(material%hoop_stress(h, old_state, before + gauss(1)*(after - before)) &
+                                  + material%hoop_stress(h, old_state, before + gauss(2)*(after - before)))/2
       end associate
    end function work_of_hoop
 end module hampm_audit_kernels

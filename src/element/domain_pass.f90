@@ -20,7 +20,7 @@ module hampm_domain_pass
    use hampm_grid, only: grid_t
    use hampm_mass_matrix, only: prepare_cell, floor_of_domains
    use hampm_matter, only: matter_t
-   use hampm_remembering, only: remember
+   use hampm_state_update, only: update_particle_state
    use hampm_nodal_fields, only: nodal_fields_t, list_active_nodes, finish_sums
    use hampm_particle_pass, only: pass_report_t
    use hampm_particles, only: particles_t
@@ -92,7 +92,7 @@ contains
       real(dp) :: origin(ndim, corners), x(ndim), beside(ndim), middle(ndim), xi(ndim)
       logical :: by_place
       integer :: c
-      by_place = grid%n_sheets == 1 .and. .not. grid%cut_cells%are_there()
+      by_place = grid%n_velocity_fields == 1 .and. .not. grid%cut_cells%are_there()
       origin = reference_corners(p, i)
       middle = p%position(i)
       do c = 1, corners
@@ -207,7 +207,8 @@ contains
             strained(i) = m%particles%volume(i)*work_of_change(m%materials(m%particles%material(i)), before, &
                                                                m%particles%gradient_of(i) - before, pass%strain_fraction*dt, &
                                                                m%particles, i)
-         if (pass%strain_fraction > 0) call remember(m%materials(m%particles%material(i)), pass%strain_fraction*dt, m%particles, i)
+         if (pass%strain_fraction > 0) call update_particle_state(m%materials(m%particles%material(i)), pass%strain_fraction*dt, &
+                                                                  m%particles, i)
          at = m%grid%local_coordinate(m%particles%cell(i), m%particles%position(i))
          left = left .or. .not. all(at >= 0 .and. at < 1)
          jumped = jumped .or. .not. all(at >= -1 .and. at < 2)
@@ -232,9 +233,11 @@ contains
          allocate (pull(ndim, corners, m%particles%n))
          !$omp parallel do schedule(static)
          do i = 1, m%particles%n
-            pull(:, :, i) = &
-                  -m%particles%volume(i)*matmul(m%materials(m%particles%material(i))%conjugate_stress(m%particles%gradient_of(i), &
-                  m%particles%history_of(i)), corner_gradients(m%particles, i))
+            associate (material => m%materials(m%particles%material(i)))
+               pull(:, :, i) = -m%particles%volume(i)*matmul(material%first_piola_stress(m%particles%gradient_of(i), &
+                                                                                         m%particles%history_of(i)), &
+                                                             corner_gradients(m%particles, i))
+            end associate
          end do
       end if
       !$omp parallel do schedule(static) private(j, i, c, a, n, mass)

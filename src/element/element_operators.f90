@@ -35,7 +35,7 @@ module hampm_element_operators
    implicit none
    private
    public :: element_operators_t, find_operators, sum_masses, sum_moments, add_up, pass_or_apply, pass_or_apply_everywhere, &
-             give_to_particles, keep_gains
+             give_to_particles, archive_gains
 
    !> Which cells have an operator, and the numbers of these.
    type :: element_operators_t
@@ -212,16 +212,16 @@ contains
       type(element_operators_t), intent(inout) :: operators
       type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
-      type(pass_t) :: gain
+      type(pass_t) :: update
       integer :: k
       if (.not. operators%is_behind) return
-      gain = pass_t(kick=.true., strain_fraction=1.0_dp, move=.true., map_momentum=.true., map_force=.true.)
+      update = pass_t(kick=.true., strain_fraction=1.0_dp, move=.true., map_momentum=.true., map_force=.true.)
       if (allocated(m%blocks%supports)) then
-         call pass_by_supports(gain, 1.0_dp, m, f, operators%cells%with, operators%kick, operators%move, operators%strain)
+         call pass_by_supports(update, 1.0_dp, m, f, operators%cells%with, operators%kick, operators%move, operators%strain)
       else
          !$omp parallel do schedule(static)
          do k = 1, size(operators%blocks), blocks_per_task
-            call pass_between(gain, 1.0_dp, m, f, operators%blocks(k:min(k + blocks_per_task - 1, size(operators%blocks))), &
+            call pass_between(update, 1.0_dp, m, f, operators%blocks(k:min(k + blocks_per_task - 1, size(operators%blocks))), &
                               m%blocks%nodes, m%blocks%in_row, operators%kick, operators%move, operators%strain)
          end do
       end if
@@ -238,14 +238,14 @@ contains
    end subroutine clear_sums
 
    !> Keep what particles of cells with operators have not got yet. When it is read, the operators have been found.
-   subroutine keep_gains(operators, archive)
+   subroutine archive_gains(operators, archive)
       type(element_operators_t), intent(inout) :: operators
       class(archive_t), intent(inout) :: archive
       call archive%section('operators')
-      call archive%keep('is_behind', operators%is_behind)
+      call archive%serialise('is_behind', operators%is_behind)
       if (.not. operators%is_behind) return
-      call archive%keep_reals('kick', size(operators%kick), operators%kick)
-      call archive%keep_reals('move', size(operators%move), operators%move)
-      call archive%keep_reals('strain', size(operators%strain), operators%strain)
-   end subroutine keep_gains
+      call archive%archive_reals('kick', size(operators%kick), operators%kick)
+      call archive%archive_reals('move', size(operators%move), operators%move)
+      call archive%archive_reals('strain', size(operators%strain), operators%strain)
+   end subroutine archive_gains
 end module hampm_element_operators

@@ -84,7 +84,7 @@ contains
          real(dp), intent(in) :: value(width)
          real(dp) :: n(points_of_quadratic)
          integer :: points(points_of_quadratic), k
-         call grid%look_in(element, local, points, n)
+         call grid%shape_functions_in(element, local, points, n)
          do k = 1, grid%n_functions
             sums(:, points(k)) = sums(:, points(k)) + mass*n(k)*value
          end do

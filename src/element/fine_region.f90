@@ -47,7 +47,7 @@ module hampm_fine_region
       real(dp), allocatable :: moments(:, :, :)  !! [m3], (lanes, n_moments, parts)
       ! What the blocks hold: vectors at the corners, (lanes, corners, ndim, 0:blocks), of block 0 zero
       integer, allocatable :: place(:, :)        !! where those of the cells around a point stand, (corners, points)
-      integer, allocatable :: crowded(:, :)      !! points with more cells than that, and where the others stand; (cells, 2)
+      integer, allocatable :: high_valence(:, :) !! points with more cells than that, and where the others stand; (cells, 2)
    end type fine_region_t
 
 contains
@@ -190,9 +190,9 @@ contains
          do k = 1, size(points)
             region%place(:, k) = place_of(blocks%slot(:, points(k)), n_blocks)
          end do
-         inside = number_of(blocks%crowded(1, :)) < region%outside
-         region%crowded = reshape([pack(number_of(blocks%crowded(1, :)), inside), &
-                                   pack(place_of(blocks%crowded(2, :), n_blocks), inside)], [count(inside), 2])
+         inside = number_of(blocks%high_valence(1, :)) < region%outside
+         region%high_valence = reshape([pack(number_of(blocks%high_valence(1, :)), inside), &
+                                        pack(place_of(blocks%high_valence(2, :), n_blocks), inside)], [count(inside), 2])
       end associate
    end subroutine find_places
 

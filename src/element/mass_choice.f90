@@ -10,7 +10,7 @@ module hampm_mass_choice
    private
    public :: mass_choice_t, new_mass_choice, choose_cells
 
-   !> What a scene asks for: kind of the mass matrix, its parameters, and the solver.
+   !> What a model asks for: kind of the mass matrix, its parameters, and the solver.
    type :: mass_choice_t
       integer :: by = by_lumped                  !! way of solution
       integer :: order = 1                       !! of fmpm

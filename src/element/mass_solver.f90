@@ -25,7 +25,7 @@ module hampm_mass_solver
    use hampm_text, only: to_text
    implicit none
    private
-   public :: mass_solver_t, new_mass_solver, solve_mass, solve_aside, by_lumped, by_fmpm, by_cg, by_direct, keep_solver
+   public :: mass_solver_t, new_mass_solver, solve_mass, solve_aside, by_lumped, by_fmpm, by_cg, by_direct, archive_solver
 
    integer, parameter :: by_lumped = 1, by_fmpm = 2, by_cg = 3, by_direct = 4
 
@@ -448,22 +448,22 @@ contains
    end function dot
 
    !> Keep what a solver has factorised, and its counts.
-   subroutine keep_solver(solver, name, grid, archive)
+   subroutine archive_solver(solver, name, grid, archive)
       character(*), intent(in) :: name
       type(grid_t), intent(in) :: grid
       type(mass_solver_t), intent(inout) :: solver
       class(archive_t), intent(inout) :: archive
       call archive%section(name)
-      call archive%keep('factorised', solver%factorised)
-      if (solver%factorised) call keep_factorisation(solver, grid, archive)
-      call archive%keep('solutions', solver%solutions)
-      call archive%keep('iterations', solver%iterations)
-      call archive%keep('analyses', solver%direct%analyses)
-      call archive%keep('factorisations', solver%direct%factorisations)
-   end subroutine keep_solver
+      call archive%serialise('factorised', solver%factorised)
+      if (solver%factorised) call archive_factorisation(solver, grid, archive)
+      call archive%serialise('solutions', solver%solutions)
+      call archive%serialise('iterations', solver%iterations)
+      call archive%serialise('analyses', solver%direct%analyses)
+      call archive%serialise('factorisations', solver%direct%factorisations)
+   end subroutine archive_solver
 
    !> Keep the numbers that a solver has factorised, and factorise them.
-   subroutine keep_factorisation(solver, grid, archive)
+   subroutine archive_factorisation(solver, grid, archive)
       type(grid_t), intent(in) :: grid
       type(mass_solver_t), intent(inout) :: solver
       class(archive_t), intent(inout) :: archive
@@ -478,18 +478,18 @@ contains
       end if
       n_coupled = size(coupled)
       n_values = size(values)
-      call archive%keep('number_coupled', n_coupled)
-      call archive%keep('number_values', n_values)
+      call archive%serialise('number_coupled', n_coupled)
+      call archive%serialise('number_values', n_values)
       if (archive%is_read) then
          deallocate (coupled, values)
          allocate (coupled(n_coupled), values(n_values))
       end if
-      call archive%keep_integers('coupled', n_coupled, coupled)
-      call archive%keep_reals('values', n_values, values)
+      call archive%archive_integers('coupled', n_coupled, coupled)
+      call archive%archive_reals('values', n_values, values)
       if (.not. archive%is_read .or. archive%failure%failed()) return
       call solver%factorise_values(grid, coupled, values, fits, archive%failure)
       if (.not. fits) call archive%refuse('the factorised matrix does not fit the grid')
-   end subroutine keep_factorisation
+   end subroutine archive_factorisation
 
    !> Number of chunks of nodes.
    pure integer function chunk_count(region)

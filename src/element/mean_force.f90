@@ -203,10 +203,10 @@ contains
             call gather(i, min(i + nodes_per_chunk - 1, n_nodes), region%place, held, mean%change)
          end do
          call gather(before + 1, before + n_hanging, region%place, held, mean%change)
-         do k = 1, size(region%crowded, 1)
-            associate (point => region%crowded(k, 1))
+         do k = 1, size(region%high_valence, 1)
+            associate (point => region%high_valence(k, 1))
                if (point <= n_nodes .or. (point > before .and. point <= before + n_hanging)) &
-                  mean%change(:, point) = mean%change(:, point) + held(region%crowded(k, 2) + [0, lanes*corners])
+                  mean%change(:, point) = mean%change(:, point) + held(region%high_valence(k, 2) + [0, lanes*corners])
             end associate
          end do
          call condense(region, n_hanging, mean%change)

@@ -9,12 +9,12 @@ module hampm_nodal_fields
    use hampm_large_pages, only: prefer_large_pages
    use hampm_mass_matrix, only: mass_matrix_t, find_coupled_region, clear_empty_cells, invert_lumped, assemble_rows => assemble, &
                                 nodes_per_chunk
-   use hampm_nodal_kernels, only: assemble_sums, exchange_crowded
+   use hampm_nodal_kernels, only: assemble_sums, exchange_high_valence
    use hampm_node_list, only: list_marked
    implicit none
    private
    public :: nodal_fields_t, new_nodal_fields, find_active_nodes, list_active_nodes, assemble, assemble_at, finish_sums, &
-             v_n, v_next, v_mapped, keep_fields
+             v_n, v_next, v_mapped, archive_fields
 
    ! The velocities of a node during a step
    integer, parameter :: v_n = 1                 !! v^n, mapped from the particles at the start of the step, (10)
@@ -29,7 +29,7 @@ module hampm_nodal_fields
       real(dp), allocatable :: external(:, :)           !! force of the loads at t^n, already condensed [N], (ndim, n_points)
       real(dp), allocatable :: acceleration(:, :)       !! a_i, (10) [m/s2], (ndim, n_points)
       real(dp), allocatable :: velocity(:, :, :)        !! `v_n`, `v_next` and `v_mapped` [m/s], (ndim, n_points, 3)
-      real(dp), allocatable :: past(:, :, :)            !! last two accelerations without damping, where they are guessed;
+      real(dp), allocatable :: earlier(:, :, :)         !! last two accelerations without damping, where they are guessed;
                                                         !! (ndim, n_points, 2)
       ! By blocks of cells (`hampm_cell_blocks`)
       integer :: layout = 0                             !! of the blocks that the following fits
@@ -105,7 +105,7 @@ contains
             matrix%lumped(node) = 0
             f%velocity(:, node, :) = 0
             f%acceleration(:, node) = 0
-            if (allocated(f%past)) f%past(:, node, :) = 0
+            if (allocated(f%earlier)) f%earlier(:, node, :) = 0
          end do
          call find_coupled_region(grid, matrix)
       end associate
@@ -151,7 +151,7 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       logical, intent(in) :: mass, momentum, force
-      real(dp) :: before(n_sums, size(blocks%crowded, 2)) ! what crowded nodes have in their last slot
+      real(dp) :: before(n_sums, size(blocks%high_valence, 2)) ! what crowded nodes have in their last slot
       call exchange(back=.false.)
       call assemble_sums(size(points), points, blocks%slot, f%contribution, mass, momentum, force, f%mass_matrix%lumped, &
                          f%momentum, f%force)
@@ -160,8 +160,9 @@ contains
       !> Let crowded nodes have all of their contributions in their slots or, `back`, as these were.
       subroutine exchange(back)
          logical, intent(in) :: back
-         if (allocated(blocks%is_crowded)) call exchange_crowded(blocks%crowded, blocks%slot, blocks%is_crowded, points, back, &
-                                                                 f%contribution(1, 1, of_mass, 0), before)
+         if (allocated(blocks%is_high_valence)) call exchange_high_valence(blocks%high_valence, blocks%slot, &
+                                                                           blocks%is_high_valence, points, back, &
+                                                                           f%contribution(1, 1, of_mass, 0), before)
       end subroutine exchange
    end subroutine assemble_at
 
@@ -179,26 +180,26 @@ contains
    end subroutine finish_sums
 
    !> Keep what the next step needs of the nodal values of the last one, and what it has left in the cells.
-   subroutine keep_fields(f, n_blocks, mapped, archive)
+   subroutine archive_fields(f, n_blocks, mapped, archive)
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: n_blocks            !! blocks of cells
       logical, intent(inout) :: mapped           !! whether the cells hold the contributions for the next step
       class(archive_t), intent(inout) :: archive
-      logical :: has_past
+      logical :: has_earlier
       call archive%section('fields')
-      call archive%keep_reals('velocity', size(f%velocity), f%velocity)
-      call archive%keep_reals('acceleration', size(f%acceleration), f%acceleration)
-      has_past = allocated(f%past)
-      call archive%keep('have_past', has_past)
-      if (has_past .and. .not. allocated(f%past)) allocate (f%past(ndim, size(f%acceleration, 2), 2))
-      if (has_past) call archive%keep_reals('past', size(f%past), f%past)
-      call archive%keep('are_mapped', mapped)
+      call archive%archive_reals('velocity', size(f%velocity), f%velocity)
+      call archive%archive_reals('acceleration', size(f%acceleration), f%acceleration)
+      has_earlier = allocated(f%earlier)
+      call archive%serialise('have_past', has_earlier)
+      if (has_earlier .and. .not. allocated(f%earlier)) allocate (f%earlier(ndim, size(f%acceleration, 2), 2))
+      if (has_earlier) call archive%archive_reals('past', size(f%earlier), f%earlier)
+      call archive%serialise('are_mapped', mapped)
       if (.not. mapped) return
-      call archive%keep_reals('contribution', size(f%contribution(:, :, :, 1))*n_blocks, f%contribution(1, 1, 1, 1))
+      call archive%archive_reals('contribution', size(f%contribution(:, :, :, 1))*n_blocks, f%contribution(1, 1, 1, 1))
       associate (matrix => f%mass_matrix)
          if (.not. allocated(matrix%cell)) return
-         call archive%keep_reals('matrix', size(matrix%cell), matrix%cell)
-         call archive%keep_reals('lumped_matrix', size(matrix%cell_lumped), matrix%cell_lumped)
+         call archive%archive_reals('matrix', size(matrix%cell), matrix%cell)
+         call archive%archive_reals('lumped_matrix', size(matrix%cell_lumped), matrix%cell_lumped)
       end associate
-   end subroutine keep_fields
+   end subroutine archive_fields
 end module hampm_nodal_fields

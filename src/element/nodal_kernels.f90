@@ -10,7 +10,7 @@ module hampm_nodal_kernels
    use hampm_cell_blocks, only: lanes, of_mass, of_momentum, of_force
    implicit none
    private
-   public :: assemble_sums, exchange_crowded, find_masses, find_velocities, find_accelerations, divide_by_mass, &
+   public :: assemble_sums, exchange_high_valence, find_masses, find_velocities, find_accelerations, divide_by_mass, &
              advance_velocities, damping_product, over_mass, damped
 
    integer, parameter :: stride = lanes*corners  !! among contributions from one sum to the next
@@ -71,32 +71,32 @@ contains
 
    !> For the nodes among some with more cells than `slot` has room for: add to the contributions in the last slot those of the other
    !> cells or, where `back` says so, put what was there before in its place again.
-   pure subroutine exchange_crowded(crowded, slot, is_crowded, nodes, back, contribution, before)
-      integer, intent(in) :: crowded(:, :)       !! see `cell_blocks_t`
+   pure subroutine exchange_high_valence(high_valence, slot, is_high_valence, nodes, back, contribution, before)
+      integer, intent(in) :: high_valence(:, :)  !! see `cell_blocks_t`
       integer, intent(in) :: slot(:, :)          !! (corners, n_points)
-      logical, intent(in) :: is_crowded(:)       !! by node
+      logical, intent(in) :: is_high_valence(:)  !! by node
       integer, intent(in) :: nodes(:)
       logical, intent(in) :: back
       real(dp), intent(inout) :: contribution(*) !! from the first of the sums on that are exchanged
       real(dp), intent(inout) :: before(:, :)    !! (sums, as `crowded`)
       integer :: j, k, d
       do j = 1, size(nodes)
-         if (.not. is_crowded(nodes(j))) cycle
-         do k = 1, size(crowded, 2)
-            if (crowded(1, k) /= nodes(j)) cycle
+         if (.not. is_high_valence(nodes(j))) cycle
+         do k = 1, size(high_valence, 2)
+            if (high_valence(1, k) /= nodes(j)) cycle
             do d = 1, size(before, 1)
                associate (kept => contribution(slot(corners, nodes(j)) + stride*(d - 1)))
                   if (back) then
-                     kept = before(d, findloc(crowded(1, :), nodes(j), dim=1))
+                     kept = before(d, findloc(high_valence(1, :), nodes(j), dim=1))
                   else
                      before(d, k) = kept
-                     kept = kept + contribution(crowded(2, k) + stride*(d - 1))
+                     kept = kept + contribution(high_valence(2, k) + stride*(d - 1))
                   end if
                end associate
             end do
          end do
       end do
-   end subroutine exchange_crowded
+   end subroutine exchange_high_valence
 
    !> Assemble the masses (9) of some nodes.
    pure subroutine find_masses(n, nodes, slot, contribution, mass, inverse)

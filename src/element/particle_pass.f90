@@ -36,7 +36,7 @@ module hampm_particle_pass
    use hampm_support_pass, only: pass_by_supports
    implicit none
    private
-   public :: pass_report_t, pass_over_all, pass_over, pass_between, cell_matrices, look_for_leavers, blocks_per_task
+   public :: pass_report_t, pass_over_all, pass_over, pass_between, cell_matrices, find_crossing_particles, blocks_per_task
 
    integer, parameter :: blocks_per_task = 32    !! what a thread does at a time
    integer, parameter :: room = lanes*most_rows  !! places of the buffer
@@ -71,7 +71,7 @@ contains
          if (pass%audit) audit = [(sum([(f%audit(first, b), b=1, m%blocks%n)]), first=1, 2)]
       end if
       if (pass%map_matrix) f%mass_matrix%assembled = .false.
-      if (pass%move .and. .not. m%particles%total_frame) call look_for_leavers(m, f, report)
+      if (pass%move .and. .not. m%particles%total_frame) call find_crossing_particles(m, f, report)
       if (pass%audit) report%velocity_change_energy = audit(1)
       if (pass%audit) report%stress_work = audit(2)
    end subroutine pass_over_all
@@ -98,13 +98,13 @@ contains
    end subroutine pass_over
 
    !> Report whether particles have left their cells.
-   subroutine look_for_leavers(m, f, report)
+   subroutine find_crossing_particles(m, f, report)
       type(matter_t), intent(in) :: m
       type(nodal_fields_t), intent(in) :: f
       type(pass_report_t), intent(inout) :: report
       report%left_cell = any(f%left(:m%blocks%n))
       if (report%left_cell) report%jumped = any_has_jumped(m, f)
-   end subroutine look_for_leavers
+   end subroutine find_crossing_particles
 
    !> Do a pass over some blocks by given fields at given points at the corners of the cells.
    subroutine pass_between(pass, dt, m, f, listed, nodes, in_row, acceleration, new_velocity, strain_velocity)
@@ -245,8 +245,8 @@ contains
             else
                call add_gradient_product(n, rows, ld, xi, strain_by, h)
             end if
-            if (allocated(m%particles%history) .and. pass%keeps_history) &
-               call keep_history(n*rows, ld, m%materials, material, h, pass%strain_fraction*dt, number_of, m%particles%history)
+            if (allocated(m%particles%history) .and. pass%updates_state) &
+               call archive_history(n*rows, ld, m%materials, material, h, pass%strain_fraction*dt, number_of, m%particles%history)
          end if
          if (pass%move) then
             call add_field(n, rows, ld, xi, move_by, u)
@@ -413,23 +413,23 @@ contains
    end subroutine forces
 
    !> Keep the states of particles that have been strained in a step `dt`, where their law has a history.
-   pure subroutine keep_history(rows, ld, materials, material, h, dt, number, history)
+   pure subroutine archive_history(rows, ld, materials, material, h, dt, number, history)
       integer, intent(in) :: rows, ld, material(ld)
       type(material_t), intent(in) :: materials(:)
       real(dp), intent(in) :: h(ld, ndim, ndim), dt
       integer, intent(in) :: number(lanes*rows)         !! of the particles, 0 for none
       real(dp), intent(inout) :: history(:, :)
-      real(dp) :: h_of(ndim, ndim), past(size(history, 2))
+      real(dp) :: h_of(ndim, ndim), state(size(history, 2))
       integer :: k
       do k = 1, lanes*rows
          if (number(k) == 0) cycle
          if (.not. materials(material(k))%has_history()) cycle
          h_of = h(k, :, :)
-         past = history(number(k), :)
-         call materials(material(k))%follow(h_of, dt, past)
-         history(number(k), :) = past
+         state = history(number(k), :)
+         call materials(material(k))%update_state(h_of, dt, state)
+         history(number(k), :) = state
       end do
-   end subroutine keep_history
+   end subroutine archive_history
 
    !> Whether any particle of the blocks that one has left is no longer in its cell or one beside it.
    pure logical function any_has_jumped(m, f) result(jumped)

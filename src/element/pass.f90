@@ -19,7 +19,7 @@ module hampm_pass
       logical :: kick = .false.                  !! v <- v + a dt
       real(dp) :: strain_fraction = 0            !! part of the step over which to strain, 0: not at all
       integer :: strain_by = v_n                 !! which nodal velocity strains the particles
-      logical :: keeps_history = .true.          !! after straining: laws with a history remember the state
+      logical :: updates_state = .true.          !! after straining: laws with a history remember the state
       logical :: move = .false.                  !! u <- u + v^(n+1) dt
       logical :: map_mass = .false.              !! lumped mass to the grid
       logical :: map_momentum = .false.          !! momentum to the grid

@@ -82,7 +82,7 @@ contains
       real(dp) :: matrix(n_terms, n_terms), term(n_terms)
       integer, allocatable :: number(:)
       integer :: k, info
-      call look_around(m, node, material, number, edge)
+      call find_surroundings(m, node, material, number, edge)
       matrix = 0
       coefficient = 0
       do k = 1, size(number)
@@ -115,7 +115,7 @@ contains
       real(dp) :: x(ndim), mean_x(ndim), spread_x(ndim, ndim), mean(width), moment(width, ndim), edge
       integer :: n, k, d
       integer, allocatable :: number(:)
-      call look_around(m, node, material, number, edge)
+      call find_surroundings(m, node, material, number, edge)
       mean_x = 0
       spread_x = 0
       mean = 0
@@ -142,7 +142,7 @@ contains
    end subroutine fit
 
    !> The particles in the leaves at a node, or in their pieces, of one material where that is present, and the edge of the smallest leaf [m].
-   pure subroutine look_around(m, node, material, number, edge)
+   pure subroutine find_surroundings(m, node, material, number, edge)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: node
       integer, intent(in), optional :: material
@@ -158,7 +158,7 @@ contains
       number = [(([(i, i=m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e))], e=first(k), &
                   m%grid%last_of_piece(first(k))), k=1, size(first))]
       if (present(material)) number = pack(number, m%particles%material(number) == material)
-   end subroutine look_around
+   end subroutine find_surroundings
 
    !> S^-1 x of the matrix S of the spread of the places.
    pure function slope_weights(spread_x, x) result(weights)

@@ -14,7 +14,7 @@ module hampm_support_operators
    use hampm_orthotropic, only: n_voigt
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
-   use hampm_support_pass, only: look_at_particle, mean_gradients
+   use hampm_support_pass, only: find_particle_support, mean_gradients
    implicit none
    private
    public :: support_operators_t, find_support_operators, apply_support_operators, least_part
@@ -57,7 +57,7 @@ contains
       do k = 1, size(m%blocks%supports)
          associate (cell => m%blocks%supports(k))
             if (any(is_loaded(cell%first:cell%last))) cycle
-            call look_at_cell(m, cell, kind, operators%cell_mass(k))
+            call find_cell_kind(m, cell, kind, operators%cell_mass(k))
             if (kind%material == 0) cycle
             if (.not. m%materials(kind%material)%linear) cycle
             if (cell%n == corners) then
@@ -82,7 +82,7 @@ contains
    end subroutine find_support_operators
 
    !> The material, 0 where there are several, the number of particles and the volume that make the kind of a cell, and its mass [kg].
-   pure subroutine look_at_cell(m, cell, kind, mass)
+   pure subroutine find_cell_kind(m, cell, kind, mass)
       type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
       type(kind_t), intent(out) :: kind
@@ -101,7 +101,7 @@ contains
       kind%is_own = cell%is_cut
       root = nint(sqrt(real(kind%particles, dp)))
       if (root**2 /= kind%particles .and. .not. kind%is_own .and. cell%n > corners) kind%material = 0
-   end subroutine look_at_cell
+   end subroutine find_cell_kind
 
    !> Whether two kinds are the same.
    pure logical function is_alike(a, b)
@@ -122,7 +122,7 @@ contains
       integer :: e, i, c
       do e = cell%first, cell%last
          do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-            call look_at_particle(p, cell, i, n, gradient)
+            call find_particle_support(p, cell, i, n, gradient)
             do c = 1, cell%n
                kind%mass(:cell%n, c) = kind%mass(:cell%n, c) + p%mass(i)/mass*n(c)*n
             end do
@@ -142,7 +142,7 @@ contains
       associate (material => m%materials(kind%material), dofs => ndim*cell%n)
          do e = cell%first, cell%last
             do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-               call look_at_particle(m%particles, cell, i, n, gradient)
+               call find_particle_support(m%particles, cell, i, n, gradient)
                strain(1, 1::ndim) = gradient(:, 1)
                strain(2, 2::ndim) = gradient(:, 2)
                strain(3, 1::ndim) = gradient(:, 2)

@@ -1,5 +1,5 @@
 !> The passes over the particles (`hampm_particle_pass`) cell by cell, as the equations have them: a cell acts on the points of its support,
-!> the four of a bilinear or the nine of a quadratic one, and these on its particles, by their shape functions N and gradients. Scenes go this
+!> the four of a bilinear or the nine of a quadratic one, and these on its particles, by their shape functions N and gradients. Models go this
 !> way whose cells are quadratic, whose particles are rings, or share the dilatation of their cell; for others `hampm_particle_pass` is faster.
 !>
 !> **Mean dilatation.** Where material hardly changes its volume, as in plastic flow, a bilinear cell with 2 by 2 particles has as many
@@ -26,14 +26,14 @@ module hampm_support_pass
    use hampm_mass_matrix, only: mass_matrix_t, prepare_cell, floor_of_quadratic
    use hampm_material, only: material_t
    use hampm_matter, only: matter_t
-   use hampm_remembering, only: remember, hoop_resistance
+   use hampm_state_update, only: update_particle_state, hoop_resistance
    use hampm_nodal_fields, only: nodal_fields_t
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
    use hampm_tensors, only: identity, trace, determinant, inverse_transpose, product_of
    implicit none
    private
-   public :: pass_by_supports, look_at_particle, mean_gradients
+   public :: pass_by_supports, find_particle_support, mean_gradients
 
    real(dp), parameter :: rounding = 1e-12_dp    !! of masses of points, over that of a cell
 
@@ -76,7 +76,7 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(out) :: audit(2)          !! [J]
       logical, intent(out) :: has_left           !! whether a particle is no longer in the cell
-      logical :: all_gain_first
+      logical :: all_updated_first
       real(dp) :: mass(cell%n), momentum(ndim, cell%n), force(ndim, cell%n) ! sums [kg, kg m/s, N]
       real(dp) :: n(cell%n), gradient(cell%n, ndim), mean(cell%n, ndim)
       integer :: e, i
@@ -85,22 +85,22 @@ contains
       force = 0
       audit = 0
       has_left = .false.
-      all_gain_first = shares_dilatation(m, cell)
-      if (all_gain_first) mean = mean_gradients(m, cell)
+      all_updated_first = shares_dilatation(m, cell)
+      if (all_updated_first) mean = mean_gradients(m, cell)
       do e = cell%first, cell%last
          do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-            call look_at_particle(m%particles, cell, i, n, gradient)
-            call gain(i)
-            if (all_gain_first) cycle
-            if (pass%move .and. .not. m%particles%total_frame) call look_at_particle(m%particles, cell, i, n, gradient)
+            call find_particle_support(m%particles, cell, i, n, gradient)
+            call update_particle(i)
+            if (all_updated_first) cycle
+            if (pass%move .and. .not. m%particles%total_frame) call find_particle_support(m%particles, cell, i, n, gradient)
             call give(i)
          end do
       end do
-      if (all_gain_first) then
+      if (all_updated_first) then
          mean = mean_gradients(m, cell)
          do e = cell%first, cell%last
             do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-               call look_at_particle(m%particles, cell, i, n, gradient)
+               call find_particle_support(m%particles, cell, i, n, gradient)
                call give(i)
             end do
          end do
@@ -110,7 +110,7 @@ contains
    contains
 
       !> Give a particle what the points do to it (G2P).
-      subroutine gain(i)
+      subroutine update_particle(i)
          integer, intent(in) :: i
          real(dp) :: dv(ndim), v(ndim, cell%n), change(ndim, ndim), xi(ndim), hoop, missing
          associate (material => m%materials(m%particles%material(i)))
@@ -144,10 +144,10 @@ contains
                                                                              pass%strain_fraction*dt, m%particles, i, &
                                                                              m%particles%hoop_of(i))
                m%particles%gradient(i, :, :) = m%particles%gradient(i, :, :) + change
-               if (pass%keeps_history) call remember(material, pass%strain_fraction*dt, m%particles, i)
+               if (pass%updates_state) call update_particle_state(material, pass%strain_fraction*dt, m%particles, i)
             end if
          end associate
-      end subroutine gain
+      end subroutine update_particle
 
       !> Give the points what a particle does to them (P2G).
       subroutine give(i)
@@ -175,7 +175,7 @@ contains
    end subroutine pass_cell
 
    !> Functions of the points of a cell, and their gradients, where a particle stands.
-   pure subroutine look_at_particle(p, cell, i, n, gradient)
+   pure subroutine find_particle_support(p, cell, i, n, gradient)
       type(particles_t), intent(in) :: p
       type(support_t), intent(in) :: cell
       integer, intent(in) :: i
@@ -185,7 +185,7 @@ contains
       xi = inside_cell((p%place_in_grid(i) - cell%lower)*cell%inverse_size)
       n = cell%functions(xi)
       gradient = cell%gradients(xi)
-   end subroutine look_at_particle
+   end subroutine find_particle_support
 
    !> Whether a material is strained by gradients with respect to the present position although the frame is total.
    pure logical function is_by_place(material, p)
@@ -240,7 +240,7 @@ contains
          do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
             associate (material => m%materials(m%particles%material(i)))
                if (.not. material%mean_dilatation) cycle
-               call look_at_particle(m%particles, cell, i, n, gradient)
+               call find_particle_support(m%particles, cell, i, n, gradient)
                weight = m%particles%volume(i)
                if (material%is_finite()) &
                   weight = weight*determinant(identity + m%particles%gradient_of(i))*(1 + m%particles%hoop_of(i))
@@ -263,7 +263,7 @@ contains
       own = 0
       do e = cell%first, cell%last
          do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-            call look_at_particle(m%particles, cell, i, n, gradient)
+            call find_particle_support(m%particles, cell, i, n, gradient)
             do c = 1, cell%n
                own(:, c) = own(:, c) + m%particles%mass(i)*n(c)*n
             end do

@@ -8,7 +8,7 @@
 !> A thread does regions: some tiles in succession. Nodes of the first stage that several regions need are done before, and what
 !> needs several regions, after all these. Regions do not depend on the number of threads, so that sums by tile do not.
 !>
-!> So go steps of scenes in which nodes need no more than the cells around them: masses are lumped, no node hangs, and no faces touch. Some nodes may
+!> So go steps of models in which nodes need no more than the cells around them: masses are lumped, no node hangs, and no faces touch. Some nodes may
 !> wait: their accelerations are there when the first part of a step has been done, and what needs these comes in the second.
 module hampm_tiling
    use hampm_kinds, only: corners, dp, ndim
@@ -17,7 +17,7 @@ module hampm_tiling
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next, v_mapped
-   use hampm_nodal_kernels, only: find_masses, find_velocities, find_accelerations, damping_product, exchange_crowded
+   use hampm_nodal_kernels, only: find_masses, find_velocities, find_accelerations, damping_product, exchange_high_valence
    use hampm_pass, only: scheme_t
    implicit none
    private
@@ -304,7 +304,7 @@ contains
       real(dp), intent(in) :: free(:, :)
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
-      real(dp) :: before(n_sums, size(blocks%crowded, 2)) ! what crowded nodes have in their last slot
+      real(dp) :: before(n_sums, size(blocks%high_valence, 2)) ! what crowded nodes have in their last slot
       call exchange(back=.false.)
       associate (n => size(nodes), inverse => f%mass_matrix%inverse_lumped)
          if (mass) call find_masses(n, nodes, blocks%slot, f%contribution(1, 1, of_mass, 0), f%mass_matrix%lumped, inverse)
@@ -321,11 +321,11 @@ contains
          logical, intent(in) :: back
          integer, parameter :: first(*) = [of_mass, of_momentum, of_force], last(*) = first + [0, ndim - 1, ndim - 1]
          integer :: k
-         if (.not. allocated(blocks%is_crowded)) return
+         if (.not. allocated(blocks%is_high_valence)) return
          do k = 1, size(first)
             if (any([mass, velocity, acceleration] .and. first == first(k))) &
-               call exchange_crowded(blocks%crowded, blocks%slot, blocks%is_crowded, nodes, back, &
-                                     f%contribution(1, 1, first(k), 0), before(first(k):last(k), :))
+               call exchange_high_valence(blocks%high_valence, blocks%slot, blocks%is_high_valence, nodes, back, &
+                                          f%contribution(1, 1, first(k), 0), before(first(k):last(k), :))
          end do
       end subroutine exchange
    end subroutine do_nodes

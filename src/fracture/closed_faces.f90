@@ -21,11 +21,11 @@ module hampm_closed_faces
    use hampm_interface_points, only: interfaces_t, interface_point_t, contact, force_of, is_pressed
    implicit none
    private
-   public :: closed_faces_t, look_behind_tip
+   public :: closed_faces_t, sample_behind_tip
 
    real(dp), parameter :: replaced = 5           !! cells behind the tip in which the interface points' own tractions are not taken
    real(dp), parameter :: from = 2, to = 16      !! cells behind the tip between which they are fitted, or to half of the closed faces
-   real(dp), parameter :: told = 8               !! and up to which they tell whether the tip is closed
+   real(dp), parameter :: sampled = 8            !! and up to which they tell whether the tip is closed
    real(dp), parameter :: least = 1 - 1e-6_dp    !! cells of faces without which nothing is told; of cracks along grid lines they are whole numbers
    real(dp), parameter :: for_line = 4 - 1e-6_dp !! and without which the tractions have a mean only
 
@@ -40,21 +40,21 @@ module hampm_closed_faces
       real(dp) :: middle = 0                     !! distance at which it is the mean [m]
       real(dp) :: compliance = 0                 !! of the layer, overlap of the faces for a force over their length [m2/N]
       real(dp) :: swing(ndim) = 0                !! of what tractions bear beside the line, along the direction and across it [N]
-      real(dp) :: doubt_of_mean(ndim) = 0        !! of the mean by that [N/m]
-      real(dp) :: doubt_of_slope(ndim) = 0       !! [N/m2]
+      real(dp) :: uncertainty_of_mean(ndim) = 0  !! of the mean by that [N/m]
+      real(dp) :: uncertainty_of_slope(ndim) = 0 !! [N/m2]
    contains
       procedure :: has
       procedure :: slope_across
       procedure :: work_at_tip
       procedure :: traction_at
-      procedure :: doubt_at
+      procedure :: uncertainty_at
       procedure :: distance_of
    end type closed_faces_t
 
 contains
 
    !> Look at the faces behind a tip.
-   pure function look_behind_tip(interfaces, tip, direction, cell) result(faces)
+   pure function sample_behind_tip(interfaces, tip, direction, cell) result(faces)
       type(interfaces_t), intent(in) :: interfaces
       real(dp), intent(in) :: tip(ndim)          !! [m]
       real(dp), intent(in) :: direction(ndim)    !! unit vector out of the crack
@@ -71,7 +71,7 @@ contains
          r = faces%distance_of(interfaces%list(n))
          if (r > 0 .and. is_pressed(interfaces%list(n))) length = length + interfaces%list(n)%length
          if (r < merge(0.0_dp, from*cell, interfaces%list(n)%is_firm)) cycle
-         if (r > merge(1.0_dp, told, interfaces%list(n)%is_firm)*cell) cycle
+         if (r > merge(1.0_dp, sampled, interfaces%list(n)%is_firm)*cell) cycle
          there = there + interfaces%list(n)%length
          stiffness = stiffness + interfaces%list(n)%stiffness
          parted = parted + interfaces%list(n)%length*dot_product(interfaces%list(n)%normal, interfaces%list(n)%opening)
@@ -79,7 +79,7 @@ contains
       if (there < least*cell .or. .not. parted < 0) return
       faces%are_closed = .true.
       faces%compliance = there/stiffness
-      last = max(told*cell, min(to*cell, length), length/2)
+      last = max(sampled*cell, min(to*cell, length), length/2)
       length = 0
       square = 0
       do n = 1, interfaces%n
@@ -96,14 +96,14 @@ contains
       faces%middle = faces%middle/length
       faces%slope = merge(faces%slope - length*faces%middle*faces%mean, 0.0_dp, there >= for_line*cell) &
                     /max(square - length*faces%middle**2, tiny(square))
-      call find_doubts(faces, interfaces, last, length, max(square - length*faces%middle**2, length*cell**2))
-   end function look_behind_tip
+      call find_uncertainties(faces, interfaces, last, length, max(square - length*faces%middle**2, length*cell**2))
+   end function sample_behind_tip
 
    !> How far the line may be off in nineteen of twenty cases. What the tractions t bear beside it, R = int (t - line) dr, swings about a mean with a deviation s.
    !> By parts, a mean with weights w is off by int w' R dr/int w dr, and as R is another one in each cell of size h by
    !> s sqrt(h int w'**2 dr)/int w dr; the slope is a mean with w times the distance from the middle, over the mean square of that. Where the line begins to
    !> replace tractions it cuts R anywhere. Deviations of few cells, less two for the line, are those of Student's distribution.
-   pure subroutine find_doubts(faces, interfaces, last, length, square)
+   pure subroutine find_uncertainties(faces, interfaces, last, length, square)
       type(closed_faces_t), intent(inout) :: faces
       type(interfaces_t), intent(in) :: interfaces
       real(dp), intent(in) :: last               !! distance up to which the line is fitted [m]
@@ -133,9 +133,9 @@ contains
       associate (cells => max(way/faces%cell, 3.0_dp))
          faces%swing = (2 + 3/(cells - 2))*sqrt(cells/(cells - 2)*max(squares/way - (mean/way)**2, 0.0_dp))
       end associate
-      faces%doubt_of_mean = faces%swing*sqrt(faces%cell*wave(1))/length
-      faces%doubt_of_slope = faces%swing*sqrt(faces%cell*wave(2))/square
-   end subroutine find_doubts
+      faces%uncertainty_of_mean = faces%swing*sqrt(faces%cell*wave(1))/length
+      faces%uncertainty_of_slope = faces%swing*sqrt(faces%cell*wave(2))/square
+   end subroutine find_uncertainties
 
    !> How far behind the tip an interface point between its faces is; below 0 for all others [m].
    pure real(dp) function distance_of(self, point) result(r)
@@ -189,11 +189,11 @@ contains
    end function traction_at
 
    !> By how much the line may be off there, along the direction and across it, in nineteen of twenty cases [N/m].
-   pure function doubt_at(self, point) result(doubt)
+   pure function uncertainty_at(self, point) result(uncertainty)
       class(closed_faces_t), intent(in) :: self
       type(interface_point_t), intent(in) :: point
-      real(dp) :: doubt(ndim)
-      doubt = sqrt(self%doubt_of_mean**2 + (self%doubt_of_slope*(self%distance_of(point) - self%middle))**2 &
-                   + (self%swing/(2*replaced*self%cell))**2)
-   end function doubt_at
+      real(dp) :: uncertainty(ndim)
+      uncertainty = sqrt(self%uncertainty_of_mean**2 + (self%uncertainty_of_slope*(self%distance_of(point) - self%middle))**2 &
+                         + (self%swing/(2*replaced*self%cell))**2)
+   end function uncertainty_at
 end module hampm_closed_faces

@@ -8,7 +8,7 @@ module hampm_cohesive_zone
    use hampm_text, only: add_line, to_text
    implicit none
    private
-   public :: follow_zones, zone_length, look_at_zones
+   public :: follow_zones, zone_length, check_zones
 
 contains
 
@@ -45,21 +45,21 @@ contains
    end function zone_length
 
    !> Say once where a zone is longer than the smallest disc around its tip: J leaves out what it takes beyond.
-   pure subroutine look_at_zones(cracks, interfaces, said)
+   pure subroutine check_zones(cracks, interfaces, message)
       type(cracks_t), intent(in) :: cracks
       type(interfaces_t), intent(in) :: interfaces
-      character(:), allocatable, intent(inout) :: said
+      character(:), allocatable, intent(inout) :: message
       character(*), parameter :: what = 'J leaves out what its cohesive zone takes outside of a disc'
       integer :: k
       do k = 1, size(cracks%tips)
          associate (tip => cracks%tips(k))
             if (.not. tip%has_zone .or. size(tip%radii) == 0) cycle
             if (zone_length(interfaces, tip%crack) <= minval(tip%radii)) cycle
-            if (.not. allocated(said)) said = ''
-            if (index(said, what) > 0) return
-            call add_line(said, 'tip '//to_text(k)//': '//what//': the zone has become longer than the smallest radius, '// &
+            if (.not. allocated(message)) message = ''
+            if (index(message, what) > 0) return
+            call add_line(message, 'tip '//to_text(k)//': '//what//': the zone has become longer than the smallest radius, '// &
                           to_text(minval(tip%radii))//' m; use larger &energy_release radii, or take J from the loads')
          end associate
       end do
-   end subroutine look_at_zones
+   end subroutine check_zones
 end module hampm_cohesive_zone

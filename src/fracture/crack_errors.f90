@@ -6,8 +6,8 @@ module hampm_crack_errors
    use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t, first_point
    use hampm_estimated_errors, only: relative_errors, hardly
-   use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, missing_energy, displace, error_by_lengths, &
-                                   place_of_tip, tip_zone, tips_at_rest_t, find_tips_at_rest
+   use hampm_expected_error, only: static_crack_t, find_static_crack, missing_energy, displace, error_by_lengths, &
+                                   place_of_tip, tip_zone, static_tips_t, find_static_tips
    use hampm_failure, only: failure_t
    use hampm_loads, only: largest_factors
    use hampm_mass_solver, only: mass_solver_t
@@ -33,7 +33,7 @@ contains
       type(mass_solver_t), intent(inout) :: extrapolation
       type(crack_values_t), intent(inout) :: values(:) !! by tip
       type(failure_t), intent(inout) :: failure
-      type(tips_at_rest_t) :: at_rest
+      type(static_tips_t) :: static_tips
       logical :: at_nodes
       integer :: k
       if (size(values) == 0) return
@@ -41,14 +41,14 @@ contains
       if (any(problem%materials(problem%particles%material(:problem%particles%n))%has_history())) return
       associate (tips => cracks%tips(:size(values)))
          at_nodes = all(tips%nodes%tip > 0)
-         if (.not. at_nodes) call find_tips_at_rest(problem, tips, at_rest)
+         if (.not. at_nodes) call find_static_tips(problem, tips, static_tips)
          do k = 1, size(values)
             values(k)%errors%cell = tips(k)%nodes%spacing
             values(k)%errors%are_known = .true.
             if (at_nodes) then
                call estimate_at_node(problem, cracks, k, extrapolation, values(k), failure)
-            else if (at_rest%known) then
-               call estimate_by_shifts(problem, tips, k, at_rest, values(k))
+            else if (static_tips%known) then
+               call estimate_by_shifts(problem, tips, k, static_tips, values(k))
             else
                call estimate_by_lengths(problem, cracks, k, values(k))
             end if
@@ -82,13 +82,13 @@ contains
       type(mass_solver_t), intent(inout) :: extrapolation
       type(crack_values_t), intent(inout) :: values
       type(failure_t), intent(inout) :: failure
-      type(crack_at_rest_t) :: crack
+      type(static_crack_t) :: crack
       type(crack_values_t) :: found
       type(particles_t) :: p
       integer :: k
       type(tip_field_t) :: field                 ! an associate name of what a function returns would free its law twice in gfortran 12
       associate (tip => cracks%tips(number), errors => values%errors)
-         call find_crack_at_rest(problem, cracks%tips, number, problem%particles%thickness%at(tip%now), crack)
+         call find_static_crack(problem, cracks%tips, number, problem%particles%thickness%at(tip%now), crack)
          if (.not. crack%known) then
             call estimate_by_lengths(problem, cracks, number, values)
             return
@@ -101,17 +101,17 @@ contains
          errors%by_mode = .true.
          errors%of_tip = crack%part_of_tip()
          field = new_tip_field(problem%materials(tip%material), tip%direction)
-         associate (best => crack%best(), doubt => crack%doubt(), own => problem%grid%is_quadratic())
+         associate (best => crack%best(), correction => crack%correction(), own => problem%grid%is_quadratic())
             do k = 1, size(values%estimates)
-               values%estimates(k)%error%relative = relative_errors(found%estimates(k)%rate, best, doubt, own, hardly**2)
+               values%estimates(k)%error%relative = relative_errors(found%estimates(k)%rate, best, correction, own, hardly**2)
             end do
-            errors%domain%relative = relative_errors(found%domain, best, doubt, own, hardly**2)
+            errors%domain%relative = relative_errors(found%domain, best, correction, own, hardly**2)
             ! In material whose modes turn into each other both have the relative error of either, unless one of them is small
-            errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), doubt/2, own, &
+            errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), correction/2, own, &
                                                         merge(hardly, 10*hardly, problem%materials(tip%material)%isotropic))
             if (.not. problem%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
             if (allocated(found%j)) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(best)], &
-                                                                                [sum(doubt*best)/sum(best)], own, hardly**2))
+                                                                                [sum(correction*best)/sum(best)], own, hardly**2))
          end associate
       end associate
    end subroutine estimate_at_node
@@ -120,11 +120,11 @@ contains
    !> fields of the true place find around it; other tips near it are astray too. To this comes what the other cells lack.
    !>
    !> What K changes by as the tip acts at d ahead of where it is sought is d dK/da, less what it changes by as it is sought at d.
-   subroutine estimate_by_shifts(problem, tips, number, at_rest, values)
+   subroutine estimate_by_shifts(problem, tips, number, static_tips, values)
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tips(:)
       integer, intent(in) :: number              !! of the tip
-      type(tips_at_rest_t), intent(in) :: at_rest
+      type(static_tips_t), intent(in) :: static_tips
       type(crack_values_t), intent(inout) :: values
       real(dp), parameter :: no_shift(ndim) = 0
       integer, parameter :: most_others = 4      ! that are counted: what others change falls with the square of their distance
@@ -135,19 +135,19 @@ contains
       of_k = 0
       of_j = 0
       associate (h => tips(number)%nodes%spacing)
-         call find(0.0_dp*at_rest%moved(:, :, 1), no_shift, k, j)
+         call find(0.0_dp*static_tips%moved(:, :, 1), no_shift, k, j)
          do t = 1, size(tips)
             distance = norm2(tips(t)%place - tips(number)%place)
             if (count([(norm2(tips(d)%place - tips(number)%place) < distance, d=1, size(tips))]) > most_others) cycle
             call place_of_tip(problem, tips(t), off_of_j, off_of_k)
-            call find(h*at_rest%moved(:, :, t), no_shift, k_there, j_there)
-            call find(-h*at_rest%moved(:, :, t), no_shift, k_here, j_here)
+            call find(h*static_tips%moved(:, :, t), no_shift, k_there, j_there)
+            call find(-h*static_tips%moved(:, :, t), no_shift, k_here, j_here)
             of_j = of_j + maxval(off_of_j)*abs(j_there - j_here)/2
             k_there = k_there - k_here
             if (t == number .and. tips(t)%nodes%in_cell) then
-               call find(0.0_dp*at_rest%moved(:, :, 1), h/2*tips(t)%direction, k_here, j_here)
+               call find(0.0_dp*static_tips%moved(:, :, 1), h/2*tips(t)%direction, k_here, j_here)
                k_there = k_there - 2*k_here
-               call find(0.0_dp*at_rest%moved(:, :, 1), -h/2*tips(t)%direction, k_here, j_here)
+               call find(0.0_dp*static_tips%moved(:, :, 1), -h/2*tips(t)%direction, k_here, j_here)
                k_there = k_there + 2*k_here
             end if
             of_k = of_k + off_of_k*abs(k_there)/2
@@ -155,9 +155,9 @@ contains
          do d = 1, size(tips)
             places(:, d) = tips(d)%place
          end do
-         associate (moved => at_rest%moved(:, :, number))
-            by_cells = abs(missing_energy(problem, places, tip_zone*h, at_rest%u + h*moved) &
-                           - missing_energy(problem, places, tip_zone*h, at_rest%u - h*moved)) &
+         associate (moved => static_tips%moved(:, :, number))
+            by_cells = abs(missing_energy(problem, places, tip_zone*h, static_tips%u + h*moved) &
+                           - missing_energy(problem, places, tip_zone*h, static_tips%u - h*moved)) &
                        /(2*h*problem%particles%thickness%at(tips(number)%now))
             if (tips(number)%is_half()) by_cells = 2*by_cells
          end associate
@@ -186,10 +186,10 @@ contains
          tip = tips(number)
          tip%may_close = .false.
          tip%radii = [max(min(minval(tip%radii), maxval(tip%radii)/2), min(2*tip%nodes%spacing, maxval(tip%radii)))]
-         call displace(problem, at_rest%u + u, p)
+         call displace(problem, static_tips%u + u, p)
          allocate (found%j(1))
-         call measure_domain(problem, at_rest%scale*largest_factors(problem%loads), tip, p, &
-                             resting(problem, at_rest%acceleration), found, shift)
+         call measure_domain(problem, static_tips%scale*largest_factors(problem%loads), tip, p, &
+                             resting(problem, static_tips%acceleration), found, shift)
          k = found%intensity
          j = found%j(1)
       end subroutine find

@@ -80,7 +80,7 @@ contains
          end do
          if (.not. allocated(v%j)) return
          j = sum(v%j)/size(v%j)
-         spread_of_j = maxval(v%j) - minval(v%j) + v%doubt_of_j
+         spread_of_j = maxval(v%j) - minval(v%j) + v%uncertainty_of_j
          call follow(errors%j, j, scale, spread_of_j)
          part = 0
          if (sum(abs(v%domain)) > 0) part = abs(v%domain)/sum(abs(v%domain))

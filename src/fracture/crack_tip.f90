@@ -11,7 +11,7 @@ module hampm_crack_tip
    use hampm_grid, only: grid_t
    implicit none
    private
-   public :: crack_tip_t, tip_nodes_t, frame_along, face_nodes, upper, lower, keep_surroundings
+   public :: crack_tip_t, tip_nodes_t, frame_along, face_nodes, upper, lower, archive_surroundings
 
    integer, parameter :: upper = 1, lower = 2    !! the faces
 
@@ -140,20 +140,20 @@ contains
    end function face_nodes
 
    !> Keep what surrounds a tip.
-   subroutine keep_surroundings(tip, archive)
+   subroutine archive_surroundings(tip, archive)
       type(crack_tip_t), intent(inout) :: tip
       class(archive_t), intent(inout) :: archive
       integer :: n
-      call archive%keep('material', tip%material)
-      call archive%keep('grown', tip%grown)
-      call archive%keep('speed', tip%speed)
+      call archive%serialise('material', tip%material)
+      call archive%serialise('grown', tip%grown)
+      call archive%serialise('speed', tip%speed)
       n = size(tip%radii)
-      call archive%keep('number_radii', n)
+      call archive%serialise('number_radii', n)
       if (n == 0 .or. archive%failure%failed()) return
       if (archive%is_read) then
          deallocate (tip%radii)
          allocate (tip%radii(n))
       end if
-      call archive%keep_reals('radii', n, tip%radii)
-   end subroutine keep_surroundings
+      call archive%archive_reals('radii', n, tip%radii)
+   end subroutine archive_surroundings
 end module hampm_crack_tip

@@ -4,7 +4,7 @@ module hampm_crack_values
    use hampm_archive, only: archive_t
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
-   use hampm_estimated_errors, only: estimated_errors_t, keep_errors, keep_column
+   use hampm_estimated_errors, only: estimated_errors_t, archive_errors, archive_column
    use hampm_estimator, only: estimator_t, estimate_t, total
    implicit none
    private
@@ -19,7 +19,7 @@ module hampm_crack_values
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
       real(dp) :: g_of_k = 0                     !! energy release rate that goes with these [J/m2]
       real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains; of closed tips with all that is in doubt [Pa sqrt(m)]
-      real(dp) :: doubt_of_j = 0                 !! by what K and J differ at a closed tip [J/m2]
+      real(dp) :: uncertainty_of_j = 0           !! by what K and J differ at a closed tip [J/m2]
       real(dp), allocatable :: j(:)              !! J integral of each domain, by the radii of the tip [J/m2]; none where it is not chosen
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
       real(dp) :: mouth(modes) = 0               !! the same at the mouth [m]
@@ -84,9 +84,9 @@ contains
       type(crack_values_t), intent(inout) :: values
       class(archive_t), intent(inout) :: archive
       integer :: k
-      call keep_errors(values%errors, archive)
+      call archive_errors(values%errors, archive)
       do k = 1, size(values%estimates)
-         call keep_column(values%estimates(k)%error, trim(values%estimates(k)%by%name), archive)
+         call archive_column(values%estimates(k)%error, trim(values%estimates(k)%by%name), archive)
       end do
    end subroutine keep_crack_values
 end module hampm_crack_values

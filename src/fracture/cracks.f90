@@ -1,5 +1,5 @@
 !> The cracks of a run: they own where cracks are, and grid, refinement, integrals, measurements and checkpoints ask them. What the
-!> scene says of cracks is read once, when a run is assembled.
+!> model says of cracks is read once, when a run is assembled.
 !>
 !> A crack is a polyline in the reference configuration. An end inside the material is a tip; an end that is none lies on the
 !> surface of the material or beyond it. Tips are numbered through: of the first crack first its last point, then its first point,
@@ -7,14 +7,14 @@
 module hampm_cracks
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_archive, only: archive_t
-   use hampm_crack_tip, only: keep_surroundings, crack_tip_t, frame_along, upper, lower
+   use hampm_crack_tip, only: archive_surroundings, crack_tip_t, frame_along, upper, lower
    use hampm_cut_cells, only: line_t, length_of, both_faces, left_face, right_face
    use hampm_failure, only: failure_t, exit_input
    use hampm_grid, only: grid_t
    use hampm_text, only: to_text
    implicit none
    private
-   public :: crack_t, cracks_t, first_point, last_point, keep_cracks
+   public :: crack_t, cracks_t, first_point, last_point, archive_cracks
 
    integer, parameter :: first_point = 1, last_point = 2 !! the ends
 
@@ -320,40 +320,40 @@ contains
       end do
    end subroutine find_nodes
 
-   !> Keep where cracks are, and what surrounds their tips. When they are read, they are those that the scene begins with.
-   subroutine keep_cracks(cracks, archive)
+   !> Keep where cracks are, and what surrounds their tips. When they are read, they are those that the model begins with.
+   subroutine archive_cracks(cracks, archive)
       type(cracks_t), intent(inout) :: cracks
       class(archive_t), intent(inout) :: archive
       integer :: k
       do k = 1, size(cracks%crack)
          call archive%section('crack_'//to_text(k))
-         call keep_crack(cracks%crack(k), archive)
+         call archive_crack(cracks%crack(k), archive)
       end do
       if (archive%failure%failed()) return
       if (archive%is_read) call cracks%list_tips()
       do k = 1, size(cracks%tips)
          call archive%section('tip_'//to_text(k))
-         call keep_surroundings(cracks%tips(k), archive)
+         call archive_surroundings(cracks%tips(k), archive)
       end do
-   end subroutine keep_cracks
+   end subroutine archive_cracks
 
    !> Keep where a crack is.
-   subroutine keep_crack(crack, archive)
+   subroutine archive_crack(crack, archive)
       type(crack_t), intent(inout) :: crack
       class(archive_t), intent(inout) :: archive
       integer :: n
       n = size(crack%points, 2)
-      call archive%keep('number_points', n)
+      call archive%serialise('number_points', n)
       if (archive%is_read) then
          if (n < 2) call archive%refuse('a crack has two points at least')
          if (archive%failure%failed()) return
          deallocate (crack%points)
          allocate (crack%points(ndim, n))
       end if
-      call archive%keep_reals('points', size(crack%points), crack%points)
-      call archive%keep_logicals('is_tip', size(crack%is_tip), crack%is_tip)
-      call archive%keep_reals('mouth', ndim, crack%mouth)
-      call archive%keep_reals('beyond', size(crack%beyond), crack%beyond)
-      call archive%keep_reals('bonded', size(crack%bonded), crack%bonded)
-   end subroutine keep_crack
+      call archive%archive_reals('points', size(crack%points), crack%points)
+      call archive%archive_logicals('is_tip', size(crack%is_tip), crack%is_tip)
+      call archive%archive_reals('mouth', ndim, crack%mouth)
+      call archive%archive_reals('beyond', size(crack%beyond), crack%beyond)
+      call archive%archive_reals('bonded', size(crack%bonded), crack%bonded)
+   end subroutine archive_crack
 end module hampm_cracks

@@ -7,7 +7,7 @@ module hampm_domain_integral
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_tip, only: frame_along
    use hampm_crack_tip_field, only: modes
-   use hampm_interface_points, only: interfaces_t, holds, is_half, look_at_faces
+   use hampm_interface_points, only: interfaces_t, holds, is_half, find_face_force
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
    use hampm_material, only: material_t
@@ -28,7 +28,7 @@ module hampm_domain_integral
    !> How far behind its node the tip of a crack acts, in cells there, in each mode. Around a node bilinear cells resolve the field
    !> of a crack that is a little shorter; how much is the same at every size, as the field is. docs/energy_release_rate.md has the
    !> measurements, `bench/effective_tip.py` makes them.
-   real(dp), parameter :: setback(modes) = [0.20_dp, 0.31_dp]
+   real(dp), parameter :: tip_offset(modes) = [0.20_dp, 0.31_dp]
 
    !> The tip of a straight crack, and the discs around it.
    type :: tip_domain_t
@@ -47,10 +47,10 @@ module hampm_domain_integral
       type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction
       real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, as they were at first [Pa]
       logical :: quadratic = .false.             !! whether cells are quadratic
-      real(dp) :: setback(modes) = 0             !! of these, else 0 [cells]
+      real(dp) :: tip_offset(modes) = 0          !! of these, else 0 [cells]
    contains
       procedure :: in_axes
-      procedure :: lag
+      procedure :: tip_offset_of
       procedure :: from_tip
    end type tip_domain_t
 
@@ -98,7 +98,7 @@ contains
    !>
    !> The terms (rho v**2/2) q,1 + rho v_i v_i,1 q of Nakamura, Shih & Freund are the derivative of rho v**2 q/2 along the crack: as long as
    !> its tip rests their integral is 0, and what the sums leave of it is an error, in a body that flies one larger than J. They are left out.
-   subroutine domain_integrals(unturned, problem, factors, p, state, closed, j, k, k_doubt)
+   subroutine domain_integrals(unturned, problem, factors, p, state, closed, j, k, k_uncertainty)
       type(tip_domain_t), intent(in) :: unturned !! `turn` is found here
       type(problem_t), intent(in) :: problem     !! its loads at their places in the grid; those that reach into a disc are on the
                                                  !! faces
@@ -108,7 +108,7 @@ contains
       type(closed_faces_t), intent(in) :: closed !! what the faces behind a closed tip carry
       real(dp), intent(out) :: j(:)              !! [J/m2], by radius
       real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
-      real(dp), intent(out) :: k_doubt(:, :)     !! by how much tractions behind a closed tip leave it in doubt, (modes, by radius)
+      real(dp), intent(out) :: k_uncertainty(:, :) !! by how much tractions behind a closed tip leave it in doubt, (modes, by radius)
       real(dp), allocatable :: q(:, :)
       real(dp) :: by_closed(modes, size(unturned%radius))
       integer, allocatable :: elements(:)
@@ -123,12 +123,12 @@ contains
          call weight_nodes(domain, grid, q)
          n_functions = grid%n_functions
          elements = blocks%occupied(:blocks%n_occupied)  ! with q above 0; bodies that meet the cracked one are not part of it
-         elements = pack(elements, [(any(q(:, grid%support_of(elements(n))) > 0) .and. grid%is_on_first_sheet(elements(n)), &
+         elements = pack(elements, [(any(q(:, grid%support_of(elements(n))) > 0) .and. grid%is_in_first_field(elements(n)), &
                                     n=1, size(elements))])
          call find_mean_slope(domain, grid, p, blocks, q, elements, c)
          j = 0
          k = 0
-         k_doubt = 0
+         k_uncertainty = 0
          by_closed = 0
          do n = 1, size(elements)
             associate (e => elements(n))
@@ -142,7 +142,7 @@ contains
                end do
             end associate
          end do
-         call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, q, j, k, by_closed, k_doubt)
+         call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, q, j, k, by_closed, k_uncertainty)
          do n = 1, size(problem%loads)
             if (problem%loads(n)%by_mass .or. problem%loads(n)%line > 0) cycle
             call add_loaded_faces(domain, grid, p, blocks, problem%loads(n), factors(n), q, c, j, k)
@@ -152,7 +152,7 @@ contains
       do n = 1, size(j)
          k(:, n) = domain%field%intensities_of(k(:, n), domain%thickness)
          if (closed%are_closed) j(n) = j(n) + by_closed(2, n)*k(2, n)/domain%thickness ! faces there slide as those of K_II do
-         k_doubt(:, n) = abs(domain%field%intensities_of(k_doubt(:, n), domain%thickness))
+         k_uncertainty(:, n) = abs(domain%field%intensities_of(k_uncertainty(:, n), domain%thickness))
       end do
       if (domain%half) then
          j = 2*j
@@ -194,11 +194,11 @@ contains
    end subroutine weight_nodes
 
    !> How far behind its node the tip acts in a mode [m].
-   pure real(dp) function lag(self, mode)
+   pure real(dp) function tip_offset_of(self, mode)
       class(tip_domain_t), intent(in) :: self
       integer, intent(in) :: mode
-      lag = merge(self%setback(mode), setback(mode), self%setback(mode) > 0)*self%cell
-   end function lag
+      tip_offset_of = merge(self%tip_offset(mode), tip_offset(mode), self%tip_offset(mode) > 0)*self%cell
+   end function tip_offset_of
 
    !> A vector in the present configuration, in the axes of the crack.
    pure function in_axes(self, vector)
@@ -286,7 +286,7 @@ contains
             h(:, d) = turned_back(domain, h(:, d), identity(:, d))
          end do
          xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
-         call grid%look_in(e, xi, points, s%shape)
+         call grid%shape_functions_in(e, xi, points, s%shape)
          divergence = 0
          do d = 1, grid%n_functions
             divergence = divergence + s%shape(d)*state%divergence(:, points(d))
@@ -299,7 +299,7 @@ contains
          s%size = grid%element_size(e)
          s%slope = matmul(matmul(h, domain%direction), axes) - c
          s%hoop = p%hoop_of(i)
-         s%stress = matmul(transpose(axes), matmul(material%conjugate_stress(h, p%history_of(i), s%hoop), axes))
+         s%stress = matmul(transpose(axes), matmul(material%first_piola_stress(h, p%history_of(i), s%hoop), axes))
          s%energy = material%energy_density(h, p%history_of(i), s%hoop) &
                     + material%dissipation(h, p%history_of(i), s%hoop)
          s%radius = p%reference(i, 1)
@@ -358,7 +358,7 @@ contains
       axes = frame_along(domain%direction)
       do mode = 1, modes
          x = s%x                                 ! whose second component tells the faces apart by its sign where it is 0
-         x(1) = x(1) + domain%lag(mode)
+         x(1) = x(1) + domain%tip_offset_of(mode)
          if (norm2(x) < singular*s%size) cycle
          a = domain%field%gradient(mode, x)
          if (s%on_both) a = (a + domain%field%gradient(mode, [x(1), -x(2)]))/2
@@ -383,7 +383,7 @@ contains
    !> In the last cells the slope of a is largest, and the layer of interface points, which gives way where the tip does not, carries too little
    !> and too much by turns. At a closed tip the traction there is that of the faces behind, continued, they slide as K_II has it, and the
    !> layer follows that traction.
-   pure subroutine add_faces_on_interfaces(domain, interfaces, closed, total_frame, q, j, k, by_closed, k_doubt)
+   pure subroutine add_faces_on_interfaces(domain, interfaces, closed, total_frame, q, j, k, by_closed, k_uncertainty)
       type(tip_domain_t), intent(in) :: domain
       type(interfaces_t), intent(in) :: interfaces
       type(closed_faces_t), intent(in) :: closed
@@ -391,8 +391,9 @@ contains
       real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
       real(dp), intent(inout) :: j(:), k(:, :)
       real(dp), intent(inout) :: by_closed(:, :) !! what of k is by faces behind a closed tip
-      real(dp), intent(inout) :: k_doubt(:, :)   !! the part in doubt of what other tractions than the interface points' own make of k
-      real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim), doubt(ndim)
+      real(dp), intent(inout) :: k_uncertainty(:, :) !! the part in doubt of what other tractions than the interface points' own make of k
+      real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim), &
+                  uncertainty(ndim)
       logical :: is_there, is_closed
       integer :: n, i, mode
       direction = domain%direction
@@ -407,14 +408,14 @@ contains
          if (is_half(interfaces%list(n))) at_point = 2*at_point ! there is one face
          if (.not. any(at_point > 0)) cycle
          if (domain%has_zone .and. holds(interfaces%list(n))) at_point = merge(at_point - 1, 0.0_dp, at_point > 0)
-         doubt = 0
-         call look_at_faces(interfaces, n, direction, force, slope, is_there)
+         uncertainty = 0
+         call find_face_force(interfaces, n, direction, force, slope, is_there)
          is_closed = closed%has(interfaces%list(n))
          if (is_there .and. .not. is_closed) j = j + dot_product(force, slope)*at_point
          if (is_closed) then
             force = interfaces%list(n)%length*closed%traction_at(interfaces%list(n))
             j = j + dot_product(force, closed%slope_across())*at_point
-            doubt = interfaces%list(n)%length*closed%doubt_at(interfaces%list(n))
+            uncertainty = interfaces%list(n)%length*closed%uncertainty_at(interfaces%list(n))
          else if (.not. is_there) then
             cycle
          end if
@@ -425,7 +426,7 @@ contains
             of_unit = 2*mean_slope_of_face(domain, mode, -x(1), interfaces%list(n)%length/2)
             k(mode, :) = k(mode, :) + dot_product(force, of_unit)*at_point
             if (is_closed) by_closed(mode, :) = by_closed(mode, :) + dot_product(force, of_unit)*at_point
-            k_doubt(mode, :) = k_doubt(mode, :) + dot_product(doubt, of_unit)*at_point
+            k_uncertainty(mode, :) = k_uncertainty(mode, :) + dot_product(uncertainty, of_unit)*at_point
          end do
       end do
    end subroutine add_faces_on_interfaces
@@ -526,8 +527,8 @@ contains
       real(dp) :: mean(ndim)
       real(dp) :: near, far
       integer :: d
-      near = max(r - half - domain%lag(mode), 0.0_dp)
-      far = max(r + half - domain%lag(mode), 0.0_dp)
+      near = max(r - half - domain%tip_offset_of(mode), 0.0_dp)
+      far = max(r + half - domain%tip_offset_of(mode), 0.0_dp)
       mean = 0
       if (.not. half > 0) return
       do d = 1, ndim

@@ -6,7 +6,7 @@ module hampm_estimated_errors
    use hampm_crack_tip_field, only: modes
    implicit none
    private
-   public :: error_t, estimated_errors_t, relative_errors, follow, keep_errors, keep_column, hardly, uncertainty
+   public :: error_t, estimated_errors_t, relative_errors, follow, archive_errors, archive_column, hardly, uncertainty
 
    !> Part of the largest value so far of which there is always the relative error: where a value passes through zero, a small
    !> shift in time is an error of the size of its neighbours.
@@ -46,17 +46,17 @@ contains
    !> The relative errors of columns that are `value` at rest where `best` is thought to be right, but for the part `doubt` of it.
    !> A mode that is hardly there at rest, as best known or as a value, has the relative error of the other. Where values are as good as
    !> what `best` corrects, which is itself extrapolated along the crack, each may lack all of the correction.
-   pure function relative_errors(value, best, doubt, are_exact, least) result(relative)
+   pure function relative_errors(value, best, correction, are_exact, least) result(relative)
       real(dp), intent(in) :: value(:), best(:)  !! by mode, in the unit of the column; only their sizes count
-      real(dp), intent(in) :: doubt(:)           !! by how much the estimate corrects `best`, over it [-]
+      real(dp), intent(in) :: correction(:)      !! by how much the estimate corrects `best`, over it [-]
       logical, intent(in) :: are_exact           !! whether values are but for the correction, as of quadratic cells
       real(dp), intent(in) :: least              !! of a mode that is there, over the other [-]
       real(dp) :: relative(size(value))          !! [-]
       logical :: there(size(value))
       there = abs(best) > least*maxval(abs(best)) .and. abs(value) > least*maxval(abs(value))
       relative = 0
-      where (there) relative = abs(abs(best/value) - 1) + uncertainty*doubt*abs(best/value)
-      if (are_exact) relative = merge(max(relative, (1 + uncertainty)*doubt), relative, there)
+      where (there) relative = abs(abs(best/value) - 1) + uncertainty*correction*abs(best/value)
+      if (are_exact) relative = merge(max(relative, (1 + uncertainty)*correction), relative, there)
       where (.not. there) relative = maxval(relative)
    end function relative_errors
 
@@ -79,30 +79,30 @@ contains
    end function with_cells
 
    !> Keep what the next errors need of the values so far.
-   subroutine keep_errors(errors, archive)
+   subroutine archive_errors(errors, archive)
       type(estimated_errors_t), intent(inout) :: errors
       class(archive_t), intent(inout) :: archive
-      call keep_column(errors%domain, 'domain', archive)
-      call keep_column(errors%intensity, 'intensity', archive)
-      call archive%keep('j_relative', errors%j%relative)
-      call archive%keep('j_largest', errors%j%largest)
-      call archive%keep('of_tip', errors%of_tip)
-      call archive%keep('error_cell', errors%cell)
-      call archive%keep('errors_are_known', errors%are_known)
-      call archive%keep('errors_by_mode', errors%by_mode)
-   end subroutine keep_errors
+      call archive_column(errors%domain, 'domain', archive)
+      call archive_column(errors%intensity, 'intensity', archive)
+      call archive%serialise('j_relative', errors%j%relative)
+      call archive%serialise('j_largest', errors%j%largest)
+      call archive%serialise('of_tip', errors%of_tip)
+      call archive%serialise('error_cell', errors%cell)
+      call archive%serialise('errors_are_known', errors%are_known)
+      call archive%serialise('errors_by_mode', errors%by_mode)
+   end subroutine archive_errors
 
    !> Keep those of the columns of an estimator.
-   subroutine keep_column(errors, name, archive)
+   subroutine archive_column(errors, name, archive)
       type(error_t), intent(inout) :: errors(modes)
       character(*), intent(in) :: name
       class(archive_t), intent(inout) :: archive
       real(dp) :: kept(modes)
       kept = errors%relative
-      call archive%keep_reals(name//'_relative', modes, kept)
+      call archive%archive_reals(name//'_relative', modes, kept)
       errors%relative = kept
       kept = errors%largest
-      call archive%keep_reals(name//'_largest', modes, kept)
+      call archive%archive_reals(name//'_largest', modes, kept)
       errors%largest = kept
-   end subroutine keep_column
+   end subroutine archive_column
 end module hampm_estimated_errors

@@ -1,4 +1,4 @@
-!> The energy release rate of a scene at rest, and how far off it is on the mesh of the run: an estimate before the first step, in
+!> The energy release rate of a model at rest, and how far off it is on the mesh of the run: an estimate before the first step, in
 !> docs/energy_release_rate.md with the specimens on which it was tried.
 !>
 !> How a crack at rest changes as its tips move on: the derivative of the displacement by the place of each tip, from one solution for each with
@@ -16,7 +16,7 @@
 module hampm_expected_error
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients
-   use hampm_closing, only: closing_t, new_closing
+   use hampm_condensation, only: condensation_t, new_condensation
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
    use hampm_error_indicator, only: errors_at_particles, energy_of_stress, stress_components
@@ -26,7 +26,7 @@ module hampm_expected_error
    use hampm_material, only: material_t
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
-   use hampm_quadratic_setback, only: setback_of_quadratic
+   use hampm_quadratic_tip_offset, only: quadratic_tip_offset
    use hampm_recovery, only: recover
    use hampm_rigid_motions, only: free_motions_t, find_free_motions, take_inertia, take_motion_as_whole
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads, stiff_points, gradient_at, derivatives_at, &
@@ -36,17 +36,17 @@ module hampm_expected_error
    use hampm_tensors, only: identity, trace
    implicit none
    private
-   public :: crack_at_rest_t, find_crack_at_rest, missing_energy, displace, error_by_lengths, place_of_tip, &
-             tip_zone, tips_at_rest_t, find_tips_at_rest
+   public :: static_crack_t, find_static_crack, missing_energy, displace, error_by_lengths, place_of_tip, &
+             tip_zone, static_tips_t, find_static_tips
 
-   !> A scene at rest under its loads at their largest, scaled down to small gradients, and what changes there as its tips move.
-   type :: tips_at_rest_t
+   !> A model at rest under its loads at their largest, scaled down to small gradients, and what changes there as its tips move.
+   type :: static_tips_t
       logical :: known = .false.
       real(dp) :: scale = 1                      !! by which these loads are scaled [-]
       real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
       real(dp), allocatable :: acceleration(:, :) !! of them, where nothing holds the material as a whole [m/s2], (ndim, n_points)
       real(dp), allocatable :: moved(:, :, :)    !! its derivative by the way of each tip [-], (ndim, n_points, tips)
-   end type tips_at_rest_t
+   end type static_tips_t
 
    integer, parameter :: n_stress = ndim*ndim
    integer, parameter :: most_turns = 5              !! of solving and looking which faces part
@@ -74,8 +74,8 @@ module hampm_expected_error
    !> How far, in cells, the middle of the material of an element that counts as full may be from that of the element.
    real(dp), parameter :: not_full = 1.0e-3_dp
 
-   !> A crack at rest under the loads of the scene at their largest, scaled down to small gradients.
-   type :: crack_at_rest_t
+   !> A crack at rest under the loads of the model at their largest, scaled down to small gradients.
+   type :: static_crack_t
       logical :: known = .false.
       real(dp) :: scale = 1                      !! by which these loads are scaled [-]
       real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
@@ -85,33 +85,33 @@ module hampm_expected_error
       real(dp) :: by_cells(modes) = 0            !! what it lacks by the cells away from the tip [J/m2]
    contains
       procedure :: best
-      procedure :: doubt
+      procedure :: correction
       procedure :: part_of_tip
-   end type crack_at_rest_t
+   end type static_crack_t
 
 contains
 
    !> What G is thought to be, by mode [J/m2]. Where the corrections would leave next to nothing of it, they are errors of its size.
    pure function best(self)
-      class(crack_at_rest_t), intent(in) :: self
+      class(static_crack_t), intent(in) :: self
       real(dp) :: best(modes)
       real(dp), parameter :: least = 0.1_dp      ! of what was found
       best = max(self%g + self%by_tip + self%by_cells, least*self%g, tiny(1.0_dp))
    end function best
 
    !> By how much that is corrected, over it, by mode; of a mode that is hardly there as of both together [-].
-   pure function doubt(self)
-      class(crack_at_rest_t), intent(in) :: self
-      real(dp) :: doubt(modes)
+   pure function correction(self)
+      class(static_crack_t), intent(in) :: self
+      real(dp) :: correction(modes)
       associate (corrected => abs(self%by_tip) + abs(self%by_cells), g => self%best())
-         doubt = sum(corrected)/sum(g)
-         where (g > hardly**2*sum(g)) doubt = corrected/g
+         correction = sum(corrected)/sum(g)
+         where (g > hardly**2*sum(g)) correction = corrected/g
       end associate
-   end function doubt
+   end function correction
 
    !> Part of the corrections that is that of the tip [-].
    pure real(dp) function part_of_tip(self) result(part)
-      class(crack_at_rest_t), intent(in) :: self
+      class(static_crack_t), intent(in) :: self
       part = sum(abs(self%by_tip))/max(sum(abs(self%by_tip) + abs(self%by_cells)), tiny(1.0_dp))
    end function part_of_tip
 
@@ -138,21 +138,21 @@ contains
 
    !> Find one of all tips, which are at nodes, at rest. `known` is false where its crack has less than two nodes behind the tip,
    !> where nothing opens it, and where there are too many unknowns.
-   subroutine find_crack_at_rest(m, all_tips, number, thickness, crack)
+   subroutine find_static_crack(m, all_tips, number, thickness, crack)
       type(problem_t), intent(inout) :: m
       type(crack_tip_t), intent(in) :: all_tips(:)
       integer, intent(in) :: number              !! of the tip
       real(dp), intent(in) :: thickness          !! [m]
-      type(crack_at_rest_t), intent(out) :: crack
+      type(static_crack_t), intent(out) :: crack
       type(stiffness_t) :: rest
       type(free_motions_t) :: free
-      type(closing_t) :: closing
+      type(condensation_t) :: condensation
       type(crack_tip_t), allocatable :: chosen(:), tips(:) ! the tip, and the others
       real(dp), parameter :: no_work = 1e-8_dp   ! that closing it takes, over the strain energy
       integer :: of_tip(most_pairs + size(all_tips) - 1), cells(size(of_tip)), k, pairs, found
       real(dp) :: to_g
       logical :: done
-      call come_to_rest(m, rest, free, crack%u, crack%acceleration, crack%scale, done)
+      call find_equilibrium(m, rest, free, crack%u, crack%acceleration, crack%scale, done)
       if (.not. done) call rest%release()
       if (.not. done) return
       allocate (tips(size(all_tips)))
@@ -167,22 +167,22 @@ contains
          do k = 1, size(chosen)
             chosen(k) = tips(of_tip(merge(k, k - pairs + most_pairs, k <= pairs)))
          end do
-         call new_closing(m, rest, chosen, [cells(:pairs), cells(most_pairs + 1:)], crack%u, closing, found)
+         call new_condensation(m, rest, chosen, [cells(:pairs), cells(most_pairs + 1:)], crack%u, condensation, found)
          if (found == pairs + size(tips) - 1) exit
       end do
       call rest%release()
       if (pairs < 2) return
       to_g = merge(2.0_dp, 1.0_dp, tips(1)%is_half())/(thickness*tips(1)%nodes%spacing)
-      call follow_closing(closing, pairs, size(tips) - 1, to_g, shortness_of(m, tips(1)), crack)
+      call condense_onto_faces(condensation, pairs, size(tips) - 1, to_g, shortness_of(m, tips(1)), crack)
       where (abs(crack%g) < hardly**2*sum(abs(crack%g))) crack%g = max(crack%g, 0.0_dp) ! rounding, of any sign
       ! Else its modes share rounding, or G changes so much from cell to cell that no parabola tells it
       crack%known = all(crack%g >= 0) .and. sum(crack%g) > to_g*no_work*strain_energy(m, crack%u)
-      if (crack%known) call find_far_error(m, tips, closing, to_g, crack)
-   end subroutine find_crack_at_rest
+      if (crack%known) call find_far_error(m, tips, condensation, to_g, crack)
+   end subroutine find_static_crack
 
    !> Solve for rest under all loads, scaled to small gradients, of material that nothing holds beside its motion as a whole; `done` is false where
    !> they all act on what is held or do no more than that. Faces in contact are free where they part, with friction they hold where they do not.
-   subroutine come_to_rest(m, rest, free, u, acceleration, scale, done)
+   subroutine find_equilibrium(m, rest, free, u, acceleration, scale, done)
       type(problem_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: rest
       type(free_motions_t), intent(out) :: free
@@ -218,7 +218,7 @@ contains
       if (.not. done) return
       if (.not. any(m%materials%has_eigenstrain)) call make_small(m, u, scale)
       acceleration = scale*acceleration
-   end subroutine come_to_rest
+   end subroutine find_equilibrium
 
    !> Let faces in contact that a displacement parts be open, and stay so. `is_new` tells whether any were not so before.
    pure subroutine part_faces(interfaces, u, is_new)
@@ -288,7 +288,7 @@ contains
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
       real(dp) :: shortness(modes)
-      shortness = setback_of_quadratic(m, tip)
+      shortness = quadratic_tip_offset(m, tip)
       if (m%grid%is_quadratic()) return
       associate (material => m%materials(tip%material))
          associate (x => material%small_strain_lambda()/material%mu)
@@ -322,18 +322,18 @@ contains
    !> as a mean over a cell is the value in the middle and h**2/24 G''. The first is right where a crack is a few cells long, the
    !> second where a ligament is a few cells wide; each falls short in the other case, so that the larger change is taken. Of two
    !> pairs they are lines. To this comes by how much closing a cell at another tip lowers d_1.
-   subroutine follow_closing(closing, pairs, others, to_g, shortness, crack)
-      type(closing_t), intent(in) :: closing
+   subroutine condense_onto_faces(condensation, pairs, others, to_g, shortness, crack)
+      type(condensation_t), intent(in) :: condensation
       integer, intent(in) :: pairs, others       !! numbers of pairs behind the tip, and of other tips
       real(dp), intent(in) :: to_g               !! from work by cell to G [1/m2]
       real(dp), intent(in) :: shortness(modes)   !! [cells]
-      type(crack_at_rest_t), intent(inout) :: crack
-      real(dp) :: force(size(closing%parting)), work(modes, 0:pairs), d(most_pairs), l(most_pairs), apart(modes), both(modes)
+      type(static_crack_t), intent(inout) :: crack
+      real(dp) :: force(size(condensation%parting)), work(modes, 0:pairs), d(most_pairs), l(most_pairs), apart(modes), both(modes)
       real(dp) :: g(2), change(2)                ! by the two parabolas
       integer :: k, pair, mode
       work(:, 0) = 0
       do k = 1, pairs
-         call closing%close_pairs([(pair, pair=1, k)], force, work(:, k))
+         call condensation%close_pairs([(pair, pair=1, k)], force, work(:, k))
       end do
       do mode = 1, modes
          d(:pairs) = to_g*(work(mode, 1:) - work(mode, :pairs - 1))
@@ -349,28 +349,28 @@ contains
          end associate
       end do
       do k = pairs + 1, pairs + others
-         call closing%close_pairs([k], force, apart)
-         call closing%close_pairs([1, k], force, both)
+         call condensation%close_pairs([k], force, apart)
+         call condensation%close_pairs([1, k], force, both)
          crack%by_tip = crack%by_tip + shortness*to_g*(work(:, 1) + apart - both)
       end do
-   end subroutine follow_closing
+   end subroutine condense_onto_faces
 
    !> What G lacks by the cells away from the tip. If these store M less than the body would, G = (U(a) - U(a - h))/(B h) lacks
    !> what that changes by as the first pair is closed. The tip's surroundings, which look alike before and after, go with it; of quadratic
    !> cells those of other tips, too, which the shortness accounts for. The modes share it as they share G.
-   subroutine find_far_error(m, tips, closing, to_g, crack)
+   subroutine find_far_error(m, tips, condensation, to_g, crack)
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tips(:)
-      type(closing_t), intent(in) :: closing
+      type(condensation_t), intent(in) :: condensation
       real(dp), intent(in) :: to_g
-      type(crack_at_rest_t), intent(inout) :: crack
+      type(static_crack_t), intent(inout) :: crack
       real(dp), allocatable :: closed(:, :)
-      real(dp) :: force(size(closing%parting)), work(modes), places(ndim, size(tips))
+      real(dp) :: force(size(condensation%parting)), work(modes), places(ndim, size(tips))
       integer :: k
-      call closing%close_pairs([1], force, work)
+      call condensation%close_pairs([1], force, work)
       allocate (closed, source=crack%u)
       do k = 1, size(force)
-         if (abs(force(k)) > 0) closed = closed - force(k)*closing%moved(:, :, k)
+         if (abs(force(k)) > 0) closed = closed - force(k)*condensation%moved(:, :, k)
       end do
       do k = 1, size(tips)
          places(:, k) = tips(k)%place
@@ -516,29 +516,29 @@ contains
    end function gradient_of
 
    !> Find the tips at rest; `known` is false where nothing loads them and where there are too many unknowns.
-   subroutine find_tips_at_rest(m, tips, at_rest)
+   subroutine find_static_tips(m, tips, is_static)
       type(problem_t), intent(inout) :: m
       type(crack_tip_t), intent(in) :: tips(:)   !! all with radii
-      type(tips_at_rest_t), intent(out) :: at_rest
+      type(static_tips_t), intent(out) :: is_static
       type(stiffness_t) :: rest
       type(free_motions_t) :: free
       real(dp), allocatable :: force(:, :), moved(:, :), unused(:, :)
       real(dp) :: pressure
       integer :: k
-      call come_to_rest(m, rest, free, at_rest%u, at_rest%acceleration, at_rest%scale, at_rest%known)
-      if (at_rest%known) then
-         allocate (at_rest%moved(ndim, m%grid%n_points, size(tips)))
+      call find_equilibrium(m, rest, free, is_static%u, is_static%acceleration, is_static%scale, is_static%known)
+      if (is_static%known) then
+         allocate (is_static%moved(ndim, m%grid%n_points, size(tips)))
          do k = 1, size(tips)
-            pressure = at_rest%scale*sum(largest_factors(m%loads)*m%loads%pressure, mask=m%loads%line == tips(k)%crack)/(2*ndim)
-            call find_force(m, at_rest%u, tips(k), pressure, force)
+            pressure = is_static%scale*sum(largest_factors(m%loads)*m%loads%pressure, mask=m%loads%line == tips(k)%crack)/(2*ndim)
+            call find_force(m, is_static%u, tips(k), pressure, force)
             call take_inertia(free, force, unused)
             call rest%solve(m, force, moved)
             call take_motion_as_whole(free, moved)
-            at_rest%moved(:, :, k) = moved
+            is_static%moved(:, :, k) = moved
          end do
       end if
       call rest%release()
-   end subroutine find_tips_at_rest
+   end subroutine find_static_tips
 
    !> The forces -K' u of a tip [N/m], of the displacement beside the one that a strain without stress makes. Faces under pressure are free in the state to which the uniform stress p I is added.
    subroutine find_force(m, u, tip, pressure, force)

@@ -76,7 +76,7 @@ contains
             x = matmul(p%reference(i, :) - tip%place, tip%axis)
             if (norm2(x) > outer .or. norm2(x) < inner) cycle
             if (slope*x(1) > abs(x(2))) then
-               stress = matmul(transpose(turn), materials(p%material(i))%conjugate_stress(p%gradient_of(i), hoop=p%hoop_of(i)))
+               stress = matmul(transpose(turn), materials(p%material(i))%first_piola_stress(p%gradient_of(i), hoop=p%hoop_of(i)))
                stress = matmul(transpose(tip%axis), matmul(stress, tip%axis))
                do side = 1, merge(-1, 1, tip%is_half()), -2
                   call add_tractions(ahead, [x(1), side*x(2)]/h, [side*stress(1, 2), stress(2, 2)], p%volume(i))

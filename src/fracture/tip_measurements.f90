@@ -1,7 +1,7 @@
 !> What the chosen estimators, and the domain integral, find at a tip.
 module hampm_tip_measurements
    use hampm_kinds, only: dp, ndim
-   use hampm_closed_faces, only: closed_faces_t, look_behind_tip
+   use hampm_closed_faces, only: closed_faces_t, sample_behind_tip
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes, effective_modulus
    use hampm_crack_values, only: crack_values_t
@@ -14,7 +14,7 @@ module hampm_tip_measurements
    use hampm_moving_tip, only: energy_factors
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
-   use hampm_quadratic_setback, only: setback_of_quadratic
+   use hampm_quadratic_tip_offset, only: quadratic_tip_offset
    use hampm_tip_field, only: tip_field_t, new_tip_field
    implicit none
    private
@@ -60,7 +60,7 @@ contains
       type(tip_domain_t) :: domain
       type(tip_field_t) :: field
       type(closed_faces_t) :: closed
-      real(dp) :: k(modes, size(values%j)), k_doubt(modes, size(values%j))
+      real(dp) :: k(modes, size(values%j)), k_uncertainty(modes, size(values%j))
       integer :: i
       domain%tip = tip%now
       if (present(shift)) domain%tip = domain%tip + shift
@@ -68,7 +68,7 @@ contains
       domain%direction = tip%axis(:, 1)
       domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
       domain%quadratic = problem%grid%is_quadratic()
-      domain%setback = setback_of_quadratic(problem, tip)
+      domain%tip_offset = quadratic_tip_offset(problem, tip)
       domain%face_of_line = side_of_ties(tip%direction)
       domain%half = tip%is_half()
       domain%has_zone = tip%has_zone
@@ -78,8 +78,8 @@ contains
       domain%radius = tip%radii
       ! A pressure on such faces is a load for each direction along the axes
       domain%pressure = sum(factors*problem%loads%pressure, mask=problem%loads%line == tip%crack)/(2*ndim)
-      if (tip%may_close) closed = look_behind_tip(problem%interfaces, tip%now, tip%direction, tip%nodes%spacing)
-      call domain_integrals(domain, problem, factors, p, state, closed, values%j, k, k_doubt)
+      if (tip%may_close) closed = sample_behind_tip(problem%interfaces, tip%now, tip%direction, tip%nodes%spacing)
+      call domain_integrals(domain, problem, factors, p, state, closed, values%j, k, k_uncertainty)
       field = new_tip_field(domain%material, domain%direction)
       if (domain%cell > 0 .and. .not. domain%material%isotropic) then
          do i = 1, size(values%j)
@@ -90,15 +90,15 @@ contains
          k(1, :) = max(k(1, :), 0.0_dp)
          if (closed%are_closed) k(1, :) = 0
       end if
-      values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2) + sum(k_doubt, dim=2)/size(values%j)
+      values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2) + sum(k_uncertainty, dim=2)/size(values%j)
       values%intensity = sum(k, dim=2)/size(values%j)
       if (closed%are_closed) values%spread_of_k = [0.0_dp, values%spread_of_k(2) + abs(values%intensity(2)) &
                *values%errors%with_cells(tip%nodes%spacing)*values%errors%intensity(2)%relative] ! tractions and the place of the tip err apart
       values%g_of_k = field%rate_of(values%intensity)
       if (domain%material%has_history()) values%g_of_k = sum(values%j)/size(values%j) ! K is of elastic fields
-      values%doubt_of_j = 0
-      if (closed%are_closed) values%doubt_of_j = hypot(sum(values%j)/size(values%j) - values%g_of_k, &
-                                                       error_of_rate(field, values%intensity, values%spread_of_k))
+      values%uncertainty_of_j = 0
+      if (closed%are_closed) values%uncertainty_of_j = hypot(sum(values%j)/size(values%j) - values%g_of_k, &
+                                                             error_of_rate(field, values%intensity, values%spread_of_k))
       values%domain = shares_of_modes(field, sum(values%j)/size(values%j), values%intensity)
       if (tip%grown > 0) then                    ! the fields of the interaction integral are those of a tip at rest
          values%intensity = sign(sqrt(effective_modulus(domain%material)*abs(values%domain) &

@@ -1,4 +1,4 @@
-!> How the tips of a run grow, at rest (`hampm_growth_at_rest`) and in motion (`hampm_growth_in_motion`): what both remember.
+!> How the tips of a run grow, at rest (`hampm_static_growth`) and in motion (`hampm_dynamic_growth`): what both remember.
 module hampm_growing
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
@@ -6,18 +6,18 @@ module hampm_growing
    use hampm_crack_tip_field, only: modes
    use hampm_cracks, only: cracks_t
    use hampm_history, only: history_t
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_text, only: add_line, to_text
    implicit none
    private
-   public :: growing_t, new_growing, record_growth, record_place, keep_growing, fitting, part_of_crack
+   public :: growing_t, new_growing, record_growth, record_place, archive_growing, fitting, part_of_crack
 
    !> The tips that grow. Arrays have an entry for each tip of the run.
    type :: growing_t
       logical, allocatable :: grows(:)           !! whether there is a &growth for it
       logical, allocatable :: has_stopped(:)     !! whether it has stopped, for good
       real(dp), allocatable :: rate(:)           !! energy release rate when it was looked at last, at rest in the step before [J/m2]
-      logical :: at_rest = .false.               !! whether tips advance by increments, under loads that are scaled
+      logical :: is_static = .false.             !! whether tips advance by increments, under loads that are scaled
       ! At rest
       real(dp), allocatable :: advance(:)        !! by which each has advanced in the last load step [m]
       real(dp), allocatable :: kink(:)           !! angle of its last kink, to the left [rad]
@@ -80,9 +80,9 @@ contains
    end function is_growing
 
    !> Number of the &growth that applies to a tip at a time, the last one in a step from there on; 0 for none.
-   pure integer function law_at(self, scene, cracks, tip, time, step) result(law)
+   pure integer function law_at(self, model, cracks, tip, time, step) result(law)
       class(growing_t), intent(in) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: tip
       real(dp), intent(in) :: time               !! [s]
@@ -93,8 +93,8 @@ contains
       if (.not. self%is_growing(tip)) return
       last = time
       if (present(step)) last = time + step*(1 - 1e-9_dp)
-      do k = 1, size(scene%growth)
-         associate (growth => scene%growth(k), of => cracks%tips(tip))
+      do k = 1, size(model%growth)
+         associate (growth => model%growth(k), of => cracks%tips(tip))
             if (growth%path /= of%crack .or. .not. growth%of_end(of%end)) cycle
             if (last >= growth%start .and. time < growth%end) law = k
          end associate
@@ -102,32 +102,32 @@ contains
    end function law_at
 
    !> Way of a tip at given speeds in a step [m].
-   pure real(dp) function given_way(self, scene, cracks, tip, time, step) result(way)
+   pure real(dp) function given_way(self, model, cracks, tip, time, step) result(way)
       class(growing_t), intent(in) :: self
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: tip
       real(dp), intent(in) :: time, step         !! [s]
       integer :: k
       way = 0
       if (.not. self%is_growing(tip)) return
-      do k = 1, size(scene%growth)
-         associate (growth => scene%growth(k), of => cracks%tips(tip))
+      do k = 1, size(model%growth)
+         associate (growth => model%growth(k), of => cracks%tips(tip))
             if (growth%path /= of%crack .or. .not. growth%of_end(of%end) .or. growth%law /= 'prescribed') cycle
             way = way + growth%speed*max(0.0_dp, min(time + step, growth%end) - max(time, growth%start))
          end associate
       end do
    end function given_way
 
-   !> What is to grow in a scene.
-   subroutine new_growing(scene, cracks, growing)
-      type(scene_t), intent(in) :: scene
+   !> What is to grow in a model.
+   subroutine new_growing(model, cracks, growing)
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       type(growing_t), intent(out) :: growing
       integer :: k, i
-      if (size(scene%growth) == 0) return
-      growing%at_rest = any(scene%growth%is_at_rest())
-      growing%is_paced = scene%method%time == 'implicit'
+      if (size(model%growth) == 0) return
+      growing%is_static = any(model%growth%is_quasi_static())
+      growing%is_paced = model%method%time == 'implicit'
       associate (n => size(cracks%tips))
          allocate (growing%grows(n), growing%has_stopped(n), growing%is_running(n), growing%has_parted(n), &
                    growing%has_no_room(n), growing%is_held(n), source=.false.)
@@ -140,8 +140,8 @@ contains
          allocate (growing%sum_of_k(modes, n), source=0.0_dp)
          allocate (growing%usual_radii(maxval([(size(cracks%tips(k)%radii), k=1, n)]), n), source=0.0_dp)
          do k = 1, n
-            growing%grows(k) = any(scene%growth%path == cracks%tips(k)%crack .and. &
-                                   [(scene%growth(i)%of_end(cracks%tips(k)%end), i=1, size(scene%growth))])
+            growing%grows(k) = any(model%growth%path == cracks%tips(k)%crack .and. &
+                                   [(model%growth(i)%of_end(cracks%tips(k)%end), i=1, size(model%growth))])
             growing%usual_radii(:size(cracks%tips(k)%radii), k) = cracks%tips(k)%radii
          end do
       end associate
@@ -199,33 +199,33 @@ contains
    end function part_of_crack
 
    !> Note that a tip stops.
-   subroutine stop_tip(self, number, why, said)
+   subroutine stop_tip(self, number, why, message)
       class(growing_t), intent(inout) :: self
       integer, intent(in) :: number
       character(*), intent(in) :: why
-      character(:), allocatable, intent(inout) :: said !! to the user, a line each
+      character(:), allocatable, intent(inout) :: message !! to the user, a line each
       self%has_stopped(number) = .true.
-      call note_tip(number, 'no longer grows: '//why, said)
+      call note_tip(number, 'no longer grows: '//why, message)
    end subroutine stop_tip
 
    !> Note, once, that a tip waits as nothing opens it.
-   subroutine note_waiting(number, said)
+   subroutine note_waiting(number, message)
       integer, intent(in) :: number
-      character(:), allocatable, intent(inout) :: said !! to the user, a line each
+      character(:), allocatable, intent(inout) :: message !! to the user, a line each
       call note_tip(number, 'has waited in one load step at least: nothing opens it in the direction that it would take. '// &
-                    'Where it is to grow all the same, give &growth direction = ''straight''', said)
+                    'Where it is to grow all the same, give &growth direction = ''straight''', message)
    end subroutine note_waiting
 
    !> Note something of a tip, once.
-   subroutine note_tip(number, what, said)
+   subroutine note_tip(number, what, message)
       integer, intent(in) :: number
       character(*), intent(in) :: what
-      character(:), allocatable, intent(inout) :: said !! to the user, a line each
+      character(:), allocatable, intent(inout) :: message !! to the user, a line each
       character(:), allocatable :: text
       text = 'tip '//to_text(number)//' '//what
-      if (.not. allocated(said)) said = ''
-      if (index(said, text(:index(text//':', ':') - 1)) > 0) return
-      call add_line(said, text)
+      if (.not. allocated(message)) message = ''
+      if (index(message, text(:index(text//':', ':') - 1)) > 0) return
+      call add_line(message, text)
    end subroutine note_tip
 
    !> Record where a tip is.
@@ -242,9 +242,9 @@ contains
    end subroutine record_place
 
    !> Record how a tip stands.
-   subroutine record_growth(growing, scene, cracks, tip, time, history)
+   subroutine record_growth(growing, model, cracks, tip, time, history)
       type(growing_t), intent(in) :: growing
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: tip
       real(dp), intent(in) :: time               !! [s]
@@ -253,48 +253,48 @@ contains
       integer :: law
       associate (of => cracks%tips(tip))
          call record_place(cracks, of, history)
-         if (.not. growing%at_rest) call history%record('tip_speed', 'm/s', 'speed at which the tip grows', of%speed)
+         if (.not. growing%is_static) call history%record('tip_speed', 'm/s', 'speed at which the tip grows', of%speed)
          if (.not. growing%grows(tip)) return
          toughness = 0
-         law = growing%law_at(scene, cracks, tip, time)
-         if (law > 0) toughness = scene%growth(law)%toughness_at(of%speed)
-         if (growing%at_rest) toughness = scene%growth(findloc(scene%growth%path, of%crack, dim=1))%toughness
-         if (any(scene%growth%law /= 'prescribed')) &
+         law = growing%law_at(model, cracks, tip, time)
+         if (law > 0) toughness = model%growth(law)%toughness_at(of%speed)
+         if (growing%is_static) toughness = model%growth(findloc(model%growth%path, of%crack, dim=1))%toughness
+         if (any(model%growth%law /= 'prescribed')) &
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
                                 toughness)
       end associate
    end subroutine record_growth
 
    !> Keep how tips have grown.
-   subroutine keep_growing(growing, archive)
+   subroutine archive_growing(growing, archive)
       type(growing_t), intent(inout) :: growing
       class(archive_t), intent(inout) :: archive
       integer :: n
       if (.not. growing%are_there()) return
       n = size(growing%grows)
       call archive%section('growth')
-      call archive%keep('load_factor', growing%load_factor)
-      call archive%keep('work', growing%work)
-      call archive%keep('stored', growing%stored)
-      call archive%keep('integral', growing%integral)
-      call archive%keep_logicals('has_stopped', n, growing%has_stopped)
-      call archive%keep_logicals('is_running', n, growing%is_running)
-      call archive%keep_logicals('has_parted', n, growing%has_parted)
-      call archive%keep_logicals('has_no_room', n, growing%has_no_room)
-      call archive%keep_reals('rate', n, growing%rate)
-      call archive%keep_reals('kink', n, growing%kink)
-      call archive%keep_reals('speed', n, growing%speed)
-      call archive%keep_reals('memory', n, growing%memory)
-      call archive%keep_reals('owed', n, growing%owed)
-      call archive%keep_reals('fall', n, growing%fall)
-      call archive%keep_reals('reserve', n, growing%reserve)
-      call archive%keep_reals('last_turn', n, growing%last_turn)
-      call archive%keep_reals('room', n, growing%room)
-      call archive%keep_reals('booked', n, growing%booked)
-      call archive%keep_reals('sum_of_k', size(growing%sum_of_k), growing%sum_of_k)
-      call archive%keep_integers('looks', n, growing%looks)
-      call archive%keep_integers('law', n, growing%law)
-      call archive%keep_reals('faded', n, growing%faded)
-      call archive%keep_integers('next_of_path', n, growing%next_of_path)
-   end subroutine keep_growing
+      call archive%serialise('load_factor', growing%load_factor)
+      call archive%serialise('work', growing%work)
+      call archive%serialise('stored', growing%stored)
+      call archive%serialise('integral', growing%integral)
+      call archive%archive_logicals('has_stopped', n, growing%has_stopped)
+      call archive%archive_logicals('is_running', n, growing%is_running)
+      call archive%archive_logicals('has_parted', n, growing%has_parted)
+      call archive%archive_logicals('has_no_room', n, growing%has_no_room)
+      call archive%archive_reals('rate', n, growing%rate)
+      call archive%archive_reals('kink', n, growing%kink)
+      call archive%archive_reals('speed', n, growing%speed)
+      call archive%archive_reals('memory', n, growing%memory)
+      call archive%archive_reals('owed', n, growing%owed)
+      call archive%archive_reals('fall', n, growing%fall)
+      call archive%archive_reals('reserve', n, growing%reserve)
+      call archive%archive_reals('last_turn', n, growing%last_turn)
+      call archive%archive_reals('room', n, growing%room)
+      call archive%archive_reals('booked', n, growing%booked)
+      call archive%archive_reals('sum_of_k', size(growing%sum_of_k), growing%sum_of_k)
+      call archive%archive_integers('looks', n, growing%looks)
+      call archive%archive_integers('law', n, growing%law)
+      call archive%archive_reals('faded', n, growing%faded)
+      call archive%archive_integers('next_of_path', n, growing%next_of_path)
+   end subroutine archive_growing
 end module hampm_growing

@@ -1,4 +1,4 @@
-!> The group &body: its row in the table of groups, its keys, and their values in a scene.
+!> The group &body: its row in the table of groups, its keys, and their values in a model.
 module hampm_body_group
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_key_rows, only: group_t, key_t, type_real, type_integer, type_name, type_text, may, repeats, is_required, any_number, &
@@ -45,7 +45,7 @@ module hampm_body_group
    !> &body: a piece of material.
    type :: body_t
       character(name_len) :: material = ''       !! name of its material
-      integer :: material_index = 0              !! position of that material in `scene_t%materials`
+      integer :: material_index = 0              !! position of that material in `model_t%materials`
       character(name_len) :: shape = ''          !! 'rectangle', 'polygon' or 'circle'
       real(dp) :: lower(ndim) = 0                !! corner of the box around it [m]
       real(dp) :: upper(ndim) = 0                !! [m]

@@ -1,8 +1,8 @@
-!> Whether faces can hold each other by cohesion as a scene asks for.
+!> Whether faces can hold each other by cohesion as a model asks for.
 module hampm_cohesive_consistency
    use hampm_kinds, only: dp
    use hampm_cut_cells, only: length_of
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
    implicit none
@@ -12,39 +12,39 @@ module hampm_cohesive_consistency
 contains
 
    !> Check all groups &cohesive.
-   pure subroutine check_cohesive(scene, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_cohesive(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer :: k, entry
-      do k = 1, size(scene%cohesive)
+      do k = 1, size(model%cohesive)
          entry = settings%find('cohesive', k)
-         associate (path => scene%cohesive(k)%path)
-            if (path == 0 .and. scene%cohesive(k)%crack /= '') then
+         associate (path => model%cohesive(k)%path)
+            if (path == 0 .and. model%cohesive(k)%crack /= '') then
                call settings%complain(entry, 'crack', 'there is no &crack of this name')
             else if (path > 0) then
-               if (any(scene%growth%path == path)) &
+               if (any(model%growth%path == path)) &
                   call settings%complain(entry, 'crack', 'must be another crack than that of a &growth: its tip goes on by itself')
-               if (any(scene%cohesive(:k - 1)%path == path)) &
+               if (any(model%cohesive(:k - 1)%path == path)) &
                   call settings%complain(entry, 'crack', 'must be another crack than that of each other &cohesive')
-               if (scene%cohesive(k)%from > max(length_of(scene%paths(path)%points) - scene%grid%cell, 0.0_dp)) &
+               if (model%cohesive(k)%from > max(length_of(model%paths(path)%points) - model%grid%cell, 0.0_dp)) &
                   call settings%complain(entry, 'from', 'must be less than the length of the crack, '// &
-                                         to_text(length_of(scene%paths(path)%points))//' m, by a cell at least')
+                                         to_text(length_of(model%paths(path)%points))//' m, by a cell at least')
             end if
          end associate
-         call check_curve(scene, settings, k, entry)
+         call check_curve(model, settings, k, entry)
       end do
    end subroutine check_cohesive
 
    !> Check the curve of the k-th: with a traction that would grow faster than its opening, damage would heal.
-   pure subroutine check_curve(scene, settings, k, entry)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_curve(model, settings, k, entry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k
       integer, intent(in) :: entry
       logical :: is_table
       integer :: i
       is_table = settings%text(entry, 'law') == 'table'
-      associate (o => scene%cohesive(k)%openings, t => scene%cohesive(k)%tractions, n => size(scene%cohesive(k)%openings))
+      associate (o => model%cohesive(k)%openings, t => model%cohesive(k)%tractions, n => size(model%cohesive(k)%openings))
          if (n /= size(t)) then
             call settings%complain(entry, 'tractions', 'must be as many as there are openings')
          else if (n < 2) then

@@ -1,4 +1,4 @@
-!> The group &cohesive: its row in the table of groups, its keys, and their values in a scene.
+!> The group &cohesive: its row in the table of groups, its keys, and their values in a model.
 module hampm_cohesive_group
    use hampm_kinds, only: dp, name_len
    use hampm_cohesive_law, only: cohesive_law_t, new_cohesive_law, most_openings

@@ -2,7 +2,7 @@
 module hampm_command_line
    use hampm_failure, only: failure_t
    use hampm_kinds, only: dp, long, name_len
-   use hampm_settings, only: mistakes_t
+   use hampm_settings, only: input_errors_t
    use hampm_text, only: string_t, did_you_mean, lower_case, printable
    use hampm_values, only: parse_real, is_number
    implicit none
@@ -19,7 +19,7 @@ module hampm_command_line
       integer(long) :: steps = 0                   !! after which the run stops with a checkpoint; 0: none
       real(dp) :: time_limit = 0                   !! wall time after which it does [s]; 0: none
       logical :: force = .false.                   !! replace an old result
-      logical :: check = .false.                   !! validate and print the scene, do not run it
+      logical :: check = .false.                   !! validate and print the model, do not run it
       logical :: template = .false.                !! print a complete namelist
       logical :: keys = .false.                    !! print the reference of all keys
       logical :: rules = .false.                   !! print the rules between keys
@@ -76,7 +76,7 @@ contains
       type(string_t), intent(in) :: arguments(:)
       type(options_t), intent(out) :: options
       type(failure_t), intent(inout) :: failure
-      type(mistakes_t) :: mistakes
+      type(input_errors_t) :: errors
       logical :: options_over
       integer :: i
       options%output = ''
@@ -87,60 +87,60 @@ contains
       i = 1
       do while (i <= size(arguments))
          if (options_over .or. index(arguments(i)%text, '-') /= 1) then
-            call take_file(arguments(i)%text, options, mistakes)
+            call take_file(arguments(i)%text, options, errors)
          else if (arguments(i)%text == '--') then
             options_over = .true.
          else
-            call take_option(arguments, i, options, mistakes)
+            call take_option(arguments, i, options, errors)
          end if
          i = i + 1
       end do
-      if (options%resume /= '') call check_resume(options, mistakes)
-      if (options%json .and. .not. options%rules) call mistakes%add('--json goes with --rules only')
-      if (options%input == '' .and. options%resume == '' .and. mistakes%count == 0 .and. &
+      if (options%resume /= '') call check_resume(options, errors)
+      if (options%json .and. .not. options%rules) call errors%add('--json goes with --rules only')
+      if (options%input == '' .and. options%resume == '' .and. errors%count == 0 .and. &
           .not. (options%help .or. options%version .or. options%template .or. options%keys .or. options%rules)) &
-         call mistakes%add('which namelist file? Usage: hampm [options] case.nml; hampm --help explains')
-      call mistakes%tell(failure)
+         call errors%add('which namelist file? Usage: hampm [options] case.nml; hampm --help explains')
+      call errors%tell(failure)
    end subroutine parse_arguments
 
-   !> A run that is resumed has its scene, of which only when checkpoints are written can be changed.
-   pure subroutine check_resume(options, mistakes)
+   !> A run that is resumed has its model, of which only when checkpoints are written can be changed.
+   pure subroutine check_resume(options, errors)
       type(options_t), intent(in) :: options
-      type(mistakes_t), intent(inout) :: mistakes
+      type(input_errors_t), intent(inout) :: errors
       integer :: i
-      if (options%input /= '') call mistakes%add('--resume and the namelist file '''//printable(options%input, 200)// &
-                                                 ''': the checkpoint has its scene; give one of the two')
-      if (options%check) call mistakes%add('--resume and --check: give one of the two')
+      if (options%input /= '') call errors%add('--resume and the namelist file '''//printable(options%input, 200)// &
+                                               ''': the checkpoint has its scene; give one of the two')
+      if (options%check) call errors%add('--resume and --check: give one of the two')
       do i = 1, size(options%overrides)
          associate (text => options%overrides(i)%text)
             if (index(lower_case(adjustl(text)), 'output.checkpoint_interval') /= 1 .and. &
-                index(lower_case(adjustl(text)), 'output.checkpoint_steps') /= 1) call mistakes%add('--set '// &
+                index(lower_case(adjustl(text)), 'output.checkpoint_steps') /= 1) call errors%add('--set '// &
                printable(text, 200)//': with --resume only output.checkpoint_interval and output.checkpoint_steps can be changed')
          end associate
       end do
    end subroutine check_resume
 
    !> Note the name of the namelist file; complain about a second one.
-   pure subroutine take_file(name, options, mistakes)
+   pure subroutine take_file(name, options, errors)
       character(*), intent(in) :: name
       type(options_t), intent(inout) :: options
-      type(mistakes_t), intent(inout) :: mistakes
+      type(input_errors_t), intent(inout) :: errors
       if (name == '') then
-         call mistakes%add('an argument is empty: the name of the namelist file is expected')
+         call errors%add('an argument is empty: the name of the namelist file is expected')
       else if (options%input /= '') then
-         call mistakes%add('one namelist file at a time: '''//printable(options%input, 200)//''' and then '''// &
-                           printable(name, 200)//'''')
+         call errors%add('one namelist file at a time: '''//printable(options%input, 200)//''' and then '''// &
+                         printable(name, 200)//'''')
       else
          options%input = name
       end if
    end subroutine take_file
 
    !> The option at position `i`, which moves on where the value is the next argument.
-   pure subroutine take_option(arguments, i, options, mistakes)
+   pure subroutine take_option(arguments, i, options, errors)
       type(string_t), intent(in) :: arguments(:)
       integer, intent(inout) :: i
       type(options_t), intent(inout) :: options
-      type(mistakes_t), intent(inout) :: mistakes
+      type(input_errors_t), intent(inout) :: errors
       character(:), allocatable :: name, value
       character(name_len) :: names(size(known))
       integer :: equals, k
@@ -154,11 +154,11 @@ contains
          if (names(k) == name) exit
       end do
       if (k == 0) then
-         call mistakes%add('there is no option '//printable(name, 60)//did_you_mean(name, names)// &
-                           ' (hampm --help lists them)')
+         call errors%add('there is no option '//printable(name, 60)//did_you_mean(name, names)// &
+                         ' (hampm --help lists them)')
          return
       end if
-      if (has_value .and. .not. known(k)%takes_value) call mistakes%add(name//' takes no value')
+      if (has_value .and. .not. known(k)%takes_value) call errors%add(name//' takes no value')
       if (known(k)%takes_value .and. .not. has_value) then
          if (i < size(arguments)) has_value = index(arguments(i + 1)%text, '--') /= 1
          if (has_value) then
@@ -167,17 +167,17 @@ contains
          end if
       end if
       if (known(k)%takes_value .and. (.not. has_value .or. value == '')) then
-         call mistakes%add(name//': its value is missing: '//trim(known(k)%synopsis))
+         call errors%add(name//': its value is missing: '//trim(known(k)%synopsis))
          return
       end if
-      call apply_option(name, value, options, mistakes)
+      call apply_option(name, value, options, errors)
    end subroutine take_option
 
    !> Do what an option that exists asks for; complain about its value.
-   pure subroutine apply_option(name, value, options, mistakes)
+   pure subroutine apply_option(name, value, options, errors)
       character(*), intent(in) :: name, value
       type(options_t), intent(inout) :: options
-      type(mistakes_t), intent(inout) :: mistakes
+      type(input_errors_t), intent(inout) :: errors
       integer :: ios
       select case (name)
        case ('--check')
@@ -205,19 +205,19 @@ contains
        case ('--steps')
          ios = 1
          if (len(value) <= 18 .and. verify(value, '0123456789') == 0) read (value, '(i18)', iostat=ios) options%steps
-         if (ios /= 0 .or. options%steps < 1) call mistakes%add('--steps '//printable(value, 40)// &
-                                                                ': must be an integer in [1, 1e18)')
+         if (ios /= 0 .or. options%steps < 1) call errors%add('--steps '//printable(value, 40)// &
+                                                              ': must be an integer in [1, 1e18)')
        case ('--time-limit')
          call parse_real(value, options%time_limit, ios)
          if (ios /= is_number .or. .not. options%time_limit > 0) &
-            call mistakes%add('--time-limit '//printable(value, 40)//': must be a number in (0, inf) [s]')
+            call errors%add('--time-limit '//printable(value, 40)//': must be a number in (0, inf) [s]')
        case ('--set')
          options%overrides = [options%overrides, string_t(value)]
        case ('--threads')
          options%threads = most_threads + 1
          ios = 0
          if (len(value) <= 6 .and. verify(value, '0123456789') == 0) read (value, '(i6)', iostat=ios) options%threads
-         if (ios /= 0 .or. options%threads > most_threads) call mistakes%add( &
+         if (ios /= 0 .or. options%threads > most_threads) call errors%add( &
             '--threads '//printable(value, 40)//': must be an integer in [0, 1024], 0 for automatic')
       end select
    end subroutine apply_option

@@ -1,13 +1,13 @@
-!> Conditions on a scene as text: `&crack kind = 'line' | 'path' and &crack contact /= 'none' or cells that are cut`. Words between `and`
+!> Conditions on a model as text: `&crack kind = 'line' | 'path' and &crack contact /= 'none' or cells that are cut`. Words between `and`
 !> and `or` are a group that is present (`&growth`), a key that the user has set to something else than its default (`&load times`), a key
 !> with one of some values (`=`), with none of them (`/=`), above or below a number (`>`, `<`), or a feature.
 !>
-!> Features of a scene that no single key tells: predicates with names, by which rows of the table of rules (`hampm_rules`) mean them.
+!> Features of a model that no single key tells: predicates with names, by which rows of the table of rules (`hampm_rules`) mean them.
 module hampm_conditions
    use hampm_choice_sets, only: expanded
    use hampm_keys, only: keys, find_group, find_key, first_key, default_count, default_value, is_text
    use hampm_kinds, only: dp
-   use hampm_scene, only: scene_t, cuts_cells, cracks_cut_cells, mass_acts, path_of
+   use hampm_model, only: model_t, cuts_cells, cracks_cut_cells, mass_acts, path_of
    use hampm_settings, only: settings_t, setting_t
    use hampm_values, only: parse_real
    use hampm_load_placement, only: is_on_faces
@@ -119,16 +119,16 @@ contains
       if (index(text, '''') == 1) without_quotes = text(2:len(text) - 1)
    end function without_quotes
 
-   !> Whether a word holds of a scene, and of one of its groups where it is about such. What has a mistake in it does not hold.
-   pure logical function holds(atom, scene, settings, entry)
+   !> Whether a word holds of a model, and of one of its groups where it is about such. What has a mistake in it does not hold.
+   pure logical function holds(atom, model, settings, entry)
       type(atom_t), intent(in) :: atom
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry               !! position of the group, 0 for none
       logical :: same
       holds = .false.
       if (atom%kind == is_named) then
-         holds = has_feature(scene, settings, trim(atom%text), entry)
+         holds = has_feature(model, settings, trim(atom%text), entry)
          return
       end if
       if (entry == 0) return
@@ -200,7 +200,7 @@ contains
       end associate
    end function is_default
 
-   !> A word with the name of its group and the value that the scene has: `&crack 'b' contact = 'friction'`.
+   !> A word with the name of its group and the value that the model has: `&crack 'b' contact = 'friction'`.
    pure function shown_atom(atom, settings, entry) result(text)
       type(atom_t), intent(in) :: atom
       type(settings_t), intent(in) :: settings
@@ -224,9 +224,9 @@ contains
       end associate
    end function shown_atom
 
-   !> Whether a scene, or one of its groups where the feature is about such, has a feature.
-   pure logical function has_feature(scene, settings, name, entry) result(has)
-      type(scene_t), intent(in) :: scene
+   !> Whether a model, or one of its groups where the feature is about such, has a feature.
+   pure logical function has_feature(model, settings, name, entry) result(has)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       character(*), intent(in) :: name           !! one of `features`
       integer, intent(in) :: entry               !! position of the group that the rule is about
@@ -235,44 +235,45 @@ contains
       has = .false.
       select case (name)
        case ('cells that are cut')               ! by cracks that cut cells, polygons, circles and holes
-         has = cuts_cells(scene)
+         has = cuts_cells(model)
        case ('cracks that cut cells')
-         has = cracks_cut_cells(scene)
+         has = cracks_cut_cells(model)
        case ('tips at no nodes')
-         has = .not. all(scene%paths%at_nodes)
+         has = .not. all(model%paths%at_nodes)
        case ('a mass matrix that acts')
-         has = mass_acts(scene)
+         has = mass_acts(model)
        case ('quadratic cells at an axis')
-         has = scene%run%thickness%is_ring .and. scene%grid%order > 1 .and. .not. scene%grid%lower(1) > 0
+         has = model%run%thickness%is_ring .and. model%grid%order > 1 .and. .not. model%grid%lower(1) > 0
        case ('several cracks')
          has = settings%count_of('crack') > 1
        case ('several bodies')
-         has = size(scene%bodies) > 1
+         has = size(model%bodies) > 1
        case ('edges that are no grid lines')
-         has = any([(scene%bodies(k)%outline%is_there(), k=1, size(scene%bodies))])
+         has = any([(model%bodies(k)%outline%is_there(), k=1, size(model%bodies))])
        case ('growth by laws of both kinds')
-         has = any(scene%growth%is_at_rest()) .and. .not. all(scene%growth%is_at_rest())
+         has = any(model%growth%is_quasi_static()) .and. .not. all(model%growth%is_quasi_static())
        case ('a body of it')                     ! of a material
-         has = any(scene%materials%name == settings%text(entry, 'name'))
+         has = any(model%materials%name == settings%text(entry, 'name'))
        case ('cohesion all along it')            ! along a crack
-         do k = 1, size(scene%cohesive)
-            if (scene%cohesive(k)%path == 0 .or. scene%cohesive(k)%from > 0) cycle
-            has = has .or. settings%find('crack', scene%cohesive(k)%path) == entry
+         do k = 1, size(model%cohesive)
+            if (model%cohesive(k)%path == 0 .or. model%cohesive(k)%from > 0) cycle
+            has = has .or. settings%find('crack', model%cohesive(k)%path) == entry
          end do
        case ('another body of that part')
-         has = count(scene%bodies%part == settings%text(entry, 'part')) > 1
+         has = count(model%bodies%part == settings%text(entry, 'part')) > 1
        case ('a shear of the eigenstrain', 'a fourth value of the eigenstrain')
          strain = settings%numbers(entry, 'eigenstrain')
          k = merge(3, 4, name == 'a shear of the eigenstrain')
          if (size(strain) >= k) has = abs(strain(k)) > 0
        case ('a pressed path that grows in motion')
-         do k = 1, size(scene%loads)
-            if (.not. is_on_faces(scene%loads(k)) .or. path_of(scene, scene%loads(k)%crack) == 0) cycle
-            has = has .or. any(scene%growth%path == path_of(scene, scene%loads(k)%crack) .and. .not. scene%growth%is_at_rest()) &
-                           .and. .not. scene%is_half()
+         do k = 1, size(model%loads)
+            if (.not. is_on_faces(model%loads(k)) .or. path_of(model, model%loads(k)%crack) == 0) cycle
+            has = has .or. any(model%growth%path == path_of(model, model%loads(k)%crack) .and. &
+                               .not. model%growth%is_quasi_static()) &
+                           .and. .not. model%is_half()
          end do
        case ('samples at other times than load steps')
-         has = scene%method%time == 'static' .and. asks_for_other_samples(settings, settings%find('output', 1))
+         has = model%method%time == 'static' .and. asks_for_other_samples(settings, settings%find('output', 1))
       end select
    end function has_feature
 

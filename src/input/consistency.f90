@@ -1,4 +1,4 @@
-!> Whether the keys of a scene agree with each other: the grid, the bodies and their materials, the outputs; whether the constants of materials
+!> Whether the keys of a model agree with each other: the grid, the bodies and their materials, the outputs; whether the constants of materials
 !> are those of solids; whether what tells cells to refine has a region with material in it and room for more particles; whether contact between
 !> bodies has cells and cracks with which it goes; and whether cracks run along the domains of particles of `functions = 'cpdi'`.
 !> A check whose ingredients were already found to be wrong is passed over.
@@ -7,14 +7,14 @@ module hampm_consistency
    use hampm_cohesive_consistency, only: check_cohesive
    use hampm_crack_consistency, only: check_crack, check_energy_release
    use hampm_growth_consistency, only: check_growth
-   use hampm_joints, only: gap_between, groups_of_bodies, sheets_of_bodies
+   use hampm_joints, only: gap_between, groups_of_bodies, velocity_fields_of
    use hampm_kinds, only: dp, name_len, ndim
    use hampm_material_group, only: orthotropic_keys
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
    use hampm_path_consistency, only: check_paths
    use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, particle_number, most_particles, point_text, &
                               spacing_of
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: check_shape, check_holes, outlines_overlap
    use hampm_stability_consistency, only: check_stability
@@ -27,7 +27,7 @@ module hampm_consistency
 
    real(dp), parameter :: most_apart = 1e10_dp   !! the largest of moduli, over the least
 
-   integer, parameter :: most_sheets = 16        !! each has all cells of the grid
+   integer, parameter :: most_velocity_fields = 16 !! each has all cells of the grid
 
    real(dp), parameter :: most_nodes = 5e8_dp       !! of the lattice: four times as many must fit an integer
    real(dp), parameter :: furthest = 1e9_dp         !! from the origin [cells]
@@ -35,46 +35,46 @@ module hampm_consistency
 
 contains
 
-   !> Check a whole scene.
-   subroutine check_consistency(scene, settings)
-      type(scene_t), intent(in) :: scene
+   !> Check a whole model.
+   subroutine check_consistency(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       logical :: has_grid, has_bodies
       integer :: before
-      call check_materials(scene, settings)
-      call check_constants(scene, settings)
-      before = settings%mistakes%count
-      call check_grid(scene, settings, has_grid)
-      call check_bodies(scene, settings, has_grid)
-      if (has_grid .and. settings%mistakes%count == before) call check_particle_number(scene, settings)
-      has_bodies = has_grid .and. bodies_good(settings) .and. settings%mistakes%count == before
-      if (has_bodies) call check_joints(scene, settings)
-      call check_refine(scene, settings, has_bodies)
-      call check_constraints(scene, settings, has_grid)
-      call check_loads(scene, settings, has_bodies)
-      before = settings%mistakes%count
-      call check_crack(scene, settings, has_grid)
-      call check_paths(scene, settings, has_bodies)
-      call check_cohesive(scene, settings)
-      call check_growth(scene, settings, has_bodies .and. settings%mistakes%count == before)
-      call check_energy_release(scene, settings, has_bodies .and. settings%mistakes%count == before)
-      if (has_grid .and. scene%method%mass == 'partial' .and. scene%method%full_region == 'box') &
-         call check_full_box(scene, settings, settings%find('method', 1))
-      call check_contact(scene, settings)
-      call check_functions(scene, settings)
-      if (has_bodies .and. scene%grid%order == 2) call check_whole_cells(scene, settings)
-      call check_stability(scene, settings)
-      call check_output(scene, settings)
+      call check_materials(model, settings)
+      call check_constants(model, settings)
+      before = settings%errors%count
+      call check_grid(model, settings, has_grid)
+      call check_bodies(model, settings, has_grid)
+      if (has_grid .and. settings%errors%count == before) call check_particle_number(model, settings)
+      has_bodies = has_grid .and. bodies_good(settings) .and. settings%errors%count == before
+      if (has_bodies) call check_joints(model, settings)
+      call check_refine(model, settings, has_bodies)
+      call check_constraints(model, settings, has_grid)
+      call check_loads(model, settings, has_bodies)
+      before = settings%errors%count
+      call check_crack(model, settings, has_grid)
+      call check_paths(model, settings, has_bodies)
+      call check_cohesive(model, settings)
+      call check_growth(model, settings, has_bodies .and. settings%errors%count == before)
+      call check_energy_release(model, settings, has_bodies .and. settings%errors%count == before)
+      if (has_grid .and. model%method%mass == 'partial' .and. model%method%full_region == 'box') &
+         call check_full_box(model, settings, settings%find('method', 1))
+      call check_contact(model, settings)
+      call check_functions(model, settings)
+      if (has_bodies .and. model%grid%order == 2) call check_whole_cells(model, settings)
+      call check_stability(model, settings)
+      call check_output(model, settings)
    end subroutine check_consistency
 
    !> Rectangles fill the cells of a quadratic lattice.
-   pure subroutine check_whole_cells(scene, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_whole_cells(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer :: k
-      do k = 1, size(scene%bodies)
-         associate (body => scene%bodies(k))
-            if (body%outline%is_there() .or. (on_node(scene%grid, body%lower) .and. on_node(scene%grid, body%upper))) cycle
+      do k = 1, size(model%bodies)
+         associate (body => model%bodies(k))
+            if (body%outline%is_there() .or. (on_node(model%grid, body%lower) .and. on_node(model%grid, body%upper))) cycle
             call settings%complain(settings%find('body', k), 'lower', 'and upper must be nodes of the lattice with '// &
                                    '&grid order = 2: bodies are to fill their cells')
          end associate
@@ -82,12 +82,12 @@ contains
    end subroutine check_whole_cells
 
    !> The box in which a partial mass matrix is full has cells in it.
-   pure subroutine check_full_box(scene, settings, entry)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_full_box(model, settings, entry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry                 !! position of the group &method
       if (.not. (settings%good(entry, 'full_lower') .and. settings%good(entry, 'full_upper'))) return
-      associate (grid => scene%grid, lower => scene%method%full_lower, upper => scene%method%full_upper)
+      associate (grid => model%grid, lower => model%method%full_lower, upper => model%method%full_upper)
          if (any(upper - lower < grid%cell) .or. any(upper < grid%lower + grid%cell) &
              .or. any(lower > grid%lower + (grid%cells - 1)*grid%cell)) &
             call settings%complain(entry, 'full_upper', 'must give with full_lower a box of at least one cell '// &
@@ -96,8 +96,8 @@ contains
    end subroutine check_full_box
 
    !> Materials need different names, and bodies name one of them.
-   pure subroutine check_materials(scene, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_materials(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       character(name_len) :: names(settings%count_of('material'))
       integer :: i, entry
@@ -110,56 +110,56 @@ contains
          if (any(names(:i - 1) == names(i))) &
             call settings%complain(entry, 'name', 'must differ from the name of every other material')
       end do
-      do i = 1, size(scene%bodies)
+      do i = 1, size(model%bodies)
          entry = settings%find('body', i)
-         if (.not. settings%good(entry, 'material') .or. scene%bodies(i)%material_index > 0) cycle
-         if (scene%bodies(i)%material == '') cycle ! told by a rule
+         if (.not. settings%good(entry, 'material') .or. model%bodies(i)%material_index > 0) cycle
+         if (model%bodies(i)%material == '') cycle ! told by a rule
          call settings%complain(entry, 'material', 'must be the name of a &material'// &
-                                did_you_mean(trim(scene%bodies(i)%material), names))
+                                did_you_mean(trim(model%bodies(i)%material), names))
       end do
    end subroutine check_materials
 
    !> The lattice must be of a size that can be stored, and its nodes must be different numbers.
-   pure subroutine check_grid(scene, settings, has_grid)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_grid(model, settings, has_grid)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       logical, intent(out) :: has_grid             !! whether there is a lattice to check other things against
       integer :: entry
       entry = settings%find('grid', 1)
       has_grid = settings%good(entry, 'lower') .and. settings%good(entry, 'cell') .and. settings%good(entry, 'cells')
       if (settings%good(entry, 'cells')) then
-         if (product(scene%grid%cells + 1.0_dp) > most_nodes) then
+         if (product(model%grid%cells + 1.0_dp) > most_nodes) then
             call settings%complain(entry, 'cells', 'they must have at most 5e8 nodes, a row and a column more than cells')
             has_grid = .false.
          end if
       end if
       if (.not. has_grid) return
-      if (scene%run%thickness%is_ring .and. scene%grid%lower(1) < 0) then
+      if (model%run%thickness%is_ring .and. model%grid%lower(1) < 0) then
          call settings%complain(entry, 'lower', 'must have no x below 0 with &run plane = ''axisymmetric'': x is the '// &
                                 'radius. Where bodies reach the axis the lattice begins there')
          has_grid = .false.
          return
       end if
-      if (maxval(abs(scene%grid%lower)) <= furthest*scene%grid%cell) return
+      if (maxval(abs(model%grid%lower)) <= furthest*model%grid%cell) return
       call settings%complain(entry, 'lower', 'must be within 1e9 cells of the origin, for nodes to differ in position')
       has_grid = .false.
    end subroutine check_grid
 
    !> Bodies have an extent, lie within the grid and do not overlap.
-   pure subroutine check_bodies(scene, settings, has_grid)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_bodies(model, settings, has_grid)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_grid
-      logical :: usable(size(scene%bodies))
+      logical :: usable(size(model%bodies))
       real(dp) :: tol
       integer :: i, j, entry
       tol = 0
-      if (has_grid) tol = tolerance(scene%grid)
-      do i = 1, size(scene%bodies)
+      if (has_grid) tol = tolerance(model%grid)
+      do i = 1, size(model%bodies)
          entry = settings%find('body', i)
          call check_shape(settings, entry, usable(i))
          if (.not. usable(i)) cycle
-         associate (body => scene%bodies(i))
+         associate (body => model%bodies(i))
             usable(i) = all(body%upper - body%lower > tol)
             if (.not. usable(i)) then
                select case (settings%text(entry, 'shape'))
@@ -174,18 +174,18 @@ contains
                end select
                cycle
             end if
-            if (has_grid) call check_within_grid(scene, settings, i)
+            if (has_grid) call check_within_grid(model, settings, i)
             do j = 1, i - 1
                if (.not. usable(j)) cycle
-               if (.not. overlap(body%lower, body%upper, scene%bodies(j)%lower, scene%bodies(j)%upper, tol)) cycle
-               if (body%outline%is_there() .or. scene%bodies(j)%outline%is_there()) then
-                  if (.not. outlines_overlap(outline_of(body), outline_of(scene%bodies(j)), tol)) cycle
+               if (.not. overlap(body%lower, body%upper, model%bodies(j)%lower, model%bodies(j)%upper, tol)) cycle
+               if (body%outline%is_there() .or. model%bodies(j)%outline%is_there()) then
+                  if (.not. outlines_overlap(outline_of(body), outline_of(model%bodies(j)), tol)) cycle
                end if
                call settings%complain(entry, place_key(body), 'the body must not overlap body '//to_text(j))
             end do
          end associate
       end do
-      call check_holes(scene, settings)
+      call check_holes(model, settings)
    end subroutine check_bodies
 
    !> The key that tells where a body is.
@@ -199,18 +199,18 @@ contains
 
    !> In the total frame material never meets other material than it began with: bodies apart from the first one would go through it
    !> or, less than a cell away, be joined to it.
-   pure subroutine check_joints(scene, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_joints(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
-      integer :: first(size(scene%bodies))
+      integer :: first(size(model%bodies))
       real(dp) :: gap
       integer :: i, j
-      if (.not. settings%good(settings%find('method', 1), 'frame') .or. scene%method%frame /= 'total') return
-      first = groups_of_bodies(scene)
+      if (.not. settings%good(settings%find('method', 1), 'frame') .or. model%method%frame /= 'total') return
+      first = groups_of_bodies(model)
       do i = 2, size(first)
          if (first(i) < i) cycle
-         gap = minval([(gap_between(scene, i, j), j=1, size(first))], mask=first /= i)
-         call settings%complain(settings%find('body', i), place_key(scene%bodies(i)), &
+         gap = minval([(gap_between(model, i, j), j=1, size(first))], mask=first /= i)
+         call settings%complain(settings%find('body', i), place_key(model%bodies(i)), &
                                 'the body must touch the others with &method '// &
                                 'frame = ''total'', not lie '//length_text(gap)//' m from the next: in that frame bodies never '// &
                                 'meet, and go through each other. Use frame = ''updated'', or a file for each body')
@@ -218,16 +218,16 @@ contains
    end subroutine check_joints
 
    !> Both corners of a body are in the grid.
-   pure subroutine check_within_grid(scene, settings, i)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_within_grid(model, settings, i)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: i                     !! which body
       character(:), allocatable :: extent
       real(dp) :: tol
       integer :: entry
       entry = settings%find('body', i)
-      tol = tolerance(scene%grid)
-      associate (body => scene%bodies(i), lower => scene%grid%lower, upper => upper_corner(scene%grid))
+      tol = tolerance(model%grid)
+      associate (body => model%bodies(i), lower => model%grid%lower, upper => upper_corner(model%grid))
          extent = 'must be within the grid, from '//point_text(lower)//' to '//point_text(upper)
          if (body%shape /= 'rectangle') then
             if (.not. within(body%lower, body%upper, lower, upper, tol)) &
@@ -240,17 +240,17 @@ contains
    end subroutine check_within_grid
 
    !> The material points must be so few that an integer can count them.
-   pure subroutine check_particle_number(scene, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_particle_number(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       real(dp) :: particles
       integer :: i, entry
       particles = 0
-      do i = 1, size(scene%bodies)
+      do i = 1, size(model%bodies)
          entry = settings%find('body', i)
          if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper') &
                     .and. settings%good(entry, 'points_per_cell'))) return
-         particles = particles + particle_number(scene, scene%bodies(i))
+         particles = particles + particle_number(model, model%bodies(i))
          if (particles <= most_particles) cycle
          call settings%complain(entry, 'points_per_cell', 'there would be '//to_text(particles)// &
                                 ' material points; their number must be in [1, 2e9]')
@@ -259,70 +259,70 @@ contains
    end subroutine check_particle_number
 
    !> The result file has a plain name, and samples fall within the run.
-   pure subroutine check_output(scene, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_output(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer :: entry
       entry = settings%find('output', 1)
       if (settings%good(entry, 'file')) then
-         if (scene%output%file == '' .or. scene%output%file == '.' .or. scene%output%file == '..' &
-             .or. scan(scene%output%file, '/\') > 0) call settings%complain(entry, 'file', &
+         if (model%output%file == '' .or. model%output%file == '.' .or. model%output%file == '..' &
+             .or. scan(model%output%file, '/\') > 0) call settings%complain(entry, 'file', &
             'must be the name of a file, not empty and without folders; the option --output gives the folder')
       end if
       if (.not. settings%good(settings%find('run', 1), 'end_time')) return
-      call check_interval(scene, settings, 'history_interval', scene%output%history_interval)
-      call check_interval(scene, settings, 'snapshot_interval', scene%output%snapshot_interval)
+      call check_interval(model, settings, 'history_interval', model%output%history_interval)
+      call check_interval(model, settings, 'snapshot_interval', model%output%snapshot_interval)
    end subroutine check_output
 
    !> An interval between outputs fits the length of the run.
-   pure subroutine check_interval(scene, settings, key, interval)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_interval(model, settings, key, interval)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       character(*), intent(in) :: key
       real(dp), intent(in) :: interval             !! [s], 0 for no such output
       integer :: entry
       entry = settings%find('output', 1)
       if (.not. settings%good(entry, key) .or. interval <= 0) return
-      if (interval > scene%run%end_time) then
-         call settings%complain(entry, key, 'must be in [0, end_time = '//to_text(scene%run%end_time)//'] [s]')
-      else if (scene%run%end_time/interval > most_samples) then
+      if (interval > model%run%end_time) then
+         call settings%complain(entry, key, 'must be in [0, end_time = '//to_text(model%run%end_time)//'] [s]')
+      else if (model%run%end_time/interval > most_samples) then
          call settings%complain(entry, key, 'must be at least a 1e-8 part of end_time = '// &
-                                to_text(scene%run%end_time)//' [s]')
+                                to_text(model%run%end_time)//' [s]')
       end if
    end subroutine check_interval
 
    !> Check the group &refine. With indicator = 'none' its other keys have no meaning.
-   pure subroutine check_refine(scene, settings, has_bodies)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_refine(model, settings, has_bodies)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_bodies            !! whether grid and bodies are without mistakes
       integer :: entry
       entry = settings%find('refine', 1)
-      if (.not. settings%good(entry, 'indicator') .or. scene%refine%indicator == 'none') return
-      if (scene%refine%indicator == 'gradient' .and. settings%good(entry, 'r_crit') .and. settings%good(entry, 'r_coarsen') &
-          .and. scene%refine%r_coarsen >= scene%refine%r_crit) &
-         call settings%complain(entry, 'r_coarsen', 'must be below r_crit = '//to_text(scene%refine%r_crit))
-      call check_region(scene, settings, entry, has_bodies)
-      if (has_bodies) call check_room(scene, settings, entry)
+      if (.not. settings%good(entry, 'indicator') .or. model%refine%indicator == 'none') return
+      if (model%refine%indicator == 'gradient' .and. settings%good(entry, 'r_crit') .and. settings%good(entry, 'r_coarsen') &
+          .and. model%refine%r_coarsen >= model%refine%r_crit) &
+         call settings%complain(entry, 'r_coarsen', 'must be below r_crit = '//to_text(model%refine%r_crit))
+      call check_region(model, settings, entry, has_bodies)
+      if (has_bodies) call check_room(model, settings, entry)
    end subroutine check_refine
 
    !> The box in which cells may refine has an extent and holds material. A corner that is not given sets no limit.
-   pure subroutine check_region(scene, settings, entry, has_bodies)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_region(model, settings, entry, has_bodies)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry                 !! position of the group &refine, here and below
       logical, intent(in) :: has_bodies
       integer :: i
       if (.not. (settings%good(entry, 'region_lower') .and. settings%good(entry, 'region_upper'))) return
-      associate (lower => scene%refine%region_lower, upper => scene%refine%region_upper)
+      associate (lower => model%refine%region_lower, upper => model%refine%region_upper)
          if (any(upper <= lower)) then
             call settings%complain(entry, 'region_upper', 'must be above region_lower = '//point_text(lower)// &
                                    ' in every direction')
             return
          end if
          if (.not. has_bodies) return
-         do i = 1, size(scene%bodies)
-            if (overlap(lower, upper, scene%bodies(i)%lower, scene%bodies(i)%upper, tolerance(scene%grid))) return
+         do i = 1, size(model%bodies)
+            if (overlap(lower, upper, model%bodies(i)%lower, model%bodies(i)%upper, tolerance(model%grid))) return
          end do
       end associate
       call settings%complain(entry, &
@@ -330,54 +330,55 @@ contains
                              'the box from region_lower to region_upper must contain material of a body')
    end subroutine check_region
 
-   !> The material points that the scene begins with are not too many already.
-   pure subroutine check_room(scene, settings, entry)
-      type(scene_t), intent(in) :: scene
+   !> The material points that the model begins with are not too many already.
+   pure subroutine check_room(model, settings, entry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
       real(dp) :: particles
       integer :: i
       if (.not. settings%good(entry, 'max_particles')) return
       particles = 0
-      do i = 1, size(scene%bodies)
+      do i = 1, size(model%bodies)
          if (.not. settings%good(settings%find('body', i), 'points_per_cell')) return
-         particles = particles + particle_number(scene, scene%bodies(i))
+         particles = particles + particle_number(model, model%bodies(i))
       end do
-      if (scene%refine%max_particles < particles) call settings%complain(entry, 'max_particles', &
+      if (model%refine%max_particles < particles) call settings%complain(entry, 'max_particles', &
          'must be at least the number of material points that the scene begins with, '//to_text(nint(particles)))
    end subroutine check_room
 
-   !> Check a scene whose bodies meet; others have no use for the keys.
-   pure subroutine check_contact(scene, settings)
-      type(scene_t), intent(in) :: scene
+   !> Check a model whose bodies meet; others have no use for the keys.
+   pure subroutine check_contact(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer :: contact
       contact = settings%find('contact', 1)
       if (.not. settings%good(contact, 'bodies')) return
-      if (.not. scene%contact%is_wanted()) return
-      if (settings%good(contact, 'distance') .and. scene%contact%distance > scene%grid%cell/2) &
+      if (.not. model%contact%is_wanted()) return
+      if (settings%good(contact, 'distance') .and. model%contact%distance > model%grid%cell/2) &
          call settings%complain(contact, 'distance', 'must not be above half of a cell: '// &
                                 'bodies farther apart have no nodes in common')
-      call check_cracks(scene, settings)
-      if (maxval(sheets_of_bodies(scene)) > most_sheets) call settings%complain(contact, 'bodies', 'must be '// &
-         '''joined'' where there are more than '//to_text(most_sheets)//' bodies: each has a velocity field on the whole grid. '// &
+      call check_cracks(model, settings)
+      if (maxval(velocity_fields_of(model)) > most_velocity_fields) call settings%complain(contact, 'bodies', 'must be '// &
+         '''joined'' where there are more than '//to_text(most_velocity_fields)// &
+            ' bodies: each has a velocity field on the whole grid. '// &
          'Give the same &body part to those that do not meet')
    end subroutine check_contact
 
    !> Cracks are those of the first velocity field: no straight part of one is in a body of another.
-   pure subroutine check_cracks(scene, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_cracks(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, parameter :: places = 1000        ! of a part that are looked at
-      integer :: sheets(0:size(scene%bodies)), k, s, i
-      sheets = [1, sheets_of_bodies(scene)]      ! 0 is no body
-      do k = 1, size(scene%paths)
-         associate (path => scene%paths(k), entry => settings%find('crack', k))
+      integer :: velocity_fields(0:size(model%bodies)), k, s, i
+      velocity_fields = [1, velocity_fields_of(model)] ! 0 is no body
+      do k = 1, size(model%paths)
+         associate (path => model%paths(k), entry => settings%find('crack', k))
             if (.not. settings%good(entry, trim(path%key))) cycle
             do s = 2, size(path%points, 2)
                do i = 0, places
                   associate (from => path%points(:, s - 1), to => path%points(:, s))
-                     if (sheets(body_at(scene, from + (i*(to - from))/places)) == 1) cycle
+                     if (velocity_fields(body_at(model, from + (i*(to - from))/places)) == 1) cycle
                   end associate
                   call settings%complain(entry, trim(path%key), 'must be in the first &body, or in one of its part, '// &
                                          'with &contact bodies: put the body with the crack first')
@@ -389,26 +390,26 @@ contains
    end subroutine check_cracks
 
    !> Check all materials of which there is a body.
-   pure subroutine check_constants(scene, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_constants(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer :: k, entry
-      do k = 1, size(scene%materials)
-         entry = settings%find('material', scene%materials(k)%number)
-         select case (merge(scene%materials(k)%law, repeat(' ', len(scene%materials%law)), settings%good(entry, 'law')))
+      do k = 1, size(model%materials)
+         entry = settings%find('material', model%materials(k)%number)
+         select case (merge(model%materials(k)%law, repeat(' ', len(model%materials%law)), settings%good(entry, 'law')))
           case ('orthotropic')
-            call check_orthotropic(scene, settings, k, entry)
+            call check_orthotropic(model, settings, k, entry)
           case ('mooney_rivlin')
-            call check_rubber(scene, settings, k, entry)
+            call check_hyperelastic(model, settings, k, entry)
           case ('viscoelastic')
-            call check_viscous(scene, settings, k, entry)
+            call check_viscous(model, settings, k, entry)
          end select
       end do
    end subroutine check_constants
 
    !> With the constants of an orthotropic material no strain releases energy.
-   pure subroutine check_orthotropic(scene, settings, k, entry)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_orthotropic(model, settings, k, entry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k, entry              !! number of the material, and position of its group, here and below
       character(:), allocatable :: why
@@ -416,8 +417,8 @@ contains
       integer :: i
       if (.not. (settings%good(settings%find('run', 1), 'plane') .and. &
                  all([(settings%good(entry, trim(orthotropic_keys(i))), i=1, size(orthotropic_keys))]))) return
-      plane_stress = scene%run%plane == 'stress'
-      associate (of => scene%materials(k)%orthotropic)
+      plane_stress = model%run%plane == 'stress'
+      associate (of => model%materials(k)%orthotropic)
          if (minval(of%young(:merge(2, 3, plane_stress))) <= 0 .or. of%shear_12 <= 0) return
          associate (moduli => [of%young(:merge(2, 3, plane_stress)), of%shear_12])
             if (maxval(moduli) > most_apart*minval(moduli)) then
@@ -428,35 +429,35 @@ contains
          end associate
          why = why_not_definite(of, plane_stress)
          if (why /= '') call settings%complain(entry, 'poisson_12', why//': else a strain would release energy')
-         if (scene%is_half() .and. abs(of%angle - 90*anint(of%angle/90)) > 0) &
+         if (model%is_half() .and. abs(of%angle - 90*anint(of%angle/90)) > 0) &
             call settings%complain(entry, 'angle', 'must be a multiple of 90 degrees with &crack kind = '// &
                                    '''symmetry'': else the other half is no mirror image. Use kind = ''line''')
       end associate
    end subroutine check_orthotropic
 
    !> The modulus of the second invariant leaves that of the first, and the volume stiff however it changes.
-   pure subroutine check_rubber(scene, settings, k, entry)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_hyperelastic(model, settings, k, entry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k, entry
       real(dp) :: most
       if (.not. (settings%good(entry, 'c01') .and. settings%good(entry, 'young') .and. settings%good(entry, 'poisson'))) return
-      associate (m => scene%materials(k))
+      associate (m => model%materials(k))
          most = m%young/(4*(1 + m%poisson))*min(1.0_dp, m%poisson/(1 - 2*m%poisson))
          if (m%c01 > most) call settings%complain(entry, 'c01', 'must be at most '//to_text(max(most, 0.0_dp))// &
             ' [Pa], the less of mu/2 and lambda/4 of young and poisson: else c10, or the stiffness of the volume, is below 0')
       end associate
-   end subroutine check_rubber
+   end subroutine check_hyperelastic
 
    !> Of a viscoelastic material no more can relax than there is.
-   pure subroutine check_viscous(scene, settings, k, entry)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_viscous(model, settings, k, entry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k, entry
       real(dp), parameter :: decimals = 1.0e-6_dp  ! of constants that are given by their decimals
       real(dp) :: mu
       if (.not. (settings%good(entry, 'moduli') .and. settings%good(entry, 'relaxation_times'))) return
-      associate (m => scene%materials(k))
+      associate (m => model%materials(k))
          if (size(m%moduli) /= size(m%relaxation_times)) &
             call settings%complain(entry, 'relaxation_times', 'must be as many as moduli: '//to_text(size(m%moduli)))
          if (.not. (settings%good(entry, 'young') .and. settings%good(entry, 'poisson'))) return
@@ -467,18 +468,18 @@ contains
    end subroutine check_viscous
 
    !> A crack parts the domains of particles, where they have such: it runs along their edges.
-   pure subroutine check_functions(scene, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_functions(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer :: path, entry, k, j
-      if (.not. settings%good(settings%find('method', 1), 'functions') .or. .not. scene%method%has_domains()) return
-      paths: do path = 1, size(scene%paths)
+      if (.not. settings%good(settings%find('method', 1), 'functions') .or. .not. model%method%has_domains()) return
+      paths: do path = 1, size(model%paths)
          entry = settings%find('crack', path)
          if (.not. settings%good(entry, 'points')) cycle
-         do k = 2, size(scene%paths(path)%points, 2)
-            do j = 1, size(scene%bodies)
-               if (runs_along_domains(scene, scene%bodies(j), scene%paths(path)%points(:, k - 1:k))) cycle
-               associate (edges => spacing_of(scene, scene%bodies(j)))
+         do k = 2, size(model%paths(path)%points, 2)
+            do j = 1, size(model%bodies)
+               if (runs_along_domains(model, model%bodies(j), model%paths(path)%points(:, k - 1:k))) cycle
+               associate (edges => spacing_of(model, model%bodies(j)))
                   call settings%complain(entry, 'points', 'must run along edges of the domains of particles with '// &
                                          '&method functions = ''cpdi'', which are rectangles with the edges '// &
                                          to_text(edges(1))//', '//to_text(edges(2))//' m from the lower corner of the body '// &
@@ -491,16 +492,16 @@ contains
    end subroutine check_functions
 
    !> Whether a segment runs along edges of the domains of a body, or past it.
-   pure logical function runs_along_domains(scene, body, ends) result(along)
-      type(scene_t), intent(in) :: scene
+   pure logical function runs_along_domains(model, body, ends) result(along)
+      type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
       real(dp), intent(in) :: ends(ndim, 2)        !! [m]
       real(dp), parameter :: grace = 1e-6_dp       ! of an edge
       real(dp), dimension(ndim) :: first, edges
       real(dp) :: lines
       integer :: d
-      first = merge(scene%grid%lower, body%lower, body%outline%is_there())
-      edges = spacing_of(scene, body)
+      first = merge(model%grid%lower, body%lower, body%outline%is_there())
+      edges = spacing_of(model, body)
       along = any(maxval(ends, dim=2) <= body%lower .or. minval(ends, dim=2) >= body%upper)
       do d = 1, ndim
          if (along) return

@@ -5,7 +5,7 @@ module hampm_crack_consistency
    use hampm_path_consistency, only: check_path_radii
    use hampm_path_placement, only: path_tip, last_end
    use hampm_placement, only: tolerance, upper_corner, nearest_node, within, on_node, on_face, point_text
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
    implicit none
@@ -15,152 +15,152 @@ module hampm_crack_consistency
 contains
 
    !> The tip is a node with a node behind and ahead. The constraints make a crack of it.
-   pure subroutine check_crack(scene, settings, has_grid)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_crack(model, settings, has_grid)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_grid            !! whether the grid is without mistakes
       integer :: entry, before
       entry = settings%find('crack', 1)
-      if (.not. scene%is_half()) return
+      if (.not. model%is_half()) return
       if (.not. (settings%good(entry, 'kind') .and. settings%good(entry, 'tip') .and. settings%good(entry, 'direction'))) return
-      before = settings%mistakes%count
-      if (count(abs(scene%paths(1)%direction) > 0) /= 1) &
+      before = settings%errors%count
+      if (count(abs(model%paths(1)%direction) > 0) /= 1) &
          call settings%complain(entry, 'direction', 'must be along a grid line: one component not 0, all others 0')
       if (.not. has_grid) return
-      if (.not. on_node(scene%grid, node(scene, 0))) &
+      if (.not. on_node(model%grid, node(model, 0))) &
          call settings%complain(entry, 'tip', 'must be a node of the grid: lower + i*cell with lower = '// &
-                                point_text(scene%grid%lower)//', cell = '//to_text(scene%grid%cell)//', up to '// &
-                                point_text(upper_corner(scene%grid))//'; the nearest is '// &
-                                point_text(nearest_node(scene%grid, node(scene, 0))))
-      if (settings%mistakes%count > before) return
-      if (.not. (on_node(scene%grid, node(scene, -1)) .and. on_node(scene%grid, node(scene, 1)))) then
+                                point_text(model%grid%lower)//', cell = '//to_text(model%grid%cell)//', up to '// &
+                                point_text(upper_corner(model%grid))//'; the nearest is '// &
+                                point_text(nearest_node(model%grid, node(model, 0))))
+      if (settings%errors%count > before) return
+      if (.not. (on_node(model%grid, node(model, -1)) .and. on_node(model%grid, node(model, 1)))) then
          call settings%complain(entry, 'tip', 'the nodes one cell behind and one cell ahead must be in the grid')
       else
-         call check_edge(scene, settings, entry)
-         call check_symmetry(scene, settings, entry)
+         call check_edge(model, settings, entry)
+         call check_symmetry(model, settings, entry)
       end if
    end subroutine check_crack
 
    !> Position of the n-th node ahead of the crack tip [m].
-   pure function node(scene, n) result(position)
-      type(scene_t), intent(in) :: scene
+   pure function node(model, n) result(position)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: n
       real(dp) :: position(ndim)
-      position = path_tip(scene%paths(1), last_end) + n*scene%grid%cell*scene%paths(1)%direction
+      position = path_tip(model%paths(1), last_end) + n*model%grid%cell*model%paths(1)%direction
    end function node
 
    !> The line of the crack, a cell behind and ahead of the tip, is part of an edge of a body.
-   pure subroutine check_edge(scene, settings, entry)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_edge(model, settings, entry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry               !! position of the group &crack, here and below
       real(dp) :: lower(ndim), upper(ndim), tol
       integer :: i, body
-      tol = tolerance(scene%grid)
-      lower = min(node(scene, -1), node(scene, 1))
-      upper = max(node(scene, -1), node(scene, 1))
-      do i = 1, size(scene%bodies)
+      tol = tolerance(model%grid)
+      lower = min(node(model, -1), node(model, 1))
+      upper = max(node(model, -1), node(model, 1))
+      do i = 1, size(model%bodies)
          body = settings%find('body', i)
          if (.not. (settings%good(body, 'lower') .and. settings%good(body, 'upper'))) return
-         if (on_face(lower, upper, scene%bodies(i), tol)) return
+         if (on_face(lower, upper, model%bodies(i), tol)) return
       end do
       call settings%complain(entry, 'tip', &
                              'must be on an edge of a body that reaches a cell behind and ahead of it, for kind = ''symmetry''')
    end subroutine check_edge
 
    !> On the symmetry line, nodes from the tip on are held in the normal direction and those behind are free.
-   pure subroutine check_symmetry(scene, settings, entry)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_symmetry(model, settings, entry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
       character(*), parameter :: axis = 'xyz'
       integer :: normal, i, c
-      do i = 1, size(scene%constraints)
+      do i = 1, size(model%constraints)
          c = settings%find('constraint', i)
          if (.not. (settings%good(c, 'lower') .and. settings%good(c, 'upper') .and. settings%good(c, 'fix'))) return
       end do
       do normal = 1, ndim
-         if (abs(scene%paths(1)%direction(normal)) <= 0) exit
+         if (abs(model%paths(1)%direction(normal)) <= 0) exit
       end do
-      if (.not. (is_held(scene, node(scene, 0), normal) .and. is_held(scene, node(scene, 1), normal))) &
+      if (.not. (is_held(model, node(model, 0), normal) .and. is_held(model, node(model, 1), normal))) &
          call settings%complain(entry, 'tip', 'the nodes at the tip and one cell ahead must be held in '// &
                                 axis(normal:normal)//' by a &constraint, for kind = ''symmetry''')
-      if (is_held(scene, node(scene, -1), normal)) &
+      if (is_held(model, node(model, -1), normal)) &
          call settings%complain(entry, 'tip', 'the node one cell behind the tip must not be held in '// &
                                 axis(normal:normal)//' by a &constraint, for kind = ''symmetry''')
    end subroutine check_symmetry
 
    !> Whether a constraint holds one component of the node at a position.
-   pure logical function is_held(scene, position, component)
-      type(scene_t), intent(in) :: scene
+   pure logical function is_held(model, position, component)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: position(ndim)
       integer, intent(in) :: component
       integer :: i
       is_held = .false.
-      do i = 1, size(scene%constraints)
-         associate (constraint => scene%constraints(i))
+      do i = 1, size(model%constraints)
+         associate (constraint => model%constraints(i))
             if (.not. constraint%fixed(component)) cycle
-            is_held = is_held .or. within(position, position, constraint%lower, constraint%upper, tolerance(scene%grid))
+            is_held = is_held .or. within(position, position, constraint%lower, constraint%upper, tolerance(model%grid))
          end associate
       end do
    end function is_held
 
-   !> What is asked about the energy release rate needs a crack, and a reference needs its scene.
-   pure subroutine check_energy_release(scene, settings, has_geometry)
-      type(scene_t), intent(in) :: scene
+   !> What is asked about the energy release rate needs a crack, and a reference needs its model.
+   pure subroutine check_energy_release(model, settings, has_geometry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_geometry        !! whether grid, bodies and crack are without mistakes
       integer :: entry
       entry = settings%find('energy_release', 1)
-      if (settings%good(entry, 'estimators') .and. scene%energy_release%needs_radii() .and. has_geometry .and. &
-          settings%good(entry, 'radii') .and. surroundings_good(scene, settings)) call check_path_radii(scene, settings, entry)
-      if (scene%energy_release%has('stress_closure') .and. has_geometry .and. any_on_faces(scene)) &
+      if (settings%good(entry, 'estimators') .and. model%energy_release%needs_radii() .and. has_geometry .and. &
+          settings%good(entry, 'radii') .and. surroundings_good(model, settings)) call check_path_radii(model, settings, entry)
+      if (model%energy_release%has('stress_closure') .and. has_geometry .and. any_on_faces(model)) &
          call settings%complain(entry, 'estimators', '''stress_closure'' is not defined with tractions on the faces '// &
                                 'of the crack; use ''nodal_force'' or ''domain_integral''')
       if (.not. settings%good(entry, 'reference')) return
-      if (scene%energy_release%reference == 'dcb') call check_dcb(scene, settings, entry)
+      if (model%energy_release%reference == 'dcb') call check_dcb(model, settings, entry)
    end subroutine check_energy_release
 
    !> Whether a traction acts on a face of the crack.
-   pure logical function any_on_faces(scene) result(any_on)
-      type(scene_t), intent(in) :: scene
+   pure logical function any_on_faces(model) result(any_on)
+      type(model_t), intent(in) :: model
       integer :: i
       any_on = .false.
-      do i = 1, size(scene%loads)
-         if (scene%loads(i)%kind == 'traction' .or. scene%loads(i)%kind == 'pressure') &
-            any_on = any_on .or. any(path_at(scene, scene%loads(i)%lower, scene%loads(i)%upper) > 0)
+      do i = 1, size(model%loads)
+         if (model%loads(i)%kind == 'traction' .or. model%loads(i)%kind == 'pressure') &
+            any_on = any_on .or. any(path_at(model, model%loads(i)%lower, model%loads(i)%upper) > 0)
       end do
    end function any_on_faces
 
    !> Whether it is known where all loads and constraints are, and what these hold.
-   pure logical function surroundings_good(scene, settings) result(good)
-      type(scene_t), intent(in) :: scene
+   pure logical function surroundings_good(model, settings) result(good)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       integer :: i, entry
       good = .true.
-      do i = 1, size(scene%loads)
+      do i = 1, size(model%loads)
          entry = settings%find('load', i)
          good = good .and. settings%good(entry, 'kind') .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper')
       end do
-      do i = 1, size(scene%constraints)
+      do i = 1, size(model%constraints)
          entry = settings%find('constraint', i)
          good = good .and. settings%good(entry, 'fix') .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper')
       end do
    end function surroundings_good
 
    !> The double cantilever beam's reference needs a load that opens the crack.
-   pure subroutine check_dcb(scene, settings, entry)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_dcb(model, settings, entry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
       logical :: opens, known
       integer :: i
       opens = .false.
-      known = settings%good(settings%find('crack', 1), 'direction') .and. size(scene%paths) == 1
+      known = settings%good(settings%find('crack', 1), 'direction') .and. size(model%paths) == 1
       if (.not. known) return
-      do i = 1, size(scene%loads)
+      do i = 1, size(model%loads)
          known = known .and. settings%good(settings%find('load', i), 'force')
-         opens = opens .or. any(abs(scene%loads(i)%force) > 0 .and. .not. abs(scene%paths(1)%direction) > 0)
+         opens = opens .or. any(abs(model%loads(i)%force) > 0 .and. .not. abs(model%paths(1)%direction) > 0)
       end do
       if (known .and. .not. opens) call settings%complain(entry, 'reference', &
          '''dcb'' needs a &load with a force normal to the crack')

@@ -1,4 +1,4 @@
-!> The groups &crack, &growth and &energy_release: their rows in the table of groups, their keys, and their values in a scene.
+!> The groups &crack, &growth and &energy_release: their rows in the table of groups, their keys, and their values in a model.
 module hampm_crack_groups
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_estimator, only: estimator_t
@@ -104,7 +104,7 @@ module hampm_crack_groups
       logical :: only_largest = .false.          !! whether only the tip with the largest G advances
       logical :: of_end(2) = .true.              !! whether the tip at the first and that at the last point do
    contains
-      procedure :: is_at_rest
+      procedure :: is_quasi_static
       procedure :: toughness_at
       procedure :: turns
    end type growth_t
@@ -169,10 +169,10 @@ contains
    end subroutine fill_paths
 
    !> Whether the crack grows at rest, by increments.
-   pure elemental logical function is_at_rest(self)
+   pure elemental logical function is_quasi_static(self)
       class(growth_t), intent(in) :: self
-      is_at_rest = self%law == 'quasi_static'
-   end function is_at_rest
+      is_quasi_static = self%law == 'quasi_static'
+   end function is_quasi_static
 
    !> Whether the crack turns by itself, as its modes have it.
    pure logical function turns(self)

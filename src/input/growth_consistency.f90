@@ -1,12 +1,12 @@
-!> Whether cracks can grow as a scene asks for.
+!> Whether cracks can grow as a model asks for.
 module hampm_growth_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: least_radius
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_path_placement, only: path_tips
    use hampm_placement, only: tolerance
-   use hampm_scene, only: scene_t
-   use hampm_scene_materials, only: material_of
+   use hampm_model, only: model_t
+   use hampm_model_materials, only: material_of
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
    implicit none
@@ -16,28 +16,28 @@ module hampm_growth_consistency
 contains
 
    !> Check all groups &growth.
-   subroutine check_growth(scene, settings, has_bodies)
-      type(scene_t), intent(in) :: scene
+   subroutine check_growth(model, settings, has_bodies)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
       integer :: k
-      if (scene%is_half() .and. size(scene%growth) + size(scene%cohesive) > 0) call check_on_plane(scene, settings)
-      do k = 1, size(scene%growth)
-         call check_one(scene, settings, k, has_bodies)
+      if (model%is_half() .and. size(model%growth) + size(model%cohesive) > 0) call check_on_plane(model, settings)
+      do k = 1, size(model%growth)
+         call check_one(model, settings, k, has_bodies)
       end do
    end subroutine check_growth
 
-   !> Check what growth and cohesion on a symmetry plane ask of a scene.
-   pure subroutine check_on_plane(scene, settings)
-      type(scene_t), intent(in) :: scene
+   !> Check what growth and cohesion on a symmetry plane ask of a model.
+   pure subroutine check_on_plane(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       character(*), parameter :: of_crack = 'where a &crack of kind = ''symmetry'' goes on'
       integer :: entry, i, normal
-      normal = maxloc(merge(0, 1, abs(scene%paths(1)%direction) > 0), dim=1)
-      if (size(scene%paths(1)%points, 2) < 2) return ! told already
-      do i = 1, size(scene%constraints)
+      normal = maxloc(merge(0, 1, abs(model%paths(1)%direction) > 0), dim=1)
+      if (size(model%paths(1)%points, 2) < 2) return ! told already
+      do i = 1, size(model%constraints)
          entry = settings%find('constraint', i)
-         associate (constraint => scene%constraints(i), tol => tolerance(scene%grid), plane => scene%paths(1)%points(normal, 2))
+         associate (constraint => model%constraints(i), tol => tolerance(model%grid), plane => model%paths(1)%points(normal, 2))
             if (.not. constraint%fixed(normal)) cycle
             if (max(abs(constraint%lower(normal) - plane), abs(constraint%upper(normal) - plane)) > tol) cycle
             if (abs(constraint%motion%displacement(normal)) > 0) call settings%complain(entry, 'displacement', &
@@ -49,19 +49,19 @@ contains
    end subroutine check_on_plane
 
    !> Check the keys of the k-th one, in motion.
-   subroutine check_keys_in_motion(scene, settings, k)
-      type(scene_t), intent(in) :: scene
+   subroutine check_keys_in_motion(model, settings, k)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k
       real(dp) :: rayleigh
       integer :: entry, i
       entry = settings%find('growth', k)
-      associate (growth => scene%growth(k))
+      associate (growth => model%growth(k))
          if (growth%end <= growth%start) call settings%complain(entry, 'end', 'must be later than start')
          if (mod(size(settings%numbers(entry, 'points')), ndim) /= 0) call settings%complain(entry, 'points', &
             'must be x, y of each point')
-         do i = 1, size(scene%materials)
-            rayleigh = rayleigh_of(scene, i)
+         do i = 1, size(model%materials)
+            rayleigh = rayleigh_of(model, i)
             if (growth%law == 'prescribed' .and. growth%speed >= rayleigh) then
                call settings%complain(entry, 'speed', 'must be below the speed of Rayleigh waves, '//to_text(rayleigh)// &
                                       ' m/s: the energy release rate of a faster crack is negative')
@@ -69,7 +69,7 @@ contains
             end if
          end do
          do i = 1, k - 1
-            associate (other => scene%growth(i))
+            associate (other => model%growth(i))
                if (other%path == growth%path .and. max(other%start, growth%start) < min(other%end, growth%end) .and. &
                    any(other%of_end .and. growth%of_end)) call settings%complain(entry, 'start', &
                   'two &growth of one tip must not apply at the same time')
@@ -79,48 +79,49 @@ contains
    end subroutine check_keys_in_motion
 
    !> Speed of Rayleigh waves in a material, huge where that is not known [m/s].
-   real(dp) function rayleigh_of(scene, i) result(speed)
-      type(scene_t), intent(in) :: scene
+   real(dp) function rayleigh_of(model, i) result(speed)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: i
       speed = huge(speed)
-      associate (of => scene%materials(i))
+      associate (of => model%materials(i))
          if (of%young > 0 .and. of%density > 0 .and. of%poisson > -1 .and. of%poisson < 0.5_dp) &
-            speed = rayleigh_speed(material_of(scene, i))
+            speed = rayleigh_speed(material_of(model, i))
       end associate
    end function rayleigh_of
 
    !> Check the k-th one.
-   subroutine check_one(scene, settings, k, has_bodies)
-      type(scene_t), intent(in) :: scene
+   subroutine check_one(model, settings, k, has_bodies)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k
       logical, intent(in) :: has_bodies
       integer :: entry
       entry = settings%find('growth', k)
-      associate (growth => scene%growth(k))
+      associate (growth => model%growth(k))
          if (.not. settings%good(entry, 'crack') .or. (growth%path == 0 .and. growth%crack == '')) then
             return                               ! told by a rule
          else if (growth%path == 0) then
             call settings%complain(entry, 'crack', 'there is no &crack of this name')
             return
-         else if (growth%is_at_rest() .and. any(scene%growth(:k - 1)%path == growth%path)) then
+         else if (growth%is_quasi_static() .and. any(model%growth(:k - 1)%path == growth%path)) then
             call settings%complain(entry, 'crack', 'must be another crack than that of each other &growth')
          end if
-         if (.not. growth%is_at_rest()) call check_keys_in_motion(scene, settings, k)
+         if (.not. growth%is_quasi_static()) call check_keys_in_motion(model, settings, k)
          if (.not. has_bodies) return
-         if (size(scene%paths(growth%path)%points, 2) < 2) return ! told already
-         if (.not. any(path_tips(scene, growth%path))) &
+         if (size(model%paths(growth%path)%points, 2) < 2) return ! told already
+         if (.not. any(path_tips(model, growth%path))) &
             call settings%complain(entry, 'crack', 'this crack has no tip inside the material')
-         if (growth%is_at_rest() .and. growth%increment > 0 .and. &
-             growth%increment < least_radius(scene) - tolerance(scene%grid)) &
+         if (growth%is_quasi_static() .and. growth%increment > 0 .and. &
+             growth%increment < least_radius(model) - tolerance(model%grid)) &
             call settings%complain(entry, 'increment', 'must be at least two of the finest cells, '// &
-                                   to_text(least_radius(scene))//' m: between two kinks there is to be a radius of the domain '// &
-                                   'integral')
+                                        to_text(least_radius(model))// &
+                                           ' m: between two kinks there is to be a radius of the domain '// &
+                                        'integral')
       end associate
-      if (size(scene%energy_release%radii) > 0 .and. scene%growth(k)%is_at_rest()) then
-         if (scene%growth(k)%increment < maxval(scene%energy_release%radii) .and. scene%growth(k)%direction /= 'straight') &
+      if (size(model%energy_release%radii) > 0 .and. model%growth(k)%is_quasi_static()) then
+         if (model%growth(k)%increment < maxval(model%energy_release%radii) .and. model%growth(k)%direction /= 'straight') &
             call settings%complain(entry, 'increment', 'must be at least the largest of &energy_release radii, '// &
-                                   to_text(maxval(scene%energy_release%radii))//' m, in which the crack is to be straight')
+                                   to_text(maxval(model%energy_release%radii))//' m, in which the crack is to be straight')
       end if
    end subroutine check_one
 end module hampm_growth_consistency

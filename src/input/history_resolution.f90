@@ -2,7 +2,7 @@
 module hampm_history_resolution
    use hampm_kinds, only: dp
    use hampm_largest_step, only: chosen_speed, smallest_cell
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_settings, only: settings_t
    use hampm_text, only: add_line, to_text, three_digits
    use hampm_time_history, only: time_history_t
@@ -18,22 +18,22 @@ module hampm_history_resolution
 contains
 
    !> Refuse a sine that the steps of a motion do not resolve: they would see another one.
-   subroutine check_resolution(scene, settings)
-      type(scene_t), intent(in) :: scene
+   subroutine check_resolution(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer :: k
-      if (scene%method%time == 'static') return
-      do k = 1, size(scene%loads)
-         call check_sine(scene, settings, 'load', k, scene%loads(k)%history)
+      if (model%method%time == 'static') return
+      do k = 1, size(model%loads)
+         call check_sine(model, settings, 'load', k, model%loads(k)%history)
       end do
-      do k = 1, size(scene%constraints)
-         call check_sine(scene, settings, 'constraint', k, scene%constraints(k)%motion%history)
+      do k = 1, size(model%constraints)
+         call check_sine(model, settings, 'constraint', k, model%constraints(k)%motion%history)
       end do
    end subroutine check_resolution
 
    !> Check one of them.
-   subroutine check_sine(scene, settings, group, number, history)
-      type(scene_t), intent(in) :: scene
+   subroutine check_sine(model, settings, group, number, history)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       character(*), intent(in) :: group
       integer, intent(in) :: number
@@ -42,10 +42,10 @@ contains
       integer :: entry
       entry = settings%find(group, number)
       if (history%kind /= 'sine' .or. .not. settings%good(entry, 'frequency')) return
-      associate (dt => longest_step_of(scene))
+      associate (dt => longest_step_of(model))
          if (history%frequency*dt*least_steps <= 1) return
          key = '&method courant'
-         if (scene%method%time_step > 0) key = '&method time_step'
+         if (model%method%time_step > 0) key = '&method time_step'
          call settings%complain(entry, 'frequency', 'must be at most '//to_text(1/(least_steps*dt))//' [Hz], not '// &
                                 to_text(history%frequency)//', with time steps of '//three_digits(dt)//' s: '// &
                                 three_digits(1/(history%frequency*dt))//' of them to a period do not resolve it, '// &
@@ -53,23 +53,23 @@ contains
       end associate
    end subroutine check_sine
 
-   !> What of the histories of a scene its steps see hardly or not, a line each; '' for nothing.
-   function coarse_histories(scene) result(text)
-      type(scene_t), intent(in) :: scene
+   !> What of the histories of a model its steps see hardly or not, a line each; '' for nothing.
+   function coarse_histories(model) result(text)
+      type(model_t), intent(in) :: model
       character(:), allocatable :: text
       integer :: k
       text = ''
-      do k = 1, size(scene%loads)
-         call look_at(scene, '&load '//to_text(k), scene%loads(k)%history, longest_step_of(scene), text)
+      do k = 1, size(model%loads)
+         call check_history(model, '&load '//to_text(k), model%loads(k)%history, longest_step_of(model), text)
       end do
-      do k = 1, size(scene%constraints)
-         call look_at(scene, '&constraint '//to_text(k), scene%constraints(k)%motion%history, longest_step_of(scene), text)
+      do k = 1, size(model%constraints)
+         call check_history(model, '&constraint '//to_text(k), model%constraints(k)%motion%history, longest_step_of(model), text)
       end do
    end function coarse_histories
 
    !> Look at one of them.
-   pure subroutine look_at(scene, name, history, dt, text)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_history(model, name, history, dt, text)
+      type(model_t), intent(in) :: model
       character(*), intent(in) :: name
       type(time_history_t), intent(in) :: history
       real(dp), intent(in) :: dt                 !! [s]
@@ -77,42 +77,42 @@ contains
       character(:), allocatable :: line
       real(dp) :: peak                           ! [s]
       line = ''
-      if (begins_too_late(scene, history%start)) then
+      if (begins_too_late(model, history%start)) then
          line = name//': its history begins at '//to_text(history%start)//' s, and the run ends at '// &
-                to_text(scene%run%end_time)//' s: it does nothing'
+                to_text(model%run%end_time)//' s: it does nothing'
       else if (history%kind == 'sine') then
          if (history%frequency*dt*good_steps <= 1) return
          line = name//': steps of '//three_digits(dt)//' s take '//three_digits(1/(history%frequency*dt))// &
                 ' points of a period of its sine of '//to_text(history%frequency)//' Hz: what is between them does not act. '// &
                 'Take '//to_text(nint(good_steps))//' or more'
       else if (history%kind == 'table') then
-         peak = missed_peak(history, dt, scene%method%time == 'static')
+         peak = missed_peak(history, dt, model%method%time == 'static')
          if (peak <= 0) return
          line = name//': steps of '//three_digits(dt)//' s may pass by its factor at '// &
                 three_digits(peak)//' s, which is there for less than two of them'
       end if
       if (line /= '') call add_line(text, line)
-   end subroutine look_at
+   end subroutine check_history
 
    !> Whether what begins at a time never acts: at rest the last load step is at the end of the run, in motion it begins before that.
-   pure logical function begins_too_late(scene, start)
-      type(scene_t), intent(in) :: scene
+   pure logical function begins_too_late(model, start)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: start              !! [s]
-      begins_too_late = start > scene%run%end_time .or. &
-                        (scene%method%time /= 'static' .and. start >= scene%run%end_time)
+      begins_too_late = start > model%run%end_time .or. &
+                        (model%method%time /= 'static' .and. start >= model%run%end_time)
    end function begins_too_late
 
    !> The longest step that a run can take at first [s]. Where outputs are closer they end it.
-   real(dp) function longest_step_of(scene) result(dt)
-      type(scene_t), intent(in) :: scene
-      if (scene%method%time == 'static') then
-         dt = scene%run%end_time/max(scene%method%load_steps, 1)
+   real(dp) function longest_step_of(model) result(dt)
+      type(model_t), intent(in) :: model
+      if (model%method%time == 'static') then
+         dt = model%run%end_time/max(model%method%load_steps, 1)
          return
       end if
-      dt = scene%method%time_step
-      if (.not. dt > 0) dt = scene%method%courant*smallest_cell(scene)/chosen_speed(scene)
-      if (scene%output%history_interval > 0) dt = min(dt, scene%output%history_interval)
-      if (scene%output%snapshot_interval > 0) dt = min(dt, scene%output%snapshot_interval)
+      dt = model%method%time_step
+      if (.not. dt > 0) dt = model%method%courant*smallest_cell(model)/chosen_speed(model)
+      if (model%output%history_interval > 0) dt = min(dt, model%output%history_interval)
+      if (model%output%snapshot_interval > 0) dt = min(dt, model%output%snapshot_interval)
    end function longest_step_of
 
    !> The time of a corner of a table, counted from its start, whose factor is far above or below that one step before it, or at the

@@ -1,4 +1,4 @@
-!> How the bodies of a scene hang together before anything moves. On a grid material knows other material by the nodes that both
+!> How the bodies of a model hang together before anything moves. On a grid material knows other material by the nodes that both
 !> have: bodies that touch are joined, and bodies that do not touch, but have cells at a common node, act on each other all the
 !> same.
 module hampm_joints
@@ -6,25 +6,25 @@ module hampm_joints
    use hampm_body_group, only: body_t, area_in_box, outline_of
    use hampm_outline, only: outline_t
    use hampm_placement, only: tolerance
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    implicit none
    private
-   public :: do_touch, share_nodes, gap_between, groups_of_bodies, sheets_of_bodies, holds_material
+   public :: do_touch, share_nodes, gap_between, groups_of_bodies, velocity_fields_of, holds_material
 
 contains
 
-   !> Whether two bodies of a scene have a common point.
-   pure logical function do_touch(scene, i, j)
-      type(scene_t), intent(in) :: scene
+   !> Whether two bodies of a model have a common point.
+   pure logical function do_touch(model, i, j)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: i, j                !! which bodies
-      do_touch = gap_between(scene, i, j) <= tolerance(scene%grid)
+      do_touch = gap_between(model, i, j) <= tolerance(model%grid)
    end function do_touch
 
-   !> Distance between two bodies of a scene [m].
-   pure real(dp) function gap_between(scene, i, j) result(gap)
-      type(scene_t), intent(in) :: scene
+   !> Distance between two bodies of a model [m].
+   pure real(dp) function gap_between(model, i, j) result(gap)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: i, j                !! which bodies
-      associate (a => scene%bodies(i), b => scene%bodies(j))
+      associate (a => model%bodies(i), b => model%bodies(j))
          gap = norm2(max(a%lower - b%upper, b%lower - a%upper, 0.0_dp))
          if (a%outline%is_there() .or. b%outline%is_there()) gap = max(gap, gap_of_outlines(outline_of(a), outline_of(b)))
       end associate
@@ -52,51 +52,51 @@ contains
    end function gap_of_outlines
 
    !> Whether cells of the lattice that two bodies reach into have a common node.
-   pure logical function share_nodes(scene, i, j)
-      type(scene_t), intent(in) :: scene
+   pure logical function share_nodes(model, i, j)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: i, j                !! which bodies
-      share_nodes = all(first_node(scene, scene%bodies(i)) <= last_node(scene, scene%bodies(j)) .and. &
-                        first_node(scene, scene%bodies(j)) <= last_node(scene, scene%bodies(i)))
+      share_nodes = all(first_node(model, model%bodies(i)) <= last_node(model, model%bodies(j)) .and. &
+                        first_node(model, model%bodies(j)) <= last_node(model, model%bodies(i)))
    end function share_nodes
 
    !> Whether a box holds a node, of the lattice, of a cell that any body reaches into.
-   pure logical function holds_material(scene, lower, upper)
-      type(scene_t), intent(in) :: scene
+   pure logical function holds_material(model, lower, upper)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
       real(dp), dimension(ndim) :: first, last   ! nodes of the box, from the lower corner of the lattice [cells]
       real(dp), dimension(ndim) :: from, to      ! those of them at the cells around a body
       integer :: i
-      associate (grid => scene%grid, tol => tolerance(scene%grid))
+      associate (grid => model%grid, tol => tolerance(model%grid))
          first = (lower - tol - grid%lower)/grid%cell
          last = (upper + tol - grid%lower)/grid%cell
       end associate
       holds_material = .false.
-      do i = 1, size(scene%bodies)
-         associate (body => scene%bodies(i))
-            from = first_whole(max(first, first_node(scene, body)))
-            to = aint(min(last, last_node(scene, body)))
+      do i = 1, size(model%bodies)
+         associate (body => model%bodies(i))
+            from = first_whole(max(first, first_node(model, body)))
+            to = aint(min(last, last_node(model, body)))
             if (any(from > to)) cycle
             holds_material = holds_material .or. .not. body%outline%is_there()
-            if (.not. holds_material) holds_material = area_in_box(body, scene%grid%lower + (from - 1)*scene%grid%cell, &
-                                                                   scene%grid%lower + (to + 1)*scene%grid%cell) > 0
+            if (.not. holds_material) holds_material = area_in_box(body, model%grid%lower + (from - 1)*model%grid%cell, &
+                                                                   model%grid%lower + (to + 1)*model%grid%cell) > 0
          end associate
       end do
    end function holds_material
 
    !> Lower corner of the cells that a body reaches into, from the lower corner of the lattice [cells].
-   pure function first_node(scene, body) result(node)
-      type(scene_t), intent(in) :: scene
+   pure function first_node(model, body) result(node)
+      type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
       real(dp) :: node(ndim)
-      node = aint((body%lower - scene%grid%lower + tolerance(scene%grid))/scene%grid%cell)
+      node = aint((body%lower - model%grid%lower + tolerance(model%grid))/model%grid%cell)
    end function first_node
 
    !> Their upper corner.
-   pure function last_node(scene, body) result(node)
-      type(scene_t), intent(in) :: scene
+   pure function last_node(model, body) result(node)
+      type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
       real(dp) :: node(ndim)
-      node = first_whole((body%upper - scene%grid%lower - tolerance(scene%grid))/scene%grid%cell)
+      node = first_whole((body%upper - model%grid%lower - tolerance(model%grid))/model%grid%cell)
    end function last_node
 
    !> The first whole number that is not below a number, which may be too large for an integer.
@@ -107,14 +107,14 @@ contains
    end function first_whole
 
    !> For each body the first one that it is joined to, by itself or through others that touch.
-   pure function groups_of_bodies(scene) result(first)
-      type(scene_t), intent(in) :: scene
-      integer :: first(size(scene%bodies))
+   pure function groups_of_bodies(model) result(first)
+      type(model_t), intent(in) :: model
+      integer :: first(size(model%bodies))
       integer :: i, j
       do i = 1, size(first)
          first(i) = i
          do j = 1, i - 1
-            if (.not. do_touch(scene, i, j)) cycle
+            if (.not. do_touch(model, i, j)) cycle
             where (first(:i) == max(first(i), first(j))) first(:i) = min(first(i), first(j))
          end do
       end do
@@ -122,18 +122,18 @@ contains
 
    !> The sheet of the grid, that is the velocity field, on which each body is: those of one part, or all without contact between
    !> bodies, are on the same.
-   pure function sheets_of_bodies(scene) result(sheet)
-      type(scene_t), intent(in) :: scene
-      integer :: sheet(size(scene%bodies))
+   pure function velocity_fields_of(model) result(velocity_field)
+      type(model_t), intent(in) :: model
+      integer :: velocity_field(size(model%bodies))
       integer :: i, j
-      sheet = 1
-      if (.not. scene%contact%is_wanted()) return
-      do i = 1, size(sheet)
-         sheet(i) = maxval([0, sheet(:i - 1)]) + 1
-         if (scene%bodies(i)%part == '') cycle
+      velocity_field = 1
+      if (.not. model%contact%is_wanted()) return
+      do i = 1, size(velocity_field)
+         velocity_field(i) = maxval([0, velocity_field(:i - 1)]) + 1
+         if (model%bodies(i)%part == '') cycle
          do j = 1, i - 1
-            if (scene%bodies(j)%part == scene%bodies(i)%part) sheet(i) = sheet(j)
+            if (model%bodies(j)%part == model%bodies(i)%part) velocity_field(i) = velocity_field(j)
          end do
       end do
-   end function sheets_of_bodies
+   end function velocity_fields_of
 end module hampm_joints

@@ -13,7 +13,7 @@ module hampm_key_reference
 contains
 
    !> What every group means and whether it may be absent, an example of it, and a table of its keys. The examples of all groups
-   !> together are a scene that runs.
+   !> together are a model that runs.
    pure function reference_text() result(text)
       character(:), allocatable :: text
       integer :: g, k

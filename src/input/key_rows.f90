@@ -11,9 +11,9 @@ module hampm_key_rows
    integer, parameter :: type_text = 4             !! text of at most `path_len` characters
    integer, parameter :: type_logical = 5          !! .true. or .false., kept as the numbers 1 and 0
 
-   integer, parameter :: is_required = 1           !! a scene without the group is refused
-   integer, parameter :: is_assumed = 2            !! a scene without the group gets it with its defaults
-   integer, parameter :: is_optional = 3           !! a scene without the group does without it
+   integer, parameter :: is_required = 1           !! a model without the group is refused
+   integer, parameter :: is_assumed = 2            !! a model without the group gets it with its defaults
+   integer, parameter :: is_optional = 3           !! a model without the group does without it
 
    integer, parameter :: max_values = 1000         !! most values of any key
    integer, parameter :: list_len = 256            !! longest list of values or choices in this table

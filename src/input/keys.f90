@@ -1,5 +1,5 @@
 !> Every group and key of the namelist file, in two tables, which the modules of the groups bring together here. Validation,
-!> `--template`, the canonical text of a scene and the reference documentation all come from them.
+!> `--template`, the canonical text of a model and the reference documentation all come from them.
 module hampm_keys
    use hampm_kinds, only: name_len
    use hampm_body_group, only: body_group, body_keys

@@ -1,4 +1,4 @@
-!> The largest courant number with which a scene is stable, and the one that is taken where none is given.
+!> The largest courant number with which a model is stable, and the one that is taken where none is given.
 !>
 !> The times at which a run writes.
 module hampm_largest_step
@@ -8,11 +8,11 @@ module hampm_largest_step
    use hampm_material, only: material_t, is_for_any_strain
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_orthotropic, only: n_voigt
-   use hampm_outer_nodes, only: least_fill
+   use hampm_aggregated_nodes, only: least_fill
    use hampm_placement, only: tolerance, points_of
    use hampm_quadratic_points, only: fewest_points
-   use hampm_scene, only: scene_t, body_t, cuts_cells, cracks_cut_cells
-   use hampm_scene_materials, only: materials_of, material_of
+   use hampm_model, only: model_t, body_t, cuts_cells, cracks_cut_cells
+   use hampm_model_materials, only: materials_of, material_of
    implicit none
    private
    public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step, default_part, &
@@ -64,28 +64,28 @@ module hampm_largest_step
 
 contains
 
-   !> The largest stable courant number, of the wave speed that the scene names, in three digits; the keys it depends on are good.
-   real(dp) function courant_limit(scene) result(limit)
-      type(scene_t), intent(in) :: scene
+   !> The largest stable courant number, of the wave speed that the model names, in three digits; the keys it depends on are good.
+   real(dp) function courant_limit(model) result(limit)
+      type(model_t), intent(in) :: model
       type(mass_choice_t) :: mass
       real(dp) :: step
       integer :: k, j
-      associate (method => scene%method)
+      associate (method => model%method)
          mass = new_mass_choice(method%mass, method%solver, method%order, method%blend, method%full_lower, method%full_upper)
          step = huge(step)
-         do k = 1, size(scene%bodies)
-            if (any([(is_alike(scene, scene%bodies(k), scene%bodies(j)), j=1, k - 1)])) cycle
-            step = min(step, body_limit(scene, scene%bodies(k), mass))
+         do k = 1, size(model%bodies)
+            if (any([(is_alike(model, model%bodies(k), model%bodies(j)), j=1, k - 1)])) cycle
+            step = min(step, body_limit(model, model%bodies(k), mass))
          end do
-         limit = step*chosen_speed(scene)
-         if (any(scene%materials%law == 'orthotropic')) limit = limit*of_anisotropy
-         if (several_materials(scene)) limit = limit*of_contrast
-         if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(scene)) limit = limit*of_hanging_nodes
-         if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. size(scene%growth) > 0) limit = limit*of_growth
+         limit = step*chosen_speed(model)
+         if (any(model%materials%law == 'orthotropic')) limit = limit*of_anisotropy
+         if (several_materials(model)) limit = limit*of_contrast
+         if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(model)) limit = limit*of_hanging_nodes
+         if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. size(model%growth) > 0) limit = limit*of_growth
          if (method%time_steps == 'local') limit = limit*of_local_steps
-         if (scene%grid%order > 1) then
-            if (cuts_cells(scene)) limit = limit*of_cut_quadratic
-         else if (cracks_cut_cells(scene) .or. size(scene%growth) + size(scene%cohesive) > 0) then
+         if (model%grid%order > 1) then
+            if (cuts_cells(model)) limit = limit*of_cut_quadratic
+         else if (cracks_cut_cells(model) .or. size(model%growth) + size(model%cohesive) > 0) then
             limit = limit*of_cut_cells
          end if
       end associate
@@ -94,40 +94,40 @@ contains
 
    !> What is taken where no courant number is given: a safe part of the limit. For material that moves through the cells, and with
    !> damping, which a long step would not resolve, there are shorter ones.
-   real(dp) function default_courant(scene) result(courant)
-      type(scene_t), intent(in) :: scene
-      courant = default_part*courant_limit(scene)
-      associate (method => scene%method)
+   real(dp) function default_courant(model) result(courant)
+      type(model_t), intent(in) :: model
+      courant = default_part*courant_limit(model)
+      associate (method => model%method)
          if (method%frame == 'updated' .and. .not. method%has_domains()) &
             courant = min(courant, merge(crossing_full, crossing, method%mass == 'full' .or. method%mass == 'partial'))
       end associate
-      courant = rounded_down(min(courant, default_part*damping_limit(scene), most))
+      courant = rounded_down(min(courant, default_part*damping_limit(model), most))
    end function default_courant
 
    !> The courant number at which damping takes all of a velocity in a step.
-   real(dp) function damping_limit(scene) result(limit)
-      type(scene_t), intent(in) :: scene
+   real(dp) function damping_limit(model) result(limit)
+      type(model_t), intent(in) :: model
       limit = huge(limit)
-      if (scene%damping%rate > 0) limit = most_damping_a_step/scene%damping%rate/smallest_cell(scene)*chosen_speed(scene)
+      if (model%damping%rate > 0) limit = most_damping_a_step/model%damping%rate/smallest_cell(model)*chosen_speed(model)
    end function damping_limit
 
    !> The wave speed that courant refers to, the largest of any material [m/s].
-   real(dp) function chosen_speed(scene) result(speed)
-      type(scene_t), intent(in) :: scene
-      speed = largest_wave_speed(materials_of(scene), scene%method%wave_speed)
+   real(dp) function chosen_speed(model) result(speed)
+      type(model_t), intent(in) :: model
+      speed = largest_wave_speed(materials_of(model), model%method%wave_speed)
    end function chosen_speed
 
    !> Size of the cells that the first step is for: those around a tip are there from the start, and with local steps the
    !> largest cells take the longest step [m].
-   pure real(dp) function smallest_cell(scene) result(cell)
-      type(scene_t), intent(in) :: scene
-      cell = scene%grid%cell
-      if (scene%refine%indicator == 'tip' .and. scene%method%time_steps == 'global') cell = scale(cell, -scene%refine%max_level)
+   pure real(dp) function smallest_cell(model) result(cell)
+      type(model_t), intent(in) :: model
+      cell = model%grid%cell
+      if (model%refine%indicator == 'tip' .and. model%method%time_steps == 'global') cell = scale(cell, -model%refine%max_level)
    end function smallest_cell
 
    !> Largest stable time step over cell size for a body that is alone [s/m].
-   real(dp) function body_limit(scene, body, mass) result(limit)
-      type(scene_t), intent(in) :: scene
+   real(dp) function body_limit(model, body, mass) result(limit)
+      type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
       type(mass_choice_t), intent(in) :: mass
       type(row_t) :: rows(ndim), moved(ndim)
@@ -136,44 +136,44 @@ contains
       logical :: strains_last
       type(material_t) :: material
       type(ring_t), allocatable :: ring
-      material = material_of(scene, body%material_index) ! gfortran 12 frees the law of an associate name twice
-      associate (cell => scene%grid%cell)
-         n = points_of(scene, body)
+      material = material_of(model, body%material_index) ! gfortran 12 frees the law of an associate name twice
+      associate (cell => model%grid%cell)
+         n = points_of(model, body)
          length = max((body%upper - body%lower)/cell, thinnest)
-         start = place_in_cell(scene, body)
+         start = place_in_cell(model, body)
          speed = material%dilatational_wave_speed()
          moduli = material%small_strain_moduli()/(material%density*speed**2)
-         damping = min(scene%damping%rate*smallest_cell(scene), 1e100_dp*speed)/speed
-         strains_last = scene%method%scheme == 'usl'
+         damping = min(model%damping%rate*smallest_cell(model), 1e100_dp*speed)/speed
+         strains_last = model%method%scheme == 'usl'
          if (material%is_ring) ring = ring_t(start(1) - body%lower(1)/cell, material%hoop_moduli()/(material%density*speed**2))
-         if (body%outline%is_there() .and. .not. crosses_cells(scene, body) .and. scene%grid%order == 1) then
+         if (body%outline%is_there() .and. .not. crosses_cells(model, body) .and. model%grid%order == 1) then
             limit = of_outlines*limit_of_fills(fills_at_edges(), least_fill, body%points_per_cell, moduli, material%isotropic, &
                                                mass, strains_last, damping)/speed
             if (material%is_ring) limit = limit*of_rings
             return
          end if
-         if (scene%grid%order > 1 .and. cuts_cells(scene)) then ! whole cells are looked at
+         if (model%grid%order > 1 .and. cuts_cells(model)) then ! whole cells are looked at
             start = 0
             length = max(1, nint(length))
             n = nint(length)*fewest_points
          end if
-         if (.not. crosses_cells(scene, body)) then
+         if (.not. crosses_cells(model, body)) then
             do d = 1, ndim                       ! an array of what functions return would leak in gfortran 12
-               rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells/scene%grid%order)
+               rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells/model%grid%order)
             end do
             limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false., &
-                                    are_quadratic=scene%grid%order > 1, ring=ring)/speed
-            if (cracks_cut_cells(scene) .and. scene%grid%order == 1) &
+                                    are_quadratic=model%grid%order > 1, ring=ring)/speed
+            if (cracks_cut_cells(model) .and. model%grid%order == 1) &
                limit = min(limit, limit_of_fills(fills_at_cracks(body%points_per_cell), 0.0_dp, body%points_per_cell, moduli, &
                                                  material%isotropic, mass, strains_last, damping)/speed/of_cut_cells)
-            if (.not. refines(scene) .or. scene%grid%order > 1) return
+            if (.not. refines(model) .or. model%grid%order > 1) return
             if (fits_cells([rows(1)%spacing, rows(2)%spacing], start, body%points_per_cell)) return
-            limit = min(limit, limit_at_edges(start, length, n, scene%refine%max_level, moduli, mass, strains_last, damping)/speed)
-            limit = limit*of_misfit(scene, body%points_per_cell)
+            limit = min(limit, limit_at_edges(start, length, n, model%refine%max_level, moduli, mass, strains_last, damping)/speed)
+            limit = limit*of_misfit(model, body%points_per_cell)
             return
          end if
          n = max(1, nint(n*min(1.0_dp, shifted_cells/length)))
-         length = n*length/points_of(scene, body)
+         length = n*length/points_of(model, body)
          start = ceiling(length - grace) - length          ! the upper end on a node
          do d = 1, ndim
             rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells)
@@ -188,11 +188,11 @@ contains
                if (i > j .and. n(1) == n(2) .and. material%isotropic) exit          ! the same but for the names of the directions
                moved(1) = shifted(rows(1), shift(1, i))
                moved(2) = shifted(rows(2), shift(2, j))
-               limit = min(limit, largest_courant(moved, moduli, mass, strains_last, damping, scene%method%has_domains(), &
+               limit = min(limit, largest_courant(moved, moduli, mass, strains_last, damping, model%method%has_domains(), &
                                                   ring=ring)/speed)
             end do
          end do
-         if (scene%method%has_domains()) then
+         if (model%method%has_domains()) then
             limit = limit*merge(of_domains, of_domains_in_leapfrog, strains_last)
             if (body%outline%is_there()) limit = limit*of_cut_domains
          end if
@@ -237,13 +237,13 @@ contains
    !> What finer cells leave of the limit where they are not. Of n particles in a cell and direction the shortest vibration takes the
    !> part (1 - 1/n^2)/3 of M over D if they are as far from both nodes, and (1 + 2/n^2)/3 if one is at a node; leapfrog schemes have
    !> its root in their frequencies. The limit is that of cells of the root, which may be the former, and some finer cells are the latter.
-   pure real(dp) function of_misfit(scene, points_per_cell) result(part)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function of_misfit(model, points_per_cell) result(part)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: points_per_cell
       associate (squared => real(max(points_per_cell, 2), dp)**2)  ! others are mistakes
          part = of_misfit_edges*sqrt((squared - 1)/(squared + 2))
       end associate
-      if (scene%method%mass /= 'lumped' .or. scene%method%scheme == 'usl') part = of_misfit_else
+      if (model%method%mass /= 'lumped' .or. model%method%scheme == 'usl') part = of_misfit_else
    end function of_misfit
 
    !> The same where cells at the edge of a material are filled by any of some parts, and those of corners by the products of these. Times the wave
@@ -290,46 +290,46 @@ contains
 
    !> Whether the particles of a body come to stand anywhere in the cells: where it flies, or is of a law for large strains. With usl
    !> no time step would do for all positions.
-   impure elemental logical function crosses_cells(scene, body) result(crosses)
-      type(scene_t), intent(in) :: scene
+   impure elemental logical function crosses_cells(model, body) result(crosses)
+      type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
-      crosses = scene%method%has_domains()
-      if (crosses .or. scene%method%frame == 'total' .or. scene%method%scheme == 'usl') return
-      crosses = is_for_any_strain(scene%materials(body%material_index)%law) &
+      crosses = model%method%has_domains()
+      if (crosses .or. model%method%frame == 'total' .or. model%method%scheme == 'usl') return
+      crosses = is_for_any_strain(model%materials(body%material_index)%law) &
                 .or. maxval(abs(body%velocity)) + abs(body%spin)*norm2(body%upper - body%lower)/2 &
-                > small_move*scene%grid%cell/scene%run%end_time
+                > small_move*model%grid%cell/model%run%end_time
    end function crosses_cells
 
    !> Where in its cell the lower corner of a body is [cells].
-   pure function place_in_cell(scene, body) result(place)
-      type(scene_t), intent(in) :: scene
+   pure function place_in_cell(model, body) result(place)
+      type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
       real(dp) :: place(ndim)
-      place = (body%lower - scene%grid%lower)/scene%grid%cell
+      place = (body%lower - model%grid%lower)/model%grid%cell
       place = place - aint(place)
       where (abs(place - anint(place)) <= grace) place = 0
    end function place_in_cell
 
    !> Whether two bodies have the same limit.
-   pure logical function is_alike(scene, a, b)
-      type(scene_t), intent(in) :: scene
+   pure logical function is_alike(model, a, b)
+      type(model_t), intent(in) :: model
       type(body_t), intent(in) :: a, b
       is_alike = (a%outline%is_there() .eqv. b%outline%is_there()) &
                  .and. a%material_index == b%material_index .and. a%points_per_cell == b%points_per_cell &
-                 .and. all(abs((a%upper - a%lower) - (b%upper - b%lower)) <= tolerance(scene%grid)) &
-                 .and. all(abs(place_in_cell(scene, a) - place_in_cell(scene, b)) <= grace)
+                 .and. all(abs((a%upper - a%lower) - (b%upper - b%lower)) <= tolerance(model%grid)) &
+                 .and. all(abs(place_in_cell(model, a) - place_in_cell(model, b)) <= grace)
    end function is_alike
 
    !> Whether bodies are of several materials.
-   pure logical function several_materials(scene) result(several)
-      type(scene_t), intent(in) :: scene
-      several = any(scene%bodies%material_index /= scene%bodies(1)%material_index)
+   pure logical function several_materials(model) result(several)
+      type(model_t), intent(in) :: model
+      several = any(model%bodies%material_index /= model%bodies(1)%material_index)
    end function several_materials
 
    !> Whether cells may refine.
-   pure logical function refines(scene)
-      type(scene_t), intent(in) :: scene
-      refines = scene%refine%indicator /= 'none' .and. scene%refine%max_level > 0
+   pure logical function refines(model)
+      type(model_t), intent(in) :: model
+      refines = model%refine%indicator /= 'none' .and. model%refine%max_level > 0
    end function refines
 
    !> A positive number, rounded down to three digits.
@@ -342,14 +342,14 @@ contains
 
    !> The longest time of which the times between samples and between snapshots are multiples, 0 if it is less than a thousandth of
    !> one of them [s].
-   pure real(dp) function time_between_outputs(scene) result(time)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function time_between_outputs(model) result(time)
+      type(model_t), intent(in) :: model
       integer, parameter :: most = 1000
       real(dp) :: times(2), rest, next
-      associate (output => scene%output)
+      associate (output => model%output)
          times = output%history_interval
          if (output%snapshot_interval > 0) times(2) = output%snapshot_interval
-         times = min(times, scene%run%end_time)
+         times = min(times, model%run%end_time)
       end associate
       time = 0
       if (.not. all(times > 0)) return           ! mistakes in the namelist

@@ -7,7 +7,7 @@ module hampm_load_consistency
    use hampm_crack_placement, only: path_at
    use hampm_load_placement, only: is_on_faces, find_edge_normal
    use hampm_placement, only: tolerance, nodes_touched, on_face, is_part_of, point_text
-   use hampm_scene, only: scene_t, load_spec_t, constraint_spec_t, path_of
+   use hampm_model, only: model_t, load_spec_t, constraint_spec_t, path_of
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: has_shapes, comes_near_edges
    implicit none
@@ -17,28 +17,28 @@ module hampm_load_consistency
 contains
 
    !> The box of a constraint holds at least one node of the lattice, and in the total frame material.
-   pure subroutine check_constraints(scene, settings, has_grid)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_constraints(model, settings, has_grid)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_grid
       logical :: is_total
       integer :: i, entry
-      is_total = settings%good(settings%find('method', 1), 'frame') .and. scene%method%frame == 'total'
-      do i = 1, size(scene%constraints)
+      is_total = settings%good(settings%find('method', 1), 'frame') .and. model%method%frame == 'total'
+      do i = 1, size(model%constraints)
          entry = settings%find('constraint', i)
-         call check_history(scene%constraints(i)%motion%history, entry, settings)
-         call check_motion(scene%constraints(i), entry, settings)
-         call check_name(scene, i, entry, settings)
+         call check_history(model%constraints(i)%motion%history, entry, settings)
+         call check_motion(model%constraints(i), entry, settings)
+         call check_name(model, i, entry, settings)
          if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper'))) cycle
-         associate (constraint => scene%constraints(i))
+         associate (constraint => model%constraints(i))
             if (any(constraint%upper < constraint%lower)) then
                call settings%complain(entry, 'upper', 'must not be below lower = '//point_text(constraint%lower))
             else if (has_grid) then
-               if (.not. nodes_touched(scene%grid, constraint%lower, constraint%upper)) then
+               if (.not. nodes_touched(model%grid, constraint%lower, constraint%upper)) then
                   call settings%complain(entry, 'lower', 'the box up to '//point_text(constraint%upper)// &
                                          ' must hold at least one node of the grid (nodes are at lower + i*cell)')
                else if (is_total .and. bodies_good(settings)) then
-                  if (.not. holds_material(scene, constraint%lower, constraint%upper)) &
+                  if (.not. holds_material(model, constraint%lower, constraint%upper)) &
                      call settings%complain(entry, 'lower', 'the box up to '//point_text(constraint%upper)// &
                                             ' must hold a node of a cell with material: in frame = ''total'' none comes there '// &
                                             'later, and the constraint would hold nothing')
@@ -49,17 +49,17 @@ contains
    end subroutine check_constraints
 
    !> The name of a constraint is its own, and good for a column.
-   pure subroutine check_name(scene, number, entry, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_name(model, number, entry, settings)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: number                !! of the constraint
       integer, intent(in) :: entry                 !! position of its group
       type(settings_t), intent(inout) :: settings
       character(*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_'
-      associate (name => scene%constraints(number)%name)
+      associate (name => model%constraints(number)%name)
          if (name == '') return
          if (verify(trim(name), allowed) > 0) then
             call settings%complain(entry, 'name', 'must be of letters, digits and _, as names of columns are')
-         else if (any(scene%constraints(:number - 1)%name == name)) then
+         else if (any(model%constraints(:number - 1)%name == name)) then
             call settings%complain(entry, 'name', 'must differ from the name of every other constraint')
          end if
       end associate
@@ -81,38 +81,38 @@ contains
    end subroutine check_motion
 
    !> Loads act on material and have a complete history.
-   pure subroutine check_loads(scene, settings, has_geometry)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_loads(model, settings, has_geometry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_geometry        !! whether grid and bodies are without mistakes
       integer :: i, entry
-      do i = 1, size(scene%loads)
+      do i = 1, size(model%loads)
          entry = settings%find('load', i)
-         call check_history(scene%loads(i)%history, entry, settings)
+         call check_history(model%loads(i)%history, entry, settings)
          if (.not. settings%good(entry, 'kind')) cycle
-         if (is_on_faces(scene%loads(i))) call check_pressed(scene, scene%loads(i), entry, settings)
+         if (is_on_faces(model%loads(i))) call check_pressed(model, model%loads(i), entry, settings)
          if (any([size(settings%numbers(entry, 'lower')), size(settings%numbers(entry, 'upper'))] /= ndim) .or. &
-             .not. scene%loads(i)%has_place) cycle
-         if (any(scene%loads(i)%upper < scene%loads(i)%lower)) then
-            call settings%complain(entry, 'upper', 'must not be below lower = '//point_text(scene%loads(i)%lower))
+             .not. model%loads(i)%has_place) cycle
+         if (any(model%loads(i)%upper < model%loads(i)%lower)) then
+            call settings%complain(entry, 'upper', 'must not be below lower = '//point_text(model%loads(i)%lower))
          else if (has_geometry) then
-            call check_place(scene, scene%loads(i), entry, settings)
+            call check_place(model, model%loads(i), entry, settings)
          end if
       end do
    end subroutine check_loads
 
    !> There is a crack whose faces are pressed, away from edges.
-   pure subroutine check_pressed(scene, load, entry, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_pressed(model, load, entry, settings)
+      type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: load
       integer, intent(in) :: entry                 !! position of the group
       type(settings_t), intent(inout) :: settings
       integer :: path
-      path = path_of(scene, load%crack)
+      path = path_of(model, load%crack)
       if (path == 0 .and. load%crack /= '' .and. settings%good(entry, 'crack')) then
          call settings%complain(entry, 'crack', 'must be the name of a &crack of kind = ''line'' or ''path''')
       else if (path > 0) then
-         if (comes_near_edges(scene, scene%paths(path)%points)) call settings%complain(entry, 'on', '''crack'': the '// &
+         if (comes_near_edges(model, model%paths(path)%points)) call settings%complain(entry, 'on', '''crack'': the '// &
             'crack must stay two cells away from the edges of polygons, circles and holes, which cut the particles that are '// &
             'pressed')
       end if
@@ -131,27 +131,27 @@ contains
    end function bodies_good
 
    !> There is material where a load acts.
-   pure subroutine check_place(scene, load, entry, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_place(model, load, entry, settings)
+      type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: load
       integer, intent(in) :: entry                 !! position of the group
       type(settings_t), intent(inout) :: settings
       real(dp) :: tol
       logical :: found, misses
       integer :: i
-      tol = tolerance(scene%grid)
-      call check_face(scene, load, entry, settings, misses)
+      tol = tolerance(model%grid)
+      call check_face(model, load, entry, settings, misses)
       if (misses) return
       found = load%face /= 'none'
-      do i = 1, size(scene%bodies)
-         associate (body => scene%bodies(i))
+      do i = 1, size(model%bodies)
+         associate (body => model%bodies(i))
             select case (load%kind)
              case ('point')
                found = found .or. is_part_of(load%lower, body, tol)
              case ('traction', 'pressure')
                if (body%outline%is_there()) then
-                  found = found .or. size(body%outline%parts_in_box(load%lower - tol, load%upper + tol, scene%grid%lower, &
-                                                                    scene%grid%cell)) > 0
+                  found = found .or. size(body%outline%parts_in_box(load%lower - tol, load%upper + tol, model%grid%lower, &
+                                                                    model%grid%cell)) > 0
                else
                   found = found .or. on_face(load%lower, load%upper, body, tol)
                end if
@@ -163,13 +163,13 @@ contains
       if (load%kind == 'point' .and. any(load%upper - load%lower > tol)) then
          call settings%complain(entry, 'upper', 'must equal lower = '//point_text(load%lower)//' for a point load')
       else if (found) then
-         if (load%kind == 'pressure') call check_edge(scene, load, entry, settings)
+         if (load%kind == 'pressure') call check_edge(model, load, entry, settings)
       else if (load%kind == 'point') then
          call settings%complain(entry, 'lower', 'the point of a load must be in or on a body')
       else if (load%kind == 'body') then
          call settings%complain(entry, 'lower', 'the box up to '//point_text(load%upper)// &
                                 ' must contain material of a body')
-      else if (has_shapes(scene)) then
+      else if (has_shapes(model)) then
          call settings%complain(entry, 'lower', 'the box up to '//point_text(load%upper)// &
                                 ' must hold a part of the edge of a body: a traction acts on an edge')
       else if (count(load%upper - load%lower <= tol) /= 1) then
@@ -182,22 +182,22 @@ contains
    end subroutine check_place
 
    !> The edge on which a pressure acts is one of a body on one side of it, and of no crack.
-   pure subroutine check_edge(scene, load, entry, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_edge(model, load, entry, settings)
+      type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: load
       integer, intent(in) :: entry                 !! position of the group
       type(settings_t), intent(inout) :: settings
       real(dp) :: normal(ndim)
       integer :: sides
-      call find_edge_normal(scene, load, normal, sides)
+      call find_edge_normal(model, load, normal, sides)
       if (sides > 1) call settings%complain(entry, 'lower', 'the line up to '//point_text(load%upper)// &
                                             ' is the edge of bodies on both sides: a pressure acts on a free edge')
    end subroutine check_edge
 
    !> Look whether a load misses the face of a crack: a face is one of a crack with two, and what acts on the line of such a
    !> crack needs to say on which.
-   pure subroutine check_face(scene, load, entry, settings, misses)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_face(model, load, entry, settings, misses)
+      type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: load
       integer, intent(in) :: entry
       type(settings_t), intent(inout) :: settings
@@ -206,7 +206,7 @@ contains
       misses = .false.
       if (.not. settings%good(entry, 'face') .or. load%kind == 'pressure') return
       on_crack = .false.
-      if (load%kind /= 'body' .and. .not. scene%is_half()) on_crack = all(path_at(scene, load%lower, load%upper) > 0)
+      if (load%kind /= 'body' .and. .not. model%is_half()) on_crack = all(path_at(model, load%lower, load%upper) > 0)
       misses = on_crack .neqv. load%face /= 'none'
       if (.not. misses) return
       if (on_crack) then

@@ -1,5 +1,5 @@
 !> The groups &constraint and &load, and the keys by which both tell how something varies with time: their rows in the table of groups,
-!> their keys, and their values in a scene.
+!> their keys, and their values in a model.
 module hampm_load_groups
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_constraints, only: given_motion_t

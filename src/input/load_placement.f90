@@ -4,7 +4,7 @@ module hampm_load_placement
    use hampm_crack_placement, only: body_at
    use hampm_path_placement, only: path_tip, last_end
    use hampm_placement, only: tolerance, on_face
-   use hampm_scene, only: scene_t, load_spec_t
+   use hampm_model, only: model_t, load_spec_t
    implicit none
    private
    public :: is_on_faces, find_edge_normal, into_half
@@ -19,19 +19,19 @@ contains
 
    !> Unit vector out of the body whose edge a load is on. `sides` counts on which sides of the line there is such a body: 0 where it is on
    !> no edge, 2 where bodies touch there.
-   pure subroutine find_edge_normal(scene, load, normal, sides)
-      type(scene_t), intent(in) :: scene
+   pure subroutine find_edge_normal(model, load, normal, sides)
+      type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: load
       real(dp), intent(out) :: normal(ndim)
       integer, intent(out) :: sides
       logical :: is_there(2)
       integer :: i, d
       real(dp) :: tol
-      tol = tolerance(scene%grid)
+      tol = tolerance(model%grid)
       normal = 0
       is_there = .false.
-      do i = 1, size(scene%bodies)
-         associate (body => scene%bodies(i))
+      do i = 1, size(model%bodies)
+         associate (body => model%bodies(i))
             if (body%outline%is_there() .or. .not. on_face(load%lower, load%upper, body, tol)) cycle
             d = minloc(load%upper - load%lower, dim=1)
             normal = 0
@@ -43,12 +43,12 @@ contains
    end subroutine find_edge_normal
 
    !> Unit vector from the line of a crack on a symmetry plane into the material.
-   pure function into_half(scene) result(normal)
-      type(scene_t), intent(in) :: scene
+   pure function into_half(model) result(normal)
+      type(model_t), intent(in) :: model
       real(dp) :: normal(ndim), inward(ndim)
-      associate (direction => scene%paths(1)%direction, tip => path_tip(scene%paths(1), last_end))
+      associate (direction => model%paths(1)%direction, tip => path_tip(model%paths(1), last_end))
          normal = [-direction(2), direction(1)]
-         associate (body => scene%bodies(body_at(scene, tip)))
+         associate (body => model%bodies(body_at(model, tip)))
             inward = (body%lower + body%upper)/2 - tip
          end associate
          normal = sign(1.0_dp, dot_product(inward, normal))*normal

@@ -1,4 +1,4 @@
-!> The group &material: its row in the table of groups, its keys, and their values in a scene.
+!> The group &material: its row in the table of groups, its keys, and their values in a model.
 module hampm_material_group
    use hampm_kinds, only: dp, name_len
    use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_required, positive, not_negative, &

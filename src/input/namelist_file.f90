@@ -7,7 +7,7 @@ module hampm_namelist_file
    use hampm_key_rows, only: max_values
    use hampm_kinds, only: dp
    use hampm_keys, only: groups, find_group, find_key, unknown_group, unknown_key, new_entry
-   use hampm_settings, only: setting_t, group_entry_t, settings_t, mistakes_t
+   use hampm_settings, only: setting_t, group_entry_t, settings_t, input_errors_t
    use hampm_text, only: to_text, lower_case, printable, is_letter, is_digit
    use hampm_values, only: parse_integer
    implicit none
@@ -29,7 +29,7 @@ module hampm_namelist_file
 
    integer, parameter :: most_bytes = 2**22        !! longer than any input file
    integer, parameter :: most_groups = 1000        !! each is compared with each other, and with each node
-   integer, parameter :: most_mistakes = 1000      !! more than anybody reads: the rest of the file is passed over
+   integer, parameter :: most_errors = 1000        !! more than anybody reads: the rest of the file is passed over
 
 contains
 
@@ -81,36 +81,36 @@ contains
       if (index(text, char(239)//char(187)//char(191)) == 1) s%at = 4   ! byte order mark of UTF-8
       do
          call skip_blanks(s)
-         if (at_end(s) .or. settings%mistakes%count > most_mistakes) exit
+         if (at_end(s) .or. settings%errors%count > most_errors) exit
          if (settings%count == most_groups) then
-            call settings%mistakes%add(location(s)//': there may be at most '//to_text(most_groups)//' groups')
+            call settings%errors%add(location(s)//': there may be at most '//to_text(most_groups)//' groups')
             exit
          end if
          if (peek(s) == '&') then
             call scan_group(s, settings)
          else
-            call settings%mistakes%add(location(s)//': '//excerpt(s)// &
-                                       ' stands outside of the groups (a group is &name key = value /)')
+            call settings%errors%add(location(s)//': '//excerpt(s)// &
+                                     ' stands outside of the groups (a group is &name key = value /)')
             call skip_to_group(s)
          end if
       end do
    end subroutine scan_namelist
 
    !> The values of one key, given without a file.
-   pure subroutine scan_value_text(source, text, group, setting, mistakes)
+   pure subroutine scan_value_text(source, text, group, setting, errors)
       character(*), intent(in) :: source           !! where the text stood, for messages
       character(*), intent(in) :: text
       integer, intent(in) :: group
       type(setting_t), intent(inout) :: setting
-      type(mistakes_t), intent(inout) :: mistakes
+      type(input_errors_t), intent(inout) :: errors
       type(scanner_t) :: s
       s%text = text
       s%source = source
       s%counts_lines = .false.
-      call scan_values(s, group, setting, mistakes)
+      call scan_values(s, group, setting, errors)
       if (at_end(s)) return
       setting%good = .false.
-      call mistakes%add(source//': '//excerpt(s)//' is no value')
+      call errors%add(source//': '//excerpt(s)//' is no value')
    end subroutine scan_value_text
 
    !> One group, from its `&` to its `/`.
@@ -126,25 +126,25 @@ contains
       call take_name(s, name)
       group = find_group(name)
       if (group == 0) then
-         call settings%mistakes%add(start//': '//unknown_group(name))
+         call settings%errors%add(start//': '//unknown_group(name))
          call skip_group(s)
          return
       end if
       entry = new_entry(group, start)
       do
-         call check_end(s, start, name, settings%mistakes, ended)
-         if (ended .or. settings%mistakes%count > most_mistakes) exit
+         call check_end(s, start, name, settings%errors, ended)
+         if (ended .or. settings%errors%count > most_errors) exit
          if (is_letter(peek(s))) then
-            call scan_assignment(s, entry, settings%mistakes)
+            call scan_assignment(s, entry, settings%errors)
          else
-            call settings%mistakes%add(location(s)//': &'//name//': '//excerpt(s)//' stands where a key is expected')
+            call settings%errors%add(location(s)//': &'//name//': '//excerpt(s)//' stands where a key is expected')
             call skip_word(s)
          end if
       end do
       if (.not. groups(group)%repeats) then
          earlier = settings%find(name, 1)
          if (earlier > 0) then
-            call settings%mistakes%add(start//': &'//name//' stands a second time, it may only once (first: ' &
+            call settings%errors%add(start//': &'//name//' stands a second time, it may only once (first: ' &
                               //settings%entries(earlier)%location//')')
             return
          end if
@@ -153,20 +153,20 @@ contains
    end subroutine scan_group
 
    !> Whether the group is over: with its `/`, which is consumed, or because another group or the end of the file comes first.
-   pure subroutine check_end(s, start, name, mistakes, ended)
+   pure subroutine check_end(s, start, name, errors, ended)
       type(scanner_t), intent(inout) :: s
       character(*), intent(in) :: start, name
-      type(mistakes_t), intent(inout) :: mistakes
+      type(input_errors_t), intent(inout) :: errors
       logical, intent(out) :: ended
       call skip_blanks(s)
       ended = .true.
       if (at_end(s)) then
-         call mistakes%add(start//': &'//name//': its ''/'' is missing: the file ends before')
+         call errors%add(start//': &'//name//': its ''/'' is missing: the file ends before')
       else if (ends_old_style(s)) then
-         call mistakes%add(location(s)//': &'//name//': a group ends with ''/'', not with ''&end''')
+         call errors%add(location(s)//': &'//name//': a group ends with ''/'', not with ''&end''')
          call skip_word_behind(s)
       else if (peek(s) == '&') then
-         call mistakes%add(start//': &'//name//': its ''/'' is missing: line '//to_text(s%line)//' begins another group')
+         call errors%add(start//': &'//name//': its ''/'' is missing: line '//to_text(s%line)//' begins another group')
       else if (peek(s) == '/') then
          call advance(s)
       else
@@ -195,10 +195,10 @@ contains
    end subroutine skip_word_behind
 
    !> `key = values`.
-   pure subroutine scan_assignment(s, entry, mistakes)
+   pure subroutine scan_assignment(s, entry, errors)
       type(scanner_t), intent(inout) :: s
       type(group_entry_t), intent(inout) :: entry
-      type(mistakes_t), intent(inout) :: mistakes
+      type(input_errors_t), intent(inout) :: errors
       character(:), allocatable :: name, start, label
       type(setting_t) :: setting
       integer :: key
@@ -208,43 +208,43 @@ contains
       key = find_key(entry%group, name)
       setting%given = .true.
       setting%location = start
-      call take_equals(s, label, setting, mistakes)
-      call scan_values(s, entry%group, setting, mistakes)
+      call take_equals(s, label, setting, errors)
+      call scan_values(s, entry%group, setting, errors)
       if (key == 0) then
-         call mistakes%add(start//': '//unknown_key(entry%group, name))
+         call errors%add(start//': '//unknown_key(entry%group, name))
       else if (entry%settings(key)%given) then
-         call mistakes%add(label//': is given twice in this group (first: '//entry%settings(key)%location//')')
+         call errors%add(label//': is given twice in this group (first: '//entry%settings(key)%location//')')
       else
          entry%settings(key) = setting
       end if
    end subroutine scan_assignment
 
    !> The `=` behind a key, past the subscript that some namelist files have there.
-   pure subroutine take_equals(s, label, setting, mistakes)
+   pure subroutine take_equals(s, label, setting, errors)
       type(scanner_t), intent(inout) :: s
       character(*), intent(in) :: label
       type(setting_t), intent(inout) :: setting
-      type(mistakes_t), intent(inout) :: mistakes
+      type(input_errors_t), intent(inout) :: errors
       call skip_blanks(s)
       if (peek(s) == '(' .or. peek(s) == '%') then
          setting%good = .false.
-         call mistakes%add(label//': subscripts and components are not read here; give all values as one list: key = 1.0, 2.0')
+         call errors%add(label//': subscripts and components are not read here; give all values as one list: key = 1.0, 2.0')
          do while (.not. at_end(s) .and. index('=/&'//line_feed, peek(s)) == 0)
             call advance(s)
          end do
       else if (peek(s) /= '=') then
          setting%good = .false.
-         call mistakes%add(label//': ''='' is missing behind the key')
+         call errors%add(label//': ''='' is missing behind the key')
       end if
       if (peek(s) == '=') call advance(s)
    end subroutine take_equals
 
    !> The values behind a `=`, up to the next key or the end of the group.
-   pure subroutine scan_values(s, group, setting, mistakes)
+   pure subroutine scan_values(s, group, setting, errors)
       type(scanner_t), intent(inout) :: s
       integer, intent(in) :: group
       type(setting_t), intent(inout) :: setting
-      type(mistakes_t), intent(inout) :: mistakes
+      type(input_errors_t), intent(inout) :: errors
       logical :: after_comma
       after_comma = .true.
       do
@@ -254,22 +254,22 @@ contains
          if (peek(s) == ',') then
             if (after_comma) then
                setting%good = .false.
-               call mistakes%add(location(s)//': a value is missing before the comma')
+               call errors%add(location(s)//': a value is missing before the comma')
             end if
             after_comma = .true.
             call advance(s)
          else
             after_comma = .false.
-            call scan_value(s, setting, mistakes)
+            call scan_value(s, setting, errors)
          end if
       end do
    end subroutine scan_values
 
    !> One value: a word, a quoted text, or a repeat such as `3*0.0`.
-   pure subroutine scan_value(s, setting, mistakes)
+   pure subroutine scan_value(s, setting, errors)
       type(scanner_t), intent(inout) :: s
       type(setting_t), intent(inout) :: setting
-      type(mistakes_t), intent(inout) :: mistakes
+      type(input_errors_t), intent(inout) :: errors
       character(:), allocatable :: start, word, value
       logical :: quoted
       integer :: star, times, i
@@ -281,17 +281,17 @@ contains
       if (star > 1) times = repeat_count(word(:star - 1))
       if (times == 0) then
          setting%good = .false.
-         call mistakes%add(start//': '//printable(word, 40)//': the count of a repeat must be an integer in [1, ' &
-                           //to_text(max_values)//']')
+         call errors%add(start//': '//printable(word, 40)//': the count of a repeat must be an integer in [1, ' &
+                         //to_text(max_values)//']')
          times = 1
       end if
       value = word(star + 1:)
       quoted = len(value) == 0 .and. index('''"', peek(s)) > 0
       if (quoted) then
-         call take_quoted(s, value, setting, mistakes)
+         call take_quoted(s, value, setting, errors)
       else if (len(value) == 0) then
          setting%good = .false.
-         call mistakes%add(start//': '//printable(word, 40)//': the value of a repeat is missing')
+         call errors%add(start//': '//printable(word, 40)//': the value of a repeat is missing')
       end if
       do i = 1, times
          call setting%append(value, quoted)
@@ -309,11 +309,11 @@ contains
    end function repeat_count
 
    !> The text between quotes; a doubled quote stands for itself.
-   pure subroutine take_quoted(s, text, setting, mistakes)
+   pure subroutine take_quoted(s, text, setting, errors)
       type(scanner_t), intent(inout) :: s
       character(:), allocatable, intent(out) :: text
       type(setting_t), intent(inout) :: setting
-      type(mistakes_t), intent(inout) :: mistakes
+      type(input_errors_t), intent(inout) :: errors
       character(:), allocatable :: start
       character :: quote
       integer :: last, n
@@ -338,7 +338,7 @@ contains
       end do
       text = text(:n)
       setting%good = .false.
-      call mistakes%add(start//': the closing '//quote//' of '//quote//printable(text, 40)//' is missing on this line')
+      call errors%add(start//': the closing '//quote//' of '//quote//printable(text, 40)//' is missing on this line')
       ! The '/' at the end of such a line was meant to end the group, most likely.
       last = len_trim(s%text(:s%at - 1))
       if (s%text(last:last) == '/') s%at = last
@@ -365,7 +365,7 @@ contains
    pure subroutine skip_group(s)
       type(scanner_t), intent(inout) :: s
       type(setting_t) :: ignored
-      type(mistakes_t) :: nobody
+      type(input_errors_t) :: nobody
       do
          call skip_blanks(s)
          if (ends_old_style(s)) call skip_word_behind(s)

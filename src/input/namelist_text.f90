@@ -1,4 +1,4 @@
-!> Scenes as namelist text: the template with every key, and the canonical text of what was set.
+!> Models as namelist text: the template with every key, and the canonical text of what was set.
 module hampm_namelist_text
    use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required
    use hampm_keys, only: groups, keys, first_key, key_count, joined_choices, default_count, default_value, is_text
@@ -13,7 +13,7 @@ module hampm_namelist_text
 
 contains
 
-   !> A complete, commented namelist: every group and key with unit, range, default and meaning. It is a scene that runs; groups that do
+   !> A complete, commented namelist: every group and key with unit, range, default and meaning. It is a model that runs; groups that do
    !> not go with the others are comments.
    pure function template_text() result(text)
       character(:), allocatable :: text, start
@@ -31,7 +31,7 @@ contains
       end do
    end function template_text
 
-   !> How often a group stands in a scene.
+   !> How often a group stands in a model.
    pure function group_note(group) result(note)
       type(group_t), intent(in) :: group
       character(:), allocatable :: note
@@ -82,7 +82,7 @@ contains
       end do
    end function example_list
 
-   !> The complete namelist of a validated scene, every key with its value in force. It reads back as the same scene.
+   !> The complete namelist of a validated model, every key with its value in force. It reads back as the same model.
    pure function canonical_text(settings) result(text)
       type(settings_t), intent(in) :: settings
       character(:), allocatable :: text, group_text

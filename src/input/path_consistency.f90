@@ -1,4 +1,4 @@
-!> Whether the cracks of a scene can be cut: each by itself, against each other, and against what they do not go with.
+!> Whether the cracks of a model can be cut: each by itself, against each other, and against what they do not go with.
 module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: least_radius, domain_radii, is_other_within, is_layer
@@ -7,7 +7,7 @@ module hampm_path_consistency
                                    is_inside, first_end, &
                                    last_end
    use hampm_placement, only: tolerance, upper_corner, point_text
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: do_cross
    use hampm_text, only: to_text, length_text
@@ -21,32 +21,32 @@ module hampm_path_consistency
 contains
 
    !> Check all paths.
-   pure subroutine check_paths(scene, settings, has_bodies)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_paths(model, settings, has_bodies)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
       integer :: k, before
-      do k = 1, size(scene%paths)
-         if (.not. settings%good(settings%find('crack', k), 'kind') .or. scene%paths(k)%kind == 'symmetry') cycle
-         before = settings%mistakes%count
-         call check_points(scene, settings, k)
-         if (settings%mistakes%count == before .and. has_bodies) call check_place(scene, settings, k)
+      do k = 1, size(model%paths)
+         if (.not. settings%good(settings%find('crack', k), 'kind') .or. model%paths(k)%kind == 'symmetry') cycle
+         before = settings%errors%count
+         call check_points(model, settings, k)
+         if (settings%errors%count == before .and. has_bodies) call check_place(model, settings, k)
       end do
    end subroutine check_paths
 
    !> The points of the k-th path: enough of them, and not too close.
-   pure subroutine check_points(scene, settings, k)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_points(model, settings, k)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k
       integer :: entry, i, j
       entry = settings%find('crack', k)
-      if (.not. settings%good(entry, trim(scene%paths(k)%key))) return
-      if (scene%paths(k)%kind == 'line') then
-         if (.not. norm2(scene%paths(k)%direction) > 0) call settings%complain(entry, 'direction', 'must not be 0, 0')
-         if (size(scene%paths(k)%points, 2) < 2) return ! told, or elsewhere
+      if (.not. settings%good(entry, trim(model%paths(k)%key))) return
+      if (model%paths(k)%kind == 'line') then
+         if (.not. norm2(model%paths(k)%direction) > 0) call settings%complain(entry, 'direction', 'must not be 0, 0')
+         if (size(model%paths(k)%points, 2) < 2) return ! told, or elsewhere
       end if
-      associate (points => scene%paths(k)%points, numbers => settings%numbers(entry, trim(scene%paths(k)%key)))
+      associate (points => model%paths(k)%points, numbers => settings%numbers(entry, trim(model%paths(k)%key)))
          if (mod(size(numbers), ndim) /= 0) then
             call settings%complain(entry, 'points', 'must be pairs x, y: it has '//to_text(size(numbers))//' values')
             return
@@ -55,16 +55,16 @@ contains
             return
          end if
          do i = 2, size(points, 2)
-            if (norm2(points(:, i) - points(:, i - 1)) >= least_way*scene%grid%cell - tolerance(scene%grid)) cycle
-            call settings%complain(entry, trim(scene%paths(k)%key), 'points '//to_text(i - 1)//' and '//to_text(i)//' are '// &
+            if (norm2(points(:, i) - points(:, i - 1)) >= least_way*model%grid%cell - tolerance(model%grid)) cycle
+            call settings%complain(entry, trim(model%paths(k)%key), 'points '//to_text(i - 1)//' and '//to_text(i)//' are '// &
                                    length_text(norm2(points(:, i) - points(:, i - 1)))//' m apart, less than a cell, '// &
-                                   to_text(scene%grid%cell)//' m: the cells cannot follow. Use fewer points or smaller cells')
+                                   to_text(model%grid%cell)//' m: the cells cannot follow. Use fewer points or smaller cells')
             return
          end do
          do i = 2, size(points, 2)
             do j = i + 2, size(points, 2)
                if (.not. do_cross(points(:, i - 1), points(:, i), points(:, j - 1), points(:, j))) cycle
-               call settings%complain(entry, trim(scene%paths(k)%key), 'the path crosses itself: from point '//to_text(i - 1)// &
+               call settings%complain(entry, trim(model%paths(k)%key), 'the path crosses itself: from point '//to_text(i - 1)// &
                                       ' to '//to_text(i)//' and from '//to_text(j - 1)//' to '//to_text(j)// &
                                       '; make two cracks of it')
                return
@@ -72,56 +72,56 @@ contains
          end do
       end associate
       do i = 1, k - 1
-         if (scene%paths(k)%name == '' .or. scene%paths(i)%name /= scene%paths(k)%name) cycle
+         if (model%paths(k)%name == '' .or. model%paths(i)%name /= model%paths(k)%name) cycle
          call settings%complain(entry, 'name', 'must differ from the name of every other crack')
       end do
    end subroutine check_points
 
    !> Where the k-th path is: in the material, its tips far enough from all else.
-   pure subroutine check_place(scene, settings, k)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_place(model, settings, k)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k
       logical :: is_tip(2)
       integer :: entry, end, i
       real(dp) :: near
       entry = settings%find('crack', k)
-      associate (path => scene%paths(k))
-         is_tip = path_tips(scene, k)
+      associate (path => model%paths(k))
+         is_tip = path_tips(model, k)
          if (path%kind == 'line' .and. .not. is_tip(last_end)) then
             call settings%complain(entry, 'tip', 'must be inside the material, and on no other crack')
             return
          end if
-         if (.not. enters(scene, path%points)) then
-            call settings%complain(entry, trim(scene%paths(k)%key), 'the crack must run through material: no part of it does')
+         if (.not. enters(model, path%points)) then
+            call settings%complain(entry, trim(model%paths(k)%key), 'the crack must run through material: no part of it does')
             return
          end if
-         if (any([(any(path%points(:, i) < 2*scene%grid%lower - upper_corner(scene%grid) .or. &
-                       path%points(:, i) > 2*upper_corner(scene%grid) - scene%grid%lower), i=1, size(path%points, 2))])) then
-            call settings%complain(entry, trim(scene%paths(k)%key), 'a point is further outside of the grid '// &
+         if (any([(any(path%points(:, i) < 2*model%grid%lower - upper_corner(model%grid) .or. &
+                       path%points(:, i) > 2*upper_corner(model%grid) - model%grid%lower), i=1, size(path%points, 2))])) then
+            call settings%complain(entry, trim(model%paths(k)%key), 'a point is further outside of the grid '// &
                                    'than that is wide, up to '// &
-                                   point_text(upper_corner(scene%grid))//'; lengths are in m')
+                                   point_text(upper_corner(model%grid))//'; lengths are in m')
             return
          end if
-         near = least_way*scene%grid%cell
+         near = least_way*model%grid%cell
          do i = 1, k - 1
-            if (length_along(scene, k, i, beside*scene%grid%cell) <= near) cycle
-            call settings%complain(entry, trim(scene%paths(k)%key), 'the path runs along another one, that of &crack '// &
-                                   to_text(i)//', for more than a cell, '//to_text(scene%grid%cell)// &
+            if (length_along(model, k, i, beside*model%grid%cell) <= near) cycle
+            call settings%complain(entry, trim(model%paths(k)%key), 'the path runs along another one, that of &crack '// &
+                                   to_text(i)//', for more than a cell, '//to_text(model%grid%cell)// &
                                    ' m, and nearer to it than a tenth of one: nothing of what is between them would be modelled')
             return
          end do
          do end = first_end, last_end
             if (.not. is_tip(end)) cycle
             associate (tip => path_tip(path, end))
-               if (clear_radius(scene, k, end) >= near - tolerance(scene%grid)) cycle
-               if (distance_to_cracks(scene, tip, k) < near) then
-                  call settings%complain(entry, trim(scene%paths(k)%key), 'the tip '//point_text(tip)//' is '// &
-                                         length_text(distance_to_cracks(scene, tip, k))//' m from another crack, less than a '// &
-                                         'cell, '//to_text(scene%grid%cell)//' m: let it end on that crack, or use smaller cells')
+               if (clear_radius(model, k, end) >= near - tolerance(model%grid)) cycle
+               if (distance_to_cracks(model, tip, k) < near) then
+                  call settings%complain(entry, trim(model%paths(k)%key), 'the tip '//point_text(tip)//' is '// &
+                                         length_text(distance_to_cracks(model, tip, k))//' m from another crack, less than a '// &
+                                         'cell, '//to_text(model%grid%cell)//' m: let it end on that crack, or use smaller cells')
                else
-                  call settings%complain(entry, trim(scene%paths(k)%key), 'the tip '//point_text(tip)//' is less than a cell, '// &
-                                         to_text(scene%grid%cell)//' m, from a surface or another part '// &
+                  call settings%complain(entry, trim(model%paths(k)%key), 'the tip '//point_text(tip)//' is less than a cell, '// &
+                                         to_text(model%grid%cell)//' m, from a surface or another part '// &
                                          'of its crack: let it end beyond the surface, move it, or use smaller cells')
                end if
             end associate
@@ -130,54 +130,54 @@ contains
    end subroutine check_place
 
    !> Whether a polyline runs through material.
-   pure logical function enters(scene, points)
-      type(scene_t), intent(in) :: scene
+   pure logical function enters(model, points)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: points(:, :)       !! [m], (ndim, points)
       integer, parameter :: looks = 64           ! at each segment
       integer :: i, j
       enters = .false.
       do i = 2, size(points, 2)
          do j = 0, looks
-            enters = enters .or. is_inside(scene, points(:, i - 1) + real(j, dp)/looks*(points(:, i) - points(:, i - 1)))
+            enters = enters .or. is_inside(model, points(:, i - 1) + real(j, dp)/looks*(points(:, i) - points(:, i - 1)))
             if (enters) return
          end do
       end do
    end function enters
 
    !> The domains of the integral around all tips.
-   pure subroutine check_path_radii(scene, settings, entry)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_path_radii(model, settings, entry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry               !! position of the group &energy_release
       character(:), allocatable :: why
       real(dp) :: most
       logical :: is_tip(2)
       integer :: k, end, i
-      do k = 1, size(scene%paths)
-         is_tip = path_tips(scene, k)
+      do k = 1, size(model%paths)
+         is_tip = path_tips(model, k)
          do end = last_end, first_end, -1
             if (.not. is_tip(end)) cycle
-            most = path_radius(scene, k, end)
-            associate (tip => path_tip(scene%paths(k), end), radii => domain_radii(scene, most), least => least_radius(scene))
+            most = path_radius(model, k, end)
+            associate (tip => path_tip(model%paths(k), end), radii => domain_radii(model, most), least => least_radius(model))
                why = ''
-               if (most < least - tolerance(scene%grid)) then
+               if (most < least - tolerance(model%grid)) then
                   why = 'there is no place for a radius around the tip '// &
                         point_text(tip)//': only material and the straight end of this crack are within '//length_text(most)// &
                         ' m of it, and two of the finest cells, '//to_text(least)//' m, are the least; use smaller cells'
                else if (any(radii(2:) <= radii(:size(radii) - 1))) then
                   why = 'must increase from one to the next'
-               else if (scene%energy_release%has('crack_closure') .and. .not. maxval(radii) >= 2*least - tolerance(scene%grid)) then
+               else if (model%energy_release%has('crack_closure') .and. .not. maxval(radii) >= 2*least - tolerance(model%grid)) then
                   why = 'the largest must be at least '//to_text(2*least)// &
                         ' m, four of the finest cells, with ''crack_closure'', and is '//length_text(maxval(radii))// &
                         ' m around the tip '//point_text(tip)//', where there is room for '//length_text(most)//' m'
-               else if (any(radii < least - tolerance(scene%grid) .or. radii > most + tolerance(scene%grid))) then
+               else if (any(radii < least - tolerance(model%grid) .or. radii > most + tolerance(model%grid))) then
                   why = 'must be in ['//to_text(least)//', '//length_text(most)// &
                         '] [m] around the tip '//point_text(tip)//': two of the finest cells at least, and nothing within them '// &
                         'but material and the straight end of this crack: no load but on its faces, and no constraint'
                end if
-               do i = 1, size(scene%bodies)
-                  if (why /= '' .or. .not. is_other_within(scene, i, tip, maxval(radii))) cycle
-                  if (.not. is_layer(scene, i, tip, path_direction(scene%paths(k), end), maxval(radii))) &
+               do i = 1, size(model%bodies)
+                  if (why /= '' .or. .not. is_other_within(model, i, tip, maxval(radii))) cycle
+                  if (.not. is_layer(model, i, tip, path_direction(model%paths(k), end), maxval(radii))) &
                      why = 'there must be one material within them, or layers along the crack, around the tip '// &
                            point_text(tip)//'; body '//to_text(i)//' is of another one, or has another eigenstrain'
                end do

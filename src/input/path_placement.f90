@@ -5,7 +5,7 @@ module hampm_path_placement
    use hampm_cut_cells, only: length_of
    use hampm_crack_placement, only: is_covered, covered_radius, distance_to_loads, distance_to_constraints
    use hampm_placement, only: tolerance
-   use hampm_scene, only: scene_t, path_spec_t
+   use hampm_model, only: model_t, path_spec_t
    implicit none
    private
    public :: path_tips, path_reaches, path_mouth, path_tip, path_direction, path_radius, clear_radius, held_part, to_surface, &
@@ -18,10 +18,10 @@ module hampm_path_placement
 contains
 
    !> Whether a point is inside the material, and not on its surface.
-   pure logical function is_inside(scene, x)
-      type(scene_t), intent(in) :: scene
+   pure logical function is_inside(model, x)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: x(ndim)            !! [m]
-      is_inside = is_covered(scene, x, 1e-3_dp*scene%grid%cell)
+      is_inside = is_covered(model, x, 1e-3_dp*model%grid%cell)
    end function is_inside
 
    !> An end of a path, where that is held by cohesion the beginning of what is held [m].
@@ -45,23 +45,23 @@ contains
    end function path_direction
 
    !> The ways along the k-th path from and to which cohesion holds its faces: within the material, from where its tip is at first [m].
-   pure function held_part(scene, k) result(held)
-      type(scene_t), intent(in) :: scene
+   pure function held_part(model, k) result(held)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: k
       real(dp) :: held(2)
-      held = length_of(scene%paths(k)%points)*covered_part(scene, scene%paths(k)%points)
-      held(1) = max(held(1), scene%paths(k)%held_from)
+      held = length_of(model%paths(k)%points)*covered_part(model, model%paths(k)%points)
+      held(1) = max(held(1), model%paths(k)%held_from)
    end function held_part
 
    !> Where a polyline enters and leaves the material, as parts of its length.
-   pure function covered_part(scene, points) result(part)
-      type(scene_t), intent(in) :: scene
+   pure function covered_part(model, points) result(part)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
       real(dp) :: part(2)
       integer, parameter :: looks = 1000
       logical :: inside(0:looks)
       integer :: i
-      inside = [(is_inside(scene, place_along(points, i/real(looks, dp))), i=0, looks)]
+      inside = [(is_inside(model, place_along(points, i/real(looks, dp))), i=0, looks)]
       part = [edge_at(findloc(inside, .true., dim=1) - 1, -1), edge_at(findloc(inside, .true., dim=1, back=.true.) - 1, 1)]
 
    contains
@@ -76,7 +76,7 @@ contains
          step = 1/real(looks, dp)
          do turn = 1, 50
             step = step/2
-            if (is_covered(scene, place_along(points, part + sense*step), 1e-6_dp*scene%grid%cell)) part = part + sense*step
+            if (is_covered(model, place_along(points, part + sense*step), 1e-6_dp*model%grid%cell)) part = part + sense*step
          end do
       end function edge_at
    end function covered_part
@@ -93,47 +93,47 @@ contains
    end function straight_at
 
    !> Whether the first and the last point of the k-th path are tips: inside the material, and not on another crack.
-   pure function path_tips(scene, k) result(is_tip)
-      type(scene_t), intent(in) :: scene
+   pure function path_tips(model, k) result(is_tip)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: k
       logical :: is_tip(2)
       integer :: end
       is_tip = .false.
-      if (size(scene%paths(k)%points, 2) < 2) return ! its points have a mistake
+      if (size(model%paths(k)%points, 2) < 2) return ! its points have a mistake
       do end = first_end, last_end
-         is_tip(end) = is_in_material(scene, k, path_tip(scene%paths(k), end))
+         is_tip(end) = is_in_material(model, k, path_tip(model%paths(k), end))
       end do
    end function path_tips
 
    !> Whether a place on the k-th path is inside the material, and not on another crack.
-   pure logical function is_in_material(scene, k, x)
-      type(scene_t), intent(in) :: scene
+   pure logical function is_in_material(model, k, x)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: k
       real(dp), intent(in) :: x(ndim)            !! [m]
-      is_in_material = is_inside(scene, x) .and. distance_to_cracks(scene, x, k) > tolerance(scene%grid)
+      is_in_material = is_inside(model, x) .and. distance_to_cracks(model, x, k) > tolerance(model%grid)
    end function is_in_material
 
    !> How far the ends of the k-th path that are no tips reach beyond their points, to cut all that is there [m]; where there is other material beyond a
    !> gap, half way to that.
-   pure function path_reaches(scene, k) result(beyond)
-      type(scene_t), intent(in) :: scene
+   pure function path_reaches(model, k) result(beyond)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: k
       real(dp) :: beyond(2)
       integer, parameter :: looks = 16
       real(dp) :: out(ndim), step
       integer :: end, i
-      step = to_surface/looks*scene%grid%cell
+      step = to_surface/looks*model%grid%cell
       do end = first_end, last_end
-         associate (points => scene%paths(k)%points)
+         associate (points => model%paths(k)%points)
             associate (x => points(:, merge(1, size(points, 2), end == first_end)))
-               beyond(end) = merge(to_crack, to_surface, is_inside(scene, x))*scene%grid%cell
-               if (is_in_material(scene, k, x)) beyond(end) = 0
-               if (is_inside(scene, x)) cycle
-               out = path_direction(scene%paths(k), end)
+               beyond(end) = merge(to_crack, to_surface, is_inside(model, x))*model%grid%cell
+               if (is_in_material(model, k, x)) beyond(end) = 0
+               if (is_inside(model, x)) cycle
+               out = path_direction(model%paths(k), end)
                out = out/norm2(out)
-               if (.not. is_inside(scene, x - step*out)) cycle ! it ends outside anyway
+               if (.not. is_inside(model, x - step*out)) cycle ! it ends outside anyway
                do i = 1, looks
-                  if (.not. is_inside(scene, x + i*step*out)) cycle
+                  if (.not. is_inside(model, x + i*step*out)) cycle
                   beyond(end) = i*step/2
                   exit
                end do
@@ -143,14 +143,14 @@ contains
    end function path_reaches
 
    !> Where the opening at the mouth of the k-th path is measured: where it enters the material or, with two tips, half way along it [m].
-   pure function path_mouth(scene, k) result(x)
-      type(scene_t), intent(in) :: scene
+   pure function path_mouth(model, k) result(x)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: k
       real(dp) :: x(ndim), edges(2)
-      associate (is_tip => path_tips(scene, k), points => scene%paths(k)%points)
-         edges = merge([0.5_dp, 0.5_dp], covered_part(scene, points), all(is_tip))
+      associate (is_tip => path_tips(model, k), points => model%paths(k)%points)
+         edges = merge([0.5_dp, 0.5_dp], covered_part(model, points), all(is_tip))
          x = place_along(points, edges(merge(2, 1, is_tip(first_end))))
-         if (scene%paths(k)%key == 'tip' .and. .not. is_tip(first_end)) x = points(:, 1)
+         if (model%paths(k)%key == 'tip' .and. .not. is_tip(first_end)) x = points(:, 1)
       end associate
    end function path_mouth
 
@@ -181,32 +181,32 @@ contains
    end function distance_to_segment
 
    !> Distance of a point from all paths but one [m]; huge where there are no others.
-   pure real(dp) function distance_to_cracks(scene, x, but) result(distance)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function distance_to_cracks(model, x, but) result(distance)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: x(ndim)            !! [m]
       integer, intent(in) :: but
       integer :: k, i
       distance = huge(distance)
-      do k = 1, size(scene%paths)
+      do k = 1, size(model%paths)
          if (k == but) cycle
-         do i = 2, size(scene%paths(k)%points, 2)
-            distance = min(distance, distance_to_segment(x, scene%paths(k)%points(:, i - 1), scene%paths(k)%points(:, i)))
+         do i = 2, size(model%paths(k)%points, 2)
+            distance = min(distance, distance_to_segment(x, model%paths(k)%points(:, i - 1), model%paths(k)%points(:, i)))
          end do
       end do
    end function distance_to_cracks
 
    !> Length of the longest part of a path along which it is next to another one, within `beside` [m].
-   pure real(dp) function length_along(scene, k, other, beside) result(longest)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function length_along(model, k, other, beside) result(longest)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: k, other            !! numbers of the paths
       real(dp), intent(in) :: beside             !! [m]
       real(dp) :: x(ndim), step, way
       integer :: i, j, steps, n
       longest = 0
       way = 0
-      associate (points => scene%paths(k)%points, others => scene%paths(other)%points)
+      associate (points => model%paths(k)%points, others => model%paths(other)%points)
          do i = 2, size(points, 2)
-            steps = ceiling(8*norm2(points(:, i) - points(:, i - 1))/scene%grid%cell)
+            steps = ceiling(8*norm2(points(:, i) - points(:, i - 1))/model%grid%cell)
             step = norm2(points(:, i) - points(:, i - 1))/steps
             do j = 0, steps - 1
                x = points(:, i - 1) + (j + 0.5_dp)/steps*(points(:, i) - points(:, i - 1))
@@ -220,35 +220,35 @@ contains
 
    !> The largest radius around a tip of the k-th path within which there are only material and the straight end of this crack, and no
    !> load and no constraint [m]; 0 where there is none.
-   pure real(dp) function path_radius(scene, k, end) result(radius)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function path_radius(model, k, end) result(radius)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: k, end
-      radius = min(clear_radius(scene, k, end), room_around(scene, path_tip(scene%paths(k), end), k))
+      radius = min(clear_radius(model, k, end), room_around(model, path_tip(model%paths(k), end), k))
    end function path_radius
 
    !> The same with loads and constraints.
-   pure real(dp) function clear_radius(scene, k, end) result(radius)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function clear_radius(model, k, end) result(radius)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: k, end
       integer :: i, n
-      associate (path => scene%paths(k), tip => path_tip(scene%paths(k), end))
+      associate (path => model%paths(k), tip => path_tip(model%paths(k), end))
          n = straight_at(path, end)
          radius = norm2(tip - path%points(:, merge(2, n - 1, end == first_end)))
          do i = 2, size(path%points, 2)
             if (i == n) cycle
             radius = min(radius, distance_to_segment(tip, path%points(:, i - 1), path%points(:, i)))
          end do
-         radius = covered_radius(scene, tip, min(radius, distance_to_cracks(scene, tip, k)))
+         radius = covered_radius(model, tip, min(radius, distance_to_cracks(model, tip, k)))
       end associate
    end function clear_radius
 
    !> The largest radius around a tip of the k-th path within which there are only material and this crack, and no load and no constraint
    !> [m]; 0 where there is none.
-   pure real(dp) function room_around(scene, tip, k) result(radius)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function room_around(model, tip, k) result(radius)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: tip(ndim)          !! its place [m]
       integer, intent(in) :: k
-      radius = min(distance_to_cracks(scene, tip, k), sum(scene%grid%cells)*scene%grid%cell) ! else there may be no bound
-      radius = covered_radius(scene, tip, min(radius, distance_to_loads(scene, tip), distance_to_constraints(scene, tip)))
+      radius = min(distance_to_cracks(model, tip, k), sum(model%grid%cells)*model%grid%cell) ! else there may be no bound
+      radius = covered_radius(model, tip, min(radius, distance_to_loads(model, tip), distance_to_constraints(model, tip)))
    end function room_around
 end module hampm_path_placement

@@ -1,9 +1,9 @@
-!> Where things of the scene lie: boxes against bodies and against the nodes of the root lattice, whose positions are
+!> Where things of the model lie: boxes against bodies and against the nodes of the root lattice, whose positions are
 !> lower + i*cell.
 module hampm_placement
    use hampm_bodies, only: points_along, points_off_lines
    use hampm_kinds, only: dp, ndim
-   use hampm_scene, only: scene_t, grid_spec_t, body_t
+   use hampm_model, only: model_t, grid_spec_t, body_t
    use hampm_text, only: to_text, decimal, without_rounding
    use hampm_tolerance, only: position_tolerance
    implicit none
@@ -89,38 +89,38 @@ contains
    end function nearest_node
 
    !> Number of material points in each direction of a rectangle. None stands on a grid line, but with domains, whose edges do.
-   pure function points_of(scene, body) result(n)
-      type(scene_t), intent(in) :: scene
+   pure function points_of(model, body) result(n)
+      type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
       integer :: n(ndim)
-      if (scene%method%has_domains()) then
-         n = points_along(body%lower, body%upper, scene%grid%cell, body%points_per_cell)
+      if (model%method%has_domains()) then
+         n = points_along(body%lower, body%upper, model%grid%cell, body%points_per_cell)
       else
-         n = points_off_lines(body%lower, body%upper, scene%grid%cell, body%points_per_cell, scene%grid%lower)
+         n = points_off_lines(body%lower, body%upper, model%grid%cell, body%points_per_cell, model%grid%lower)
       end if
    end function points_of
 
    !> Distance of the material points of a body in each direction, but for those in cells that its edges cut [m].
-   pure function spacing_of(scene, body) result(spacing)
-      type(scene_t), intent(in) :: scene
+   pure function spacing_of(model, body) result(spacing)
+      type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
       real(dp) :: spacing(ndim)
-      spacing = scene%grid%cell/body%points_per_cell
-      if (.not. body%outline%is_there()) spacing = (body%upper - body%lower)/points_of(scene, body)
+      spacing = model%grid%cell/body%points_per_cell
+      if (.not. body%outline%is_there()) spacing = (body%upper - body%lower)/points_of(model, body)
    end function spacing_of
 
    !> Number of material points that a body is filled with; a real number, because an integer might not hold it.
-   pure real(dp) function particle_number(scene, body)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function particle_number(model, body)
+      type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
       real(dp) :: spacing
-      spacing = scene%grid%cell/body%points_per_cell
+      spacing = model%grid%cell/body%points_per_cell
       if (body%outline%is_there()) then            ! about; those of cells that the edges cut are counted twice
          particle_number = aint(body%outline%area()/spacing**2 + 4*sum((body%upper - body%lower)/spacing)) + 1
          return
       end if
       particle_number = product(max(anint((body%upper - body%lower)/spacing), 1.0_dp))
-      if (particle_number <= most_particles) particle_number = product(real(points_of(scene, body), dp))
+      if (particle_number <= most_particles) particle_number = product(real(points_of(model, body), dp))
    end function particle_number
 
    !> A position as text, without the roundings of what it was found from.

@@ -1,5 +1,5 @@
 !> The groups that stand once, &run, &grid, &damping, &output, &contact, &method and &refine: their rows in the table of groups, their
-!> keys, and their values in a scene.
+!> keys, and their values in a model.
 module hampm_plain_groups
    use hampm_kinds, only: dp, ndim, name_len, path_len
    use hampm_key_rows, only: group_t, key_t, type_real, type_integer, must, may, once, is_required, any_number, positive, &

@@ -1,4 +1,4 @@
-!> From a namelist file to a scene. Files of scenes are read here and nowhere else.
+!> From a namelist file to a model. Files of models are read here and nowhere else.
 !>
 !> `--set group.key=value`: values from the command line that replace those in the file.
 module hampm_reading
@@ -8,8 +8,8 @@ module hampm_reading
    use hampm_namelist_file, only: read_text, scan_namelist, scan_value_text
    use hampm_namelist_text, only: canonical_text
    use hampm_rule_check, only: check_rules
-   use hampm_scene, only: scene_t, fill_scene
-   use hampm_settings, only: settings_t, setting_t, group_entry_t, mistakes_t
+   use hampm_model, only: model_t, fill_model
+   use hampm_settings, only: settings_t, setting_t, group_entry_t, input_errors_t
    use hampm_stability_consistency, only: choose_courant
    use hampm_text, only: string_t, to_text, lower_case, printable
    use hampm_validation, only: validate
@@ -18,27 +18,27 @@ module hampm_reading
    use hampm_keys, only: groups, keys, find_group, find_key, first_key, unknown_group, unknown_key, is_text, new_entry
    implicit none
    private
-   public :: read_scene, understand_scene
+   public :: read_model, understand_model
 
 contains
 
-   !> Read a scene. Every mistake in the file and in the overrides is reported, not only the first.
-   subroutine read_scene(path, overrides, scene, failure)
+   !> Read a model. Every mistake in the file and in the overrides is reported, not only the first.
+   subroutine read_model(path, overrides, model, failure)
       character(*), intent(in) :: path
       type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win
-      type(scene_t), intent(out) :: scene
+      type(model_t), intent(out) :: model
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: text
       call read_text(path, text, failure)
-      if (.not. failure%failed()) call understand_scene(path, text, overrides, scene, failure)
-   end subroutine read_scene
+      if (.not. failure%failed()) call understand_model(path, text, overrides, model, failure)
+   end subroutine read_model
 
-   !> The scene that a namelist text and overrides describe.
-   subroutine understand_scene(path, text, overrides, scene, failure)
+   !> The model that a namelist text and overrides describe.
+   subroutine understand_model(path, text, overrides, model, failure)
       character(*), intent(in) :: path             !! of the file that the text comes from, for messages
       character(*), intent(in) :: text
       type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win
-      type(scene_t), intent(out) :: scene
+      type(model_t), intent(out) :: model
       type(failure_t), intent(inout) :: failure
       type(settings_t) :: settings
       integer :: i
@@ -49,15 +49,15 @@ contains
       end do
       call validate(settings)
       call resolve(settings)
-      call fill_scene(settings, scene)
-      call choose_courant(scene, settings)
-      scene%warned = ''
-      scene%noted = ''
-      call check_rules(scene, settings, scene%warned, scene%noted)
-      call check_consistency(scene, settings)
-      call settings%mistakes%tell(failure)
-      if (.not. failure%failed()) scene%as_used = canonical_text(settings)
-   end subroutine understand_scene
+      call fill_model(settings, model)
+      call choose_courant(model, settings)
+      model%warned = ''
+      model%noted = ''
+      call check_rules(model, settings, model%warned, model%noted)
+      call check_consistency(model, settings)
+      call settings%errors%tell(failure)
+      if (.not. failure%failed()) model%as_used = canonical_text(settings)
+   end subroutine understand_model
 
    !> Replace values that stand for another one by that one.
    pure subroutine resolve(settings)
@@ -132,30 +132,30 @@ contains
       equals = index(text, '=')
       dot = index(text(:max(equals, 1)), '.')
       if (equals < 2 .or. dot < 2) then
-         call settings%mistakes%add(source// &
-                                    ': must have the form group.key=value, or group(2).key=value for the second of its name')
+         call settings%errors%add(source// &
+                                  ': must have the form group.key=value, or group(2).key=value for the second of its name')
          return
       end if
       call split_instance(trim(adjustl(text(:dot - 1))), name, instance)
       group = find_group(name)
       if (group == 0) then
-         call settings%mistakes%add(source//': '//unknown_group(name))
+         call settings%errors%add(source//': '//unknown_group(name))
          return
       end if
       name = lower_case(trim(adjustl(text(dot + 1:equals - 1))))
       key = find_key(group, name)
       if (key == 0) then
-         call settings%mistakes%add(source//': '//unknown_key(group, name))
+         call settings%errors%add(source//': '//unknown_key(group, name))
          return
       end if
       call choose_entry(settings, group, instance, source, entry, message)
       if (message /= '') then
-         call settings%mistakes%add(source//': '//message)
+         call settings%errors%add(source//': '//message)
          return
       end if
       setting%given = .true.
       setting%location = source
-      call take_values(keys(first_key(group) + key - 1), text(equals + 1:), group, setting, settings%mistakes)
+      call take_values(keys(first_key(group) + key - 1), text(equals + 1:), group, setting, settings%errors)
       settings%entries(entry)%settings(key) = setting
    end subroutine override
 
@@ -179,7 +179,7 @@ contains
       if (instance == 0) instance = -1
    end subroutine split_instance
 
-   !> The group that is meant; it is added where the scene has none of this name.
+   !> The group that is meant; it is added where the model has none of this name.
    pure subroutine choose_entry(settings, group, instance, source, entry, message)
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: group, instance
@@ -209,17 +209,17 @@ contains
    end subroutine choose_entry
 
    !> The values behind the `=`. Quotes may be missing, since a shell takes them away.
-   pure subroutine take_values(key, text, group, setting, mistakes)
+   pure subroutine take_values(key, text, group, setting, errors)
       type(key_t), intent(in) :: key
       character(*), intent(in) :: text
       integer, intent(in) :: group
       type(setting_t), intent(inout) :: setting
-      type(mistakes_t), intent(inout) :: mistakes
+      type(input_errors_t), intent(inout) :: errors
       integer :: i
       if (is_text(key) .and. key%most == 1 .and. scan(adjustl(text//' '), '''"') /= 1) then
          call setting%append(trim(adjustl(text)), .true.)
       else
-         call scan_value_text(setting%location, text, group, setting, mistakes)
+         call scan_value_text(setting%location, text, group, setting, errors)
          do i = 1, min(setting%count, max_values)
             setting%values(i)%quoted = setting%values(i)%quoted .or. is_text(key)
          end do

@@ -1,9 +1,9 @@
-!> What the table of rules (`hampm_rules`) says of a scene: mistakes, warnings and notes.
+!> What the table of rules (`hampm_rules`) says of a model: mistakes, warnings and notes.
 module hampm_rule_check
    use hampm_choice_sets, only: expanded
    use hampm_conditions, only: atom_t, parse_condition, holds, shown_atom
    use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, noted_with
-   use hampm_scene, only: scene_t, fill_scene
+   use hampm_model, only: model_t, fill_model
    use hampm_settings, only: settings_t, setting_t
    use hampm_keys, only: is_text, keys, find_group, find_key, first_key
    use hampm_text, only: add_line
@@ -16,7 +16,7 @@ module hampm_rule_check
    character(*), parameter :: words(*) = [character(24) :: 'is not allowed with', 'requires', 'has no effect with', &
                                           'has no effect without', 'with', 'with']
    integer, parameter :: nowhere = -1            !! no group has what a condition asks for
-   integer, parameter :: most_advice = 10        !! messages whose advice is tried; each is a scene of its own
+   integer, parameter :: most_advice = 10        !! messages whose advice is tried; each is a model of its own
 
    !> A rule with its conditions taken apart, and where groups meet those that are not about the group of the message.
    type :: reading_t
@@ -33,9 +33,9 @@ module hampm_rule_check
 
 contains
 
-   !> Look for all rules that a scene breaks. Keys at which a scene is refused are marked as mistaken, for other checks to pass them over.
-   pure subroutine check_rules(scene, settings, warnings, notes)
-      type(scene_t), intent(in) :: scene
+   !> Look for all rules that a model breaks. Keys at which a model is refused are marked as mistaken, for other checks to pass them over.
+   pure subroutine check_rules(model, settings, warnings, notes)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       character(:), allocatable, intent(inout) :: warnings, notes !! a line each
       type(breach_t), allocatable :: breaches(:)
@@ -43,12 +43,12 @@ contains
       character(:), allocatable :: message
       logical :: broken(size(rules))
       integer :: k
-      call find_breaches(scene, settings, breaches)
+      call find_breaches(model, settings, breaches)
       broken = .false.
       broken(breaches%rule) = .true.
       do k = 1, size(breaches)
          associate (rule => rules(breaches(k)%rule))
-            call read_rule(rule, scene, settings, reading)
+            call read_rule(rule, model, settings, reading)
             message = message_of(rule, reading, settings, breaches(k)%entry)
             if (rule%use /= '' .and. k <= most_advice) then
                if (is_allowed(trim(rule%use), breaches(k)%entry, settings, broken)) &
@@ -56,7 +56,7 @@ contains
             end if
             select case (rule%verdict)
              case (not_with, requires)
-               call settings%mistakes%add(location_of(reading%subject(1)%key, settings, breaches(k)%entry)//': '//message)
+               call settings%errors%add(location_of(reading%subject(1)%key, settings, breaches(k)%entry)//': '//message)
              case (noted_with)
                call add_line(notes, message)
              case default
@@ -70,8 +70,8 @@ contains
    end subroutine check_rules
 
    !> All places where a rule is broken.
-   pure subroutine find_breaches(scene, settings, breaches)
-      type(scene_t), intent(in) :: scene
+   pure subroutine find_breaches(model, settings, breaches)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       type(breach_t), allocatable, intent(out) :: breaches(:)
       type(reading_t) :: reading
@@ -80,25 +80,25 @@ contains
       allocate (breaches(0))
       do k = 1, size(rules)
          call parse_condition(rules(k)%subject, subject)
-         if (.not. any([(holds(subject(1), scene, settings, entry), entry=1, settings%count)])) cycle
-         call read_rule(rules(k), scene, settings, reading)
+         if (.not. any([(holds(subject(1), model, settings, entry), entry=1, settings%count)])) cycle
+         call read_rule(rules(k), model, settings, reading)
          associate (group => reading%subject(1)%group)
             do entry = 1, settings%count
                if (settings%entries(entry)%name /= group) cycle
                if (any([reading%subject%group, reading%other%group] /= group .and. &
                        [reading%subject%group, reading%other%group] /= '')) then
-                  if (.not. counts(scene, settings, entry)) cycle
+                  if (.not. counts(model, settings, entry)) cycle
                end if
-               if (is_broken(rules(k), reading, scene, settings, entry)) breaches = [breaches, breach_t(k, entry)]
+               if (is_broken(rules(k), reading, model, settings, entry)) breaches = [breaches, breach_t(k, entry)]
             end do
          end associate
       end do
    end subroutine find_breaches
 
    !> Take a rule apart, and look once for what is not about the group of its message.
-   pure subroutine read_rule(rule, scene, settings, reading)
+   pure subroutine read_rule(rule, model, settings, reading)
       type(rule_t), intent(in) :: rule
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       type(reading_t), intent(out) :: reading
       type(atom_t), allocatable :: atoms(:)
@@ -115,11 +115,11 @@ contains
          reading%everywhere(i) = settings%count_of(trim(atoms(i)%group)) > 0
          do entry = 1, settings%count
             if (settings%entries(entry)%name /= atoms(i)%group) cycle
-            if (.not. counts(scene, settings, entry)) cycle
+            if (.not. counts(model, settings, entry)) cycle
             if (i <= n) then
-               fits = all_of_group(reading%subject, atoms(i), scene, settings, entry)
+               fits = all_of_group(reading%subject, atoms(i), model, settings, entry)
             else
-               fits = all_of_group(reading%other, atoms(i), scene, settings, entry)
+               fits = all_of_group(reading%other, atoms(i), model, settings, entry)
             end if
             reading%everywhere(i) = reading%everywhere(i) .and. fits
             if (fits .and. reading%met_by(i) == nowhere) reading%met_by(i) = entry
@@ -128,24 +128,24 @@ contains
    end subroutine read_rule
 
    !> Whether a group meets all words about it that stand together with one of them.
-   pure logical function all_of_group(atoms, atom, scene, settings, entry)
+   pure logical function all_of_group(atoms, atom, model, settings, entry)
       type(atom_t), intent(in) :: atoms(:), atom
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry
       integer :: i
       all_of_group = .true.
       do i = 1, size(atoms)
          if (atoms(i)%group /= atom%group .or. atoms(i)%alternative /= atom%alternative) cycle
-         all_of_group = all_of_group .and. holds(atoms(i), scene, settings, entry)
+         all_of_group = all_of_group .and. holds(atoms(i), model, settings, entry)
       end do
    end function all_of_group
 
-   !> Whether a rule is broken by a group, or by the scene.
-   pure logical function is_broken(rule, reading, scene, settings, entry)
+   !> Whether a rule is broken by a group, or by the model.
+   pure logical function is_broken(rule, reading, model, settings, entry)
       type(rule_t), intent(in) :: rule
       type(reading_t), intent(in) :: reading
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry
       logical :: is_required
@@ -153,17 +153,17 @@ contains
       is_required = any(rule%verdict == [requires, no_effect_without])
       is_broken = .false.
       do i = 1, size(reading%subject)
-         if (.not. is_met(reading, i, .false., scene, settings, entry)) return
+         if (.not. is_met(reading, i, .false., model, settings, entry)) return
       end do
-      is_broken = is_required .neqv. alternative_of(reading, is_required, scene, settings, entry) > 0
+      is_broken = is_required .neqv. alternative_of(reading, is_required, model, settings, entry) > 0
       if (is_broken .and. is_required) is_broken = all_known(reading, settings, entry)
    end function is_broken
 
    !> Number of the first alternative of the other condition that is met, 0 for none.
-   pure integer function alternative_of(reading, is_required, scene, settings, entry) result(alternative)
+   pure integer function alternative_of(reading, is_required, model, settings, entry) result(alternative)
       type(reading_t), intent(in) :: reading
       logical, intent(in) :: is_required         !! whether all groups have to meet it
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry
       logical :: met
@@ -172,7 +172,7 @@ contains
          met = .true.
          do i = 1, size(reading%other)
             if (reading%other(i)%alternative /= alternative) cycle
-            met = met .and. is_met(reading, size(reading%subject) + i, is_required, scene, settings, entry)
+            met = met .and. is_met(reading, size(reading%subject) + i, is_required, model, settings, entry)
          end do
          if (met) return
       end do
@@ -180,18 +180,18 @@ contains
    end function alternative_of
 
    !> Whether a word of a rule is met.
-   pure logical function is_met(reading, i, by_all, scene, settings, entry)
+   pure logical function is_met(reading, i, by_all, model, settings, entry)
       type(reading_t), intent(in) :: reading
       integer, intent(in) :: i                   !! its place in `subject`, and behind it in `other`
       logical, intent(in) :: by_all              !! whether all groups have to, where it is not about that of the message
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry
       type(atom_t) :: atom
       if (i <= size(reading%subject)) atom = reading%subject(i)
       if (i > size(reading%subject)) atom = reading%other(i - size(reading%subject))
       if (atom%group == '' .or. atom%group == reading%subject(1)%group) then
-         is_met = holds(atom, scene, settings, entry)
+         is_met = holds(atom, model, settings, entry)
       else if (by_all) then
          is_met = reading%everywhere(i)
       else
@@ -221,15 +221,15 @@ contains
    end function all_known
 
    !> Whether a group counts in rules with others: a material does of which there is a body, and a body does that is no hole.
-   pure logical function counts(scene, settings, entry)
-      type(scene_t), intent(in) :: scene
+   pure logical function counts(model, settings, entry)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry               !! position of the group
       integer :: i
       counts = .true.
       if (settings%entries(entry)%name == 'body') counts = .not. settings%flag(entry, 'hole')
       if (settings%entries(entry)%name == 'material') &
-         counts = any(scene%materials%number == count([(settings%entries(i)%name == 'material', i=1, entry)]))
+         counts = any(model%materials%number == count([(settings%entries(i)%name == 'material', i=1, entry)]))
    end function counts
 
    !> What is said of a broken rule, as a sentence without its full stop.
@@ -275,7 +275,7 @@ contains
       end if
    end function shown_other
 
-   !> The other condition of a rule as a scene meets it.
+   !> The other condition of a rule as a model meets it.
    pure function met_text(reading, settings, entry) result(text)
       type(reading_t), intent(in) :: reading
       type(settings_t), intent(in) :: settings
@@ -335,7 +335,7 @@ contains
       end associate
    end function location_of
 
-   !> Mark the first key of a rule that refuses a scene.
+   !> Mark the first key of a rule that refuses a model.
    pure subroutine mark(breach, settings)
       type(breach_t), intent(in) :: breach
       type(settings_t), intent(inout) :: settings
@@ -347,7 +347,7 @@ contains
       settings%entries(breach%entry)%settings(row)%good = .false.
    end subroutine mark
 
-   !> Whether a scene may take an advice: with it no rule refuses the scene that did not before. Advice in words always may be taken.
+   !> Whether a model may take an advice: with it no rule refuses the model that did not before. Advice in words always may be taken.
    pure logical function is_allowed(advice, entry, settings, broken)
       character(*), intent(in) :: advice
       integer, intent(in) :: entry               !! position of the group of the message
@@ -355,7 +355,7 @@ contains
       logical, intent(in) :: broken(:)           !! rules that are broken without it
       type(atom_t), allocatable :: atoms(:)
       type(settings_t) :: changed
-      type(scene_t) :: other
+      type(model_t) :: other
       type(breach_t), allocatable :: breaches(:)
       logical :: anew(size(rules))
       integer :: i, k, row
@@ -375,7 +375,7 @@ contains
             end associate
          end do
       end do
-      call fill_scene(changed, other)
+      call fill_model(changed, other)
       call find_breaches(other, changed, breaches)
       anew = .false.
       anew(breaches%rule) = rules(breaches%rule)%verdict == not_with .or. rules(breaches%rule)%verdict == requires

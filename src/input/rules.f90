@@ -1,4 +1,4 @@
-!> The table of rules: which features of a scene do not go together, what needs what, and which keys do nothing where. Validation, the
+!> The table of rules: which features of a model do not go together, what needs what, and which keys do nothing where. Validation, the
 !> warnings of `--check` and of runs, `--rules` and docs/key_rules.md all come from it. What stays outside are checks of places and of
 !> numbers against each other.
 !>
@@ -13,7 +13,7 @@ module hampm_rules
    public :: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, mechanics, not_built, &
              by_meaning, with_history, for_any_strain
 
-   integer, parameter :: not_with = 1            !! verdicts: the scene is refused where both conditions hold,
+   integer, parameter :: not_with = 1            !! verdicts: the model is refused where both conditions hold,
    integer, parameter :: requires = 2            !! or where the first holds and the second does not;
    integer, parameter :: no_effect_with = 3      !! the user is warned where both hold, as the first does nothing there,
    integer, parameter :: no_effect_without = 4   !! or where the first holds and the second does not, for the same reason;

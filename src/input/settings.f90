@@ -8,18 +8,18 @@ module hampm_settings
    use hampm_failure, only: failure_t, exit_input
    implicit none
    private
-   public :: value_t, setting_t, group_entry_t, settings_t, mistakes_t
+   public :: value_t, setting_t, group_entry_t, settings_t, input_errors_t
 
    integer, parameter :: most_shown = 50           !! a file that is no namelist at all would fill the screen
 
    !> The messages so far.
-   type :: mistakes_t
+   type :: input_errors_t
       integer :: count = 0
       character(:), allocatable, private :: text   !! a line for each
    contains
       procedure :: add
       procedure :: tell
-   end type mistakes_t
+   end type input_errors_t
 
    !> A value as it was written.
    type :: value_t
@@ -54,7 +54,7 @@ module hampm_settings
       character(:), allocatable :: file            !! path of the namelist file
       integer :: count = 0
       type(group_entry_t), allocatable :: entries(:) !! the first `count` are used
-      type(mistakes_t) :: mistakes                 !! found so far in them
+      type(input_errors_t) :: errors               !! found so far in them
    contains
       procedure :: add_entry
       procedure :: count_of
@@ -315,13 +315,13 @@ contains
          if (allocated(setting%location)) location = setting%location
          note = ': '
          if (.not. setting%given) note = ' (default): '
-         call self%mistakes%add(location//': &'//trim(group%name)//' '//key//' = '//setting%shown()//note//message)
+         call self%errors%add(location//': &'//trim(group%name)//' '//key//' = '//setting%shown()//note//message)
       end associate
    end subroutine complain
 
    !> Note one mistake.
    pure subroutine add(self, message)
-      class(mistakes_t), intent(inout) :: self
+      class(input_errors_t), intent(inout) :: self
       character(*), intent(in) :: message          !! one line: where, what, what would be right
       self%count = self%count + 1
       if (self%count == 1) then
@@ -333,7 +333,7 @@ contains
 
    !> Report all mistakes, if there are any, as one failure.
    pure subroutine tell(self, failure)
-      class(mistakes_t), intent(in) :: self
+      class(input_errors_t), intent(in) :: self
       type(failure_t), intent(inout) :: failure
       if (self%count == 0) return
       call failure%report(exit_input, self%text)

@@ -1,11 +1,11 @@
-!> Whether bodies and holes have the shapes that a scene gives them: every key that a shape needs and none that it does not, lines without
+!> Whether bodies and holes have the shapes that a model gives them: every key that a shape needs and none that it does not, lines without
 !> crossings, holes inside bodies.
 module hampm_shape_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_outline, only: outline_t, ring_t
    use hampm_path_placement, only: distance_to_segment
    use hampm_placement, only: point_text
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
    implicit none
@@ -17,26 +17,26 @@ module hampm_shape_consistency
 contains
 
    !> Whether any body is no mere rectangle.
-   pure logical function has_shapes(scene)
-      type(scene_t), intent(in) :: scene
+   pure logical function has_shapes(model)
+      type(model_t), intent(in) :: model
       integer :: i
-      has_shapes = any([(scene%bodies(i)%outline%is_there(), i=1, size(scene%bodies))])
+      has_shapes = any([(model%bodies(i)%outline%is_there(), i=1, size(model%bodies))])
    end function has_shapes
 
    !> Whether a polyline comes nearer than two cells to an edge of a polygon, a circle or a body with holes.
-   pure logical function comes_near_edges(scene, points) result(near)
-      type(scene_t), intent(in) :: scene
+   pure logical function comes_near_edges(model, points) result(near)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: points(:, :)       !! [m], (ndim, points)
       real(dp), parameter :: step = 0.25_dp      ! cells
       integer :: i, j, k, n
       near = .false.
-      do k = 1, size(scene%bodies)
-         if (.not. scene%bodies(k)%outline%is_there()) cycle
+      do k = 1, size(model%bodies)
+         if (.not. model%bodies(k)%outline%is_there()) cycle
          do i = 2, size(points, 2)
-            n = ceiling(norm2(points(:, i) - points(:, i - 1))/(step*scene%grid%cell))
+            n = ceiling(norm2(points(:, i) - points(:, i - 1))/(step*model%grid%cell))
             do j = 0, n
                associate (x => points(:, i - 1) + real(j, dp)/max(n, 1)*(points(:, i) - points(:, i - 1)))
-                  near = near .or. scene%bodies(k)%outline%distance(x) < 2*scene%grid%cell
+                  near = near .or. model%bodies(k)%outline%distance(x) < 2*model%grid%cell
                end associate
             end do
          end do
@@ -50,12 +50,12 @@ contains
       logical, intent(out) :: is_good
       character(:), allocatable :: shape
       integer :: before
-      before = settings%mistakes%count
+      before = settings%errors%count
       is_good = settings%good(entry, 'shape') .and. settings%good(entry, 'hole')
       if (.not. is_good) return
       shape = settings%text(entry, 'shape')
       if (shape == 'polygon') call check_corners(settings, entry)
-      is_good = settings%mistakes%count == before .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper') .and. &
+      is_good = settings%errors%count == before .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper') .and. &
                 settings%good(entry, 'points') .and. settings%good(entry, 'center') .and. settings%good(entry, 'radius')
    end subroutine check_shape
 
@@ -95,33 +95,33 @@ contains
    end subroutine check_corners
 
    !> Holes come after all bodies, are inside one of them, and apart from each other.
-   pure subroutine check_holes(scene, settings)
-      type(scene_t), intent(in) :: scene
+   pure subroutine check_holes(model, settings)
+      type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       logical :: is_good
       integer :: k, j, entry
-      if (size(scene%bodies) == 0 .and. size(scene%holes) > 0) then
+      if (size(model%bodies) == 0 .and. size(model%holes) > 0) then
          call settings%complain(settings%find('body', 1), 'hole', 'there must be a &body of material, too')
          return
       end if
-      do k = 1, size(scene%holes)
-         entry = settings%find('body', scene%holes(k)%number)
+      do k = 1, size(model%holes)
+         entry = settings%find('body', model%holes(k)%number)
          call check_shape(settings, entry, is_good)
-         if (scene%holes(k)%number <= size(scene%bodies)) then
+         if (model%holes(k)%number <= size(model%bodies)) then
             call settings%complain(entry, 'hole', 'holes must come after all groups &body that are none')
             cycle
          end if
          if (.not. is_good) cycle
-         if (scene%holes(k)%body == 0) then
+         if (model%holes(k)%body == 0) then
             call settings%complain(entry, 'hole', 'must be inside one body, without touching its edge: a notch is a '// &
                                    'part of the outline, a body of shape = ''polygon''')
             cycle
          end if
          do j = 1, k - 1
-            if (scene%holes(j)%body /= scene%holes(k)%body) cycle
-            if (rings_overlap(scene%holes(j)%ring, scene%holes(k)%ring, 0.0_dp)) &
+            if (model%holes(j)%body /= model%holes(k)%body) cycle
+            if (rings_overlap(model%holes(j)%ring, model%holes(k)%ring, 0.0_dp)) &
                call settings%complain(entry, 'hole', 'must be apart from the hole of &body '// &
-                                      to_text(scene%holes(j)%number))
+                                      to_text(model%holes(j)%number))
          end do
       end do
    end subroutine check_holes

@@ -33,7 +33,7 @@ contains
       integer :: g
       do g = 1, size(groups)
          if (settings%count_of(trim(groups(g)%name)) > 0) cycle
-         if (groups(g)%presence == is_required) call settings%mistakes%add(settings%file//': the group &'//trim(groups(g)%name) &
+         if (groups(g)%presence == is_required) call settings%errors%add(settings%file//': the group &'//trim(groups(g)%name) &
                                                                   //' is missing: '//trim(groups(g)%meaning))
          if (groups(g)%presence /= is_assumed) cycle
          assumed = new_entry(g, settings%file)
@@ -53,7 +53,7 @@ contains
             if (.not. settings%entries(entry)%settings(k)%given) then
                if (key%required) then
                   settings%entries(entry)%settings(k)%good = .false.
-                  call settings%mistakes%add(settings%entries(entry)%location//': '//missing_key(key))
+                  call settings%errors%add(settings%entries(entry)%location//': '//missing_key(key))
                   cycle
                end if
                do i = 1, default_count(key, .false.)

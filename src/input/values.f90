@@ -1,5 +1,5 @@
 !> Numbers and intervals from text. Anything that is not wholly a number is refused, and so are infinity, what is not a
-!> number, and magnitudes that no scene in SI units has: products of a few numbers can then not overflow.
+!> number, and magnitudes that no model in SI units has: products of a few numbers can then not overflow.
 module hampm_values
    use hampm_kinds, only: dp
    use hampm_text, only: lower_case, to_text

@@ -28,8 +28,8 @@ module hampm_body_contact
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: body_contact_t, rebuild_body_contact, find_body_pairs, find_gaps, share_between_bodies, keep_bodies_apart, &
-             keep_body_contact
+   public :: body_contact_t, rebuild_body_contact, find_body_pairs, find_gaps, share_between_bodies, separate_bodies, &
+             archive_body_contact
 
    ! How a pair is after a step
    integer, parameter :: apart = 0, slides = 1, sticks = 2
@@ -194,7 +194,7 @@ contains
 
    !> Keep the bodies from going through each other: change accelerations and new velocities of the pairs that would, and book what bodies
    !> lose by it.
-   subroutine keep_bodies_apart(c, grid, free, dt, f)
+   subroutine separate_bodies(c, grid, free, dt, f)
       type(body_contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       real(dp), intent(in), contiguous :: free(:, :) !! 0 for fixed components of nodes, else 1; (ndim, n_points)
@@ -218,7 +218,7 @@ contains
       if (.not. any(c%state /= apart)) return
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
-   end subroutine keep_bodies_apart
+   end subroutine separate_bodies
 
    !> Let a pair meet, if it does.
    subroutine meet(c, k, free, dt, f, impulse)
@@ -300,22 +300,22 @@ contains
    end subroutine push
 
    !> Keep which pairs touch, and what contact has taken.
-   subroutine keep_body_contact(c, archive)
+   subroutine archive_body_contact(c, archive)
       type(body_contact_t), intent(inout) :: c
       class(archive_t), intent(inout) :: archive
       if (.not. c%wanted) return
       call archive%section('body_contact')
-      call archive%keep('loss', c%loss)
-      call archive%keep('friction_loss', c%friction_loss)
-      call archive%keep_reals('force', ndim, c%force)
-      call archive%keep('pairs', c%n)
+      call archive%serialise('loss', c%loss)
+      call archive%serialise('friction_loss', c%friction_loss)
+      call archive%archive_reals('force', ndim, c%force)
+      call archive%serialise('pairs', c%n)
       if (archive%failure%failed()) return
       if (archive%is_read) then
          c%node = reshape(spread(0, 1, 2*c%n), [2, c%n])
          c%state = spread(0, 1, c%n)
          c%layout = -1
       end if
-      call archive%keep_integers('node', 2*c%n, c%node)
-      call archive%keep_integers('state', c%n, c%state)
-   end subroutine keep_body_contact
+      call archive%archive_integers('node', 2*c%n, c%node)
+      call archive%archive_integers('state', c%n, c%state)
+   end subroutine archive_body_contact
 end module hampm_body_contact

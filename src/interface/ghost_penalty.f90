@@ -23,11 +23,11 @@ module hampm_ghost_penalty
    use hampm_interface_points, only: interfaces_t, interface_point_t, ghost, add_interface_point
    use hampm_grid, only: grid_t, side_corner
    use hampm_matter, only: matter_t
-   use hampm_outer_nodes, only: least_fill
+   use hampm_aggregated_nodes, only: least_fill
    use hampm_tolerance, only: part_of_cell
    implicit none
    private
-   public :: hold_small_pieces, hold_lone_particles, fills_of_pieces, are_nearly_empty, enough_alone
+   public :: stabilise_small_cut_cells, hold_lone_particles, fills_of_pieces, are_nearly_empty, enough_alone
 
    real(dp), parameter :: enough = 0.9_dp        !! part of a cell from which on a piece holds itself
    real(dp), parameter :: enough_alone = 0.6_dp  !! with which a quadratic one moves by itself, where none on its side of the crack is fuller
@@ -80,13 +80,13 @@ contains
       do e = 1, size(are)
          associate (leaf => m%grid%element_leaf(e))
             are(e) = m%grid%is_met(leaf) .and. .not. m%grid%is_full(leaf) .and. fill(m%grid%first_of_piece(e)) < least_fill &
-                     .and. .not. m%grid%outer_nodes%has_host(leaf)
+                     .and. .not. m%grid%aggregated_nodes%has_root_cell(leaf)
          end associate
       end do
    end function are_nearly_empty
 
    !> Add the interface points on the sides of small pieces, and note whether one that is to move is alone.
-   pure subroutine hold_small_pieces(interfaces, m)
+   pure subroutine stabilise_small_cut_cells(interfaces, m)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       real(dp), dimension(m%grid%n_elements) :: fill, modulus, density, g
@@ -119,7 +119,7 @@ contains
          associate (first => m%grid%first_of_piece(e), at => m%grid%support_of(e))
             modulus(e) = modulus(first)
             density(e) = density(first)
-            if (fill(first) < enough .and. .not. m%grid%outer_nodes%has_host(m%grid%element_leaf(e))) g(e) = g_of(e)
+            if (fill(first) < enough .and. .not. m%grid%aggregated_nodes%has_root_cell(m%grid%element_leaf(e))) g(e) = g_of(e)
             is_held(e) = is_filled(e) .or. all(moves(at) .and. at <= m%grid%n_nodes) ! an empty one passes on, but not to nodes that nothing moves
          end associate
       end do
@@ -158,7 +158,7 @@ contains
             end if
          end associate
       end function g_of
-   end subroutine hold_small_pieces
+   end subroutine stabilise_small_cut_cells
 
    !> Hold how cells with one particle are bent, which that does not feel, at rest and in implicit steps: by the modulus of the plane a cell is as stiff in
    !> bending as its material, and neither shear nor nu makes it stiffer. A linear field is not held. Source: Belytschko & Bindeman, Assumed strain stabilization of the 4-node quadrilateral with

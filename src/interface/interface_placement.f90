@@ -22,13 +22,13 @@ module hampm_interface_placement
    use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, holds, along, &
                                      add_interface_point, force_of, face_force, overlap_of, energy_of, is_half, add_interface_forces
    use hampm_forest, only: forest_t, outside
-   use hampm_ghost_penalty, only: hold_small_pieces, hold_lone_particles
+   use hampm_ghost_penalty, only: stabilise_small_cut_cells, hold_lone_particles
    use hampm_lapack, only: dposv
    use hampm_matter, only: matter_t
    use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
    implicit none
    private
-   public :: rebuild_interfaces, look_at_openings, release_length
+   public :: rebuild_interfaces, find_openings, release_length
 
    integer, parameter :: points = 4              !! of a layer, those of Gauss
    real(dp), parameter :: outer = 0.8611363115940526_dp, inner = 0.3399810435848563_dp
@@ -49,7 +49,7 @@ module hampm_interface_placement
    real(dp), parameter :: least_part = 1e-6_dp   !! of a leaf, that a layer has at least
    real(dp), parameter :: parallel = 1e-3_dp     !! less of a direction along an axis is along a grid line of the other one
 
-   !> The way of a tip, in cells, in which the force of a bond that it has passed falls to 0 (`hampm_bond_release`).
+   !> The way of a tip, in cells, in which the force of a bond that it has passed falls to 0 (`hampm_nodal_release`).
    real(dp), parameter :: release_length = 2
 
    !> A straight part of a line within a leaf, and the interface points that are to be there.
@@ -84,7 +84,7 @@ contains
       faces = interfaces%n
       if ((m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies)) .and. &
           (m%grid%is_quadratic() .or. .not. interfaces%are_bounded .or. interfaces%strain_last)) &
-         call hold_small_pieces(interfaces, m)
+         call stabilise_small_cut_cells(interfaces, m)
       if (interfaces%are_bounded) interfaces%n_at_end = interfaces%n
       if (m%grid%is_quadratic()) & ! where what holds small pieces has a mass
          interfaces%n_at_end = min(interfaces%n_at_end, merge(faces, 0, interfaces%n_contact + interfaces%n_cohesive > 0))
@@ -106,7 +106,7 @@ contains
          associate (end => m%grid%cut_cells%ends(k))
             associate (line => m%grid%cut_cells%lines(end%line))
                if (max(line%bonded(end%end), line%grown(end%end)) > 0) then
-                  if (line%cohesion == 0) call add_bonds_of_way(interfaces, m, k, old)
+                  if (line%cohesion == 0) call add_cohesive_points_of_tip(interfaces, m, k, old)
                else if (end%leaf > 0) then
                   call add_along(interfaces, m, reshape([end%tip, end%front], [ndim, 2]), &
                                  layer_t(bonded, tip=merge(0, k, m%particles%total_frame), face=line%face))
@@ -118,17 +118,17 @@ contains
       do s = 1, interfaces%n
          if (interfaces%list(s)%tip == 0) cycle
          associate (end => m%grid%cut_cells%ends(interfaces%list(s)%tip))
-            call begin_bond(interfaces%list(s), interfaces%thickness%at(interfaces%list(s)%place), old, &
-                            m%grid%cut_cells%lines(end%line)%grown(end%end), m, begins(s))
+            call begin_cohesive_point(interfaces%list(s), interfaces%thickness%at(interfaces%list(s)%place), old, &
+                                      m%grid%cut_cells%lines(end%line)%grown(end%end), m, begins(s))
          end associate
       end do
-      if (.not. m%particles%total_frame .and. any(begins)) call balance_bonds(interfaces, begins, m)
+      if (.not. m%particles%total_frame .and. any(begins)) call balance_cohesive_points(interfaces, begins, m)
       do k = 1, size(m%grid%cut_cells%lines)
          if (m%grid%cut_cells%lines(k)%cohesion > 0) call add_cohesion(interfaces, m, k)
          if (.not. m%grid%cut_cells%lines(k)%contact) cycle
          s = interfaces%n
          call add_contact(interfaces, m, k, certain=.false.)
-         call leave_to_bonds(interfaces, s)
+         call leave_to_cohesive_points(interfaces, s)
       end do
    end subroutine add_interfaces_of_cracks
 
@@ -153,23 +153,23 @@ contains
    end subroutine add_cohesion
 
    !> Drop contact where bonds are that have let go, whose faces press on each other by themselves.
-   pure subroutine leave_to_bonds(interfaces, n)
+   pure subroutine leave_to_cohesive_points(interfaces, n)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: n                   !! number of interface points before the contact was added
       real(dp), parameter :: reach = 0.55_dp     ! part of the length for which a bond stands that is on either side of it
-      integer :: k, s, kept
-      kept = n
+      integer :: k, s, fraction_left
+      fraction_left = n
       do s = n + 1, interfaces%n
          associate (point => interfaces%list(s))
-            if (any([(interfaces%list(k)%lets_go .and. interfaces%list(k)%line == point%line .and. &
+            if (any([(interfaces%list(k)%is_failing .and. interfaces%list(k)%line == point%line .and. &
                       norm2(interfaces%list(k)%place - point%place) <= reach*interfaces%list(k)%length, k=1, n)])) cycle
          end associate
-         kept = kept + 1
-         interfaces%list(kept) = interfaces%list(s)
+         fraction_left = fraction_left + 1
+         interfaces%list(fraction_left) = interfaces%list(s)
       end do
-      interfaces%n_contact = interfaces%n_contact - (interfaces%n - kept)
-      interfaces%n = kept
-   end subroutine leave_to_bonds
+      interfaces%n_contact = interfaces%n_contact - (interfaces%n - fraction_left)
+      interfaces%n = fraction_left
+   end subroutine leave_to_cohesive_points
 
    !> Let interface points that are where some have been before go on as these: particles tell of the opening only what a linear field between the
    !> nodes would, and a mesh that changes somewhere else again and again would let interface points forget the rest of it, and give back other work
@@ -182,7 +182,7 @@ contains
       k = 0
       do s = 1, interfaces%n
          associate (point => interfaces%list(s))
-            if (point%tip > 0 .and. .not. (point%lets_go .and. point%line > 0)) cycle ! see `begin_bond`
+            if (point%tip > 0 .and. .not. (point%is_failing .and. point%line > 0)) cycle ! see `begin_cohesive_point`
             is_there = .false.
             do i = 1, old%n                      ! most follow each other as before
                k = mod(k, old%n) + 1
@@ -262,9 +262,9 @@ contains
       is_before = before%line == point%line
       if (.not. is_before) return
       if (point%tip > 0) then
-         is_before = before%tip == point%tip .and. before%lets_go
+         is_before = before%tip == point%tip .and. before%is_failing
       else
-         is_before = merge(before%tip == 0, before%lets_go, before%law == point%law)
+         is_before = merge(before%tip == 0, before%is_failing, before%law == point%law)
       end if
    end function is_before
 
@@ -310,7 +310,7 @@ contains
 
    !> Add the bonds of a tip that moves, along its way: from where the force of the last of them has fallen to 0 to where the cells that are
    !> cut end. Where layers begin and end does not depend on where the tip is.
-   pure subroutine add_bonds_of_way(interfaces, m, tip, old)
+   pure subroutine add_cohesive_points_of_tip(interfaces, m, tip, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       integer, intent(in) :: tip                 !! its number
@@ -324,18 +324,19 @@ contains
             points(:, size(points, 2)) = end%front
             after = line%grown(end%end)
             do k = 1, old%n
-               if (old%list(k)%tip == tip .and. old%list(k)%kept > 0) after = min(after, old%list(k)%way - old%list(k)%length/2)
+               if (old%list(k)%tip == tip .and. old%list(k)%fraction_left > 0) after = min(after, old%list(k)%way &
+                                                                                           - old%list(k)%length/2)
             end do
             call add_along(interfaces, m, points, &
                            layer_t(bonded, tip=tip, face=line%face, line=merge(end%line, 0, line%contact), &
                                    friction=line%friction), after)
          end associate
       end associate
-   end subroutine add_bonds_of_way
+   end subroutine add_cohesive_points_of_tip
 
    !> Begin with a bond of a tip that moves, or of one that the material carries through the cells: as it was on the grid before, or with the
    !> traction of the material there.
-   pure subroutine begin_bond(point, thickness, old, grown, m, begins)
+   pure subroutine begin_cohesive_point(point, thickness, old, grown, m, begins)
       type(interface_point_t), intent(inout) :: point
       real(dp), intent(in) :: thickness          !! of the material there [m]
       type(interfaces_t), intent(in) :: old
@@ -360,25 +361,25 @@ contains
       point%start = point%opening
       if (nearest > 0) then
          associate (before => old%list(nearest))
-            point%held = point%length/before%length*merge(before%held, force_of(before), before%lets_go)
+            point%held = point%length/before%length*merge(before%held, force_of(before), before%is_failing)
             if (.not. m%particles%total_frame) &
                point%held = dot_product(point%held, before%normal)*point%normal + dot_product(point%held, &
                   along(before))*along(point)
-            point%stored = point%length/before%length*merge(before%stored, energy_of(before), before%lets_go)
-            point%lets_go = before%lets_go
-            point%kept = before%kept
+            point%stored = point%length/before%length*merge(before%stored, energy_of(before), before%is_failing)
+            point%is_failing = before%is_failing
+            point%fraction_left = before%fraction_left
             point%reached = before%reached
-            if (point%lets_go) point%start = point%opening - (before%opening - before%start)
+            if (point%is_failing) point%start = point%opening - (before%opening - before%start)
          end associate
       else if (point%way < grown) then
-         point%lets_go = .true.
-         point%kept = 0
+         point%is_failing = .true.
+         point%fraction_left = 0
          if (point%line > 0) point%touch = min(0.0_dp, dot_product(point%normal, point%opening))
       else
          begins = .true.
          point%held = thickness*point%length*traction_at(m, point%place, point%normal, face_of(point))
       end if
-   end subroutine begin_bond
+   end subroutine begin_cohesive_point
 
    !> Which faces of an interface point have material.
    pure integer function face_of(point)
@@ -406,9 +407,9 @@ contains
             do i = m%blocks%first_in(carrier), m%blocks%last_in(carrier), m%blocks%stride_in(carrier)
                volume = volume + m%particles%volume(i)
                traction = traction + m%particles%volume(i) &
-                     *matmul(m%materials(m%particles%material(i))%conjugate_stress(m%particles%gradient_of(i), &
-                                                                                   m%particles%history_of(i), &
-                                                                                   m%particles%hoop_of(i)), normal)
+                     *matmul(m%materials(m%particles%material(i))%first_piola_stress(m%particles%gradient_of(i), &
+                                                                                     m%particles%history_of(i), &
+                                                                                     m%particles%hoop_of(i)), normal)
             end do
          end associate
       end do
@@ -418,7 +419,7 @@ contains
 
    !> The least opening normal to a line, over the ends of the leaves, and the largest jump between its faces [m]; 0
    !> where there are none.
-   pure subroutine look_at_openings(m, line, least, largest)
+   pure subroutine find_openings(m, line, least, largest)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: line
       real(dp), intent(out) :: least, largest
@@ -435,7 +436,7 @@ contains
          least = min(least, dot_product(interfaces%list(k)%normal, jump))
          largest = max(largest, norm2(jump))
       end do
-   end subroutine look_at_openings
+   end subroutine find_openings
 
    !> Add contact along a line, leaf by leaf, up to its tips.
    pure subroutine add_contact(interfaces, m, line, certain)
@@ -572,7 +573,7 @@ contains
                point%tip = layer%tip
                point%way = layer%way + (1 + place(i))/2*norm2(to - from)
                if (layer%law == cohesive) point%way = layer%way + sum(part(:i - 1))*norm2(to - from)
-               call look_at_halves(m, e, x, point%cell, point%stiffness)
+               call find_half_stiffness(m, e, x, point%cell, point%stiffness)
                point%stiffness = point%stiffness*interfaces%thickness%at(x)*point%length
                point%is_firm = layer%law == contact .and. .not. (layer%friction > 0 .or. any(is_cut(e)))
                if (point%is_firm) point%stiffness = of_whole_cells*point%stiffness
@@ -607,7 +608,7 @@ contains
 
    !> Size of the cells at a place between faces, in the mean of these, and stiffness of a layer there for each area: that of its halves, each of
    !> the material and the cell of its face, one behind the other. On a symmetry plane there is one of them.
-   pure subroutine look_at_halves(m, e, x, cell, stiffness)
+   pure subroutine find_half_stiffness(m, e, x, cell, stiffness)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: e(faces)            !! see `faces_at`
       real(dp), intent(in) :: x(ndim)            !! [m]
@@ -625,10 +626,10 @@ contains
          end associate
       end do
       stiffness = merge(2, 1, m%grid%is_quadratic())/compliance
-   end subroutine look_at_halves
+   end subroutine find_half_stiffness
 
    !> Let bonds that begin hold their faces together as the uncut cells did.
-   pure subroutine balance_bonds(interfaces, begins, m)
+   pure subroutine balance_cohesive_points(interfaces, begins, m)
       type(interfaces_t), intent(inout) :: interfaces
       logical, intent(in) :: begins(:)
       type(matter_t), intent(in) :: m
@@ -666,7 +667,7 @@ contains
       do i = 1, size(new)
          interfaces%list(new(i))%held = interfaces%list(new(i))%held + sqrt(interfaces%list(new(i))%length)*x(i, :)
       end do
-   end subroutine balance_bonds
+   end subroutine balance_cohesive_points
 
    !> How fast a force of one interface point opens another one, C M**-1 C' [1/kg].
    pure real(dp) function coupling(one, other, mass)

@@ -8,10 +8,10 @@
 !> and follows these in every step, in the total frame.
 !>
 !> `bonded`: a cell in which a crack ends is cut as a whole, and what of its cut lies ahead of the tip is held together by a layer of
-!> points. So the crack of the cells grows with that of the scene, and not by whole cells.
+!> points. So the crack of the cells grows with that of the model, and not by whole cells.
 !>
 !> Ahead of a tip that grows in motion more than one cell may be cut. A bond there begins with the traction that the material had, holds
-!> on as a spring, and lets go when the tip has come to it; how its force then falls is `hampm_bond_release`'s matter.
+!> on as a spring, and lets go when the tip has come to it; how its force then falls is `hampm_nodal_release`'s matter.
 !>
 !> On a symmetry plane there is one face, and what it is bonded to is its mirror image: the opening g of such a half bond is the
 !> displacement of the face, half of that of the whole crack, only its part normal to the plane has a force, and its energy is that
@@ -42,11 +42,11 @@ module hampm_interface_points
    private
    public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, holds, are_apart, cohesion_at, along, &
              add_interface_forces, forces_of_firm_faces, stretch_interfaces, &
-             open_interfaces, settle_slip, ease_faces, &
+             open_interfaces, commit_slip, ease_faces, &
              interface_energy, interface_states, interface_stiffness, force_of, force_at, &
-             face_force, overlap_of, energy_of, relax_interfaces, look_at_faces, extend_opening, &
+             face_force, overlap_of, energy_of, relax_interfaces, find_face_force, extend_opening, &
              is_pressed, have_friction, hold_friction, &
-             keep_interfaces, add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
+             archive_interfaces, add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
              kick_interfaces, energy_of_rates, add_interface_resistance
 
    integer, parameter :: bonded = 1, contact = 2, ghost = 3, cohesive = 4 !! law of an interface point
@@ -78,8 +78,8 @@ module hampm_interface_points
       real(dp) :: cell = 0                       !! size of the cell there [m]
       real(dp) :: held(ndim) = 0                 !! force of a bond at the opening `start` [N]
       real(dp) :: start(ndim) = 0                !! [m]; of `contact` what of the opening faces do not feel yet, after a change of the mesh
-      logical :: lets_go = .false.               !! whether a bond has begun to let go: its force is then `kept` of `held`, and that of faces that touch
-      real(dp) :: kept = 1                       !! [-]
+      logical :: is_failing = .false.            !! whether a bond has begun to let go: its force is then `kept` of `held`, and that of faces that touch
+      real(dp) :: fraction_left = 1              !! [-]
       real(dp) :: reached = 0                    !! largest opening since then along the force, of law = toughness [m]
       real(dp) :: rate(ndim) = 0                 !! w [m/s]
       integer :: cohesion = 0                    !! number of the law of `cohesive`
@@ -141,7 +141,7 @@ contains
    !> Whether an interface point is one of faces that are free to part.
    pure logical function is_free(point)
       type(interface_point_t), intent(in) :: point
-      is_free = point%law == contact .or. point%lets_go .or. point%law == cohesive .and. .not. holds(point)
+      is_free = point%law == contact .or. point%is_failing .or. point%law == cohesive .and. .not. holds(point)
    end function is_free
 
    !> Whether an interface point is one of two faces that no bond has held, or none since cohesion did.
@@ -274,13 +274,13 @@ contains
          force = point%held + point%stiffness*stretch_of(point)
       else
          force = face_force(point)
-         if (point%lets_go) force = force + point%kept*point%held
+         if (point%is_failing) force = force + point%fraction_left*point%held
       end if
    end function force_of
 
    !> What an interface point of contact tells of the faces there: the force by which they resist being parted, and the change of their opening
    !> along a direction, by that at its neighbours. `is_there` is false for bonds and where faces have parted.
-   pure subroutine look_at_faces(interfaces, k, direction, force, slope, is_there)
+   pure subroutine find_face_force(interfaces, k, direction, force, slope, is_there)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
       real(dp), intent(in) :: direction(ndim)    !! unit vector
@@ -311,7 +311,7 @@ contains
                    .and. interfaces%list(other)%line == interfaces%list(k)%line &
                    .and. norm2(interfaces%list(other)%normal - interfaces%list(k)%normal) <= 1e-6_dp
       end function is_next
-   end subroutine look_at_faces
+   end subroutine find_face_force
 
    !> How far faces that may touch have parted at a place of their crack [m]: the opening at the two points that are next to it on one side, continued. Not
    !> there without such points.
@@ -474,14 +474,14 @@ contains
       real(dp), intent(in) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(out) :: energy
-      real(dp) :: gain(ndim)
+      real(dp) :: change(ndim)
       integer :: k
       energy = 0
       do k = 1, interfaces%n
          if (.not. interfaces%list(k)%mass > 0) cycle
-         gain = dt*jump_of(interfaces%list(k)%jump_t, acceleration)
-         interfaces%list(k)%rate = interfaces%list(k)%rate + gain
-         energy = energy + interfaces%list(k)%mass*sum(gain**2)/2
+         change = dt*jump_of(interfaces%list(k)%jump_t, acceleration)
+         interfaces%list(k)%rate = interfaces%list(k)%rate + change
+         energy = energy + interfaces%list(k)%mass*sum(change**2)/2
       end do
    end subroutine kick_interfaces
 
@@ -524,7 +524,7 @@ contains
 
    !> After a step: what has slid stays so, under the friction at its end in explicit steps, in others under the mean of that at both ends, open faces hold each other
    !> where they will meet, and what is damaged stays so.
-   pure subroutine settle_slip(interfaces)
+   pure subroutine commit_slip(interfaces)
       type(interfaces_t), intent(inout) :: interfaces
       real(dp) :: sliding, pressed
       type(cohesive_state_t) :: answer
@@ -555,7 +555,7 @@ contains
             point%pressed = pressed
          end associate
       end do
-   end subroutine settle_slip
+   end subroutine commit_slip
 
    !> Energy that the interface points store [J].
    pure real(dp) function interface_energy(interfaces) result(energy)
@@ -607,61 +607,61 @@ contains
    end subroutine add_interface_point
 
    !> Keep interface points: in the updated frame they are where faces were when cells were cut last, and what they remember.
-   subroutine keep_interfaces(interfaces, archive)
+   subroutine archive_interfaces(interfaces, archive)
       type(interfaces_t), intent(inout) :: interfaces
       class(archive_t), intent(inout) :: archive
       integer :: n, j, d
       n = interfaces%n
       call archive%section('interface_points')
-      call archive%keep('number', n)
-      call archive%keep('n_at_end', interfaces%n_at_end)
+      call archive%serialise('number', n)
+      call archive%serialise('n_at_end', interfaces%n_at_end)
       if (n == 0 .or. archive%failure%failed()) return
       if (archive%is_read) then
          interfaces%n = n
          if (allocated(interfaces%list)) deallocate (interfaces%list)
          allocate (interfaces%list(max(n, 64)))
       end if
-      call archive%keep('n_contact', interfaces%n_contact)
-      call archive%keep('n_cohesive', interfaces%n_cohesive)
-      call archive%keep('loss', interfaces%loss)
-      call archive%keep('of_cohesion', interfaces%of_cohesion)
+      call archive%serialise('n_contact', interfaces%n_contact)
+      call archive%serialise('n_cohesive', interfaces%n_cohesive)
+      call archive%serialise('loss', interfaces%loss)
+      call archive%serialise('of_cohesion', interfaces%of_cohesion)
       associate (of => interfaces%list(:n))
-         call archive%keep_integers('law', n, of%law)
-         call archive%keep_integers('n_left', n, of%n_left)
+         call archive%archive_integers('law', n, of%law)
+         call archive%archive_integers('n_left', n, of%n_left)
          do j = 1, 2*most_nodes_of_leaf
-            call archive%keep_integers('node_'//to_text(j), n, of%node(j))
-            call archive%keep_reals('share_'//to_text(j), n, of%share(j))
+            call archive%archive_integers('node_'//to_text(j), n, of%node(j))
+            call archive%archive_reals('share_'//to_text(j), n, of%share(j))
          end do
          do d = 1, ndim
-            call archive%keep_reals('place_'//to_text(d), n, of%place(d))
-            call archive%keep_reals('middle_'//to_text(d), n, of%middle(d))
-            call archive%keep_reals('origin_'//to_text(d), n, of%origin(d))
-            call archive%keep_reals('normal_'//to_text(d), n, of%normal(d))
-            call archive%keep_reals('opening_'//to_text(d), n, of%opening(d))
-            call archive%keep_reals('held_'//to_text(d), n, of%held(d))
-            call archive%keep_reals('start_'//to_text(d), n, of%start(d))
-            call archive%keep_reals('rate_'//to_text(d), n, of%rate(d))
-            call archive%keep_reals('felt_'//to_text(d), n, of%felt(d))
-            call archive%keep_reals('taken_'//to_text(d), n, of%taken(d))
+            call archive%archive_reals('place_'//to_text(d), n, of%place(d))
+            call archive%archive_reals('middle_'//to_text(d), n, of%middle(d))
+            call archive%archive_reals('origin_'//to_text(d), n, of%origin(d))
+            call archive%archive_reals('normal_'//to_text(d), n, of%normal(d))
+            call archive%archive_reals('opening_'//to_text(d), n, of%opening(d))
+            call archive%archive_reals('held_'//to_text(d), n, of%held(d))
+            call archive%archive_reals('start_'//to_text(d), n, of%start(d))
+            call archive%archive_reals('rate_'//to_text(d), n, of%rate(d))
+            call archive%archive_reals('felt_'//to_text(d), n, of%felt(d))
+            call archive%archive_reals('taken_'//to_text(d), n, of%taken(d))
          end do
-         call archive%keep_reals('stiffness', n, of%stiffness)
-         call archive%keep_reals('length', n, of%length)
-         call archive%keep_reals('friction', n, of%friction)
-         call archive%keep_reals('pressed', n, of%pressed)
-         call archive%keep_integers('line', n, of%line)
-         call archive%keep_integers('tip', n, of%tip)
-         call archive%keep_reals('way', n, of%way)
-         call archive%keep_reals('cell', n, of%cell)
-         call archive%keep_logicals('lets_go', n, of%lets_go)
-         call archive%keep_logicals('is_firm', n, of%is_firm)
-         call archive%keep_reals('kept', n, of%kept)
-         call archive%keep_reals('touch', n, of%touch)
-         call archive%keep_reals('slip', n, of%slip)
-         call archive%keep_reals('reached', n, of%reached)
-         call archive%keep_reals('stored', n, of%stored)
-         call archive%keep_reals('mass', n, of%mass)
-         call archive%keep_integers('cohesion', n, of%cohesion)
-         call archive%keep_reals('damage', n, of%damage)
+         call archive%archive_reals('stiffness', n, of%stiffness)
+         call archive%archive_reals('length', n, of%length)
+         call archive%archive_reals('friction', n, of%friction)
+         call archive%archive_reals('pressed', n, of%pressed)
+         call archive%archive_integers('line', n, of%line)
+         call archive%archive_integers('tip', n, of%tip)
+         call archive%archive_reals('way', n, of%way)
+         call archive%archive_reals('cell', n, of%cell)
+         call archive%archive_logicals('lets_go', n, of%is_failing)
+         call archive%archive_logicals('is_firm', n, of%is_firm)
+         call archive%archive_reals('kept', n, of%fraction_left)
+         call archive%archive_reals('touch', n, of%touch)
+         call archive%archive_reals('slip', n, of%slip)
+         call archive%archive_reals('reached', n, of%reached)
+         call archive%archive_reals('stored', n, of%stored)
+         call archive%archive_reals('mass', n, of%mass)
+         call archive%archive_integers('cohesion', n, of%cohesion)
+         call archive%archive_reals('damage', n, of%damage)
       end associate
-   end subroutine keep_interfaces
+   end subroutine archive_interfaces
 end module hampm_interface_points

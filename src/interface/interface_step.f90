@@ -49,7 +49,7 @@ module hampm_interface_step
    real(dp), parameter :: of_newmark = 0.3_dp    !! beta, see above
    integer, parameter :: most_turns = 50         !! in which points find what they do; what they do then has to do for the step
    integer, parameter :: most_passes = 20        !! in which friction finds its limits
-   integer, parameter :: most_looks = 10         !! for the least on a way
+   integer, parameter :: most_trials = 10        !! for the least on a way
    real(dp), parameter :: near = 0.1_dp          !! part of a slope that is as good as none
    real(dp), parameter :: tolerance = 1e-9_dp    !! of forces, with friction
    real(dp), parameter :: of_cohesion = 1e-6_dp  !! the same where faces part by cohesion, which the next step goes on from
@@ -415,28 +415,28 @@ contains
    end subroutine find_compliance
 
    !> Open the points.
-   subroutine open_by(self, interfaces, way)
+   subroutine open_by(self, interfaces, direction)
       type(interface_step_t), intent(in) :: self
       type(interfaces_t), intent(inout) :: interfaces
-      real(dp), intent(in) :: way(:)             !! normal and tangential, of all points, over beta [m]
+      real(dp), intent(in) :: direction(:)       !! normal and tangential, of all points, over beta [m]
       integer :: k
       do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k))
-            point%opening = point%opening + self%beta(k)*(way(ndim*k - 1)*point%normal + way(ndim*k)*along(point))
+            point%opening = point%opening + self%beta(k)*(direction(ndim*k - 1)*point%normal + direction(ndim*k)*along(point))
          end associate
       end do
    end subroutine open_by
 
    !> By how much forces open the points: W f [m].
-   pure function opened_by(self, f) result(way)
+   pure function opened_by(self, f) result(direction)
       type(interface_step_t), intent(in) :: self
       real(dp), intent(in) :: f(:)               !! [N]
-      real(dp) :: way(size(f))
+      real(dp) :: direction(size(f))
       integer :: i
       associate (w => self%compliance)
          do i = 1, w%n
             associate (first => w%row_start(i), last => w%row_start(i + 1) - 1)
-               way(i) = self%dt**2*dot_product(w%value(first:last), f(w%column(first:last)))
+               direction(i) = self%dt**2*dot_product(w%value(first:last), f(w%column(first:last)))
             end associate
          end do
       end associate
@@ -461,9 +461,9 @@ contains
       real(dp), intent(inout) :: f(:)            !! [N]
       logical, intent(inout) :: is_new           !! whether W is, to which the matrix has to be made
       type(failure_t), intent(inout) :: failure
-      real(dp), dimension(size(f)) :: rest, turned, way, slopes
+      real(dp), dimension(size(f)) :: rest, turned, direction, slopes
       real(dp) :: part, least, most, slope, of_least, of_most, last
-      integer :: states(interfaces%n), turn, look
+      integer :: states(interfaces%n), turn, trial
       logical :: is_done
       rest = forces_of_law(interfaces) - f
       do turn = 1, most_turns
@@ -475,22 +475,22 @@ contains
          is_new = .false.
          slopes = self%slopes
          where (.not. slopes > 0)
-            way = rest
+            direction = rest
          elsewhere
-            way = 0
+            direction = 0
          end where
-         way = opened_by(self, way)
+         direction = opened_by(self, direction)
          where (slopes > 0)
-            way = rest/slopes - way
+            direction = rest/slopes - direction
          elsewhere
-            way = rest
+            direction = rest
          end where
-         call self%factor%solve(way, turned)
-         way = -opened_by(self, turned)
-         of_least = dot_product(way, rest)       ! the slope on the way, below 0 up to the least
+         call self%factor%solve(direction, turned)
+         direction = -opened_by(self, turned)
+         of_least = dot_product(direction, rest) ! the slope on the way, below 0 up to the least
          call go_by(1.0_dp)
          is_done = all(states == interface_states(interfaces))
-         slope = dot_product(way, rest)
+         slope = dot_product(direction, rest)
          if (.not. (of_least < 0 .and. slope > -near*of_least)) then ! at 0 it is rounding
             if (is_done .and. interfaces%n_cohesive > 0) is_done = maxval(abs(rest)) <= of_cohesion*maxval(abs(f))
             if (is_done) return
@@ -500,11 +500,11 @@ contains
          most = 1
          of_most = slope
          part = 1
-         do look = 1, most_looks
+         do trial = 1, most_trials
             last = part
             part = least + (most - least)*min(0.9_dp, max(0.1_dp, of_least/(of_least - of_most)))
             call go_by(part - last)
-            slope = dot_product(way, rest)
+            slope = dot_product(direction, rest)
             if (abs(slope) <= -near*of_least) exit
             if (slope > 0) then
                most = part
@@ -520,7 +520,7 @@ contains
       subroutine go_by(step)
          real(dp), intent(in) :: step            !! [-]
          f = f + step*turned
-         call open_by(self, interfaces, step*way)
+         call open_by(self, interfaces, step*direction)
          rest = forces_of_law(interfaces) - f
       end subroutine go_by
    end subroutine find_forces

@@ -6,7 +6,7 @@ module hampm_patch
    use hampm_grid, only: grid_t, is_toward
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
-   use hampm_remembering, only: hoop_resistance
+   use hampm_state_update, only: hoop_resistance
    implicit none
    private
    public :: patch_t, patch_around, patch_of_face, fitted_displacement, internal_force, patch_mass
@@ -117,7 +117,7 @@ contains
          integer, intent(in) :: e, i
          real(dp) :: x(ndim)
          x = p%reference(i, :)
-         began_in = grid%sheet_of(p%body(i)) == 1 .and. all(abs(grid%local_coordinate(e, x) - 0.5_dp) < 0.5_dp)
+         began_in = grid%velocity_field_of(p%body(i)) == 1 .and. all(abs(grid%local_coordinate(e, x) - 0.5_dp) < 0.5_dp)
       end function began_in
    end subroutine patch_of_material
 

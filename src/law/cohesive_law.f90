@@ -54,8 +54,8 @@ module hampm_cohesive_law
    contains
       procedure :: respond
       procedure :: turns_back
-      procedure, private :: look_at_mix
-      procedure, private :: look_at_rest
+      procedure, private :: find_mode_mix
+      procedure, private :: find_remaining
    end type cohesive_law_t
 
    !> What a law answers, for each area of the faces.
@@ -111,7 +111,7 @@ contains
    end function turns_back
 
    !> Toughness of a mode mix, G_c(B) [J/m2].
-   pure subroutine look_at_mix(self, b, toughness, slope)
+   pure subroutine find_mode_mix(self, b, toughness, slope)
       class(cohesive_law_t), intent(in) :: self
       real(dp), intent(in) :: b                  !! B
       real(dp), intent(out) :: toughness
@@ -127,10 +127,10 @@ contains
             slope = (of(2) - of(1))*m*b**(m - 1)
          end if
       end associate
-   end subroutine look_at_mix
+   end subroutine find_mode_mix
 
    !> What faces take from a damage on, over the damage that is left, if they go on with a mode mix: G [J/m2].
-   pure subroutine look_at_rest(self, b, damage, taken, toughness, slope)
+   pure subroutine find_remaining(self, b, damage, taken, toughness, slope)
       class(cohesive_law_t), intent(in) :: self
       real(dp), intent(in) :: b                  !! B
       real(dp), intent(in) :: damage             !! below 1
@@ -141,13 +141,13 @@ contains
       real(dp), parameter :: steep = 0.1_dp      ! least rate at which Newton's method goes on, else by halves
       real(dp) :: w, low, high, mixture, of_all, off, rate
       integer :: i
-      call self%look_at_mix(b, w, slope)
+      call self%find_mode_mix(b, w, slope)
       w = (1 - damage)*w
       low = 0
       high = sum(self%toughness)
       do i = 1, most
          mixture = min(max((taken(2) + w*b)/(sum(taken) + w), 0.0_dp), 1.0_dp)
-         call self%look_at_mix(mixture, of_all, slope)
+         call self%find_mode_mix(mixture, of_all, slope)
          off = sum(taken) + w - of_all
          rate = 1 - slope*(b - mixture)/(sum(taken) + w)
          if (off > 0) high = w
@@ -158,7 +158,7 @@ contains
       end do
       toughness = w/(1 - damage)
       slope = slope*toughness/((sum(taken) + w)*max(rate, steep))
-   end subroutine look_at_rest
+   end subroutine find_remaining
 
    !> What the faces answer to an opening after a damage.
    pure type(cohesive_state_t) function respond(self, opening, layer, damage, taken) result(state)
@@ -179,7 +179,7 @@ contains
       secant = 0
       associate (c => self%compliance, n => self%n, p => self%p)
          if (damage < 1) then
-            call self%look_at_rest(b, damage, taken, toughness, slope)
+            call self%find_remaining(b, damage, taken, toughness, slope)
             reached = sqrt(toughness/c)*(e*self%t(:n) + c*self%x(:n))
             i = findloc(lambda < reached, .true., dim=1)
             if (i == 0) state%damage = 1

@@ -1,4 +1,4 @@
-!> A material: its law with its constants, in the plane of a scene, and the stress and energy that follow from the displacement gradient.
+!> A material: its law with its constants, in the plane of a model, and the stress and energy that follow from the displacement gradient.
 !>
 !> Laws (`hampm_law`) are of space. What a plane has to do with them is here, once for all: in plane strain H_33 = 0, in plane stress H_33 leaves no
 !> stress_33, and of axisymmetric material it is given, `hoop` = u_r/R; strain without stress is taken off before. Linear laws have their moduli of the
@@ -7,7 +7,7 @@
 !>
 !> Laws with a history need what a particle remembers, `past`, too; without it their numbers are not numbers. It is that of the
 !> last state that was kept (`follow`). Explicit steps keep it whenever they strain the particles. At rest trial states must not:
-!> while `on_trial`, stress, tangent and energies are those at the end of a step that began with `past` and lasts `elapsed`.
+!> while `is_trial`, stress, tangent and energies are those at the end of a step that began with `past` and lasts `elapsed`.
 module hampm_material
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_j2_plastic, only: new_j2_plastic
@@ -22,10 +22,10 @@ module hampm_material
    use hampm_viscoelastic, only: new_viscoelastic
    implicit none
    private
-   public :: material_t, new_material, new_orthotropic, laws, remembers, is_for_any_strain
+   public :: material_t, new_material, new_orthotropic, laws, has_state, is_for_any_strain
 
    character(*), parameter :: laws(*) = [character(14) :: 'linear_elastic', 'neo_hookean', 'mooney_rivlin', 'j2_plastic', &
-                                                       'viscoelastic', 'orthotropic'] !! their names in scenes, in this order
+                                                       'viscoelastic', 'orthotropic'] !! their names in models, in this order
 
    !> A law with its constants.
    type :: material_t
@@ -43,8 +43,8 @@ module hampm_material
       real(dp) :: mu = 0                         !! shear modulus [Pa]
       logical :: mean_dilatation = .false.       !! whether its dilatation is the mean over a cell (`hampm_mean_dilatation`)
       integer :: columns = 0                     !! how many numbers a particle of it remembers
-      logical :: on_trial = .false.              !! whether states are tried that are not kept
-      real(dp) :: elapsed = 0                    !! since the last that was kept [s]
+      logical :: is_trial = .false.              !! whether states are tried that are not kept
+      real(dp) :: time_increment = 0             !! since the last that was kept [s]
       ! Of an orthotropic material, where lambda and mu are C_12 and C_66 in its axes; of the columns (11, 22, 12):
       real(dp) :: stiffness(n_voigt, n_voigt) = 0  !! in x and y [Pa]
       real(dp) :: compliance(n_voigt, n_voigt) = 0 !! its inverse [1/Pa]
@@ -70,12 +70,12 @@ module hampm_material
       procedure :: has_history
       procedure :: is_finite
       procedure :: yields
-      procedure :: follow
+      procedure :: update_state
       procedure :: equivalent_plastic_strain
       procedure :: dissipation
       procedure :: kirchhoff_stress
-      procedure :: conjugate_stress
-      procedure :: conjugate_change
+      procedure :: first_piola_stress
+      procedure :: first_piola_change
       procedure :: hoop_stress
       procedure :: hoop_change
       procedure :: mapped_stress
@@ -191,7 +191,7 @@ contains
       real(dp) :: stress(ndim, ndim), nothing(self%columns)
       real(dp), parameter :: no_gradient(ndim, ndim) = 0
       nothing = 0
-      stress = self%conjugate_stress(no_gradient, nothing, 0.0_dp)
+      stress = self%first_piola_stress(no_gradient, nothing, 0.0_dp)
    end function stress_at_first
 
    !> And stress_33 there of axisymmetric material [Pa].
@@ -236,7 +236,7 @@ contains
       m%young_across = constants%young(3)
    end function new_orthotropic
 
-   !> The name of its law in scenes.
+   !> The name of its law in models.
    pure function law_name(self) result(name)
       class(material_t), intent(in) :: self
       character(:), allocatable :: name
@@ -264,12 +264,12 @@ contains
    end function yields
 
    !> Whether a law of this name has a history.
-   logical function remembers(law)
+   logical function has_state(law)
       character(*), intent(in) :: law
       type(material_t) :: example
       example = new_material('', law, .false., 1.0_dp, 0.0_dp, 1.0_dp)
-      remembers = example%has_history()
-   end function remembers
+      has_state = example%has_history()
+   end function has_state
 
    !> Whether a law of this name is meant for any rotation and strain.
    logical function is_for_any_strain(law)
@@ -280,23 +280,23 @@ contains
    end function is_for_any_strain
 
    !> Remember a step of length `dt` at the end of which the displacement gradient is `h`.
-   pure subroutine follow(self, h, dt, past, hoop)
+   pure subroutine update_state(self, h, dt, old_state, hoop)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp), contiguous, intent(inout) :: past(:) !! what the particle remembers
+      real(dp), contiguous, intent(inout) :: old_state(:) !! what the particle remembers
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: strain(space, space)
       if (self%columns == 0) return
-      strain = strain_of(self, h, past(:self%columns), dt, hoop)
-      call self%law%update(strain, dt, past(:self%columns))
-   end subroutine follow
+      strain = strain_of(self, h, old_state(:self%columns), dt, hoop)
+      call self%law%update(strain, dt, old_state(:self%columns))
+   end subroutine update_state
 
    !> Displacement gradient in space of material whose law is not linear, less that without stress: at the end of a step, or of the present state.
-   pure function strain_of(self, h, past, dt, hoop) result(strain)
+   pure function strain_of(self, h, old_state, dt, hoop) result(strain)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
-      real(dp), contiguous, intent(in) :: past(:)
+      real(dp), contiguous, intent(in) :: old_state(:)
       real(dp), intent(in), optional :: dt       !! [s]
       real(dp), intent(in), optional :: hoop
       real(dp) :: strain(space, space)
@@ -304,137 +304,137 @@ contains
       strain(:ndim, :ndim) = h
       strain(space, space) = given_hoop(self, hoop)
       if (self%has_eigenstrain) strain = matmul(strain - self%eigenstrain, self%inverse)
-      if (self%plane_stress) strain(3, 3) = self%law%across(strain, past, dt)
+      if (self%plane_stress) strain(3, 3) = self%law%across(strain, old_state, dt)
    end function strain_of
 
    !> The present strain and state of material whose law is not linear: of a trial those at the end of its step. NaN where a law needs a history that is
    !> not given.
-   pure subroutine look_at(self, h, past, hoop, strain, state)
+   pure subroutine find_state(self, h, old_state, hoop, strain, state)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
-      real(dp), contiguous, intent(in), optional :: past(:)
+      real(dp), contiguous, intent(in), optional :: old_state(:)
       real(dp), intent(in), optional :: hoop
       real(dp), intent(out) :: strain(space, space), state(most_columns)
       associate (n => self%columns)
          if (n == 0) then
             strain = strain_of(self, h, state(:0), hoop=hoop)
-         else if (.not. present(past)) then
+         else if (.not. present(old_state)) then
             strain = ieee_value(1.0_dp, ieee_quiet_nan)
             state(:n) = strain(1, 1)
          else
-            state(:n) = past(:n)
-            if (self%on_trial) then
-               strain = strain_of(self, h, past(:n), self%elapsed, hoop)
-               call self%law%update(strain, self%elapsed, state(:n))
+            state(:n) = old_state(:n)
+            if (self%is_trial) then
+               strain = strain_of(self, h, old_state(:n), self%time_increment, hoop)
+               call self%law%update(strain, self%time_increment, state(:n))
             else
-               strain = strain_of(self, h, past(:n), hoop=hoop)
+               strain = strain_of(self, h, old_state(:n), hoop=hoop)
             end if
          end if
       end associate
-   end subroutine look_at
+   end subroutine find_state
 
    !> Equivalent plastic strain [-].
-   pure real(dp) function equivalent_plastic_strain(self, past) result(strain)
+   pure real(dp) function equivalent_plastic_strain(self, old_state) result(strain)
       class(material_t), intent(in) :: self
-      real(dp), contiguous, intent(in) :: past(:)
+      real(dp), contiguous, intent(in) :: old_state(:)
       strain = 0
-      if (self%columns > 0) strain = self%law%plastic_strain(past(:self%columns))
+      if (self%columns > 0) strain = self%law%plastic_strain(old_state(:self%columns))
    end function equivalent_plastic_strain
 
    !> What has been dissipated per reference volume: the work on the plastic strain where the law `yields`, else what viscosity has taken [J/m3].
-   pure real(dp) function dissipation(self, h, past, hoop)
+   pure real(dp) function dissipation(self, h, old_state, hoop)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
-      real(dp), contiguous, intent(in) :: past(:)
+      real(dp), contiguous, intent(in) :: old_state(:)
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: strain(space, space), state(most_columns)
       dissipation = 0
       if (self%columns == 0) return
-      call look_at(self, h, past, hoop, strain, state)
+      call find_state(self, h, old_state, hoop, strain, state)
       dissipation = self%law%dissipation(state(:self%columns))
    end function dissipation
 
    !> Kirchhoff stress [Pa], which times the reference volume and the spatial gradient of a shape function is a force.
-   pure function kirchhoff_stress(self, h, past, hoop) result(stress)
+   pure function kirchhoff_stress(self, h, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: stress(ndim, ndim), in_space(space, space)
       if (self%linear) then
          stress = stress_of_plane(self, strain_of_plane(self, h, hoop))
       else
-         in_space = stress_in_space(self, h, past, hoop)
+         in_space = stress_in_space(self, h, old_state, hoop)
          stress = in_space(:ndim, :ndim)
       end if
    end function kirchhoff_stress
 
    !> The same in space, of material whose law is not linear.
-   pure function stress_in_space(self, h, past, hoop) result(stress)
+   pure function stress_in_space(self, h, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
-      real(dp), contiguous, intent(in), optional :: past(:)
+      real(dp), contiguous, intent(in), optional :: old_state(:)
       real(dp), intent(in), optional :: hoop
       real(dp) :: stress(space, space), strain(space, space), state(most_columns)
-      call look_at(self, h, past, hoop, strain, state)
+      call find_state(self, h, old_state, hoop, strain, state)
       stress = self%swelling*self%law%stress(strain, state(:self%columns))
    end function stress_in_space
 
    !> Component 33 of the first Piola stress of axisymmetric material, by which its rings resist to be widened [Pa].
-   pure real(dp) function hoop_stress(self, h, past, hoop) result(stress)
+   pure real(dp) function hoop_stress(self, h, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: in_space(space, space)
       if (self%linear) then
          stress = sum(self%by_across*stress_of_plane(self, strain_of_plane(self, h, hoop))) &
                   + self%young_across*(given_hoop(self, hoop) - self%eigenstrain(space, space))
       else
-         in_space = stress_in_space(self, h, past, hoop)
+         in_space = stress_in_space(self, h, old_state, hoop)
          stress = in_space(space, space)
          if (self%is_finite()) stress = stress/(1 + given_hoop(self, hoop))
       end if
    end function hoop_stress
 
    !> The first Piola stress, whose product with the change of H is the change of the energy density [Pa].
-   pure function conjugate_stress(self, h, past, hoop) result(stress)
+   pure function first_piola_stress(self, h, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: stress(ndim, ndim)
       if (self%linear) then
          stress = stress_of_plane(self, strain_of_plane(self, h, hoop))
       else
-         stress = self%kirchhoff_stress(h, past, hoop)
+         stress = self%kirchhoff_stress(h, old_state, hoop)
          if (self%law%is_finite .and. any(abs(stress) > 0)) stress = matmul(stress, inverse_transpose(identity + h))
       end if
-   end function conjugate_stress
+   end function first_piola_stress
 
-   !> What a small change of H makes of `conjugate_stress` [Pa]; in plane stress together with that of H_33, which leaves no stress_33.
-   pure function conjugate_change(self, h, dh, past, hoop, change_of_hoop) result(change)
+   !> What a small change of H makes of `first_piola_stress` [Pa]; in plane stress together with that of H_33, which leaves no stress_33.
+   pure function first_piola_change(self, h, dh, old_state, hoop, change_of_hoop) result(change)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
-      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp), intent(in), optional :: change_of_hoop !! and that of it [-]
       real(dp) :: change(ndim, ndim), in_space(space, space)
       if (self%linear) then
          change = stress_of_plane(self, dh + given_hoop(self, change_of_hoop)*self%by_across)
       else
-         in_space = change_in_space(self, h, dh, past, hoop, change_of_hoop)
+         in_space = change_in_space(self, h, dh, old_state, hoop, change_of_hoop)
          change = in_space(:ndim, :ndim)
       end if
-   end function conjugate_change
+   end function first_piola_change
 
    !> And of `hoop_stress` [Pa].
-   pure real(dp) function hoop_change(self, h, dh, past, hoop, change_of_hoop) result(change)
+   pure real(dp) function hoop_change(self, h, dh, old_state, hoop, change_of_hoop) result(change)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
-      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp), intent(in), optional :: change_of_hoop !! and that of it [-]
       real(dp) :: in_space(space, space)
@@ -442,22 +442,22 @@ contains
          change = sum(self%by_across*stress_of_plane(self, dh + given_hoop(self, change_of_hoop)*self%by_across)) &
                   + self%young_across*given_hoop(self, change_of_hoop)
       else
-         in_space = change_in_space(self, h, dh, past, hoop, change_of_hoop)
+         in_space = change_in_space(self, h, dh, old_state, hoop, change_of_hoop)
          change = in_space(space, space)
       end if
    end function hoop_change
 
    !> Change of the first Piola stress in space, of material whose law is not linear [Pa].
-   pure function change_in_space(self, h, dh, past, hoop, change_of_hoop) result(change)
+   pure function change_in_space(self, h, dh, old_state, hoop, change_of_hoop) result(change)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim), dh(ndim, ndim)
-      real(dp), contiguous, intent(in), optional :: past(:)
+      real(dp), contiguous, intent(in), optional :: old_state(:)
       real(dp), intent(in), optional :: hoop, change_of_hoop
       real(dp), dimension(space, space) :: change, strain, by_thickness, in_space
       real(dp) :: before(most_columns)
       real(dp), parameter :: thickness(space, space) = reshape([0, 0, 0, 0, 0, 0, 0, 0, 1], [space, space])
-      call look_at(self, h, past, hoop, strain, before)
-      if (present(past)) before(:self%columns) = past(:self%columns)
+      call find_state(self, h, old_state, hoop, strain, before)
+      if (present(old_state)) before(:self%columns) = old_state(:self%columns)
       in_space = 0
       in_space(:ndim, :ndim) = dh
       in_space(space, space) = given_hoop(self, change_of_hoop)
@@ -471,8 +471,8 @@ contains
       pure function tangent(direction)
          real(dp), intent(in) :: direction(space, space)
          real(dp) :: tangent(space, space)
-         if (self%on_trial) then
-            tangent = self%law%tangent(strain, matmul(direction, self%inverse), before(:self%columns), self%elapsed)
+         if (self%is_trial) then
+            tangent = self%law%tangent(strain, matmul(direction, self%inverse), before(:self%columns), self%time_increment)
          else
             tangent = self%law%tangent(strain, matmul(direction, self%inverse), before(:self%columns))
          end if
@@ -503,29 +503,29 @@ contains
    end function stress_of_plane
 
    !> The stress that with the gradients of the shape functions of a frame gives the internal force [Pa].
-   pure function mapped_stress(self, h, total_frame, past, hoop) result(stress)
+   pure function mapped_stress(self, h, total_frame, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       logical, intent(in) :: total_frame         !! gradients at the reference positions, else at the present ones
-      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: stress(ndim, ndim)
       if (total_frame) then
-         stress = self%conjugate_stress(h, past, hoop)
+         stress = self%first_piola_stress(h, old_state, hoop)
       else
-         stress = self%kirchhoff_stress(h, past, hoop)
+         stress = self%kirchhoff_stress(h, old_state, hoop)
       end if
    end function mapped_stress
 
    !> Elastic energy per reference volume [J/m3].
-   pure real(dp) function energy_density(self, h, past, hoop)
+   pure real(dp) function energy_density(self, h, old_state, hoop)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in), optional :: past(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: strain(space, space), state(most_columns), in_plane(ndim, ndim)
       if (.not. self%linear) then
-         call look_at(self, h, past, hoop, strain, state)
+         call find_state(self, h, old_state, hoop, strain, state)
          energy_density = self%swelling*self%law%energy(strain, state(:self%columns))
          return
       end if

@@ -12,7 +12,7 @@ module hampm_moving_tip
    private
    public :: energy_factors, rayleigh_speed
 
-   real(dp), parameter :: at_rest = 1e-4_dp      !! part of the speed of shear waves below which a tip is taken to be at rest
+   real(dp), parameter :: static_speed = 1e-4_dp !! part of the speed of shear waves below which a tip is taken to be at rest
 
 contains
 
@@ -24,7 +24,7 @@ contains
       real(dp) :: nu, of_pressure, of_shear, d
       a = 1
       associate (shear => material%shear_wave_speed())
-         if (speed <= at_rest*shear) return
+         if (speed <= static_speed*shear) return
          d = rayleigh_function(material, speed)
          a = huge(speed)
          if (.not. d > 0) return

@@ -55,12 +55,12 @@ contains
       real(dp), intent(in) :: xi(ndim)                  !! local coordinate [-]
       real(dp), intent(in) :: at_corner(ndim, corners)
       real(dp) :: gradient(ndim, ndim)
-      real(dp) :: twist
+      real(dp) :: hourglass
       integer :: d
       do d = 1, ndim
-         twist = (at_corner(d, 4) - at_corner(d, 3)) - (at_corner(d, 2) - at_corner(d, 1))
-         gradient(d, 1) = (at_corner(d, 2) - at_corner(d, 1)) + xi(2)*twist
-         gradient(d, 2) = (at_corner(d, 3) - at_corner(d, 1)) + xi(1)*twist
+         hourglass = (at_corner(d, 4) - at_corner(d, 3)) - (at_corner(d, 2) - at_corner(d, 1))
+         gradient(d, 1) = (at_corner(d, 2) - at_corner(d, 1)) + xi(2)*hourglass
+         gradient(d, 2) = (at_corner(d, 3) - at_corner(d, 1)) + xi(1)*hourglass
       end do
    end function interpolate_gradient
 

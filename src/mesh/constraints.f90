@@ -45,7 +45,7 @@ module hampm_constraints
       procedure :: supporting
       procedure :: set_fixed
       procedure :: fix
-      procedure :: way
+      procedure :: prescribed_at
       procedure :: scale_ways
    end type constraints_t
 
@@ -54,7 +54,7 @@ contains
    !> Multiply all given motions.
    pure subroutine scale_ways(self, factor)
       class(constraints_t), intent(inout) :: self
-      real(dp), intent(in) :: factor             !! of what the scene has, not of what is [-]
+      real(dp), intent(in) :: factor             !! of what the model has, not of what is [-]
       if (allocated(self%boxes)) self%boxes%motion%history%scale = factor
    end subroutine scale_ways
 
@@ -141,7 +141,7 @@ contains
       real(dp), intent(in) :: margin             !! [m]
       real(dp), parameter :: aside = 1e-3_dp     ! smallest cell at the node
       real(dp) :: x(ndim)
-      integer :: i, e, sheet
+      integer :: i, e, velocity_field
       is = .true.
       if (.not. grid%cut_cells%are_there()) return
       do i = 0, 3
@@ -149,8 +149,8 @@ contains
          if (any(box%upper - box%lower > 2*margin .and. (x < box%lower .or. x > box%upper))) cycle
          e = grid%element_at(x)
          if (e == 0) cycle
-         do sheet = 1, grid%n_sheets
-            if (any(grid%element_nodes(:, grid%copy_on(e, sheet)) == node)) return
+         do velocity_field = 1, grid%n_velocity_fields
+            if (any(grid%element_nodes(:, grid%copy_on(e, velocity_field)) == node)) return
          end do
       end do
       is = .false.
@@ -219,7 +219,7 @@ contains
    end subroutine fix
 
    !> By how much components in boxes are to have been moved at a time, from where they were at first; 0 for the others [m], (ndim, n_nodes).
-   pure function way(self, time) result(u)
+   pure function prescribed_at(self, time) result(u)
       class(constraints_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]
       real(dp) :: u(ndim, size(self%fixed, 2))
@@ -235,7 +235,7 @@ contains
             where (self%box(:, self%node(i)) == k) u(:, self%node(i)) = of_box
          end do
       end do
-   end function way
+   end function prescribed_at
 
    !> Set the fixed components of a nodal field to zero.
    pure subroutine hold(c, field)

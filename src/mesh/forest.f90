@@ -1,5 +1,5 @@
-!> The forest: a lattice of square root cells that covers the scene, each the root of a quadtree. Its leaves are the cells of
-!> the scene, stored as one array: root by root, in Morton order within a root (a linear quadtree, as in p4est).
+!> The forest: a lattice of square root cells that covers the model, each the root of a quadtree. Its leaves are the cells of
+!> the model, stored as one array: root by root, in Morton order within a root (a linear quadtree, as in p4est).
 !>
 !> Places are integer coordinates on the lattice of the finest cells that can be, `deepest` levels below the root: exact,
 !> so that leaves and nodes are found by equality and never by comparing real numbers.

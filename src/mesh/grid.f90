@@ -10,7 +10,7 @@
 !>
 !> So a transition leaf is stored as its four quarters, each a bilinear element like any other. Corners of quarters at which none of
 !> its nodes stands are hanging nodes (`hampm_dofs`), numbered on from the nodes. A kernel that visits elements need not know
-!> which is which. Nodes of cells that are nearly empty hang, too (`hampm_outer_nodes`).
+!> which is which. Nodes of cells that are nearly empty hang, too (`hampm_aggregated_nodes`).
 !>
 !> A leaf that a line divides (`hampm_cut_cells`) has an element, or four quarters, for each of its pieces, and its nodes have copies; along a line on
 !> a grid line there are nodes on either side, at one position.
@@ -33,7 +33,7 @@ module hampm_grid
    use hampm_dofs, only: dofs_t, element_of_slot, corner_of_slot, most_nodes_of_leaf
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_outer_nodes, only: outer_nodes_t, find_outer_nodes
+   use hampm_aggregated_nodes, only: aggregated_nodes_t, find_aggregated_nodes
    use hampm_outline, only: outline_t, least_part
    use hampm_place_table, only: place_table_t
    implicit none
@@ -49,9 +49,9 @@ module hampm_grid
       type(outline_t), allocatable :: bodies(:)         !! in it, where edges of bodies may cut cells; else not allocated
       logical, allocatable :: is_full(:)                !! whether one of them fills each leaf; not allocated where there are none, (leaves)
       logical, allocatable :: is_met(:)                 !! whether any of them has a part of each leaf; as above, (leaves)
-      type(outer_nodes_t) :: outer_nodes                !! of cells that these nearly leave empty
-      integer, allocatable :: sheet_of_body(:)          !! the sheet on which each body is; not allocated where there is one only
-      integer :: n_sheets = 1
+      type(aggregated_nodes_t) :: aggregated_nodes      !! of cells that these nearly leave empty
+      integer, allocatable :: field_of_body(:)          !! the sheet on which each body is; not allocated where there is one only
+      integer :: n_velocity_fields = 1
       real(dp), allocatable :: solids(:, :, :)          !! corners of the rectangles that are filled with material, where cells are
                                                         !! quadratic; else not allocated [m], (ndim, 2, number)
       integer :: n_functions = corners                  !! shape functions in an element
@@ -84,15 +84,15 @@ module hampm_grid
       procedure :: last_of_piece
       procedure :: leaf_size
       procedure :: smallest_leaf_at
-      procedure :: sheet_of
+      procedure :: velocity_field_of
       procedure :: copy_on
-      procedure :: is_on_first_sheet
+      procedure :: is_in_first_field
       procedure :: copies_of_nodes
       procedure :: is_quadratic
       procedure :: is_cut
       procedure :: support_of
       procedure :: functions_in
-      procedure :: look_in
+      procedure :: shape_functions_in
       procedure :: gradients_in
       procedure :: in_leaf
       procedure :: is_corner_of_leaf
@@ -103,13 +103,13 @@ contains
 
    !> Build the grid of a forest, with or without lines that cut. Fails where the memory does
    !> not suffice.
-   subroutine build_grid(forest, grid, failure, lines, bodies, sheets, solids)
+   subroutine build_grid(forest, grid, failure, lines, bodies, velocity_fields, solids)
       type(forest_t), intent(in) :: forest
       type(grid_t), intent(out) :: grid
       type(failure_t), intent(inout) :: failure
       type(line_t), intent(in), optional :: lines(:)
       type(outline_t), allocatable, intent(in), optional :: bodies(:) !! whose edges may cut cells
-      integer, allocatable, intent(in), optional :: sheets(:)         !! the sheet on which each body is, from 1 on
+      integer, allocatable, intent(in), optional :: velocity_fields(:) !! the sheet on which each body is, from 1 on
       real(dp), allocatable, intent(in), optional :: solids(:, :, :)  !! see `grid_t`; where it is allocated, cells are quadratic
       type(place_table_t) :: points
       integer :: status, leaf
@@ -125,17 +125,17 @@ contains
          if (allocated(bodies)) then
             allocate (grid%bodies, source=bodies)
             call find_fills(grid)
-            if (.not. grid%is_quadratic()) call find_outer_nodes(forest, grid%cut_cells, bodies, grid%outer_nodes)
+            if (.not. grid%is_quadratic()) call find_aggregated_nodes(forest, grid%cut_cells, bodies, grid%aggregated_nodes)
          end if
       end if
-      if (present(sheets)) then
-         if (allocated(sheets)) then
-            allocate (grid%sheet_of_body, source=sheets)
-            grid%n_sheets = maxval(sheets)
+      if (present(velocity_fields)) then
+         if (allocated(velocity_fields)) then
+            allocate (grid%field_of_body, source=velocity_fields)
+            grid%n_velocity_fields = maxval(velocity_fields)
          end if
       end if
       associate (n_leaves => forest%leaf_count())
-         call points%reserve(merge(corners, 1, grid%is_quadratic())*grid%n_sheets*expected_points(n_leaves), status)
+         call points%reserve(merge(corners, 1, grid%is_quadratic())*grid%n_velocity_fields*expected_points(n_leaves), status)
          if (status == 0) allocate (grid%leaf_element(n_leaves + 1), stat=status)
          if (status == 0) then
             call number_nodes(grid, points)
@@ -180,8 +180,8 @@ contains
       do leaf = 1, grid%forest%leaf_count()
          do piece = 1, grid%all_pieces(leaf)
             do c = 1, corners
-               if (grid%outer_nodes%are_there()) then
-                  if (grid%outer_nodes%number_at(corner_of_leaf(grid, leaf, piece, c)) > 0) cycle
+               if (grid%aggregated_nodes%are_there()) then
+                  if (grid%aggregated_nodes%number_at(corner_of_leaf(grid, leaf, piece, c)) > 0) cycle
                end if
                call points%enter(corner_of_leaf(grid, leaf, piece, c), number)
             end do
@@ -298,13 +298,13 @@ contains
       integer(long), intent(in) :: place(ndim)
       integer(long) :: seen(ndim)
       integer(long), parameter :: far = 2_long**48
-      integer :: sheet
-      sheet = (piece - 1)/grid%cut_cells%pieces_of(leaf)
+      integer :: velocity_field
+      velocity_field = (piece - 1)/grid%cut_cells%pieces_of(leaf)
       seen = place
-      if (sheet == 0 .and. grid%cut_cells%are_there()) then
+      if (velocity_field == 0 .and. grid%cut_cells%are_there()) then
          seen = place_of_copy(place, grid%cut_cells%copy_at(grid%forest, place, leaf, piece))
       end if
-      seen(2) = seen(2) + sheet*far
+      seen(2) = seen(2) + velocity_field*far
    end function seen_from
 
    !> Place of a corner of a leaf, as a piece of it sees it.
@@ -425,7 +425,7 @@ contains
          end if
          do leaf = 1, grid%forest%leaf_count()
             if (.not. grid%is_transition(leaf)) cycle
-            if (grid%outer_nodes%are_there()) then
+            if (grid%aggregated_nodes%are_there()) then
                if (.not. grid%is_met(leaf)) cycle
             end if
             do piece = 1, grid%all_pieces(leaf)
@@ -450,26 +450,26 @@ contains
             end do
          end do
       end associate
-      if (grid%outer_nodes%are_there()) call add_outer_nodes()
+      if (grid%aggregated_nodes%are_there()) call add_aggregated_nodes()
       call grid%dofs%set_masters(grid%n_nodes, count_of, node, weight)
    contains
       !> Let outer nodes hang on the corners of their hosts.
-      subroutine add_outer_nodes()
+      subroutine add_aggregated_nodes()
          integer(long) :: place(ndim)
-         integer :: host, point, outer
+         integer :: root_cell, point, aggregated
          do leaf = 1, grid%forest%leaf_count()
             do k = 1, corners
                place = corner_of_leaf(grid, leaf, 1, k)
-               outer = grid%outer_nodes%number_at(place)
-               if (outer == 0) cycle
-               host = grid%outer_nodes%host(outer)
+               aggregated = grid%aggregated_nodes%number_at(place)
+               if (aggregated == 0) cycle
+               root_cell = grid%aggregated_nodes%root_cell(aggregated)
                point = points%number_of(place) - grid%n_nodes
                count_of(point) = corners
-               node(:corners, point) = [(points%number_of(corner_of_leaf(grid, host, 1, side)), side=1, corners)]
-               weight(:corners, point) = grid%outer_nodes%weights(grid%forest, place)
+               node(:corners, point) = [(points%number_of(corner_of_leaf(grid, root_cell, 1, side)), side=1, corners)]
+               weight(:corners, point) = grid%aggregated_nodes%weights(grid%forest, place)
             end do
          end do
-      end subroutine add_outer_nodes
+      end subroutine add_aggregated_nodes
 
       !> Add to the weight of a master of the hanging node in the middle.
       subroutine add_master(master, part)
@@ -537,32 +537,32 @@ contains
    pure integer function all_pieces(self, leaf)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: leaf
-      all_pieces = self%n_sheets*self%cut_cells%pieces_of(leaf)
+      all_pieces = self%n_velocity_fields*self%cut_cells%pieces_of(leaf)
    end function all_pieces
 
    !> The sheet on which a body is.
-   pure integer function sheet_of(self, body) result(sheet)
+   pure integer function velocity_field_of(self, body) result(velocity_field)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: body
-      sheet = 1
-      if (allocated(self%sheet_of_body)) sheet = self%sheet_of_body(body)
-   end function sheet_of
+      velocity_field = 1
+      if (allocated(self%field_of_body)) velocity_field = self%field_of_body(body)
+   end function velocity_field_of
 
    !> Whether an element is on the first sheet.
-   pure logical function is_on_first_sheet(self, e) result(is)
+   pure logical function is_in_first_field(self, e) result(is)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: e
       associate (leaf => self%element_leaf(e))
-         is = e - self%leaf_element(leaf) < (self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%n_sheets
+         is = e - self%leaf_element(leaf) < (self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%n_velocity_fields
       end associate
-   end function is_on_first_sheet
+   end function is_in_first_field
 
    !> What is on a sheet where an element of the first one is.
-   pure integer function copy_on(self, e, sheet) result(copy)
+   pure integer function copy_on(self, e, velocity_field) result(copy)
       class(grid_t), intent(in) :: self
-      integer, intent(in) :: e, sheet
+      integer, intent(in) :: e, velocity_field
       associate (leaf => self%element_leaf(e))
-         copy = e + (sheet - 1)*((self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%n_sheets)
+         copy = e + (velocity_field - 1)*((self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%n_velocity_fields)
       end associate
    end function copy_on
 
@@ -570,13 +570,14 @@ contains
    pure subroutine copies_of_nodes(self, copies)
       class(grid_t), intent(in) :: self
       integer, allocatable, intent(out) :: copies(:, :)
-      integer :: leaf, first, e, c, sheet
-      allocate (copies(self%n_sheets, self%n_points), source=0)
+      integer :: leaf, first, e, c, velocity_field
+      allocate (copies(self%n_velocity_fields, self%n_points), source=0)
       do leaf = 1, self%forest%leaf_count()
          first = self%leaf_element(leaf)
-         do e = first, first + (self%leaf_element(leaf + 1) - first)/self%n_sheets - 1
+         do e = first, first + (self%leaf_element(leaf + 1) - first)/self%n_velocity_fields - 1
             do c = 1, corners
-               copies(:, self%element_nodes(c, e)) = [(self%element_nodes(c, self%copy_on(e, sheet)), sheet=1, self%n_sheets)]
+               copies(:, self%element_nodes(c, e)) = [(self%element_nodes(c, self%copy_on(e, velocity_field)), velocity_field=1, &
+                                                       self%n_velocity_fields)]
             end do
          end do
       end do
@@ -618,7 +619,7 @@ contains
    end function functions_in
 
    !> Both at once, the first `n_functions` of the arrays, which need no room of their own.
-   pure subroutine look_in(self, e, xi, points, n)
+   pure subroutine shape_functions_in(self, e, xi, points, n)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: e
       real(dp), intent(in) :: xi(ndim)           !! local coordinate in the element [-]
@@ -631,7 +632,7 @@ contains
          points(:corners) = self%element_nodes(:, e)
          n(:corners) = shape_functions(xi)
       end if
-   end subroutine look_in
+   end subroutine shape_functions_in
 
    !> Gradients of these functions with respect to position.
    pure function gradients_in(self, e, xi) result(gradient)
@@ -728,9 +729,9 @@ contains
       tolerance = self%forest%tolerance()
       do node_at = self%n_nodes, 1, -1
          if (.not. all(abs(self%node_position(:, node_at) - x) <= tolerance)) cycle
-         if (self%n_sheets > 1) then
+         if (self%n_velocity_fields > 1) then
             associate (elements => self%dofs%elements_at(node_at))
-               if (.not. self%is_on_first_sheet(elements(1))) cycle
+               if (.not. self%is_in_first_field(elements(1))) cycle
             end associate
          end if
          if (.not. present(toward)) return
@@ -778,7 +779,7 @@ contains
          if (present(origin)) beside = self%cut_cells%follow(origin)
          e = e + (self%cut_cells%piece_at(self%forest, leaf, beside) - 1)*self%quarters_of(leaf)
       end if
-      if (present(body) .and. self%n_sheets > 1) e = self%copy_on(e, self%sheet_of(body))
+      if (present(body) .and. self%n_velocity_fields > 1) e = self%copy_on(e, self%velocity_field_of(body))
       if (.not. self%is_transition(leaf)) return
       place = (place - self%forest%place_of(leaf))/(level_width(self%forest%level_of(leaf))/2)
       do d = 1, ndim

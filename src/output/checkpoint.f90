@@ -3,7 +3,7 @@
 !>
 !> The file is written under a partial name and put in its place whole. HDF5 keeps a checksum with each of its pieces: arrays by its filter Fletcher-32, texts
 !> being arrays of letters here, and its own structures by the file format of HDF5 1.10. Reading fails, and says why, where the file is none of this program
-!> or of another version, has changed, or does not fit the scene.
+!> or of another version, has changed, or does not fit the model.
 module hampm_checkpoint
    use hampm_kinds, only: dp, long
    use hampm_archive, only: archive_t
@@ -29,9 +29,9 @@ module hampm_checkpoint
       procedure :: open => open_checkpoint
       procedure :: finish
       procedure :: section
-      procedure :: keep_text
-      procedure :: keep_reals
-      procedure :: keep_longs
+      procedure :: archive_text
+      procedure :: archive_reals
+      procedure :: archive_longs
       procedure :: refuse
    end type checkpoint_t
 
@@ -55,11 +55,11 @@ contains
       self%is_read = .false.
       call self%file%create(partial_name(path), self%failure, sealed=.true.)
       text = format_name
-      call self%keep_text('kind', text)
+      call self%archive_text('kind', text)
       number = format
-      call self%keep('format', number)
+      call self%serialise('format', number)
       text = version
-      call self%keep_text('version', text)
+      call self%archive_text('version', text)
    end subroutine create
 
    !> Begin to read a checkpoint. `exit_file` where it is none, or not one that this program has written.
@@ -79,14 +79,14 @@ contains
       if (self%failure%failed()) return
       found = ''
       number = 0
-      if (self%file%holds('/kind')) call self%keep_text('kind', found)
+      if (self%file%holds('/kind')) call self%archive_text('kind', found)
       if (self%failure%failed()) return
       if (found /= format_name) then
          call self%refuse('it is no checkpoint of hampm')
          return
       end if
-      call self%keep('format', number)
-      call self%keep_text('version', by)
+      call self%serialise('format', number)
+      call self%archive_text('version', by)
       if (self%failure%failed()) return
       if (by /= version .or. number /= format) then
          call self%refuse('it was written by hampm '//by//' (format '//to_text(number)//'), this is hampm '//version// &
@@ -122,44 +122,44 @@ contains
    end subroutine refuse
 
    !> Keep a text, as the numbers of its letters.
-   subroutine keep_text(self, name, text)
+   subroutine archive_text(self, name, text)
       class(checkpoint_t), intent(inout) :: self
       character(*), intent(in) :: name
       character(:), allocatable, intent(inout) :: text
       integer, allocatable :: letters(:)
       integer :: i, n
       if (.not. self%is_read) n = len(text)
-      call self%keep(name//'_length', n)
+      call self%serialise(name//'_length', n)
       if (self%failure%failed()) return
       if (self%is_read) text = repeat(' ', n)
       allocate (letters(n))
       letters = [(iachar(text(i:i)), i=1, n)]
-      call self%keep_integers(name, n, letters)
+      call self%archive_integers(name, n, letters)
       do i = 1, n
          text(i:i) = achar(letters(i))
       end do
-   end subroutine keep_text
+   end subroutine archive_text
 
    !> Keep the first `n` elements of an array of reals of any shape.
-   subroutine keep_reals(self, name, n, values)
+   subroutine archive_reals(self, name, n, values)
       class(checkpoint_t), intent(inout) :: self
       character(*), intent(in) :: name
       integer, intent(in) :: n
       real(dp), intent(inout) :: values(n)
-      call keep_vector(self, name, values)
-   end subroutine keep_reals
+      call archive_vector(self, name, values)
+   end subroutine archive_reals
 
    !> Keep the first `n` elements of an array of long integers of any shape.
-   subroutine keep_longs(self, name, n, values)
+   subroutine archive_longs(self, name, n, values)
       class(checkpoint_t), intent(inout) :: self
       character(*), intent(in) :: name
       integer, intent(in) :: n
       integer(long), intent(inout) :: values(n)
-      call keep_vector(self, name, values)
-   end subroutine keep_longs
+      call archive_vector(self, name, values)
+   end subroutine archive_longs
 
    !> Keep a vector. What is read has to be as long.
-   subroutine keep_vector(self, name, values)
+   subroutine archive_vector(self, name, values)
       class(checkpoint_t), intent(inout) :: self
       character(*), intent(in) :: name
       class(*), intent(inout), target, contiguous :: values(:)
@@ -172,5 +172,5 @@ contains
       call self%file%get(self%group//name, values, found, self%failure)
       if (.not. self%failure%failed() .and. found /= size(values)) &
          call self%refuse(self%group//name//' has '//to_text(found)//' values, not '//to_text(size(values)))
-   end subroutine keep_vector
+   end subroutine archive_vector
 end module hampm_checkpoint

@@ -80,12 +80,12 @@ contains
       call pass_on(self, fault, failure)
    end subroutine create
 
-   !> Continue the result of a scene, where it had certain `lengths`; it is declared as at its beginning. `exit_file` where there is
-   !> no result of this scene or it is shorter.
-   subroutine resume(self, path, scene, lengths, failure)
+   !> Continue the result of a model, where it had certain `lengths`; it is declared as at its beginning. `exit_file` where there is
+   !> no result of this model or it is shorter.
+   subroutine resume(self, path, model, lengths, failure)
       class(results_t), intent(inout) :: self
       character(*), intent(in) :: path
-      character(*), intent(in) :: scene          !! the namelist, as the result has it
+      character(*), intent(in) :: model          !! the namelist, as the result has it
       integer(long), intent(in) :: lengths(:)
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: fault
@@ -96,7 +96,7 @@ contains
       if (.not. fault%failed()) call old%get('/input/namelist', other, fault)
       call old%close(fault)
       if (.not. fault%failed()) then
-         if (other /= scene) call fault%report(exit_file, path//': is the result of another scene than the checkpoint is of; '// &
+         if (other /= model) call fault%report(exit_file, path//': is the result of another scene than the checkpoint is of; '// &
                                                'the result has to be where the checkpoint is')
       end if
       if (.not. fault%failed()) call copy_file(path, partial_name(path), fault)

@@ -77,9 +77,9 @@ module hampm_cell_blocks
       integer, allocatable :: slot(:, :)                !! where among the contributions of all blocks those of the cells around a
                                                         !! point to its mass stand, in the order of the cells; where there are
                                                         !! fewer, 1, which is zero; (corners, n_points)
-      integer, allocatable :: crowded(:, :)             !! nodes with more occupied cells than that, and where the contributions of the
+      integer, allocatable :: high_valence(:, :)        !! nodes with more occupied cells than that, and where the contributions of the
                                                         !! other cells to the mass stand, in the order of the cells; (2, cells)
-      logical, allocatable :: is_crowded(:)             !! whether a node is one of these; not allocated where there are none
+      logical, allocatable :: is_high_valence(:)        !! whether a node is one of these; not allocated where there are none
       ! With local time steps
       logical :: by_group = .false.                     !! whether the cells of a block are of one group
       type(step_groups_t) :: groups
@@ -398,8 +398,8 @@ contains
             if (blocks%cells(l, b) > 0) first_slot(blocks%cells(l, b)) = lanes*corners*n_sums*b + l
          end do
       end do
-      blocks%crowded = reshape([integer ::], [2, 0])
-      if (allocated(blocks%is_crowded)) deallocate (blocks%is_crowded)
+      blocks%high_valence = reshape([integer ::], [2, 0])
+      if (allocated(blocks%is_high_valence)) deallocate (blocks%is_high_valence)
       do node = 1, grid%n_points
          associate (first => grid%dofs%first_slot(node), next => grid%dofs%first_slot(node + 1))
             if (next - first > corners) then
@@ -407,7 +407,7 @@ contains
                places = pack(places, places > 1)
                blocks%slot(:, node) = 1
                blocks%slot(:min(size(places), corners), node) = places(:min(size(places), corners))
-               if (size(places) > corners) call note_crowded(node, places(corners + 1:))
+               if (size(places) > corners) call note_high_valence(node, places(corners + 1:))
                cycle
             end if
             do k = first, next - 1
@@ -418,15 +418,15 @@ contains
       end do
    contains
       !> Note that a node has more cells than four, and where the contributions of the others stand.
-      subroutine note_crowded(node, others)
+      subroutine note_high_valence(node, others)
          integer, intent(in) :: node
          integer, intent(in) :: others(:)
          integer :: k
-         if (.not. allocated(blocks%is_crowded)) allocate (blocks%is_crowded(grid%n_points), source=.false.)
-         blocks%is_crowded(node) = .true.
-         blocks%crowded = reshape([blocks%crowded, [(node, others(k), k=1, size(others))]], &
-                                  [2, size(blocks%crowded, 2) + size(others)])
-      end subroutine note_crowded
+         if (.not. allocated(blocks%is_high_valence)) allocate (blocks%is_high_valence(grid%n_points), source=.false.)
+         blocks%is_high_valence(node) = .true.
+         blocks%high_valence = reshape([blocks%high_valence, [(node, others(k), k=1, size(others))]], &
+                                       [2, size(blocks%high_valence, 2) + size(others)])
+      end subroutine note_high_valence
 
       !> Where the contribution of a cell to the mass at one of its corners stands; where the cell has no particles, a zero.
       pure integer function place_of(slot)

@@ -19,7 +19,7 @@ module hampm_particles
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: particles_t, new_particles, add_history, take_particles, keep_particles, spacing_of
+   public :: particles_t, new_particles, add_history, take_particles, archive_particles, spacing_of
 
    !> All material points: the first `n` entries of each array are used.
    type :: particles_t
@@ -173,7 +173,7 @@ contains
    end subroutine visit_columns
 
    !> Keep the particles, in their order, in an archive.
-   subroutine keep_particles(p, archive)
+   subroutine archive_particles(p, archive)
       type(particles_t), intent(inout) :: p
       class(archive_t), intent(inout) :: archive
       type(particles_t) :: fresh
@@ -183,9 +183,9 @@ contains
       has_families = allocated(p%level)
       columns = p%columns()
       call archive%section('particles')
-      call archive%keep('number', n)
-      call archive%keep('have_families', has_families)
-      call archive%keep('history_columns', columns)
+      call archive%serialise('number', n)
+      call archive%serialise('have_families', has_families)
+      call archive%serialise('history_columns', columns)
       if (archive%failure%failed()) return
       if (archive%is_read) then
          call make_room(n, has_families, columns, p, fresh, archive%failure)
@@ -193,7 +193,7 @@ contains
          call move_particles(fresh, p)
       end if
       call p%visit_columns(archive)
-   end subroutine keep_particles
+   end subroutine archive_particles
 
    !> Room for another number of particles of the same kind.
    subroutine make_room(n, has_families, columns, p, fresh, failure)

@@ -238,12 +238,12 @@ contains
 
    !> Split the marked particles. The children of a particle stand together where it stood. The particles have to be sorted
    !> afterwards. Fails where the memory does not suffice.
-   subroutine split(p, marked, velocity_gradient, twist, normal, first_child, failure)
+   subroutine split(p, marked, velocity_gradient, hourglass, normal, first_child, failure)
       type(particles_t), intent(inout) :: p
       logical, intent(in) :: marked(:)                     !! (n)
       real(dp), intent(in) :: velocity_gradient(:, :, :)   !! L of the marked ones, in space; in the total frame in the
                                                            !! reference configuration [1/s]; (ndim, ndim, marked)
-      real(dp), intent(in) :: twist(:, :)                  !! t of the marked ones, in space; in the total frame in the
+      real(dp), intent(in) :: hourglass(:, :)              !! t of the marked ones, in space; in the total frame in the
                                                            !! reference configuration [1/m]; (ndim, marked)
       real(dp), intent(in) :: normal(:, :)                 !! of the cracks through the middles of the marked ones, 0 where there
                                                            !! is none; (ndim, marked)
@@ -276,25 +276,25 @@ contains
          marks = marks + 1
          if (allocated(p%corner_velocity)) parent = domain_of(p, first_child(i))
          do c = 1, litter(marks)%n
-            call become_child(p, first_child(i) + c - 1, c, litter(marks), velocity_gradient(:, :, marks), twist(:, marks))
+            call become_child(p, first_child(i) + c - 1, c, litter(marks), velocity_gradient(:, :, marks), hourglass(:, marks))
          end do
          if (allocated(p%corner_velocity)) call divide_domain(p, first_child(i), first_child(i + 1) - 1, parent)
       end do
    end subroutine split
 
    !> Make particle `k`, a copy of its parent, the c-th child of a litter.
-   subroutine become_child(p, k, c, litter, l, twist)
+   subroutine become_child(p, k, c, litter, l, hourglass)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: k, c
       type(litter_t), intent(in) :: litter
       real(dp), intent(in) :: l(ndim, ndim)      !! L [1/s]
-      real(dp), intent(in) :: twist(ndim)        !! [1/m]
+      real(dp), intent(in) :: hourglass(ndim)    !! [1/m]
       real(dp) :: apart(ndim, corners), middle(ndim), f(ndim, ndim), change(ndim, ndim), mean, part(corners), displaced(ndim)
       f = identity
       if (.not. p%total_frame) f = f + p%gradient(k, :, :)
       apart = matmul(f, litter%offset)           ! dx, and in the total frame dX
-      change(:, 1) = twist*apart(2, c)
-      change(:, 2) = twist*apart(1, c)
+      change(:, 1) = hourglass*apart(2, c)
+      change(:, 2) = hourglass*apart(1, c)
       ! The quarters beside a slanted crack need not have the centroid of their half: what that is off is taken off the velocities
       part = litter%part                         ! of rings those that are wider have more
       if (p%thickness%is_ring) part = part*(1 + litter%offset(1, :)/p%reference(k, 1))
@@ -302,7 +302,7 @@ contains
       ! Of t dx1 dx2 its mean over the children is taken off, so that their centre stays where the parent is
       mean = sum(litter%part*apart(1, :)*apart(2, :))
       p%reference(k, :) = p%reference(k, :) + litter%offset(:, c)
-      displaced = matmul(p%gradient(k, :, :), litter%offset(:, c)) + twist*(product(apart(:, c)) - mean)
+      displaced = matmul(p%gradient(k, :, :), litter%offset(:, c)) + hourglass*(product(apart(:, c)) - mean)
       p%displacement(k, :) = p%displacement(k, :) + displaced
       if (allocated(p%widening)) p%widening(k) = p%widening(k) + displaced(1)
       p%gradient(k, :, :) = p%gradient(k, :, :) + matmul(f, matmul(change, f))

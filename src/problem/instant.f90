@@ -2,13 +2,13 @@
 module hampm_instant
    use hampm_kinds, only: dp, long
    use hampm_constraints, only: constraints_t
-   use hampm_driven_nodes, only: driven_work_t
+   use hampm_prescribed_nodes, only: prescribed_work_t
    use hampm_interface_points, only: interfaces_t
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: instant_t, remember, go_back_to
+   public :: instant_t, save_instant, go_back_to
 
    !> State of particles, interface points, constraints, faces and nodes, and what has been booked.
    type :: instant_t
@@ -16,7 +16,7 @@ module hampm_instant
       type(interfaces_t) :: interfaces
       type(constraints_t) :: constraints
       real(dp), allocatable :: nodal_displacement(:, :), nodal_velocity(:, :), nodal_acceleration(:, :)
-      type(driven_work_t) :: driven
+      type(prescribed_work_t) :: prescribed
       real(dp) :: time = 0, last_dt = 0, external_work = 0, damping_loss = 0, fracture_energy = 0, numerical_loss = 0
       integer(long) :: steps = 0
    end type instant_t
@@ -24,7 +24,7 @@ module hampm_instant
 contains
 
    !> Keep the present state of a motion, of which no particle is behind.
-   subroutine remember(m, instant)
+   subroutine save_instant(m, instant)
       type(problem_t), intent(in) :: m
       type(instant_t), intent(inout) :: instant
       instant%particles = m%particles
@@ -33,7 +33,7 @@ contains
       if (allocated(m%state%displacement)) instant%nodal_displacement = m%state%displacement
       if (allocated(m%state%velocity)) instant%nodal_velocity = m%state%velocity
       if (allocated(m%state%acceleration)) instant%nodal_acceleration = m%state%acceleration
-      instant%driven = m%energies%driven
+      instant%prescribed = m%energies%prescribed
       instant%time = m%state%time
       instant%steps = m%state%steps
       instant%last_dt = m%state%last_dt
@@ -41,7 +41,7 @@ contains
       instant%damping_loss = m%energies%damping_loss
       instant%fracture_energy = m%energies%fracture_energy
       instant%numerical_loss = m%energies%numerical_loss
-   end subroutine remember
+   end subroutine save_instant
 
    !> Go back to a state.
    subroutine go_back_to(instant, m)
@@ -53,7 +53,7 @@ contains
       if (allocated(instant%nodal_displacement)) m%state%displacement = instant%nodal_displacement
       if (allocated(instant%nodal_velocity)) m%state%velocity = instant%nodal_velocity
       if (allocated(instant%nodal_acceleration)) m%state%acceleration = instant%nodal_acceleration
-      m%energies%driven = instant%driven
+      m%energies%prescribed = instant%prescribed
       m%state%time = instant%time
       m%state%steps = instant%steps
       m%state%last_dt = instant%last_dt

@@ -21,8 +21,9 @@ module hampm_loads
    implicit none
    private
    public :: load_t, load_on_points, load_on_parts, load_on_particles, follow_sort, share_by_mass, place_loads, &
-             add_loads, add_load, book_work, book_work_late, work_of_step, force_at_node, factors_at, largest_factors, all_settle, &
-             settling_time, note_hosts, keep_loads
+             add_loads, add_load, book_work, book_work_late, work_of_step, force_at_node, factors_at, largest_factors, &
+                all_become_constant, &
+             time_to_constant_value, note_hosts, archive_loads
 
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
@@ -116,7 +117,7 @@ contains
       type(matter_t), intent(in) :: m
       real(dp), intent(in) :: x(ndim), beside(ndim) !! [m]
       integer, allocatable :: list(:)
-      integer :: first, last, sheet, e, i
+      integer :: first, last, velocity_field, e, i
       nearest = 0
       first = m%grid%element_at(beside)
       if (first > 0) then
@@ -125,8 +126,8 @@ contains
             first = m%grid%first_of_piece(first)
             last = m%grid%last_of_piece(first)
          end if
-         do sheet = 1, m%grid%n_sheets
-            do e = m%grid%copy_on(first, sheet), m%grid%copy_on(last, sheet)
+         do velocity_field = 1, m%grid%n_velocity_fields
+            do e = m%grid%copy_on(first, velocity_field), m%grid%copy_on(last, velocity_field)
                do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
                   if (nearest == 0) nearest = i
                   if (norm2(m%particles%position(i) - x) < norm2(m%particles%position(nearest) - x)) nearest = i
@@ -340,21 +341,21 @@ contains
    end function largest_factors
 
    !> Whether every load comes to stay as it is.
-   pure logical function all_settle(loads)
+   pure logical function all_become_constant(loads)
       type(load_t), intent(in) :: loads(:)
       integer :: l
-      all_settle = all([(loads(l)%history%time_to_settle() < huge(1.0_dp), l=1, size(loads))])
-   end function all_settle
+      all_become_constant = all([(loads(l)%history%time_to_constant() < huge(1.0_dp), l=1, size(loads))])
+   end function all_become_constant
 
    !> The time from which on all loads but those that never settle stay the same; 0 without any [s].
-   pure real(dp) function settling_time(loads) result(time)
+   pure real(dp) function time_to_constant_value(loads) result(time)
       type(load_t), intent(in) :: loads(:)
       integer :: l
       time = 0
       do l = 1, size(loads)
-         if (all_settle(loads(l:l))) time = max(time, loads(l)%history%time_to_settle())
+         if (all_become_constant(loads(l:l))) time = max(time, loads(l)%history%time_to_constant())
       end do
-   end function settling_time
+   end function time_to_constant_value
 
    !> Velocity of the hosts of a load, the mean by its parts [m/s].
    pure function velocity_of_hosts(load, p) result(v)
@@ -420,7 +421,7 @@ contains
       associate (e => p%cell(host))
          x = p%place_in_grid(host) + offset
          if (.not. p%total_frame) x = x + matmul(p%gradient_of(host), offset)
-         call grid%look_in(e, grid%local_coordinate(e, x), node, shape)
+         call grid%shape_functions_in(e, grid%local_coordinate(e, x), node, shape)
          if (.not. grid%is_quadratic()) return
          more = 0                                ! by which the circumference is longer at one of the points, over that in the middle
          if (p%thickness%is_ring .and. x(1) > 0) more = gauss*half(1)/x(1)
@@ -474,7 +475,7 @@ contains
    end function box_offset
 
    !> Keep which particles carry the loads, and what booking their work needs.
-   subroutine keep_loads(loads, archive)
+   subroutine archive_loads(loads, archive)
       type(load_t), intent(inout) :: loads(:)
       class(archive_t), intent(inout) :: archive
       integer :: l, n
@@ -482,20 +483,20 @@ contains
          associate (load => loads(l))
             n = size(load%host)
             call archive%section('load_'//to_text(l))
-            call archive%keep('points', n)
+            call archive%serialise('points', n)
             if (archive%failure%failed()) return
             if (archive%is_read) then
                deallocate (load%fraction, load%host, load%offset, load%half)
                allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
             end if
-            call archive%keep_reals('fraction', n, load%fraction)
-            call archive%keep_integers('host', n, load%host)
-            call archive%keep_reals('offset', size(load%offset), load%offset)
-            call archive%keep_reals('half', size(load%half), load%half)
-            call archive%keep('begun', load%begun)
-            call archive%keep_reals('host_velocity', ndim, load%host_velocity)
-            call archive%keep_reals('guess', ndim, load%guess)
+            call archive%archive_reals('fraction', n, load%fraction)
+            call archive%archive_integers('host', n, load%host)
+            call archive%archive_reals('offset', size(load%offset), load%offset)
+            call archive%archive_reals('half', size(load%half), load%half)
+            call archive%serialise('begun', load%begun)
+            call archive%archive_reals('host_velocity', ndim, load%host_velocity)
+            call archive%archive_reals('guess', ndim, load%guess)
          end associate
       end do
-   end subroutine keep_loads
+   end subroutine archive_loads
 end module hampm_loads

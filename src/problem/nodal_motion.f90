@@ -102,14 +102,14 @@ contains
    !> Take the line through the last two solutions as the guess of the next.
    subroutine guess_acceleration(f)
       type(nodal_fields_t), intent(inout) :: f
-      if (.not. allocated(f%past)) allocate (f%past(ndim, size(f%acceleration, 2), 2), source=0.0_dp)
-      f%acceleration = 2*f%past(:, :, 1) - f%past(:, :, 2)
+      if (.not. allocated(f%earlier)) allocate (f%earlier(ndim, size(f%acceleration, 2), 2), source=0.0_dp)
+      f%acceleration = 2*f%earlier(:, :, 1) - f%earlier(:, :, 2)
    end subroutine guess_acceleration
 
    !> Keep the solution for the next guesses.
    subroutine remember_acceleration(f)
       type(nodal_fields_t), intent(inout) :: f
-      f%past(:, :, 2) = f%past(:, :, 1)
-      f%past(:, :, 1) = f%acceleration
+      f%earlier(:, :, 2) = f%earlier(:, :, 1)
+      f%earlier(:, :, 1) = f%acceleration
    end subroutine remember_acceleration
 end module hampm_nodal_motion

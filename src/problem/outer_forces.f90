@@ -6,13 +6,13 @@ module hampm_outer_forces
    use hampm_nodal_state, only: external_force
    implicit none
    private
-   public :: outer_forces_t, drive_t, find_drive
+   public :: outer_forces_t, loading_t, find_loading
 
    !> What drives the material at a time.
-   type :: drive_t
+   type :: loading_t
       real(dp), allocatable :: force(:, :)       !! of all loads, condensed [N], (ndim, n_points)
-      real(dp), allocatable :: way(:, :)         !! by how much fixed components of nodes have been moved [m], (ndim, n_nodes)
-   end type drive_t
+      real(dp), allocatable :: shift(:, :)       !! by how much fixed components of nodes have been moved [m], (ndim, n_nodes)
+   end type loading_t
 
    !> The forces where a step displaces the nodes by u: those applied, and those of inertia, -M (c (u - given) + rest).
    type :: outer_forces_t
@@ -29,13 +29,13 @@ module hampm_outer_forces
 contains
 
    !> What drives the material at a time.
-   subroutine find_drive(m, time, drive)
+   subroutine find_loading(m, time, loading)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! [s]
-      type(drive_t), intent(out) :: drive
-      call external_force(m, time, drive%force)
-      drive%way = m%constraints%way(time)
-   end subroutine find_drive
+      type(loading_t), intent(out) :: loading
+      call external_force(m, time, loading%force)
+      loading%shift = m%constraints%prescribed_at(time)
+   end subroutine find_loading
 
    !> The forces with a displacement of the nodes, condensed [N].
    function at(self, m, u) result(force)

@@ -107,7 +107,7 @@ contains
       call sort_into_bins(bin, n_bins, first, order)
       do a = 1, size(near)
          do b = first(max(bin(a) - 1, 1)), first(min(bin(a) + 1, n_bins) + 1) - 1
-            if (order(b) /= a) call look_at_pair(p, cut, points, near(a), near(order(b)), edges)
+            if (order(b) /= a) call press_pair(p, cut, points, near(a), near(order(b)), edges)
          end do
       end do
    end subroutine find_edges
@@ -179,7 +179,7 @@ contains
    end subroutine find_rectangle
 
    !> Add the edge by which a particle touches another one, if a line runs between them.
-   pure subroutine look_at_pair(p, cut, points, i, j, edges)
+   pure subroutine press_pair(p, cut, points, i, j, edges)
       type(particles_t), intent(in) :: p
       type(cut_cells_t), intent(in) :: cut
       real(dp), intent(in) :: points(:, :)       !! of the line [m]
@@ -214,7 +214,7 @@ contains
          half(o) = (to - from)/2
          call add_edge(p, i, d, -sign(1.0_dp, apart(d)), x_i + middle, half, to - from, edges)
       end do
-   end subroutine look_at_pair
+   end subroutine press_pair
 
    !> Leave of a part of a side of a rectangle what one half of the rectangle has.
    pure subroutine clip(normal, d, side, middle, from, to)

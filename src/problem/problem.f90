@@ -15,7 +15,7 @@ module hampm_problem
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_matter, only: matter_t
-   use hampm_remembering, only: remember
+   use hampm_state_update, only: remember
    use hampm_mass_matrix, only: lump_at
    use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble
    use hampm_particle_pass, only: pass_report_t, pass_over_all
@@ -29,12 +29,12 @@ module hampm_problem
    use hampm_state, only: state_t, energies_t
    use hampm_text, only: to_text
    use hampm_tiling, only: tiling_t
-   use hampm_whereabouts, only: when, origin
+   use hampm_error_context, only: when, origin
    implicit none
    private
    public :: problem_t, start_problem, rebuild_on_grid, renew_interfaces, sort_particles, sort_anew, update_particles, &
              map_to_grid, rebuild_operators, refresh_grid, pass_on, do_pass, assemble_sums, kinetic_energy, stored_energy, &
-             dissipated_energy, keep_history
+             dissipated_energy, archive_history
 
    !> What makes steps fast, and follows from the rest.
    type :: cache_t
@@ -114,7 +114,7 @@ contains
                                                                    any(m%interfaces%list(:m%interfaces%n)%law == ghost))
       call forget_faces(m%interface_step)
       if (m%interfaces%alone > 0) call report_thin_piece(m, failure)
-      if (m%interfaces%n_cohesive > 0) call look_at_layers(m, failure)
+      if (m%interfaces%n_cohesive > 0) call check_layers(m, failure)
       if (.not. failure%failed()) call new_nodal_fields(m%grid, m%fields, failure)
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
@@ -167,7 +167,7 @@ contains
    end subroutine report_thin_piece
 
    !> Fail where the layer of the cells, in series with cohesion, is too soft for faces to part steadily.
-   pure subroutine look_at_layers(m, failure)
+   pure subroutine check_layers(m, failure)
       type(problem_t), intent(in) :: m
       type(failure_t), intent(inout) :: failure
       integer :: k
@@ -182,7 +182,7 @@ contains
             return
          end associate
       end do
-   end subroutine look_at_layers
+   end subroutine check_layers
 
    !> Give the mass matrix the masses of interface points, and room for its diagonal where quadratic cells are cut or have nodes on an axis.
    subroutine give_ghosts(m)
@@ -220,7 +220,7 @@ contains
    end function dissipated_energy
 
    !> Keep the present states of particles whose laws have a history: a step has ended.
-   subroutine keep_history(m)
+   subroutine archive_history(m)
       type(problem_t), intent(inout) :: m
       integer :: i
       if (.not. any(m%materials%has_history())) return
@@ -230,7 +230,7 @@ contains
          end associate
       end do
       m%materials%elapsed = 0
-   end subroutine keep_history
+   end subroutine archive_history
 
    !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.
    subroutine update_particles(m)

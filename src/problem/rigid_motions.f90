@@ -13,13 +13,14 @@ module hampm_rigid_motions
    use hampm_text, only: to_text, three_digits, without_rounding
    implicit none
    private
-   public :: pin_t, find_pins, check_pins, turn_with, free_motions_t, find_free_motions, take_inertia, take_motion_as_whole
+   public :: rigid_constraint_t, find_rigid_constraints, check_rigid_constraints, turn_with, free_motions_t, find_free_motions, &
+             take_inertia, take_motion_as_whole
 
    integer, parameter :: motions = 3             !! of a piece of material: along x, along y, turning
    real(dp), parameter :: not_held = 1e-10_dp    !! what a motion moves of what is held, below which it is not held
 
    !> A direction of a node that is held in place of a constraint.
-   type :: pin_t
+   type :: rigid_constraint_t
       integer :: node = 0
       integer :: direction = 0
       integer :: piece = 0                       !! that it holds
@@ -28,7 +29,7 @@ module hampm_rigid_motions
       real(dp) :: free(motions) = 0              !! that motion: along x, along y, turning
    contains
       procedure :: turns
-   end type pin_t
+   end type rigid_constraint_t
 
    !> The motions as a whole that nothing holds on a mesh.
    type :: free_motions_t
@@ -42,20 +43,20 @@ contains
 
    !> Whether it holds how a piece turns.
    pure logical function turns(self)
-      class(pin_t), intent(in) :: self
+      class(rigid_constraint_t), intent(in) :: self
       turns = self%motion == motions
    end function turns
 
    !> Pins for all that the constraints do not hold. Faces that may press on each other count as connected.
-   subroutine find_pins(m, pins)
+   subroutine find_rigid_constraints(m, rigid_constraints)
       type(problem_t), intent(in) :: m
-      type(pin_t), allocatable, intent(out) :: pins(:)
-      type(pin_t) :: pin
+      type(rigid_constraint_t), allocatable, intent(out) :: rigid_constraints(:)
+      type(rigid_constraint_t) :: constraint
       integer, allocatable :: piece(:), body(:)
       real(dp), allocatable :: held(:, :, :)
       real(dp) :: free(motions)
       integer :: k, root
-      allocate (pins(0))
+      allocate (rigid_constraints(0))
       call find_pieces(m, piece)
       call find_what_is_held(m, piece, held)
       allocate (body(m%grid%n_nodes), source=0)
@@ -66,17 +67,17 @@ contains
             body(root) = m%particles%body(m%blocks%first_in(e))
          end associate
          do
-            call find_free_motion(held(:, :, root), free, pin%motion)
-            if (pin%motion == 0) exit
-            call find_best_pin(m, piece == root, free, pin)
-            pin%piece = root
-            pin%body = body(root)
-            pin%free = free
-            pins = [pins, pin]
-            call add_row(row_of(m, pin%node, pin%direction), held(:, :, root))
+            call find_free_motion(held(:, :, root), free, constraint%motion)
+            if (constraint%motion == 0) exit
+            call find_best_constraint(m, piece == root, free, constraint)
+            constraint%piece = root
+            constraint%body = body(root)
+            constraint%free = free
+            rigid_constraints = [rigid_constraints, constraint]
+            call add_row(row_of(m, constraint%node, constraint%direction), held(:, :, root))
          end do
       end do
-   end subroutine find_pins
+   end subroutine find_rigid_constraints
 
    !> A motion, of those as a whole, that moves nothing of what is held, and the direction, or `motions` for turning, that names it; 0
    !> where there is none.
@@ -103,11 +104,11 @@ contains
    end subroutine find_free_motion
 
    !> The direction of a node of a piece that a motion moves most.
-   pure subroutine find_best_pin(m, in_piece, free, pin)
+   pure subroutine find_best_constraint(m, in_piece, free, constraint)
       type(problem_t), intent(in) :: m
       logical, intent(in) :: in_piece(:)         !! by node
       real(dp), intent(in) :: free(motions)
-      type(pin_t), intent(inout) :: pin
+      type(rigid_constraint_t), intent(inout) :: constraint
       real(dp) :: most, moved
       integer :: k, d
       most = -1
@@ -118,12 +119,12 @@ contains
                moved = abs(dot_product(row_of(m, node, d), free))
                if (moved <= most*(1 + not_held)) cycle
                most = moved
-               pin%node = node
-               pin%direction = d
+               constraint%node = node
+               constraint%direction = d
             end do
          end associate
       end do
-   end subroutine find_best_pin
+   end subroutine find_best_constraint
 
    !> By how much the motions move a direction of a node; lengths are over the extent of the grid.
    pure function row_of(m, node, direction) result(row)
@@ -138,17 +139,18 @@ contains
    end function row_of
 
    !> The motion as a whole that a pin holds, by which its node moves by 1 in its direction [-].
-   subroutine turn_with(m, pin, u)
+   subroutine turn_with(m, constraint, u)
       type(problem_t), intent(in) :: m
-      type(pin_t), intent(in) :: pin
+      type(rigid_constraint_t), intent(in) :: constraint
       real(dp), allocatable, intent(out) :: u(:, :) !! (ndim, n_points)
       integer, allocatable :: piece(:)
       integer :: k, d
       allocate (u(ndim, m%grid%n_points), source=0.0_dp)
       call find_pieces(m, piece)
       do k = 1, m%grid%n_nodes
-         if (piece(k) /= pin%piece) cycle
-         u(:, k) = [(dot_product(row_of(m, k, d), pin%free), d=1, ndim)]/dot_product(row_of(m, pin%node, pin%direction), pin%free)
+         if (piece(k) /= constraint%piece) cycle
+         u(:, k) = [(dot_product(row_of(m, k, d), constraint%free), d=1, ndim)] &
+                   /dot_product(row_of(m, constraint%node, constraint%direction), constraint%free)
       end do
       where (m%constraints%fixed) u(:, :m%grid%n_nodes) = 0 ! but for rounding
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, u)
@@ -158,16 +160,17 @@ contains
    subroutine find_free_motions(m, free)
       type(problem_t), intent(in) :: m
       type(free_motions_t), intent(out) :: free
-      type(pin_t), allocatable :: pins(:)
+      type(rigid_constraint_t), allocatable :: rigid_constraints(:)
       real(dp), allocatable :: moved(:, :)
       real(dp) :: shape(m%grid%n_functions), by_rate(m%grid%n_functions)
       integer :: i, j, k
-      call find_pins(m, pins)
-      allocate (free%motion(ndim, m%grid%n_points, size(pins)), free%momentum(ndim, m%grid%n_points, size(pins)), &
-                free%mass(size(pins), size(pins)), source=0.0_dp)
-      if (size(pins) == 0) return
-      do k = 1, size(pins)
-         call turn_with(m, pins(k), moved)
+      call find_rigid_constraints(m, rigid_constraints)
+      allocate (free%motion(ndim, m%grid%n_points, size(rigid_constraints)), &
+                free%momentum(ndim, m%grid%n_points, size(rigid_constraints)), &
+                free%mass(size(rigid_constraints), size(rigid_constraints)), source=0.0_dp)
+      if (size(rigid_constraints) == 0) return
+      do k = 1, size(rigid_constraints)
+         call turn_with(m, rigid_constraints(k), moved)
          free%motion(:, :, k) = moved
       end do
       associate (p => m%particles)
@@ -175,7 +178,7 @@ contains
             associate (at => m%grid%support_of(p%cell(i)))
                shape = m%grid%functions_in(p%cell(i), inside_cell(m%grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
                by_rate = p%mass(i)*shape
-               do k = 1, size(pins)
+               do k = 1, size(rigid_constraints)
                   associate (rate => matmul(free%motion(:, at, k), by_rate))
                      do j = 1, size(at)
                         free%momentum(:, at(j), k) = free%momentum(:, at(j), k) + rate*shape(j)
@@ -185,8 +188,8 @@ contains
             end associate
          end do
       end associate
-      do k = 1, size(pins)
-         free%mass(:, k) = [(sum(free%motion(:, :, i)*free%momentum(:, :, k)), i=1, size(pins))]
+      do k = 1, size(rigid_constraints)
+         free%mass(:, k) = [(sum(free%motion(:, :, i)*free%momentum(:, :, k)), i=1, size(rigid_constraints))]
       end do
    end subroutine find_free_motions
 
@@ -239,44 +242,46 @@ contains
    end subroutine add_row
 
    !> Fail where pins take a force: what they are pinned for moves.
-   subroutine check_pins(m, pins, out_of_balance, rounding, failure)
+   subroutine check_rigid_constraints(m, rigid_constraints, residual, rounding, failure)
       type(problem_t), intent(in) :: m
-      type(pin_t), intent(in) :: pins(:)
-      real(dp), intent(in) :: out_of_balance(:, :) !! forces on the nodes [N], (ndim, n_points)
+      type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
+      real(dp), intent(in) :: residual(:, :)       !! forces on the nodes [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of these [N]
       type(failure_t), intent(inout) :: failure
-      real(dp) :: force(size(pins))              ! on the pins [N]
+      real(dp) :: force(size(rigid_constraints)) ! on the pins [N]
       real(dp) :: total
       integer :: k
-      force = [(out_of_balance(pins(k)%direction, pins(k)%node), k=1, size(pins))]
-      do k = 1, size(pins)
-         associate (pin => pins(k), x => without_rounding(m%grid%node_position(:, pins(k)%node), &
-                                                          maxval(m%grid%forest%cells)*m%grid%forest%cell))
+      force = [(residual(rigid_constraints(k)%direction, rigid_constraints(k)%node), k=1, size(rigid_constraints))]
+      do k = 1, size(rigid_constraints)
+         associate (constraint => rigid_constraints(k), x => without_rounding(m%grid%node_position(:, rigid_constraints(k)%node), &
+                                                                              maxval(m%grid%forest%cells)*m%grid%forest%cell))
             total = force(k)
-            if (pin%motion <= ndim) total = sum(force, mask=pins%piece == pin%piece .and. pins%direction == pin%motion)
+            if (constraint%motion <= ndim) total = sum(force, mask=rigid_constraints%piece == constraint%piece .and. &
+                                                       rigid_constraints%direction == constraint%motion)
             if (abs(total) <= rounding) cycle
-            call failure%report(exit_computation, 'the piece of body '//to_text(pin%body)//' with the node at ('// &
-                                to_text(x(1))//', '//to_text(x(2))//') m does not come to rest: it '//way_of(pin, total)// &
+            call failure%report(exit_computation, 'the piece of body '//to_text(constraint%body)//' with the node at ('// &
+                                to_text(x(1))//', '//to_text(x(2))//') m does not come to rest: it '// &
+                                   motion_text(constraint, total)// &
                                 ', or use &method time = ''explicit''')
             return
          end associate
       end do
-   end subroutine check_pins
+   end subroutine check_rigid_constraints
 
    !> In words: how the loads move what a pin is for, and what would hold it.
-   function way_of(pin, force) result(text)
-      type(pin_t), intent(in) :: pin
+   function motion_text(constraint, force) result(text)
+      type(rigid_constraint_t), intent(in) :: constraint
       real(dp), intent(in) :: force              !! [N]
       character(:), allocatable :: text
       character(*), parameter :: axis = 'xy'
-      if (pin%motion == motions) then
+      if (constraint%motion == motions) then
          text = 'turns, as the loads have a moment and its constraints hold it at one point or along one line only. '// &
                 'Hold another node by a &constraint'
       else
-         text = 'moves along '//axis(pin%motion:pin%motion)//', as the loads push with '//three_digits(abs(force))// &
-                ' N and no &constraint with fix = '''//axis(pin%motion:pin%motion)//''' holds a node of it. Add one'
+         text = 'moves along '//axis(constraint%motion:constraint%motion)//', as the loads push with '//three_digits(abs(force))// &
+                ' N and no &constraint with fix = '''//axis(constraint%motion:constraint%motion)//''' holds a node of it. Add one'
       end if
-   end function way_of
+   end function motion_text
 
    !> One node of an element that is no hanging node, or the master of one.
    pure integer function first_master(m, e) result(node)

@@ -1,8 +1,8 @@
 !> The state of a problem, beside its particles: its time, what its nodes keep from step to step, and its balance of energy.
 module hampm_state
    use hampm_kinds, only: dp, long
-   use hampm_driven_nodes, only: driven_work_t
-   use hampm_whereabouts, only: when
+   use hampm_prescribed_nodes, only: prescribed_work_t
+   use hampm_error_context, only: when
    implicit none
    private
    public :: state_t, energies_t
@@ -22,7 +22,7 @@ module hampm_state
    !> Work and losses since the start, for the balance of energy.
    type :: energies_t
       real(dp) :: external_work = 0              !! of the loads and of constraints that move [J]
-      type(driven_work_t) :: driven              !! what of the latter is not final
+      type(prescribed_work_t) :: prescribed      !! what of the latter is not final
       real(dp) :: damping_loss = 0               !! taken by the damping [J]
       real(dp) :: fracture_energy = 0            !! taken by the new faces of cracks that grow [J]
       real(dp) :: numerical_loss = 0             !! lost by the method, booked with an audit [J]

@@ -15,7 +15,7 @@ module hampm_supports
    use hampm_text, only: to_text, without_rounding
    implicit none
    private
-   public :: check_supports, look_at_supports, turn_supports, lift_by, press_on_supports, keep_supports
+   public :: check_supports, find_wrong_supports, turn_supports, lift_by, press_on_supports, archive_supports
 
    real(dp), parameter :: through = 1e-12_dp     !! how far a node is in its support before it is held, over the largest lift
 
@@ -97,7 +97,7 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       integer :: k, d
-      m%constraints%lift = u(:, :m%grid%n_nodes) - m%constraints%way(m%state%time)
+      m%constraints%lift = u(:, :m%grid%n_nodes) - m%constraints%prescribed_at(m%state%time)
       call find_sides(m)
       do k = 1, size(m%constraints%node)
          associate (node => m%constraints%node(k))
@@ -110,7 +110,7 @@ contains
    end subroutine lift_by
 
    !> Which components are wrongly held or free: pulled by their supports, or in these.
-   subroutine look_at_supports(m, r, rounding, wrong, pull)
+   subroutine find_wrong_supports(m, r, rounding, wrong, pull)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: r(:, :)            !! what is out of balance without the supports [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of that [N]
@@ -129,7 +129,7 @@ contains
             wrong = c%lift*c%up < -through*largest_lift(c)
          end where
       end associate
-   end subroutine look_at_supports
+   end subroutine find_wrong_supports
 
    !> Let supports hold components that they did not, or let them go.
    pure subroutine turn_supports(c, some)
@@ -145,19 +145,19 @@ contains
    end function largest_lift
 
    !> Keep which components are held by supports, and how far the others are from these.
-   subroutine keep_supports(c, archive)
+   subroutine archive_supports(c, archive)
       type(constraints_t), intent(inout) :: c
       class(archive_t), intent(inout) :: archive
       integer :: k, d
       if (.not. c%only_push()) return
       call archive%section('supports')
-      call archive%keep_reals('lift', size(c%lift), c%lift)
-      call archive%keep_logicals('fixed', size(c%fixed), c%fixed)
+      call archive%archive_reals('lift', size(c%lift), c%lift)
+      call archive%archive_logicals('fixed', size(c%fixed), c%fixed)
       if (archive%failure%failed()) return
       do k = 1, size(c%node)
          do d = 1, ndim
             if (c%supported(d, c%node(k))) call c%set_fixed(d, c%node(k), c%fixed(d, c%node(k)))
          end do
       end do
-   end subroutine keep_supports
+   end subroutine archive_supports
 end module hampm_supports

@@ -22,18 +22,18 @@ module hampm_measurements
    use hampm_growing, only: growing_t, record_growth, record_place
    use hampm_history, only: history_t
    use hampm_loads, only: load_t
-   use hampm_mass_solver, only: mass_solver_t, new_mass_solver, keep_solver
+   use hampm_mass_solver, only: mass_solver_t, new_mass_solver, archive_solver
    use hampm_problem, only: problem_t, stored_energy, kinetic_energy
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_particles, only: particles_t
    use hampm_results, only: results_t
-   use hampm_scene, only: scene_t
-   use hampm_interface_placement, only: look_at_openings
+   use hampm_model, only: model_t
+   use hampm_interface_placement, only: find_openings
    use hampm_text, only: to_text
    implicit none
    private
    public :: measurements_t, new_measurements, note_initial_energy, rebuild_extrapolation, measure, take_row, &
-             declare_columns, energy_residual, keep_measurements, dcb_energy_release_rate, chi_foundation
+             declare_columns, energy_residual, archive_measurements, dcb_energy_release_rate, chi_foundation
 
    real(dp), parameter :: chi_foundation = 2.0_dp/3.0_dp  !! chi of a beam on an elastic foundation, isotropic material
 
@@ -41,7 +41,7 @@ module hampm_measurements
    !> and go it takes more: before a beam opens, the first bending waves press its arms together by a hundredth of that, or by a
    !> thirtieth of what they have opened by then. What
    !> is left at rest needs to be above what is not yet at rest only.
-   real(dp), parameter :: noticed_in_motion = 0.1_dp, noticed_at_rest = 1e-3_dp
+   real(dp), parameter :: noticed_in_motion = 0.1_dp, noticed_static = 1e-3_dp
 
    !> The most that was seen, by the opening one cell behind the tip and at the mouth.
    type :: face_overlap_t
@@ -81,29 +81,29 @@ module hampm_measurements
 contains
 
    !> Ready for the first measurement.
-   subroutine new_measurements(scene, problem, cracks, m)
-      type(scene_t), intent(in) :: scene
+   subroutine new_measurements(model, problem, cracks, m)
+      type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       real(dp) :: force, length, depth, largest
       integer :: k
       call note_initial_energy(problem, m)
-      m%rounding_energy = energy_of_rounding(scene, problem%loads)
+      m%rounding_energy = energy_of_rounding(model, problem%loads)
       call angular_momentum(problem%particles, m%initial_angular_momentum, largest)
       allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
       do k = 1, size(m%crack)
-         call new_crack_values(scene%energy_release%chosen(), cracks%tips(k), scene%method%time /= 'static' .and. &
-                               any(scene%refine%indicator == ['gradient', 'zz      ']), m%crack(k))
+         call new_crack_values(model%energy_release%chosen(), cracks%tips(k), model%method%time /= 'static' .and. &
+                               any(model%refine%indicator == ['gradient', 'zz      ']), m%crack(k))
       end do
-      select case (scene%energy_release%reference)
+      select case (model%energy_release%reference)
       case ('value')
-         m%g_ref = scene%energy_release%reference_value
+         m%g_ref = model%energy_release%reference_value
       case ('dcb')
-         call dcb_dimensions(scene, cracks%tips(1), force, length, depth)
+         call dcb_dimensions(model, cracks%tips(1), force, length, depth)
          associate (material => problem%materials(cracks%tips(1)%material))
-            m%g_ref = dcb_energy_release_rate(force, length, depth, scene%run%thickness%of_plate, material%young, 0.0_dp)
-            m%g_beam_on_foundation = dcb_energy_release_rate(force, length, depth, scene%run%thickness%of_plate, &
+            m%g_ref = dcb_energy_release_rate(force, length, depth, model%run%thickness%of_plate, material%young, 0.0_dp)
+            m%g_beam_on_foundation = dcb_energy_release_rate(force, length, depth, model%run%thickness%of_plate, &
                                                              effective_modulus(material), chi_foundation)
          end associate
       end select
@@ -124,23 +124,23 @@ contains
    !> alone stores epsilon**2 of that, moves a free body with (c t/L)**2 of this, and does a work on the way of other forces of up to
    !> epsilon. Where a run is to mean something its loads store more, by 15 orders of magnitude. A node that is moved by u takes up to
    !> E B u.
-   pure real(dp) function energy_of_rounding(scene, loads) result(energy)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function energy_of_rounding(model, loads) result(energy)
+      type(model_t), intent(in) :: model
       type(load_t), intent(in) :: loads(:)
       integer, parameter :: wide = selected_real_kind(15, 1000)   !! products of numbers as large as a namelist may have
       real(wide) :: force, stiffness
       integer :: k
-      associate (far => scene%grid%lower + scene%grid%cell*scene%grid%cells)
-         stiffness = minval(scene%materials%least_young())*real(scene%run%thickness%at(far), wide)
+      associate (far => model%grid%lower + model%grid%cell*model%grid%cells)
+         stiffness = minval(model%materials%least_young())*real(model%run%thickness%at(far), wide)
       end associate
       force = 0
       do k = 1, size(loads)
          force = force + norm2(real(loads(k)%force, wide))*abs(loads(k)%history%largest_factor())
       end do
-      do k = 1, size(scene%constraints)
-         associate (motion => scene%constraints(k)%motion)
+      do k = 1, size(model%constraints)
+         associate (motion => model%constraints(k)%motion)
             force = force + abs(motion%history%largest_factor())*stiffness &
-                    *(norm2(motion%displacement) + norm2(motion%velocity)*real(scene%run%end_time, wide))
+                    *(norm2(motion%displacement) + norm2(motion%velocity)*real(model%run%end_time, wide))
          end associate
       end do
       energy = real(min(epsilon(energy)*force**2/stiffness, real(huge(energy), wide)), dp)
@@ -155,27 +155,27 @@ contains
                            problem%fields%mass_matrix%ghosts)
    end subroutine rebuild_extrapolation
 
-   !> Load of an arm, crack length and depth of an arm of a double cantilever beam, from the scene: the resultant of the loads
+   !> Load of an arm, crack length and depth of an arm of a double cantilever beam, from the model: the resultant of the loads
    !> normal to the crack, without their sign and shared by both arms where both are there, the distance from the first load to the
    !> tip, and the distance from the tip to the edge of the body normal to the crack.
-   pure subroutine dcb_dimensions(scene, tip, force, length, depth)
-      type(scene_t), intent(in) :: scene
+   pure subroutine dcb_dimensions(model, tip, force, length, depth)
+      type(model_t), intent(in) :: model
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(out) :: force, length, depth
       integer :: k
       force = 0
-      do k = 1, size(scene%loads)
-         force = force + merge(1.0_dp, 0.5_dp, tip%is_half())*abs(dot_product(scene%loads(k)%force, tip%axis(:, 2)))
+      do k = 1, size(model%loads)
+         force = force + merge(1.0_dp, 0.5_dp, tip%is_half())*abs(dot_product(model%loads(k)%force, tip%axis(:, 2)))
       end do
-      associate (load => scene%loads(1))
+      associate (load => model%loads(1))
          length = abs(dot_product(tip%place - (load%lower + load%upper)/2, tip%axis(:, 1)))
       end associate
-      depth = max(distance_in_material(scene, tip%place, tip%axis(:, 2)), distance_in_material(scene, tip%place, -tip%axis(:, 2)))
+      depth = max(distance_in_material(model, tip%place, tip%axis(:, 2)), distance_in_material(model, tip%place, -tip%axis(:, 2)))
    end subroutine dcb_dimensions
 
    !> Declare the columns in the results, as a first pass through their list finds them, and what belongs to them.
-   subroutine declare_columns(scene, problem, cracks, growing, m, results, failure)
-      type(scene_t), intent(in) :: scene
+   subroutine declare_columns(model, problem, cracks, growing, m, results, failure)
+      type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
       type(growing_t), intent(in) :: growing
@@ -183,7 +183,7 @@ contains
       type(results_t), intent(inout) :: results
       type(failure_t), intent(inout) :: failure
       integer :: i
-      call take_row(scene, problem, cracks, growing, 0.0_dp, m)
+      call take_row(model, problem, cracks, growing, 0.0_dp, m)
       do i = 1, size(m%history%columns)
          associate (column => m%history%columns(i))
             call results%add_column(column%name, column%unit, column%meaning, failure, column%integer_valued)
@@ -195,8 +195,8 @@ contains
    end subroutine declare_columns
 
    !> Measure what rows, the guards and the progress line are made of. Fails where the nodal equations cannot be solved.
-   subroutine measure(scene, problem, cracks, m, failure)
-      type(scene_t), intent(in) :: scene
+   subroutine measure(model, problem, cracks, m, failure)
+      type(model_t), intent(in) :: model
       type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
@@ -213,16 +213,16 @@ contains
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(problem%energies%external_work))
       m%largest_inner_energy = max(m%largest_inner_energy, abs(problem%energies%external_work), &
                                    m%kinetic_energy + m%strain_energy - energy_of_flight(problem))
-      if (needs_nodal_state(scene)) call find_nodal_state(problem, state, failure)
+      if (needs_nodal_state(model)) call find_nodal_state(problem, state, failure)
       if (failure%failed()) return
       m%reaction = state%reaction
-      if (any(scene%constraints%name /= '')) m%reactions = state%reactions
+      if (any(model%constraints%name /= '')) m%reactions = state%reactions
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
          call measure_crack(problem, cracks, k, state, m%extrapolation, m%crack(k), g, failure)
       end do
       do k = 1, size(cracks%crack)
          if (cracks%crack(k)%contact) cycle
-         call look_at_openings(problem%matter_t, k, least, largest)
+         call find_openings(problem%matter_t, k, least, largest)
          do tip = 1, size(cracks%tips)
             if (cracks%tips(tip)%crack /= k) cycle
             least = min(least, m%crack(tip)%behind(1), m%crack(tip)%mouth(1))
@@ -236,15 +236,15 @@ contains
    end subroutine measure
 
    !> Whether what is recorded asks for the motion of the nodes: the domain integral, and forces of constraints.
-   pure logical function needs_nodal_state(scene) result(needs)
-      type(scene_t), intent(in) :: scene
-      needs = scene%energy_release%has('domain_integral') .or. any(scene%constraints%name /= '') &
-              .or. (size(scene%paths) > 0 .and. size(scene%constraints) > 0)
+   pure logical function needs_nodal_state(model) result(requires)
+      type(model_t), intent(in) :: model
+      requires = model%energy_release%has('domain_integral') .or. any(model%constraints%name /= '') &
+                 .or. (size(model%paths) > 0 .and. size(model%constraints) > 0)
    end function needs_nodal_state
 
    !> Take a row of what was measured last: this is the list of all columns.
-   subroutine take_row(scene, problem, cracks, growing, dt, m)
-      type(scene_t), intent(in) :: scene
+   subroutine take_row(model, problem, cracks, growing, dt, m)
+      type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
       type(growing_t), intent(in) :: growing
@@ -269,35 +269,35 @@ contains
                                                                 m%plastic_dissipation)
          if (any(problem%materials%has_history() .and. .not. problem%materials%yields())) &
             call history%record('viscous_dissipation', 'J', 'energy taken by the viscosity of the material', m%viscous_dissipation)
-         if (any(scene%paths%friction > 0) .or. scene%contact%is_wanted()) &
+         if (any(model%paths%friction > 0) .or. model%contact%is_wanted()) &
             call history%record('friction_loss', 'J', 'energy taken by friction', &
                                 problem%interfaces%loss - problem%interfaces%of_cohesion + problem%body_contact%friction_loss)
          if (problem%interfaces%n_cohesive > 0) &
             call history%record('cohesive_energy', 'J', 'energy taken by faces that cohesion holds, as they part', &
                                 problem%interfaces%of_cohesion)
-         if (scene%contact%is_wanted()) then
+         if (model%contact%is_wanted()) then
             call history%record('contact_loss', 'J', 'energy that bodies have lost by meeting', problem%body_contact%loss)
             call history%record_vector('contact_force', 'N', 'force of the first body, or part, on all others', &
                                        problem%body_contact%force)
          end if
          if (growing%are_there()) then
-            if (growing%at_rest) call history%record('load_factor', '1', &
-                                                     'by which all loads and prescribed motions are multiplied', &
-                                                     growing%load_factor)
+            if (growing%is_static) call history%record('load_factor', '1', &
+                                                       'by which all loads and prescribed motions are multiplied', &
+                                                       growing%load_factor)
             call history%record('fracture_energy', 'J', 'energy taken by new faces: at rest the integral of G over their area, '// &
                                 'in motion the work of the bonds that let go; on a symmetry plane half of it', &
                                 problem%energies%fracture_energy)
-            if (.not. (growing%at_rest .or. any(problem%materials%has_history()))) &
+            if (.not. (growing%is_static .or. any(problem%materials%has_history()))) &
                call history%record('integral_of_G', 'J', 'integral of G over the area of new faces, by rows; on a '// &
                                    'symmetry plane half of it', growing%integral)
          end if
-         if (scene%energy_release%energy_balance) &
+         if (model%energy_release%energy_balance) &
             call history%record('numerical_loss', 'J', 'energy lost by the method', problem%energies%numerical_loss)
          do k = 1, size(m%crack)
             if (k > 1) history%of_tip = '_tip'//to_text(k)
             call record_crack(problem%materials(cracks%tips(k)%material), cracks%tips(k), m%crack(k), &
-                              size(scene%growth) > 0, history)
-            if (growing%are_there()) call record_growth(growing, scene, cracks, k, problem%state%time, history)
+                              size(model%growth) > 0, history)
+            if (growing%are_there()) call record_growth(growing, model, cracks, k, problem%state%time, history)
             if (cracks%tips(k)%has_zone) then
                if (.not. growing%are_there()) call record_place(cracks, cracks%tips(k), history)
                call history%record('zone_length', 'm', 'length of the faces ahead of the tip that are damaged', &
@@ -305,12 +305,12 @@ contains
             end if
          end do
          history%of_tip = ''
-         if (size(m%crack) > 0 .and. size(scene%constraints) > 0) &
+         if (size(m%crack) > 0 .and. size(model%constraints) > 0) &
             call history%record_vector('reaction', 'N', 'force of the constraints on the bodies', m%reaction)
-         call record_reactions(scene, m)
-         if (scene%refine%indicator == 'zz') &
+         call record_reactions(model, m)
+         if (model%refine%indicator == 'zz') &
             call history%record('error_estimate', '1', 'estimated relative error in the energy norm', m%indicator)
-         if (scene%refine%indicator == 'gradient') &
+         if (model%refine%indicator == 'gradient') &
             call history%record('largest_R', '1', 'largest mean R of the cells in the region', m%indicator)
       end associate
    end subroutine take_row
@@ -329,13 +329,13 @@ contains
    end subroutine record_momentum
 
    !> Record the force of each constraint that has a name, on the bodies.
-   subroutine record_reactions(scene, m)
-      type(scene_t), intent(in) :: scene
+   subroutine record_reactions(model, m)
+      type(model_t), intent(in) :: model
       type(measurements_t), intent(inout) :: m
       integer :: k
-      if (.not. allocated(m%reactions)) allocate (m%reactions(ndim, size(scene%constraints)), source=0.0_dp)
-      do k = 1, size(scene%constraints)
-         associate (name => scene%constraints(k)%name)
+      if (.not. allocated(m%reactions)) allocate (m%reactions(ndim, size(model%constraints)), source=0.0_dp)
+      do k = 1, size(model%constraints)
+         associate (name => model%constraints(k)%name)
             if (name == '') cycle
             call m%history%record_vector('reaction_'//trim(name), 'N', 'force of this constraint on the bodies', m%reactions(:, k))
          end associate
@@ -367,31 +367,31 @@ contains
    end function energy_residual
 
    !> Keep what rows of the history need of the rows before.
-   subroutine keep_measurements(grid, m, archive)
+   subroutine archive_measurements(grid, m, archive)
       type(grid_t), intent(in) :: grid
       type(measurements_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       integer :: k
       call archive%section('measurements')
-      call archive%keep('initial_energy', m%initial_energy)
-      call archive%keep('largest_energy', m%largest_energy)
-      call archive%keep('kinetic_energy', m%kinetic_energy)
-      call archive%keep('strain_energy', m%strain_energy)
-      call archive%keep('plastic_dissipation', m%plastic_dissipation)
-      call archive%keep('viscous_dissipation', m%viscous_dissipation)
-      call archive%keep('initial_angular_momentum', m%initial_angular_momentum)
-      call archive%keep('largest_inner_energy', m%largest_inner_energy)
+      call archive%serialise('initial_energy', m%initial_energy)
+      call archive%serialise('largest_energy', m%largest_energy)
+      call archive%serialise('kinetic_energy', m%kinetic_energy)
+      call archive%serialise('strain_energy', m%strain_energy)
+      call archive%serialise('plastic_dissipation', m%plastic_dissipation)
+      call archive%serialise('viscous_dissipation', m%viscous_dissipation)
+      call archive%serialise('initial_angular_momentum', m%initial_angular_momentum)
+      call archive%serialise('largest_inner_energy', m%largest_inner_energy)
       do k = 1, size(m%overlap)
          call archive%section('face_overlap_'//to_text(k))
-         call keep_overlap(m%overlap(k), archive)
+         call archive_overlap(m%overlap(k), archive)
       end do
       do k = 1, size(m%crack)
          call archive%section('errors_'//to_text(k))
          call keep_crack_values(m%crack(k), archive)
       end do
       call archive%section('extrapolation')
-      call keep_solver(m%extrapolation, 'extrapolation', grid, archive)
-   end subroutine keep_measurements
+      call archive_solver(m%extrapolation, 'extrapolation', grid, archive)
+   end subroutine archive_measurements
 
    !> Look at the openings and slidings of the faces at some places.
    pure subroutine look(self, jumps, time)
@@ -407,23 +407,23 @@ contains
    end subroutine look
 
    !> Whether there was an overlap beyond rounding and passing waves.
-   pure logical function is_notable(self, at_rest)
+   pure logical function is_notable(self, is_static)
       class(face_overlap_t), intent(in) :: self
-      logical, intent(in) :: at_rest             !! whether the motion has come to rest
+      logical, intent(in) :: is_static           !! whether the motion has come to rest
       is_notable = self%overlap > noticed_in_motion*self%largest_jump
-      if (at_rest) is_notable = is_notable .or. self%last > noticed_at_rest*self%largest_jump
+      if (is_static) is_notable = is_notable .or. self%last > noticed_static*self%largest_jump
    end function is_notable
 
    !> Keep it in a section of an archive.
-   subroutine keep_overlap(overlap, archive)
+   subroutine archive_overlap(overlap, archive)
       type(face_overlap_t), intent(inout) :: overlap
       class(archive_t), intent(inout) :: archive
-      call archive%keep('largest_jump', overlap%largest_jump)
-      call archive%keep('overlap', overlap%overlap)
-      call archive%keep('time', overlap%time)
-      call archive%keep('last', overlap%last)
-      call archive%keep('last_time', overlap%last_time)
-   end subroutine keep_overlap
+      call archive%serialise('largest_jump', overlap%largest_jump)
+      call archive%serialise('overlap', overlap%overlap)
+      call archive%serialise('time', overlap%time)
+      call archive%serialise('last', overlap%last)
+      call archive%serialise('last_time', overlap%last_time)
+   end subroutine archive_overlap
 
    !> Static G of a double cantilever beam, (33): 12 P**2 (a + chi D)**2 / (E B**2 D**3) [J/m2]. With chi = 0 it is
    !> simple beam theory, with `chi_foundation` the beam on an elastic foundation (Kanninen 1973).

@@ -1,4 +1,4 @@
-!> From what the user asked for to what moves: grid, materials, particles, constraints, loads and cracks of a scene.
+!> From what the user asked for to what moves: grid, materials, particles, constraints, loads and cracks of a model.
 module hampm_assembly
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: edge_margin
@@ -20,7 +20,7 @@ module hampm_assembly
    use hampm_load_placement, only: is_on_faces, find_edge_normal, into_half
    use hampm_local_leapfrog, only: local_leapfrog_t
    use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles
-   use hampm_joints, only: sheets_of_bodies
+   use hampm_joints, only: velocity_fields_of
    use hampm_outline, only: edge_part_t, outline_t
    use hampm_mass_choice, only: new_mass_choice
    use hampm_problem, only: problem_t, start_problem
@@ -30,8 +30,8 @@ module hampm_assembly
    use hampm_pressed_faces, only: press_faces
    use hampm_quadratic_points, only: weigh_points
    use hampm_refinement, only: refinement_t
-   use hampm_scene, only: scene_t, load_spec_t, mass_used, path_of
-   use hampm_scene_materials, only: materials_of, material_of_body
+   use hampm_model, only: model_t, load_spec_t, mass_used, path_of
+   use hampm_model_materials, only: materials_of, material_of_body
    use hampm_shape_consistency, only: has_shapes
    use hampm_sorting, only: sort_into_cells
    use hampm_static, only: static_t
@@ -43,101 +43,101 @@ module hampm_assembly
 
 contains
 
-   !> Build the motion of a scene, its cracks and its refinement. Fails where memory does not suffice or a part of the scene meets
+   !> Build the motion of a model, its cracks and its refinement. Fails where memory does not suffice or a part of the model meets
    !> nothing.
-   subroutine assemble(scene, problem, cracks, refinement, failure)
-      type(scene_t), intent(in) :: scene
+   subroutine assemble(model, problem, cracks, refinement, failure)
+      type(model_t), intent(in) :: model
       type(problem_t), intent(out) :: problem
       type(cracks_t), intent(out) :: cracks
       type(refinement_t), intent(out) :: refinement
       type(failure_t), intent(inout) :: failure
       type(forest_t) :: forest
       type(outline_t), allocatable :: bodies(:)  ! whose edges cut cells
-      integer, allocatable :: sheets(:)          ! of bodies that have their own velocity fields
+      integer, allocatable :: velocity_fields(:) ! of bodies that have their own velocity fields
       real(dp), allocatable :: solids(:, :, :)   ! where cells are quadratic
       integer :: k
-      refinement = refinement_of(scene)
-      call place_cracks(scene, cracks)
-      forest = forest_t(scene%grid%lower, scene%grid%cell, scene%grid%cells)
-      if (has_shapes(scene) .and. scene%method%frame == 'total') then
-         allocate (bodies(size(scene%bodies)))
+      refinement = refinement_of(model)
+      call place_cracks(model, cracks)
+      forest = forest_t(model%grid%lower, model%grid%cell, model%grid%cells)
+      if (has_shapes(model) .and. model%method%frame == 'total') then
+         allocate (bodies(size(model%bodies)))
          do k = 1, size(bodies)
-            bodies(k) = outline_of(scene%bodies(k))
+            bodies(k) = outline_of(model%bodies(k))
          end do
       end if
-      if (scene%contact%is_wanted()) allocate (sheets, source=sheets_of_bodies(scene))
-      if (scene%grid%order > 1) then
-         allocate (solids(ndim, 2, size(scene%bodies)))
-         do k = 1, size(scene%bodies)
-            solids(:, 1, k) = scene%bodies(k)%lower
-            solids(:, 2, k) = scene%bodies(k)%upper
+      if (model%contact%is_wanted()) allocate (velocity_fields, source=velocity_fields_of(model))
+      if (model%grid%order > 1) then
+         allocate (solids(ndim, 2, size(model%bodies)))
+         do k = 1, size(model%bodies)
+            solids(:, 1, k) = model%bodies(k)%lower
+            solids(:, 2, k) = model%bodies(k)%upper
          end do
       end if
-      call build_grid(forest, problem%grid, failure, cracks%lines(), bodies, sheets, solids)
+      call build_grid(forest, problem%grid, failure, cracks%lines(), bodies, velocity_fields, solids)
       if (failure%failed()) return
-      problem%materials = materials_of(scene)
-      problem%interfaces%thickness = scene%run%thickness
-      problem%interfaces%cohesion = [(scene%cohesive(k)%law(), k=1, size(scene%cohesive))]
-      problem%interfaces%are_bounded = scene%method%time == 'explicit'
-      problem%interfaces%are_moving = scene%method%time /= 'static'
-      call place_particles(scene, problem, failure)
+      problem%materials = materials_of(model)
+      problem%interfaces%thickness = model%run%thickness
+      problem%interfaces%cohesion = [(model%cohesive(k)%law(), k=1, size(model%cohesive))]
+      problem%interfaces%are_bounded = model%method%time == 'explicit'
+      problem%interfaces%are_moving = model%method%time /= 'static'
+      call place_particles(model, problem, failure)
       if (failure%failed()) return
       call check_masses(problem%particles, failure)
       if (failure%failed()) return
-      do k = 1, size(scene%constraints)
-         associate (c => scene%constraints(k))
+      do k = 1, size(model%constraints)
+         associate (c => model%constraints(k))
             call constrain_box(problem%constraints, problem%grid, c%lower, c%upper, c%fixed, c%motion)
          end associate
       end do
-      if (scene%run%thickness%is_ring) call hold_axis(problem%constraints, problem%grid)
+      if (model%run%thickness%is_ring) call hold_axis(problem%constraints, problem%grid)
       call check_supports(problem, failure)
       if (failure%failed()) return
-      call place_loads(scene, problem, failure)
+      call place_loads(model, problem, failure)
       if (failure%failed()) return
-      problem%damping_rate = scene%damping%rate
-      problem%body_contact%wanted = scene%contact%is_wanted()
-      problem%body_contact%always_sticks = scene%contact%bodies == 'stick'
-      problem%body_contact%friction = scene%contact%friction
-      problem%body_contact%distance = scene%contact%distance
-      problem%audit = scene%energy_release%energy_balance
-      associate (method => scene%method)
-         call start_problem(problem, scheme_of(scene), failure, new_mass_choice(mass_used(scene), method%solver, method%order, &
+      problem%damping_rate = model%damping%rate
+      problem%body_contact%wanted = model%contact%is_wanted()
+      problem%body_contact%always_sticks = model%contact%bodies == 'stick'
+      problem%body_contact%friction = model%contact%friction
+      problem%body_contact%distance = model%contact%distance
+      problem%audit = model%energy_release%energy_balance
+      associate (method => model%method)
+         call start_problem(problem, scheme_of(model), failure, new_mass_choice(mass_used(model), method%solver, method%order, &
                                                                               method%blend, method%full_lower, &
                                                                               method%full_upper, &
                                                                               method%full_region == 'refined'))
       end associate
    end subroutine assemble
 
-   !> The scheme of a scene; at rest and in implicit steps it is one by which cells hold the forces of the present stress.
-   pure function scheme_of(scene) result(scheme)
-      type(scene_t), intent(in) :: scene
+   !> The scheme of a model; at rest and in implicit steps it is one by which cells hold the forces of the present stress.
+   pure function scheme_of(model) result(scheme)
+      type(model_t), intent(in) :: model
       character(:), allocatable :: scheme
-      scheme = trim(scene%method%scheme)
-      if (scene%method%time /= 'explicit') scheme = 'musl'
+      scheme = trim(model%method%scheme)
+      if (model%method%time /= 'explicit') scheme = 'musl'
    end function scheme_of
 
-   !> The integrator of a scene.
-   subroutine choose_integrator(scene, integrator)
-      type(scene_t), intent(in) :: scene
+   !> The integrator of a model.
+   subroutine choose_integrator(model, integrator)
+      type(model_t), intent(in) :: model
       class(integrator_t), allocatable, intent(out) :: integrator
       type(static_t) :: static
       type(local_leapfrog_t) :: local
       type(implicit_t) :: implicit
-      if (scene%method%time == 'static') then
-         static%equilibrium%newton%solver = scene%method%solver
+      if (model%method%time == 'static') then
+         static%equilibrium%newton%solver = model%method%solver
          static%is_static = .true.
-         static%equilibrium%forgets_mesh = size(scene%growth) == 0 .or. any(scene%growth%is_at_rest())
-         static%fixed_step = scene%output%history_interval
+         static%equilibrium%forgets_mesh = size(model%growth) == 0 .or. any(model%growth%is_quasi_static())
+         static%fixed_step = model%output%history_interval
          allocate (integrator, source=static)
-      else if (scene%method%time == 'implicit') then
-         implicit%newmark%newton%solver = scene%method%solver
-         implicit%newmark%alpha = max(scene%method%hht_alpha, -1/3.0_dp)
-         implicit%fixed_step = scene%method%time_step
+      else if (model%method%time == 'implicit') then
+         implicit%newmark%newton%solver = model%method%solver
+         implicit%newmark%alpha = max(model%method%hht_alpha, -1/3.0_dp)
+         implicit%fixed_step = model%method%time_step
          allocate (integrator, source=implicit)
-      else if (scene%method%path == 'reference') then
+      else if (model%method%path == 'reference') then
          allocate (reference_t :: integrator)
-      else if (scene%method%time_steps == 'local') then
-         local%time_between_outputs = time_between_outputs(scene)
+      else if (model%method%time_steps == 'local') then
+         local%time_between_outputs = time_between_outputs(model)
          allocate (integrator, source=local)
       else
          allocate (explicit_t :: integrator)
@@ -160,84 +160,84 @@ contains
       end do
    end subroutine check_masses
 
-   !> The cracks of a scene, with what surrounds their tips.
-   pure subroutine place_cracks(scene, cracks)
-      type(scene_t), intent(in) :: scene
+   !> The cracks of a model, with what surrounds their tips.
+   pure subroutine place_cracks(model, cracks)
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(out) :: cracks
       integer :: k, body
-      allocate (cracks%crack(size(scene%paths)))
-      do k = 1, size(scene%paths)
-         call place_crack(scene, k, cracks%crack(k))
+      allocate (cracks%crack(size(model%paths)))
+      do k = 1, size(model%paths)
+         call place_crack(model, k, cracks%crack(k))
       end do
-      if (scene%method%frame /= 'total') cracks%spacing = scene%grid%cell/2
+      if (model%method%frame /= 'total') cracks%spacing = model%grid%cell/2
       call cracks%list_tips()
       do k = 1, size(cracks%tips)
          associate (tip => cracks%tips(k))
-            body = body_at(scene, tip%place)
-            if (body > 0) tip%material = material_of_body(scene, body)
-            if (.not. scene%energy_release%needs_radii()) cycle
-            tip%radii = domain_radii(scene, path_radius(scene, tip%crack, tip%end))
-            tip%has_layers = any([(is_other_within(scene, body, tip%place, maxval(tip%radii)), body=1, size(scene%bodies))])
+            body = body_at(model, tip%place)
+            if (body > 0) tip%material = material_of_body(model, body)
+            if (.not. model%energy_release%needs_radii()) cycle
+            tip%radii = domain_radii(model, path_radius(model, tip%crack, tip%end))
+            tip%has_layers = any([(is_other_within(model, body, tip%place, maxval(tip%radii)), body=1, size(model%bodies))])
          end associate
       end do
    end subroutine place_cracks
 
-   !> The k-th crack of a scene.
-   pure subroutine place_crack(scene, k, crack)
-      type(scene_t), intent(in) :: scene
+   !> The k-th crack of a model.
+   pure subroutine place_crack(model, k, crack)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: k
       type(crack_t), intent(out) :: crack
-      crack%kind = scene%paths(k)%kind
-      crack%name = scene%paths(k)%name
-      crack%points = scene%paths(k)%points
-      crack%contact = scene%paths(k)%contact
-      crack%friction = scene%paths(k)%friction
-      crack%grows = any(scene%growth%path == k)
-      crack%is_tip = path_tips(scene, k)
-      crack%mouth = path_mouth(scene, k)
-      crack%cohesion = findloc(scene%cohesive%path, k, dim=1)
-      if (scene%is_half()) then
-         call place_on_plane(scene, crack)
+      crack%kind = model%paths(k)%kind
+      crack%name = model%paths(k)%name
+      crack%points = model%paths(k)%points
+      crack%contact = model%paths(k)%contact
+      crack%friction = model%paths(k)%friction
+      crack%grows = any(model%growth%path == k)
+      crack%is_tip = path_tips(model, k)
+      crack%mouth = path_mouth(model, k)
+      crack%cohesion = findloc(model%cohesive%path, k, dim=1)
+      if (model%is_half()) then
+         call place_on_plane(model, crack)
          return
       end if
-      crack%beyond = path_reaches(scene, k)
+      crack%beyond = path_reaches(model, k)
       if (crack%cohesion == 0) return
-      crack%held = held_part(scene, k)
-      if (crack%is_tip(last_point) .and. scene%paths(k)%held_from > 0) crack%bonded(last_point) = crack%length() - crack%held(1)
+      crack%held = held_part(model, k)
+      if (crack%is_tip(last_point) .and. model%paths(k)%held_from > 0) crack%bonded(last_point) = crack%length() - crack%held(1)
    end subroutine place_crack
 
    !> What a crack on a symmetry plane has of its own: one face, and cohesion as far as constraints hold the plane.
-   pure subroutine place_on_plane(scene, crack)
-      type(scene_t), intent(in) :: scene
+   pure subroutine place_on_plane(model, crack)
+      type(model_t), intent(in) :: model
       type(crack_t), intent(inout) :: crack
       real(dp) :: axis(ndim, ndim), tip(ndim), ahead
       tip = crack%points(:, 2)
-      axis = frame_along(scene%paths(1)%direction)
-      crack%face = merge(left_face, right_face, dot_product(into_half(scene), axis(:, 2)) > 0)
+      axis = frame_along(model%paths(1)%direction)
+      crack%face = merge(left_face, right_face, dot_product(into_half(model), axis(:, 2)) > 0)
       crack%began = tip
       if (crack%cohesion == 0) return
-      ahead = distance_in_material(scene, tip, axis(:, 1))
-      if (held_ahead(scene, tip) > ahead - tolerance(scene%grid)) crack%beyond(last_point) = to_surface*scene%grid%cell
-      ahead = min(ahead, held_ahead(scene, tip))
+      ahead = distance_in_material(model, tip, axis(:, 1))
+      if (held_ahead(model, tip) > ahead - tolerance(model%grid)) crack%beyond(last_point) = to_surface*model%grid%cell
+      ahead = min(ahead, held_ahead(model, tip))
       crack%held = [0.0_dp, ahead] + crack%length()
       crack%points(:, 2) = tip + ahead*axis(:, 1)
       crack%bonded(last_point) = ahead
    end subroutine place_on_plane
 
-   !> How the cells of a scene refine.
-   pure function refinement_of(scene) result(r)
-      type(scene_t), intent(in) :: scene
+   !> How the cells of a model refine.
+   pure function refinement_of(model) result(r)
+      type(model_t), intent(in) :: model
       type(refinement_t) :: r
-      associate (spec => scene%refine)
+      associate (spec => model%refine)
          r%indicator = spec%indicator
          r%field = spec%field
          r%r_crit = spec%r_crit
          r%r_coarsen = spec%r_coarsen
          r%tolerance = spec%tolerance
          r%rings = spec%rings
-         r%tips_move = (scene%method%frame /= 'total' .and. any(scene%paths%kind /= 'symmetry')) .or. size(scene%growth) > 0 &
-                       .or. any(scene%cohesive%from > 0) .or. scene%is_half() .and. size(scene%cohesive) > 0
-         r%at_rest = scene%method%time == 'static'
+         r%tips_move = (model%method%frame /= 'total' .and. any(model%paths%kind /= 'symmetry')) .or. size(model%growth) > 0 &
+                       .or. any(model%cohesive%from > 0) .or. model%is_half() .and. size(model%cohesive) > 0
+         r%is_static = model%method%time == 'static'
          r%max_level = spec%max_level
          r%energy_floor = spec%energy_floor
          r%lower = spec%region_lower
@@ -249,70 +249,70 @@ contains
    end function refinement_of
 
    !> Fill the bodies with particles and sort these into the cells.
-   subroutine place_particles(scene, m, failure)
-      type(scene_t), intent(in) :: scene
+   subroutine place_particles(model, m, failure)
+      type(model_t), intent(in) :: model
       type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      type(pieces_t) :: pieces(size(scene%bodies))
-      integer :: points(ndim, size(scene%bodies)), number(size(scene%bodies)), k, first
-      do k = 1, size(scene%bodies)
-         associate (b => scene%bodies(k))
-            points(:, k) = points_of(scene, b)
+      type(pieces_t) :: pieces(size(model%bodies))
+      integer :: points(ndim, size(model%bodies)), number(size(model%bodies)), k, first
+      do k = 1, size(model%bodies)
+         associate (b => model%bodies(k))
+            points(:, k) = points_of(model, b)
             number(k) = product(points(:, k))
             if (.not. b%outline%is_there()) cycle
-            call cut_into_pieces(b%outline, scene%grid%lower, scene%grid%cell, b%points_per_cell, pieces(k))
+            call cut_into_pieces(b%outline, model%grid%lower, model%grid%cell, b%points_per_cell, pieces(k))
             number(k) = pieces(k)%n
          end associate
       end do
       call new_particles(sum(number), m%particles, failure)
       if (failure%failed()) return
       if (any(m%materials%has_history())) call add_history(m%particles, maxval(m%materials%columns))
-      m%materials%on_trial = scene%method%time /= 'explicit'
-      if (has_shapes(scene)) then
-         allocate (m%particles%outlines(size(scene%bodies)))
-         do k = 1, size(scene%bodies)
-            if (scene%bodies(k)%outline%is_there()) m%particles%outlines(k) = scene%bodies(k)%outline
+      m%materials%is_trial = model%method%time /= 'explicit'
+      if (has_shapes(model)) then
+         allocate (m%particles%outlines(size(model%bodies)))
+         do k = 1, size(model%bodies)
+            if (model%bodies(k)%outline%is_there()) m%particles%outlines(k) = model%bodies(k)%outline
          end do
-         m%particles%lattice = scene%grid%lower
+         m%particles%lattice = model%grid%lower
       end if
-      m%particles%thickness = scene%run%thickness
-      if (scene%run%thickness%is_ring) allocate (m%particles%widening(m%particles%n), source=0.0_dp)
-      m%particles%total_frame = scene%method%frame == 'total'
-      m%blocks%by_group = scene%method%time_steps == 'local'
+      m%particles%thickness = model%run%thickness
+      if (model%run%thickness%is_ring) allocate (m%particles%widening(m%particles%n), source=0.0_dp)
+      m%particles%total_frame = model%method%frame == 'total'
+      m%blocks%by_group = model%method%time_steps == 'local'
       first = 1
-      do k = 1, size(scene%bodies)
-         associate (b => scene%bodies(k))
+      do k = 1, size(model%bodies)
+         associate (b => model%bodies(k))
             if (b%outline%is_there()) then
-               call fill_outline(m%particles, first, pieces(k), scene%run%thickness, &
-                                 scene%materials(b%material_index)%density, b%velocity, material_of_body(scene, k), k)
+               call fill_outline(m%particles, first, pieces(k), model%run%thickness, &
+                                 model%materials(b%material_index)%density, b%velocity, material_of_body(model, k), k)
             else
-               call fill_rectangle(m%particles, first, points(:, k), b%lower, b%upper, scene%run%thickness, &
-                                   scene%materials(b%material_index)%density, b%velocity, material_of_body(scene, k), k)
+               call fill_rectangle(m%particles, first, points(:, k), b%lower, b%upper, model%run%thickness, &
+                                   model%materials(b%material_index)%density, b%velocity, material_of_body(model, k), k)
             end if
          end associate
          first = first + number(k)
       end do
-      if (scene%method%has_domains()) call start_domains(m%particles)
+      if (model%method%has_domains()) call start_domains(m%particles)
       call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       if (m%grid%is_quadratic() .and. .not. failure%failed()) call weigh_points(m%matter_t)
    end subroutine place_particles
 
    !> Attach the loads to the particles. A pressure on a crack is several: one for each face along a grid line, or for each direction in which
    !> edges of particles look.
-   subroutine place_loads(scene, m, failure)
-      type(scene_t), intent(in) :: scene
+   subroutine place_loads(model, m, failure)
+      type(model_t), intent(in) :: model
       type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       type(load_t), allocatable :: loads(:)
       integer :: k, n, i
-      allocate (loads(sum([(parts_of(scene, scene%loads(k)), k=1, size(scene%loads))])))
+      allocate (loads(sum([(parts_of(model, model%loads(k)), k=1, size(model%loads))])))
       n = 0
-      do k = 1, size(scene%loads)
-         associate (parts => loads(n + 1:n + parts_of(scene, scene%loads(k))))
+      do k = 1, size(model%loads)
+         associate (parts => loads(n + 1:n + parts_of(model, model%loads(k))))
             do i = 1, size(parts)
-               parts(i)%history = scene%loads(k)%history
+               parts(i)%history = model%loads(k)%history
             end do
-            call place_load(scene, scene%loads(k), m, parts)
+            call place_load(model, model%loads(k), m, parts)
             n = n + size(parts)
             if (.not. allocated(parts(1)%host)) cycle ! found below
             if (size(parts(1)%host) == 0) call failure%report(exit_input, '&load('//to_text(k)// &
@@ -324,36 +324,36 @@ contains
    end subroutine place_loads
 
    !> The parts of the edges of polygons and circles, and of bodies with holes, on which a traction acts: those in its box.
-   pure function loaded_parts(spec, scene) result(parts)
+   pure function loaded_parts(spec, model) result(parts)
       type(load_spec_t), intent(in) :: spec
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(edge_part_t), allocatable :: parts(:)
       integer :: k
       allocate (parts(0))
-      do k = 1, size(scene%bodies)
-         associate (body => scene%bodies(k), tol => tolerance(scene%grid))
+      do k = 1, size(model%bodies)
+         associate (body => model%bodies(k), tol => tolerance(model%grid))
             if (body%outline%is_there()) &
-               parts = [parts, body%outline%parts_in_box(spec%lower - tol, spec%upper + tol, scene%grid%lower, &
-                                                         scene%grid%cell/body%points_per_cell)]
+               parts = [parts, body%outline%parts_in_box(spec%lower - tol, spec%upper + tol, model%grid%lower, &
+                                                         model%grid%cell/body%points_per_cell)]
          end associate
       end do
    end function loaded_parts
 
-   !> How many loads of the motion a load of the scene is.
-   pure integer function parts_of(scene, spec)
-      type(scene_t), intent(in) :: scene
+   !> How many loads of the motion a load of the model is.
+   pure integer function parts_of(model, spec)
+      type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: spec
       parts_of = 1
       if (spec%kind == 'pressure' .and. .not. is_on_faces(spec)) then
-         if (size(loaded_parts(spec, scene)) > 0) parts_of = ndim
+         if (size(loaded_parts(spec, model)) > 0) parts_of = ndim
       end if
       if (.not. is_on_faces(spec)) return
-      parts_of = merge(1, 2*ndim, scene%is_half())
+      parts_of = merge(1, 2*ndim, model%is_half())
    end function parts_of
 
    !> Attach a load to the particles.
-   subroutine place_load(scene, spec, m, parts)
-      type(scene_t), intent(in) :: scene
+   subroutine place_load(model, spec, m, parts)
+      type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: spec
       type(problem_t), intent(in) :: m
       type(load_t), intent(inout) :: parts(:)
@@ -372,85 +372,85 @@ contains
             load%force = sum(m%particles%mass(load%host))*spec%acceleration
          case ('pressure')
             if (is_on_faces(spec)) then
-               call place_on_faces(scene, spec, m, parts)
+               call place_on_faces(model, spec, m, parts)
             else if (size(parts) > 1) then
-               call press_parts(scene, spec, m, parts)
+               call press_parts(model, spec, m, parts)
             else
-               call find_edge_normal(scene, spec, normal, sides)
-               call press_segment(scene, m, spec%lower, spec%upper, -normal, spec%pressure, load)
+               call find_edge_normal(model, spec, normal, sides)
+               call press_segment(model, m, spec%lower, spec%upper, -normal, spec%pressure, load)
             end if
          case default
-            edge = loaded_parts(spec, scene)
+            edge = loaded_parts(spec, model)
             if (spec%kind == 'traction' .and. size(edge) > 0) then
-               area = [(norm2(edge(k)%half)*scene%run%thickness%at(edge(k)%middle), k=1, size(edge))]
+               area = [(norm2(edge(k)%half)*model%run%thickness%at(edge(k)%middle), k=1, size(edge))]
                call load_on_parts(m%matter_t, edge, area/sum(area), load)
             else
-               call load_on_segment(scene, m, spec%lower, spec%upper, face_normal(scene, spec), load)
+               call load_on_segment(model, m, spec%lower, spec%upper, face_normal(model, spec), load)
             end if
          end select
       end associate
    end subroutine place_load
 
    !> Let a pressure act on parts of slanted sides and arcs: a load for each component, whose parts go with the normals.
-   subroutine press_parts(scene, spec, m, loads)
-      type(scene_t), intent(in) :: scene
+   subroutine press_parts(model, spec, m, loads)
+      type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: spec
       type(problem_t), intent(in) :: m
       type(load_t), intent(inout) :: loads(ndim)
       type(edge_part_t), allocatable :: edge(:)
       integer :: d, k
-      edge = loaded_parts(spec, scene)
+      edge = loaded_parts(spec, model)
       do d = 1, ndim
          loads(d)%force = 0
          loads(d)%force(d) = -spec%pressure
-         call load_on_parts(m%matter_t, edge, [(2*norm2(edge(k)%half)*scene%run%thickness%at(edge(k)%middle)*edge(k)%normal(d), &
+         call load_on_parts(m%matter_t, edge, [(2*norm2(edge(k)%half)*model%run%thickness%at(edge(k)%middle)*edge(k)%normal(d), &
                                                 k=1, size(edge))], loads(d))
       end do
    end subroutine press_parts
 
    !> Let a pressure act on all faces of a crack.
-   subroutine place_on_faces(scene, spec, m, parts)
-      type(scene_t), intent(in) :: scene
+   subroutine place_on_faces(model, spec, m, parts)
+      type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: spec
       type(problem_t), intent(in) :: m
       type(load_t), intent(inout) :: parts(:)
       integer :: k
-      if (.not. scene%is_half()) then
+      if (.not. model%is_half()) then
          do k = 1, size(parts)
-            parts(k)%line = path_of(scene, spec%crack)
+            parts(k)%line = path_of(model, spec%crack)
             parts(k)%pressure = spec%pressure
             parts(k)%into(1 + (k - 1)/2) = 3 - 2*(1 + mod(k - 1, 2))
          end do
          return
       end if
-      associate (points => scene%paths(1)%points)
-         call press_segment(scene, m, points(:, 1), points(:, 2), into_half(scene), spec%pressure, parts(1))
+      associate (points => model%paths(1)%points)
+         call press_segment(model, m, points(:, 1), points(:, 2), into_half(model), spec%pressure, parts(1))
       end associate
    end subroutine place_on_faces
 
    !> A pressure on a straight part of a surface: its resultant from its length, the unit vector into the material and the thickness.
-   subroutine press_segment(scene, m, from, to, into, pressure, load)
-      type(scene_t), intent(in) :: scene
+   subroutine press_segment(model, m, from, to, into, pressure, load)
+      type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: from(ndim), to(ndim) !! its ends [m]
       real(dp), intent(in) :: into(ndim)
       real(dp), intent(in) :: pressure           !! [Pa]
       type(load_t), intent(inout) :: load
-      load%force = pressure*norm2(to - from)*scene%run%thickness%at((from + to)/2)*into
-      call load_on_segment(scene, m, from, to, into, load)
+      load%force = pressure*norm2(to - from)*model%run%thickness%at((from + to)/2)*into
+      call load_on_segment(model, m, from, to, into, load)
    end subroutine press_segment
 
    !> Attach a point load or a traction: at the point, or at the centres of equal parts of the segment, as many as the densest body has
    !> particles along it.
-   subroutine load_on_segment(scene, m, from, to, toward, load)
-      type(scene_t), intent(in) :: scene
+   subroutine load_on_segment(model, m, from, to, toward, load)
+      type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: from(ndim), to(ndim) !! its ends [m]
       real(dp), intent(in) :: toward(ndim)       !! unit vector into the material at the face of a crack; 0 elsewhere
       type(load_t), intent(inout) :: load
       real(dp), allocatable :: x(:, :)
       integer :: n, k
-      n = maxval(points_along(min(from, to), max(from, to), scene%grid%cell, maxval(scene%bodies%points_per_cell)))
+      n = maxval(points_along(min(from, to), max(from, to), model%grid%cell, maxval(model%bodies%points_per_cell)))
       allocate (x(ndim, n))
       do k = 1, n
          x(:, k) = from + (k - 0.5_dp)/n*(to - from)

@@ -3,25 +3,25 @@ module hampm_continuation
    use hampm_assembly, only: assemble, choose_integrator
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
    use hampm_crack_carrying, only: attach_cracks
-   use hampm_cracks, only: keep_cracks
+   use hampm_cracks, only: archive_cracks
    use hampm_failure, only: failure_t, exit_stopped
-   use hampm_growing, only: new_growing, keep_growing
-   use hampm_growth_at_rest, only: scale_loads
-   use hampm_growth_room, only: follow_in_scene
-   use hampm_measurements, only: new_measurements, keep_measurements
-   use hampm_refinement, only: keep_refinement
-   use hampm_scene, only: scene_t
+   use hampm_growing, only: new_growing, archive_growing
+   use hampm_static_growth, only: scale_loads
+   use hampm_growth_room, only: update_model_path
+   use hampm_measurements, only: new_measurements, archive_measurements
+   use hampm_refinement, only: archive_refinement
+   use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, rebuild_on_mesh
    use hampm_problem_checkpoint, only: keep_problem
    use hampm_threads, only: use_threads
    implicit none
    private
-   public :: look_for_interruption, rebuild
+   public :: check_interruption, rebuild
 
 contains
 
    !> Before a step: write a checkpoint where it is time, and stop where that is asked for.
-   subroutine look_for_interruption(s, failure)
+   subroutine check_interruption(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: reason
@@ -32,7 +32,7 @@ contains
       if (reason /= '' .or. is_time) call write_checkpoint(s, reason /= '', failure)
       if (reason /= '' .and. .not. failure%failed()) call failure%report(exit_stopped, s%problem%state%when()// &
          'stopped by '//reason//'. To go on: hampm --resume '//checkpoint_name(s%results%path))
-   end subroutine look_for_interruption
+   end subroutine check_interruption
 
    !> Bring the result up to date, for the last time or not, and then write a checkpoint that continues it.
    subroutine write_checkpoint(s, is_last, failure)
@@ -48,77 +48,77 @@ contains
       if (failure%failed()) return
       s%lengths = s%results%lengths()
       call checkpoint%create(checkpoint_name(s%results%path))
-      call checkpoint%keep_text('scene', s%scene%as_used)
-      call keep_cracks(s%cracks, checkpoint)
-      call keep_growing(s%growing, checkpoint)
+      call checkpoint%archive_text('scene', s%model%as_used)
+      call archive_cracks(s%cracks, checkpoint)
+      call archive_growing(s%growing, checkpoint)
       call keep_problem(checkpoint, s%cracks, s%problem)
-      call keep_rest(checkpoint, s)
+      call archive_rest(checkpoint, s)
       call checkpoint%finish(failure)
       call s%interruption%note_checkpoint(s%problem%state%steps)
    end subroutine write_checkpoint
 
-   !> Build the simulation of a scene as it was when a checkpoint of it was written.
-   subroutine rebuild(scene, threads, checkpoint, s, failure)
-      type(scene_t), intent(in) :: scene
+   !> Build the simulation of a model as it was when a checkpoint of it was written.
+   subroutine rebuild(model, threads, checkpoint, s, failure)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: threads
       type(checkpoint_t), intent(inout) :: checkpoint  !! open; it is closed
       type(simulation_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
-      s%scene = scene
-      call assemble(scene, s%problem, s%cracks, s%refinement, failure)
-      call choose_integrator(scene, s%integrator)
+      s%model = model
+      call assemble(model, s%problem, s%cracks, s%refinement, failure)
+      call choose_integrator(model, s%integrator)
       if (.not. failure%failed()) then
-         call attach_cracks(s%carried, s%problem, scene%energy_release%needs_nodes())
-         call new_measurements(scene, s%problem, s%cracks, s%measurements) ! of the start, as G_ref is
-         call new_growing(scene, s%cracks, s%growing)
-         call keep_cracks(s%cracks, checkpoint)
-         call keep_growing(s%growing, checkpoint)
-         call follow_all_in_scene(s)
+         call attach_cracks(s%carried, s%problem, model%energy_release%needs_nodes())
+         call new_measurements(model, s%problem, s%cracks, s%measurements) ! of the start, as G_ref is
+         call new_growing(model, s%cracks, s%growing)
+         call archive_cracks(s%cracks, checkpoint)
+         call archive_growing(s%growing, checkpoint)
+         call update_model_paths(s)
          call keep_problem(checkpoint, s%cracks, s%problem)
       end if
       if (.not. (failure%failed() .or. checkpoint%failure%failed())) then
          call use_threads(threads, s%problem%particles%n)
          call rebuild_on_mesh(s, failure)
-         call keep_rest(checkpoint, s)
+         call archive_rest(checkpoint, s)
       end if
       call checkpoint%finish(failure)
    end subroutine rebuild
 
-   !> After a checkpoint was read: the scene has its cracks where they are, and loads their scale.
-   subroutine follow_all_in_scene(s)
+   !> After a checkpoint was read: the model has its cracks where they are, and loads their scale.
+   subroutine update_model_paths(s)
       type(simulation_t), intent(inout) :: s
       integer :: k
       if (.not. s%growing%are_there()) return
       do k = 1, size(s%cracks%crack)
-         call follow_in_scene(s%scene, s%cracks, k)
+         call update_model_path(s%model, s%cracks, k)
       end do
-      if (s%growing%at_rest) call scale_loads(s%growing, s%problem)
-   end subroutine follow_all_in_scene
+      if (s%growing%is_static) call scale_loads(s%growing, s%problem)
+   end subroutine update_model_paths
 
    !> Keep in a checkpoint, or get from it, what there is beside the motion.
-   subroutine keep_rest(checkpoint, s)
+   subroutine archive_rest(checkpoint, s)
       type(checkpoint_t), intent(inout) :: checkpoint
       type(simulation_t), intent(inout) :: s
       character(:), allocatable :: warning
       integer :: n
-      call keep_refinement(s%refinement, checkpoint)
-      call keep_measurements(s%problem%grid, s%measurements, checkpoint)
+      call archive_refinement(s%refinement, checkpoint)
+      call archive_measurements(s%problem%grid, s%measurements, checkpoint)
       call checkpoint%section('run')
-      call checkpoint%keep('longest_step', s%longest_step)
-      call checkpoint%keep('limit', s%limit)
-      call checkpoint%keep('steps_left', s%steps_left)
-      call checkpoint%keep('dt', s%dt)
-      call s%integrator%keep(s%problem, checkpoint)
-      call checkpoint%keep('samples', s%samples)
-      call checkpoint%keep('snapshots', s%snapshots)
+      call checkpoint%serialise('longest_step', s%longest_step)
+      call checkpoint%serialise('limit', s%limit)
+      call checkpoint%serialise('steps_left', s%steps_left)
+      call checkpoint%serialise('dt', s%dt)
+      call s%integrator%serialise(s%problem, checkpoint)
+      call checkpoint%serialise('samples', s%samples)
+      call checkpoint%serialise('snapshots', s%snapshots)
       n = 0
       if (.not. checkpoint%is_read) n = size(s%lengths)
-      call checkpoint%keep('number_lengths', n)
+      call checkpoint%serialise('number_lengths', n)
       if (checkpoint%is_read) allocate (s%lengths(n))
-      call checkpoint%keep_longs('lengths', n, s%lengths)
+      call checkpoint%archive_longs('lengths', n, s%lengths)
       warning = ''
       if (allocated(s%warning)) warning = s%warning
-      call checkpoint%keep_text('warning', warning)
+      call checkpoint%archive_text('warning', warning)
       if (len(warning) > 0) s%warning = warning
-   end subroutine keep_rest
+   end subroutine archive_rest
 end module hampm_continuation

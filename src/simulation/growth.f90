@@ -1,5 +1,5 @@
-!> How tips grow in a run: at rest by increments, under loads that are scaled until G is the toughness (`hampm_growth_at_rest`); in
-!> motion along ways for which the cells are cut in advance (`hampm_growth_in_motion`), in implicit steps at the pace that keeps G at
+!> How tips grow in a run: at rest by increments, under loads that are scaled until G is the toughness (`hampm_static_growth`); in
+!> motion along ways for which the cells are cut in advance (`hampm_dynamic_growth`), in implicit steps at the pace that keeps G at
 !> the toughness (`hampm_growth_pace`).
 module hampm_growth
    use hampm_kinds, only: dp
@@ -7,9 +7,9 @@ module hampm_growth
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_growing, only: growing_t
-   use hampm_growth_at_rest, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, &
-                                   factor_to_toughness, freed, correct_work, scale_loads
-   use hampm_growth_in_motion, only: plan_ways, move_tips, has_to_look, start_tips, note_look
+   use hampm_static_growth, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, &
+                                  factor_to_toughness, freed, correct_work, scale_loads
+   use hampm_dynamic_growth, only: plan_ways, move_tips, must_check, start_tips, note_check
    use hampm_growth_pace, only: pace_t, begin_pace, follow_pace
    use hampm_measurements, only: measurements_t
    use hampm_mesh_changes, only: cut_anew, change_cut
@@ -26,7 +26,7 @@ contains
    subroutine start_growth(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      if (.not. s%growing%at_rest) return
+      if (.not. s%growing%is_static) return
       call measure_state(s, failure)
       call load_to_toughness(s, failure)
    end subroutine start_growth
@@ -36,12 +36,12 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       if (failure%failed() .or. .not. s%growing%are_there()) return
-      if (s%growing%at_rest) then
+      if (s%growing%is_static) then
          call grow(s, failure)
          s%growing%stored_grown = stored_energy(s%problem)
          return
       end if
-      if (has_to_look(s%growing, s%scene, s%problem, s%cracks)) call look_at_tips(s, failure)
+      if (must_check(s%growing, s%model, s%problem, s%cracks)) call check_tips(s, failure)
       if (.not. s%growing%is_paced) call plan_growth(s, failure)
    end subroutine prepare_growth
 
@@ -51,11 +51,11 @@ contains
       type(failure_t), intent(inout) :: failure
       logical :: have_planned
       if (failure%failed()) return
-      call plan_ways(s%growing, s%scene, s%problem, s%cracks, s%dt, have_planned, s%warning)
+      call plan_ways(s%growing, s%model, s%problem, s%cracks, s%dt, have_planned, s%warning)
       if (.not. have_planned) return
       call update_particles(s%problem)
       call change_cut(s, failure)
-      if (.not. failure%failed()) call s%integrator%settle(s%problem, s%dt, failure)
+      if (.not. failure%failed()) call s%integrator%initialise(s%problem, s%dt, failure)
    end subroutine plan_growth
 
    !> Advance by an implicit step with tips that grow: tried with other ways until G keeps to the toughness (`hampm_growth_pace`).
@@ -78,9 +78,9 @@ contains
          measurements = s%measurements
          cracks = s%cracks
          growing = s%growing
-         call move_tips(s%growing, s%scene, s%problem, s%cracks, s%problem%state%time, s%dt, s%warning)
+         call move_tips(s%growing, s%model, s%problem, s%cracks, s%problem%state%time, s%dt, s%warning)
          call s%integrator%advance(s%problem, s%dt, failure)
-         call look_at_tips(s, failure)
+         call check_tips(s, failure)
          if (failure%failed()) return
          call follow_pace(pace, s%growing, s%cracks, s%dt, is_over)
          if (is_over) exit
@@ -98,16 +98,16 @@ contains
    end subroutine advance_in_pace
 
    !> In motion: measure G and K, and let tips start whose loading has reached the toughness.
-   subroutine look_at_tips(s, failure)
+   subroutine check_tips(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       if (failure%failed()) return
       call update_particles(s%problem)
       call measure_state(s, failure)
       if (failure%failed()) return
-      call note_look(s%growing, s%cracks, s%measurements%crack)
-      call start_tips(s%growing, s%scene, s%problem, s%cracks, s%measurements%crack)
-   end subroutine look_at_tips
+      call note_check(s%growing, s%cracks, s%measurements%crack)
+      call start_tips(s%growing, s%model, s%problem, s%cracks, s%measurements%crack)
+   end subroutine check_tips
 
    !> After a step: scale loads to the toughness at rest, or let tips move.
    subroutine follow_growth(s, failure)
@@ -115,12 +115,12 @@ contains
       type(failure_t), intent(inout) :: failure
       type(symmetric_turns_t) :: turns
       if (failure%failed() .or. .not. s%growing%are_there()) return
-      if (s%growing%at_rest) then
+      if (s%growing%is_static) then
          call measure_state(s, failure)
          call turn_to_symmetry(s, turns, failure) ! loads that do not all change alike, and finer cells, have changed K_II
          call load_to_toughness(s, failure)
       else if (.not. s%growing%is_paced) then
-         call move_tips(s%growing, s%scene, s%problem, s%cracks, s%problem%state%time - s%dt, s%dt, s%warning)
+         call move_tips(s%growing, s%model, s%problem, s%cracks, s%problem%state%time - s%dt, s%dt, s%warning)
       end if
    end subroutine follow_growth
 
@@ -140,14 +140,14 @@ contains
       allocate (attempts(size(values)), source=0)
       have_cut = .false.
       do
-         call advance_tips(s%growing, s%scene, s%cracks, values, attempts, have_moved, s%warning)
+         call advance_tips(s%growing, s%model, s%cracks, values, attempts, have_moved, s%warning)
          if (have_moved .or. have_cut) call cut_anew(s, failure)
          if (.not. have_moved .or. failure%failed()) return
          have_cut = .true.
          call measure_state(s, failure)
          call turn_to_symmetry(s, turns, failure)
          if (failure%failed() .or. turns%have_found()) return
-         call take_back(s%growing, s%scene, s%cracks, before, turns, attempts, is_over, s%warning)
+         call take_back(s%growing, s%model, s%cracks, before, turns, attempts, is_over, s%warning)
          if (is_over) return
       end do
    end subroutine grow
@@ -160,7 +160,7 @@ contains
       real(dp), allocatable :: turn(:)
       integer :: is_in_the_way
       logical :: are_over
-      call begin_to_turn(s%growing, s%scene, s%cracks, turns)
+      call begin_to_turn(s%growing, s%model, s%cracks, turns)
       allocate (turn(size(turns%tip)))
       are_over = .false.
       do
@@ -168,7 +168,7 @@ contains
          if (.not. are_over) call turns%note(mixities_of(s%measurements%crack, turns%tip))
          if (turns%have_found() .or. are_over) return
          call turns%choose(turn, are_over)
-         call turn_tips(s%scene, s%cracks, turns%tip, turn, is_in_the_way)
+         call turn_tips(s%model, s%cracks, turns%tip, turn, is_in_the_way)
          call cut_anew(s, failure)
          call measure_state(s, failure)
       end do
@@ -190,7 +190,7 @@ contains
       by_advance = freed(s%growing, s%problem)
       change = 1
       do attempt = 1, most
-         factor = factor_to_toughness(s%growing, s%scene, s%cracks, s%measurements%crack)
+         factor = factor_to_toughness(s%growing, s%model, s%cracks, s%measurements%crack)
          if (attempt > 1 .and. abs(factor - 1) < near) exit
          root = 1/factor
          if (attempt > 1) factor = by_secant(last_factor, last_root, root)
@@ -209,7 +209,7 @@ contains
                              'brings G to the toughness: it hardly hangs on them, as where an eigenstrain drives the crack')
          return
       end if
-      call book_fracture(s%growing, s%scene, s%cracks, s%measurements%crack, s%problem)
+      call book_fracture(s%growing, s%model, s%cracks, s%measurements%crack, s%problem)
    end subroutine load_to_toughness
 
    !> By what to multiply a load so that the root of G over the toughness, a function of the load, is 1, by the secant through its last two values: by

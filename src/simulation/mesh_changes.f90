@@ -10,7 +10,7 @@ module hampm_mesh_changes
    use hampm_simulation, only: simulation_t, rebuild_on_mesh, limit_time_step
    implicit none
    private
-   public :: adapt, adapt_at_rest, carry_cracks, cut_anew, change_cut
+   public :: adapt, adapt_static, carry_cracks, cut_anew, change_cut
 
 contains
 
@@ -32,11 +32,11 @@ contains
       if (s%growing%are_there()) s%problem%grid%cut_cells%lines = s%cracks%lines() ! with the tips where they are now
       call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure)
       if (adapted .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
-      if (adapted .and. .not. failure%failed()) call s%integrator%settle(s%problem, s%dt, failure)
+      if (adapted .and. .not. failure%failed()) call s%integrator%initialise(s%problem, s%dt, failure)
    end subroutine adapt
 
    !> At rest: refine the mesh and find equilibrium on it until the indicator asks for no more.
-   subroutine adapt_at_rest(s, failure)
+   subroutine adapt_static(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       logical :: adapted
@@ -45,9 +45,9 @@ contains
          call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure)
          if (failure%failed() .or. .not. adapted) return
          call rebuild_on_mesh(s, failure)
-         if (.not. failure%failed()) call s%integrator%settle(s%problem, s%longest_step, failure)
+         if (.not. failure%failed()) call s%integrator%initialise(s%problem, s%longest_step, failure)
       end do
-   end subroutine adapt_at_rest
+   end subroutine adapt_static
 
    !> After a step: let cracks that the material carries follow it.
    subroutine carry_cracks(s, failure)
@@ -64,7 +64,7 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       call change_cut(s, failure)
-      if (.not. failure%failed()) call s%integrator%settle(s%problem, s%longest_step, failure)
+      if (.not. failure%failed()) call s%integrator%initialise(s%problem, s%longest_step, failure)
    end subroutine cut_anew
 
    !> Cut cells along cracks that have changed, and let the mesh follow their tips.

@@ -3,21 +3,21 @@ module hampm_recording
    use, intrinsic :: ieee_exceptions, only: ieee_usual, ieee_get_halting_mode, ieee_set_halting_mode
    use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
    use hampm_kinds, only: dp, long
-   use hampm_cohesive_zone, only: look_at_zones
+   use hampm_cohesive_zone, only: check_zones
    use hampm_crack_groups, only: path_spec_t
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_folders, only: ensure_folder
-   use hampm_growth_in_motion, only: book_rate
-   use hampm_guards, only: check_state, check_tip, look_at_faces, look_at_modes, look_at_normals
+   use hampm_dynamic_growth, only: book_rate
+   use hampm_run_time_checks, only: check_state, check_tip, check_faces, check_modes, check_normals
    use hampm_measurements, only: take_row, declare_columns, energy_residual
    use hampm_progress, only: standing_t
-   use hampm_rest, only: find_distance_from_rest
-   use hampm_scene, only: scene_t
-   use hampm_simulation, only: simulation_t, measure_state, warnings, is_at_rest
+   use hampm_static_equilibrium, only: find_distance_to_equilibrium
+   use hampm_model, only: model_t
+   use hampm_simulation, only: simulation_t, measure_state, warnings, is_near_equilibrium
    use hampm_snapshots, only: piece_t
    use hampm_threads, only: thread_count, host_name
    use hampm_version, only: version
-   use hampm_views, only: shows_cracks, particle_view, mesh_view, crack_view
+   use hampm_output_fields, only: shows_cracks, particle_fields, mesh_fields, crack_fields
    implicit none
    private
    public :: open_results, next_output, is_due, record, record_end, show_progress, result_path
@@ -34,19 +34,19 @@ contains
       call ensure_folder(folder, failure)
       if (failure%failed()) return
       if (allocated(s%lengths)) then
-         call s%results%resume(result_path(s%scene, folder), s%scene%as_used, s%lengths, failure)
+         call s%results%resume(result_path(s%model, folder), s%model%as_used, s%lengths, failure)
       else
-         call s%results%create(result_path(s%scene, folder), failure)
+         call s%results%create(result_path(s%model, folder), failure)
       end if
-      call s%results%add_text('/input/namelist', s%scene%as_used, failure)
+      call s%results%add_text('/input/namelist', s%model%as_used, failure)
       call s%results%add_attribute('/input', 'version', version, failure)
       call s%results%add_attribute('/input', 'compiler', compiler_version(), failure)
       call s%results%add_attribute('/input', 'compiler_options', compiler_options(), failure)
       call s%results%add_attribute('/input', 'host', host_name(), failure)
       call s%results%add_attribute('/input', 'threads', thread_count(), failure)
-      call s%results%add_attribute('/history', 'title', trim(s%scene%run%title), failure)
-      if (any(s%scene%paths%name /= '')) call s%results%add_attribute('/history', 'cracks', path_names(s%scene%paths), failure)
-      call declare_columns(s%scene, s%problem, s%cracks, s%growing, s%measurements, s%results, failure)
+      call s%results%add_attribute('/history', 'title', trim(s%model%run%title), failure)
+      if (any(s%model%paths%name /= '')) call s%results%add_attribute('/history', 'cracks', path_names(s%model%paths), failure)
+      call declare_columns(s%model, s%problem, s%cracks, s%growing, s%measurements, s%results, failure)
    end subroutine open_results
 
    !> The names of cracks of the kind 'path', in their order, which is that of the tips.
@@ -64,8 +64,8 @@ contains
    !> Time of the next sample, snapshot or of the end [s].
    pure real(dp) function next_output(s) result(time)
       type(simulation_t), intent(in) :: s
-      time = min(output_time(s, s%samples, s%scene%output%history_interval), s%scene%run%end_time)
-      if (s%scene%output%snapshot_interval > 0) time = min(time, output_time(s, s%snapshots, s%scene%output%snapshot_interval))
+      time = min(output_time(s, s%samples, s%model%output%history_interval), s%model%run%end_time)
+      if (s%model%output%snapshot_interval > 0) time = min(time, output_time(s, s%snapshots, s%model%output%snapshot_interval))
    end function next_output
 
    !> Time of an output at a multiple of its interval [s]: the end of the run where only rounding is between them.
@@ -74,18 +74,18 @@ contains
       integer(long), intent(in) :: multiple
       real(dp), intent(in) :: interval           !! [s]
       time = multiple*interval
-      if (abs(time - s%scene%run%end_time) <= same_time(s)) time = s%scene%run%end_time
+      if (abs(time - s%model%run%end_time) <= same_time(s)) time = s%model%run%end_time
    end function output_time
 
    !> Times that differ by no more are the same [s]: by a small part of a step and of the intervals between outputs, which may be shorter than
    !> a step could be, or by rounding.
    pure real(dp) function same_time(s)
       type(simulation_t), intent(in) :: s
-      associate (output => s%scene%output)
+      associate (output => s%model%output)
          same_time = min(s%longest_step, output%history_interval)
          if (output%snapshot_interval > 0) same_time = min(same_time, output%snapshot_interval)
       end associate
-      same_time = max(rounding*same_time, 4*spacing(s%scene%run%end_time))
+      same_time = max(rounding*same_time, 4*spacing(s%model%run%end_time))
    end function same_time
 
    !> Whether the time of an output has come.
@@ -104,23 +104,23 @@ contains
       s%measurements%indicator = max(s%refinement%relative_error, s%refinement%largest_r)
       call measure_state(s, failure)
       if (failure%failed()) return
-      if (s%growing%are_there() .and. .not. s%growing%at_rest) &
-         call book_rate(s%growing, s%scene, s%cracks, s%measurements%crack)
-      call check_state(s%problem, trim(s%scene%method%time), s%measurements, s%warning, failure)
-      if (.not. failure%failed()) call look_at_normals(s%problem, failure)
+      if (s%growing%are_there() .and. .not. s%growing%is_static) &
+         call book_rate(s%growing, s%model, s%cracks, s%measurements%crack)
+      call check_state(s%problem, trim(s%model%method%time), s%measurements, s%warning, failure)
+      if (.not. failure%failed()) call check_normals(s%problem, failure)
       if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%problem, s%cracks%tips(1), failure)
       if (failure%failed()) return
       do k = 1, size(s%cracks%tips)
-         call look_at_modes(s%problem, s%cracks%tips(k), s%warning)
+         call check_modes(s%problem, s%cracks%tips(k), s%warning)
       end do
-      if (s%problem%interfaces%n_cohesive > 0) call look_at_zones(s%cracks, s%problem%interfaces, s%warning)
-      if (is_due(s, min(output_time(s, s%samples, s%scene%output%history_interval), s%scene%run%end_time))) then
-         call take_row(s%scene, s%problem, s%cracks, s%growing, s%dt, s%measurements)
+      if (s%problem%interfaces%n_cohesive > 0) call check_zones(s%cracks, s%problem%interfaces, s%warning)
+      if (is_due(s, min(output_time(s, s%samples, s%model%output%history_interval), s%model%run%end_time))) then
+         call take_row(s%model, s%problem, s%cracks, s%growing, s%dt, s%measurements)
          call s%results%append(s%measurements%history%row, failure)
          s%samples = s%samples + 1
       end if
-      if (s%scene%output%snapshot_interval > 0) then
-         if (is_due(s, output_time(s, s%snapshots, s%scene%output%snapshot_interval))) then
+      if (s%model%output%snapshot_interval > 0) then
+         if (is_due(s, output_time(s, s%snapshots, s%model%output%snapshot_interval))) then
             call write_snapshot(s, .false., failure)
             s%snapshots = s%snapshots + 1
          end if
@@ -136,9 +136,9 @@ contains
       logical :: with_cracks
       with_cracks = shows_cracks(s%cracks)
       allocate (pieces(merge(3, 2, with_cracks)))
-      call particle_view(s%problem, with_cracks, pieces(1))
-      call mesh_view(s%problem, s%refinement, with_cracks, after_failure, pieces(2))
-      if (with_cracks) call crack_view(s%cracks, pieces(3))
+      call particle_fields(s%problem, with_cracks, pieces(1))
+      call mesh_fields(s%problem, s%refinement, with_cracks, after_failure, pieces(2))
+      if (with_cracks) call crack_fields(s%cracks, pieces(3))
       call s%results%write_snapshot(s%problem%state%time, pieces, failure)
    end subroutine write_snapshot
 
@@ -149,10 +149,10 @@ contains
       call show_progress(s, last=.true.)
       if (failure%code == exit_computation) call show_what_failed(s)
       if (.not. failure%failed()) then
-         s%distance_from_rest = s%integrator%distance_from_rest
-         if (.not. s%integrator%is_static) call find_distance_from_rest(s%problem, s%distance_from_rest)
+         s%distance_to_equilibrium = s%integrator%distance_to_equilibrium
+         if (.not. s%integrator%is_static) call find_distance_to_equilibrium(s%problem, s%distance_to_equilibrium)
       end if
-      if (failure%code /= exit_stopped) call look_at_faces(s%measurements, s%cracks%crack, is_at_rest(s), s%warning)
+      if (failure%code /= exit_stopped) call check_faces(s%measurements, s%cracks%crack, is_near_equilibrium(s), s%warning)
       call tell_end(s, failure)
    end subroutine record_end
 
@@ -177,8 +177,8 @@ contains
       case (exit_done)
          call s%results%add_attribute('/history', 'ended', 'done', failure)
          call s%results%add_attribute('/history', 'warnings', warnings(s), failure)
-         if (s%distance_from_rest >= 0) &
-            call s%results%add_attribute('/history', 'distance_from_rest', s%distance_from_rest, failure)
+         if (s%distance_to_equilibrium >= 0) &
+            call s%results%add_attribute('/history', 'distance_from_rest', s%distance_to_equilibrium, failure)
       case (exit_computation)
          call s%results%add_attribute('/history', 'ended', failure%message, unwritten)
          call s%results%add_attribute('/history', 'warnings', warnings(s), unwritten)
@@ -200,18 +200,18 @@ contains
          if (allocated(s%measurements%g_ratio)) now%g_ratio = s%measurements%g_ratio
          if (s%growing%are_there()) then
             now%crack_length = sum([(s%cracks%crack(k)%length(), k=1, size(s%cracks%crack))])
-            if (.not. s%growing%at_rest) now%tip_speed = maxval(s%cracks%tips%speed)
+            if (.not. s%growing%is_static) now%tip_speed = maxval(s%cracks%tips%speed)
          end if
          now%energy_residual = energy_residual(m, s%measurements)
       end associate
       call s%progress%show(now, last)
    end subroutine show_progress
 
-   !> Path of the result of a scene in a folder.
-   pure function result_path(scene, folder) result(path)
-      type(scene_t), intent(in) :: scene
+   !> Path of the result of a model in a folder.
+   pure function result_path(model, folder) result(path)
+      type(model_t), intent(in) :: model
       character(*), intent(in) :: folder
       character(:), allocatable :: path
-      path = folder//'/'//trim(scene%output%file)
+      path = folder//'/'//trim(model%output%file)
    end function result_path
 end module hampm_recording

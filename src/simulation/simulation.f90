@@ -1,9 +1,9 @@
-!> What a run consists of, and how it is built from its scene. Procedures of a run do nothing once something has failed.
+!> What a run consists of, and how it is built from its model. Procedures of a run do nothing once something has failed.
 module hampm_simulation
    use hampm_kinds, only: dp, long
    use hampm_assembly, only: assemble, choose_integrator
    use hampm_bodies, only: add_spin
-   use hampm_caveats, only: warnings_of
+   use hampm_input_warnings, only: warnings_of
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_crack_carrying, only: carried_cracks_t, attach_cracks
    use hampm_crack_errors, only: estimate_errors
@@ -19,18 +19,18 @@ module hampm_simulation
    use hampm_progress, only: progress_t
    use hampm_refinement, only: refinement_t, refine_at_start
    use hampm_results, only: results_t
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_text, only: add_line
    use hampm_threads, only: use_threads
    implicit none
    private
-   public :: simulation_t, build, rebuild_on_mesh, limit_time_step, measure_state, warnings, is_at_rest
+   public :: simulation_t, build, rebuild_on_mesh, limit_time_step, measure_state, warnings, is_near_equilibrium
 
-   real(dp), parameter :: near_rest = 0.01_dp    !! distance from rest up to which values are taken for those at rest [-]
+   real(dp), parameter :: near_equilibrium = 0.01_dp !! distance from rest up to which values are taken for those at rest [-]
 
    !> All that a run consists of.
    type :: simulation_t
-      type(scene_t) :: scene
+      type(model_t) :: model
       type(problem_t) :: problem
       type(cracks_t) :: cracks
       type(measurements_t) :: measurements
@@ -41,7 +41,7 @@ module hampm_simulation
       class(integrator_t), allocatable :: integrator
       type(progress_t) :: progress
       type(interruption_t) :: interruption
-      real(dp) :: distance_from_rest = -1        !! of the last values, see `find_distance_from_rest`; below 0: not known [-]
+      real(dp) :: distance_to_equilibrium = -1   !! of the last values, see `find_distance_to_equilibrium`; below 0: not known [-]
       real(dp) :: longest_step = 0               !! time step (31) [s]
       real(dp) :: limit = 0                      !! the same when the steps to the next output were chosen [s]
       integer(long) :: steps_left = 0            !! how many of these are not yet done
@@ -49,36 +49,36 @@ module hampm_simulation
       integer(long) :: samples = 0               !! rows of the history so far
       integer(long) :: snapshots = 0             !! snapshots so far
       integer(long), allocatable :: lengths(:)   !! of the result that is continued; not allocated where a new one begins
-      character(:), allocatable :: warning       !! of the scene and of the guards, a line each; not allocated where
+      character(:), allocatable :: warning       !! of the model and of the guards, a line each; not allocated where
                                                  !! there is none
    end type simulation_t
 
 contains
 
-   !> Build the simulation of a scene on a number of threads; 0 lets the size of the scene decide.
-   subroutine build(scene, threads, s, failure)
-      type(scene_t), intent(in) :: scene
+   !> Build the simulation of a model on a number of threads; 0 lets the size of the model decide.
+   subroutine build(model, threads, s, failure)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: threads
       type(simulation_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
       integer :: k
-      s%scene = scene
-      s%warning = warnings_of(scene)
+      s%model = model
+      s%warning = warnings_of(model)
       if (s%warning == '') deallocate (s%warning)
-      call assemble(scene, s%problem, s%cracks, s%refinement, failure)
-      call choose_integrator(scene, s%integrator)
+      call assemble(model, s%problem, s%cracks, s%refinement, failure)
+      call choose_integrator(model, s%integrator)
       if (failure%failed()) return
-      call attach_cracks(s%carried, s%problem, scene%energy_release%needs_nodes())
+      call attach_cracks(s%carried, s%problem, model%energy_release%needs_nodes())
       call refine_at_start(s%refinement, s%problem, s%cracks%tip_places(), failure)
       if (failure%failed()) return
-      do k = 1, size(scene%bodies)               ! with the particles as they now are: rigid motions to the last digit
-         if (abs(scene%bodies(k)%spin) > 0) call add_spin(s%problem%particles, k, scene%bodies(k)%spin)
+      do k = 1, size(model%bodies)               ! with the particles as they now are: rigid motions to the last digit
+         if (abs(model%bodies(k)%spin) > 0) call add_spin(s%problem%particles, k, model%bodies(k)%spin)
       end do
       call use_threads(threads, s%problem%particles%n)
       call rebuild_on_mesh(s, failure)
       if (failure%failed()) return
-      call new_measurements(scene, s%problem, s%cracks, s%measurements)
-      call new_growing(scene, s%cracks, s%growing)
+      call new_measurements(model, s%problem, s%cracks, s%measurements)
+      call new_growing(model, s%cracks, s%growing)
       call estimate_errors(s%problem, s%cracks, s%measurements%extrapolation, s%measurements%crack, failure)
    end subroutine build
 
@@ -96,7 +96,7 @@ contains
    subroutine limit_time_step(s)
       type(simulation_t), intent(inout) :: s
       s%longest_step = stable_time_step(smallest_occupied_cell(s%problem%grid, s%problem%blocks), s%problem%materials, &
-                                        s%scene%method%courant, s%scene%method%wave_speed)
+                                        s%model%method%courant, s%model%method%wave_speed)
       if (s%integrator%fixed_step > 0) s%longest_step = s%integrator%fixed_step
    end subroutine limit_time_step
 
@@ -104,7 +104,7 @@ contains
    subroutine measure_state(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      if (.not. failure%failed()) call measure(s%scene, s%problem, s%cracks, s%measurements, failure)
+      if (.not. failure%failed()) call measure(s%model, s%problem, s%cracks, s%measurements, failure)
    end subroutine measure_state
 
    !> What the user should know of the numbers of a run, a line each; '' where there is nothing.
@@ -118,8 +118,8 @@ contains
    end function warnings
 
    !> Whether the run has come to rest.
-   pure logical function is_at_rest(s)
+   pure logical function is_near_equilibrium(s)
       type(simulation_t), intent(in) :: s
-      is_at_rest = s%distance_from_rest >= 0 .and. s%distance_from_rest <= near_rest
-   end function is_at_rest
+      is_near_equilibrium = s%distance_to_equilibrium >= 0 .and. s%distance_to_equilibrium <= near_equilibrium
+   end function is_near_equilibrium
 end module hampm_simulation

@@ -11,16 +11,16 @@
 !> 587-596 (block principal pivoting, with Murty's method where it cycles).
 module hampm_balance
    use hampm_kinds, only: dp, ndim
-   use hampm_interface_points, only: settle_slip
+   use hampm_interface_points, only: commit_slip
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_instant, only: instant_t, remember, go_back_to
-   use hampm_problem, only: problem_t, stored_energy, dissipated_energy, keep_history
-   use hampm_newton, only: newton_t, out_of_balance, largest_force, displace
+   use hampm_instant, only: instant_t, save_instant, go_back_to
+   use hampm_problem, only: problem_t, stored_energy, dissipated_energy, archive_history
+   use hampm_newton, only: newton_t, residual, largest_force, displace
    use hampm_outer_forces, only: outer_forces_t
-   use hampm_rigid_motions, only: pin_t, find_pins
-   use hampm_supports, only: look_at_supports, turn_supports
+   use hampm_rigid_motions, only: rigid_constraint_t, find_rigid_constraints
+   use hampm_supports, only: find_wrong_supports, turn_supports
    use hampm_text, only: to_text, three_digits
-   use hampm_whereabouts, only: when
+   use hampm_error_context, only: when
    implicit none
    private
    public :: balance_t, start_t, part_t, is_linear, is_in_touch
@@ -36,7 +36,7 @@ module hampm_balance
       type(outer_forces_t) :: outer              !! in the step that is tried
       real(dp), allocatable :: moved(:, :)       !! by which nodes have moved in it [m], (ndim, n_points)
    contains
-      procedure :: follow
+      procedure :: advance_to
       procedure :: with_contact
       procedure(try), deferred :: try
       procedure :: arrive
@@ -87,7 +87,7 @@ module hampm_balance
 contains
 
    !> Follow a step from the present time of the motion to another, in one part or in several. Fails where that is not found.
-   subroutine follow(self, m, time, failure)
+   subroutine advance_to(self, m, time, failure)
       class(balance_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! at its end [s]
@@ -112,7 +112,7 @@ contains
                if (none%failed() .and. divisions > self%most_divisions(m)) exit
                call go_back(m, start)
             else
-               call keep_history(m)
+               call archive_history(m)
                call self%arrive(m, part)
                done = done + length
                length = min(2*length, 1 - done)
@@ -128,7 +128,7 @@ contains
       if (self%most_divisions(m) > 0) none%message = none%message//'. It was followed through '//three_digits(100*done)// &
          ' % of this load step, with '//to_text(self%newton%solutions)//' solutions so far. Likely cause: '//self%likely_cause()
       call failure%report(exit_computation, none%message)
-   end subroutine follow
+   end subroutine advance_to
 
    !> A part of a step has been followed. Here nothing.
    subroutine arrive(self, m, part)
@@ -151,29 +151,29 @@ contains
 
    !> Balance the forces of a step after a time with faces and supports that touch as they press, what remembers having relaxed before
    !> anything has moved. Fails where that is not found.
-   subroutine with_contact(self, m, elapsed, way, failure)
+   subroutine with_contact(self, m, time_increment, shift, failure)
       class(balance_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      real(dp), intent(in) :: elapsed            !! [s]
-      real(dp), intent(in) :: way(:, :)          !! by which fixed components move [m], (ndim, n_nodes)
+      real(dp), intent(in) :: time_increment     !! [s]
+      real(dp), intent(in) :: shift(:, :)        !! by which fixed components move [m], (ndim, n_nodes)
       type(failure_t), intent(inout) :: failure
-      type(pin_t), allocatable :: pins(:)
+      type(rigid_constraint_t), allocatable :: rigid_constraints(:)
       integer :: turn, wrong, fewest, in_vain    ! numbers of nodes and of turns
-      call look_for_pins(self, m, pins)
+      call add_rigid_constraints(self, m, rigid_constraints)
       if (any(m%materials%has_history())) then
-         m%materials%elapsed = elapsed
+         m%materials%time_increment = time_increment
          call displace(m, 0*self%moved)
       end if
-      m%constraints%lift = m%constraints%lift - way
+      m%constraints%lift = m%constraints%lift - shift
       fewest = huge(fewest)
       in_vain = 0
       do turn = 1, most_turns
          if (allocated(self%newton%predicted)) deallocate (self%newton%predicted)
-         call self%newton%balance(m, self%outer, way, pins, self%moved, failure)
+         call self%newton%balance(m, self%outer, shift, rigid_constraints, self%moved, failure)
          if (failure%failed()) return
-         call change_touch(self, m, in_vain > most_in_vain, pins, wrong)
+         call change_touch(self, m, in_vain > most_in_vain, rigid_constraints, wrong)
          if (wrong == 0) then
-            call settle_slip(m%interfaces)
+            call commit_slip(m%interfaces)
             return
          end if
          in_vain = merge(0, in_vain + 1, wrong < fewest)
@@ -183,24 +183,24 @@ contains
    end subroutine with_contact
 
    !> Find how bodies are to be pinned: those with inertia need nothing to hold them.
-   subroutine look_for_pins(self, m, pins)
+   subroutine add_rigid_constraints(self, m, rigid_constraints)
       class(balance_t), intent(in) :: self
       type(problem_t), intent(inout) :: m
-      type(pin_t), allocatable, intent(inout) :: pins(:)
+      type(rigid_constraint_t), allocatable, intent(inout) :: rigid_constraints(:)
       if (.not. self%outer%mass_factor > 0) then
-         call find_pins(m, pins)
-      else if (.not. allocated(pins)) then
-         allocate (pins(0))
+         call find_rigid_constraints(m, rigid_constraints)
+      else if (.not. allocated(rigid_constraints)) then
+         allocate (rigid_constraints(0))
       end if
-   end subroutine look_for_pins
+   end subroutine add_rigid_constraints
 
    !> Hold what would go through its support, and let go what pulls. Where a body would not be held any more only
    !> the support that pulls most is let go.
-   subroutine change_touch(self, m, one_only, pins, n_wrong)
+   subroutine change_touch(self, m, one_only, rigid_constraints, n_wrong)
       class(balance_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       logical, intent(in) :: one_only            !! whether only the last one that is wrong changes
-      type(pin_t), allocatable, intent(inout) :: pins(:)
+      type(rigid_constraint_t), allocatable, intent(inout) :: rigid_constraints(:)
       integer, intent(out) :: n_wrong            !! how many did touch or not as they should not
       real(dp), allocatable :: r(:, :), pull(:, :)
       logical, allocatable :: wrong(:, :)
@@ -208,9 +208,9 @@ contains
       integer :: last(2), n_before
       n_wrong = 0
       if (.not. m%constraints%only_push()) return
-      call out_of_balance(m, self%outer, self%moved, r)
+      call residual(m, self%outer, self%moved, r)
       rounding = pulls*largest_force(m, r)
-      call look_at_supports(m, r, rounding, wrong, pull)
+      call find_wrong_supports(m, r, rounding, wrong, pull)
       n_wrong = count(wrong)
       if (n_wrong == 0) return
       if (one_only) then
@@ -218,14 +218,14 @@ contains
          wrong = .false.
          wrong(last(1), last(2)) = .true.
       end if
-      n_before = size(pins)
+      n_before = size(rigid_constraints)
       call turn_supports(m%constraints, wrong)
-      call look_for_pins(self, m, pins)
-      if (size(pins) > n_before) then
+      call add_rigid_constraints(self, m, rigid_constraints)
+      if (size(rigid_constraints) > n_before) then
          call turn_supports(m%constraints, wrong)
          wrong = wrong .and. (pull >= maxval(pull, mask=wrong) .or. .not. m%constraints%fixed)
          call turn_supports(m%constraints, wrong)
-         call look_for_pins(self, m, pins)
+         call add_rigid_constraints(self, m, rigid_constraints)
       end if
    end subroutine change_touch
 
@@ -234,7 +234,7 @@ contains
       type(problem_t), intent(in) :: m
       type(start_t), intent(inout) :: start
       start%stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss
-      call remember(m, start%instant)
+      call save_instant(m, start%instant)
    end subroutine begin_at
 
    !> Go back to where it began, with the forces there.
@@ -244,7 +244,7 @@ contains
       real(dp) :: stay(ndim, m%grid%n_points)
       call go_back_to(start%instant, m)
       stay = 0
-      m%materials%elapsed = 0
+      m%materials%time_increment = 0
       call displace(m, stay)
    end subroutine go_back
 end module hampm_balance

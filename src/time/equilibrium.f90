@@ -13,9 +13,9 @@ module hampm_equilibrium
    use hampm_balance, only: balance_t, part_t, start_t, is_in_touch
    use hampm_interface_points, only: along, relax_interfaces, have_friction, contact
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_problem, only: problem_t, stored_energy, dissipated_energy, keep_history
-   use hampm_newton, only: out_of_balance, displace, work_of
-   use hampm_outer_forces, only: drive_t, find_drive
+   use hampm_problem, only: problem_t, stored_energy, dissipated_energy, archive_history
+   use hampm_newton, only: residual, displace, work_of
+   use hampm_outer_forces, only: loading_t, find_loading
    use hampm_supports, only: lift_by, press_on_supports
    use hampm_text, only: three_digits
    implicit none
@@ -29,7 +29,7 @@ module hampm_equilibrium
    !> How equilibrium is found, and whether it has been.
    type, extends(balance_t) :: equilibrium_t
       logical :: begun = .false.                 !! whether it has been found before
-      type(drive_t), private :: first, last      !! in the load step
+      type(loading_t), private :: first, last    !! in the load step
       real(dp), private :: work_at_once = 0      !! that the forces of its loads would have done all the way there [J]
       logical :: forgets_mesh = .false.          !! whether the state is that of the mesh, and not of the way there: nothing has grown
    contains
@@ -40,7 +40,7 @@ module hampm_equilibrium
       procedure :: most_divisions
       procedure :: likely_cause
       procedure :: distance
-      procedure :: keep
+      procedure :: serialise
    end type equilibrium_t
 
 contains
@@ -53,16 +53,16 @@ contains
       real(dp), intent(in) :: time               !! [s]
       type(failure_t), intent(inout) :: failure
       real(dp), intent(in), optional :: factor   !! of what drives the material now [-]
-      call find_drive(m, m%state%time, self%first)
-      call find_drive(m, time, self%last)
+      call find_loading(m, m%state%time, self%first)
+      call find_loading(m, time, self%last)
       if (present(factor)) self%last%force = factor*self%last%force
-      if (present(factor)) self%last%way = factor*self%last%way
+      if (present(factor)) self%last%shift = factor*self%last%shift
       if (.not. self%begun) then
          self%first%force = 0
-         self%first%way = 0
+         self%first%shift = 0
          m%state%displacement = self%first%force
       end if
-      call self%follow(m, time, failure)
+      call self%advance_to(m, time, failure)
       self%begun = self%begun .or. .not. failure%failed()
    end subroutine find
 
@@ -81,7 +81,7 @@ contains
       call go_to(self, m, between(self%first, self%last, part%from), between(self%first, self%last, part%to), part%length, failure)
       if (failure%failed()) return
       if (any(m%materials%is_finite()) .or. m%interfaces%n_cohesive > 0) &
-         call look_at_path(self, m, start, .not. (self%begun .or. part%from > 0) .and. any(m%materials%has_eigenstrain), failure)
+         call check_stability(self, m, start, .not. (self%begun .or. part%from > 0) .and. any(m%materials%has_eigenstrain), failure)
       if (failure%failed() .or. .not. tells_work(m)) return
       stored = stored_energy(m) + dissipated_energy(m)
       is_rough = abs(m%energies%external_work - start%instant%external_work - stored + start%stored) > off_energy*max(stored, &
@@ -120,28 +120,29 @@ contains
       type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: none
-      type(drive_t) :: drive
+      type(loading_t) :: loading
       real(dp) :: work, at_once
-      logical :: remembers                       ! whether the state depends on the way to it
-      remembers = any(m%materials%has_history()) .or. have_friction(m%interfaces) .and. m%state%steps > 0 .or. &
+      logical :: depends_on_path                 ! whether the state depends on the way to it
+      depends_on_path = any(m%materials%has_history()) .or. have_friction(m%interfaces) .and. m%state%steps > 0 .or. &
          m%interfaces%n_cohesive > 0
-      if (remembers .or. .not. (self%forgets_mesh .and. all(m%materials%linear) .and. .not. any(m%materials%has_eigenstrain))) then
+      if (depends_on_path .or. .not. (self%forgets_mesh .and. all(m%materials%linear) .and. &
+                                      .not. any(m%materials%has_eigenstrain))) then
          call carry_over(m)
-         call find_drive(m, m%state%time, drive)
+         call find_loading(m, m%state%time, loading)
          work = m%energies%external_work
          at_once = self%work_at_once
-         call go_to(self, m, drive, drive, 0.0_dp, none)
+         call go_to(self, m, loading, loading, 0.0_dp, none)
          if (.not. (none%failed() .or. all(m%materials%linear))) then
             if (.not. self%newton%is_stable()) call none%report(exit_computation, 'not stable')
          end if
          if (.not. none%failed()) then
-            call keep_history(m)
-            call note_displacement(self, m, drive)
+            call archive_history(m)
+            call note_displacement(self, m, loading)
             m%energies%external_work = work + (self%work_at_once - at_once)
             return
          end if
       end if
-      if (remembers) then
+      if (depends_on_path) then
          call failure%report(exit_computation, m%state%when()//'on a finer mesh '//none%message)
          return
       end if
@@ -157,52 +158,52 @@ contains
    end subroutine find_again
 
    !> Note the displacement with which an equilibrium has been found.
-   subroutine note_displacement(self, m, drive)
+   subroutine note_displacement(self, m, loading)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      type(drive_t), intent(in) :: drive         !! there
+      type(loading_t), intent(in) :: loading     !! there
       m%state%displacement = m%state%displacement + self%moved
-      self%work_at_once = work_of(m, drive%force, m%state%displacement)
+      self%work_at_once = work_of(m, loading%force, m%state%displacement)
    end subroutine note_displacement
 
    !> Keep what the next equilibrium needs of the last.
-   subroutine keep(self, m, archive)
+   subroutine serialise(self, m, archive)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       integer :: n
-      call archive%keep('have_begun', self%begun)
-      call archive%keep('forgets_mesh', self%forgets_mesh)
+      call archive%serialise('have_begun', self%begun)
+      call archive%serialise('forgets_mesh', self%forgets_mesh)
       if (.not. self%begun) return
       n = 0
       if (allocated(m%state%displacement)) n = size(m%state%displacement, 2)
-      call archive%keep('points', n)
+      call archive%serialise('points', n)
       if (archive%is_read) allocate (m%state%displacement(ndim, n))
-      call archive%keep_reals('displacement', ndim*n, m%state%displacement)
-      call archive%keep('work_at_once', self%work_at_once)
-   end subroutine keep
+      call archive%archive_reals('displacement', ndim*n, m%state%displacement)
+      call archive%serialise('work_at_once', self%work_at_once)
+   end subroutine serialise
 
    !> Go to equilibrium from that with another drive. Fails where it is not found.
-   subroutine go_to(self, m, before, after, elapsed, failure)
+   subroutine go_to(self, m, before, after, time_increment, failure)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      type(drive_t), intent(in) :: before, after
-      real(dp), intent(in) :: elapsed            !! between them [s]
+      type(loading_t), intent(in) :: before, after
+      real(dp), intent(in) :: time_increment     !! between them [s]
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: held(:, :), held_before(:, :)
-      logical :: is_driven
+      logical :: is_prescribed
       self%moved = 0*before%force
       self%outer%applied = before%force
-      is_driven = any(abs(after%way - before%way) > 0)
-      if (is_driven) call find_reactions(self, m, held_before)
+      is_prescribed = any(abs(after%shift - before%shift) > 0)
+      if (is_prescribed) call find_reactions(self, m, held_before)
       self%outer%applied = after%force
-      call self%with_contact(m, elapsed, after%way - before%way, failure)
+      call self%with_contact(m, time_increment, after%shift - before%shift, failure)
       if (failure%failed()) return
-      if (any(m%materials%is_finite()) .and. differ(before, after)) call look_at_way(self, self%moved, failure)
+      if (any(m%materials%is_finite()) .and. differ(before, after)) call check_step_size(self, self%moved, failure)
       m%energies%external_work = m%energies%external_work + work_of(m, (before%force + after%force)/2, self%moved)
-      if (.not. is_driven) return
+      if (.not. is_prescribed) return
       call find_reactions(self, m, held)
-      m%energies%external_work = m%energies%external_work + sum((held_before + held)*(after%way - before%way))/2
+      m%energies%external_work = m%energies%external_work + sum((held_before + held)*(after%shift - before%shift))/2
    end subroutine go_to
 
    !> Forces of the constraints on the nodes that they hold [N].
@@ -211,39 +212,39 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_nodes)
       real(dp), allocatable :: r(:, :)
-      call out_of_balance(m, self%outer, self%moved, r)
+      call residual(m, self%outer, self%moved, r)
       allocate (force, source=merge(-r(:, :m%grid%n_nodes), 0.0_dp, m%constraints%fixed))
    end subroutine find_reactions
 
    !> Fail where a load step has led far from where the tangent at its start pointed to.
-   subroutine look_at_way(self, moved, failure)
+   subroutine check_step_size(self, moved, failure)
       type(equilibrium_t), intent(in) :: self
       real(dp), intent(in) :: moved(:, :)        !! (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       if (.not. allocated(self%newton%predicted)) return
       if (norm2(moved - self%newton%predicted) > off_tangent*norm2(self%newton%predicted)) &
          call failure%report(exit_computation, 'the equilibrium that was found is far from where the state before pointed to')
-   end subroutine look_at_way
+   end subroutine check_step_size
 
    !> What drives it a part of the way from one to another.
-   pure type(drive_t) function between(first, last, part)
-      type(drive_t), intent(in) :: first, last
+   pure type(loading_t) function between(first, last, part)
+      type(loading_t), intent(in) :: first, last
       real(dp), intent(in) :: part
       between%force = first%force + part*(last%force - first%force)
-      between%way = first%way + part*(last%way - first%way)
+      between%shift = first%shift + part*(last%shift - first%shift)
    end function between
 
    !> Whether two drives differ.
    pure logical function differ(a, b)
-      type(drive_t), intent(in) :: a, b
-      differ = any(abs(a%force - b%force) > 0) .or. any(abs(a%way - b%way) > 0)
+      type(loading_t), intent(in) :: a, b
+      differ = any(abs(a%force - b%force) > 0) .or. any(abs(a%shift - b%shift) > 0)
    end function differ
 
-   !> Distance from rest, as `hampm_rest` has it: the square root of the energy of the displacement that is left over the strain energy.
+   !> Distance from rest, as `hampm_static_equilibrium` has it: the square root of the energy of the displacement that is left over the strain energy.
    real(dp) function distance(self, m)
       class(equilibrium_t), intent(in) :: self
       type(problem_t), intent(in) :: m
-      distance = sqrt(max(self%newton%way_left, 0.0_dp)/max(stored_energy(m), tiny(1.0_dp)))
+      distance = sqrt(max(self%newton%energy_left, 0.0_dp)/max(stored_energy(m), tiny(1.0_dp)))
    end function distance
 
    !> Whether faces or supports may open and close in a body whose energy tells the work: there is no friction, and no material remembers.
@@ -255,7 +256,7 @@ contains
    end function tells_work
 
    !> Fail where the equilibrium that was found is not stable, or not on a path of states at rest from the start.
-   subroutine look_at_path(self, m, start, relaxes, failure)
+   subroutine check_stability(self, m, start, relaxes, failure)
       class(equilibrium_t), intent(in) :: self
       type(problem_t), intent(in) :: m
       type(start_t), intent(in) :: start
@@ -272,14 +273,15 @@ contains
          call failure%report(exit_computation, 'the loads have done work of '//three_digits(work)//' J, of which the material '// &
                              'has stored '//three_digits(stored)//' J: no path of states at rest leads to this equilibrium')
       end if
-   end subroutine look_at_path
+   end subroutine check_stability
 
    !> After the mesh has changed: let the particles be moved and strained by the displacement of its nodes.
    subroutine carry_over(m)
       type(problem_t), intent(inout) :: m
       integer :: k
       associate (u => m%state%displacement)
-         where (m%constraints%fixed .and. .not. m%constraints%supported) u(:, :m%grid%n_nodes) = m%constraints%way(m%state%time)
+         where (m%constraints%fixed .and. .not. m%constraints%supported) u(:, &
+                                                                           :m%grid%n_nodes) = m%constraints%prescribed_at(m%state%time)
          call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, u)
          m%particles%displacement = 0
          m%particles%gradient = 0

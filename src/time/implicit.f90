@@ -15,11 +15,11 @@ module hampm_implicit
       type(newmark_t) :: newmark
    contains
       procedure :: advance
-      procedure :: settle
+      procedure :: initialise
       procedure :: note_start
       procedure :: go_to_start
       procedure :: finish
-      procedure :: keep
+      procedure :: serialise
    end type implicit_t
 
 contains
@@ -31,18 +31,18 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       if (.not. m%cache%mapped) call map_to_grid(m)
-      call self%newmark%follow(m, m%state%time + dt, failure)
+      call self%newmark%advance_to(m, m%state%time + dt, failure)
       if (.not. failure%failed()) call book_step(m, dt)
    end subroutine advance
 
    !> Find velocity and acceleration of the nodes, with which the run begins.
-   subroutine settle(self, m, dt, failure)
+   subroutine initialise(self, m, dt, failure)
       class(implicit_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! length of the next step [s]
       type(failure_t), intent(inout) :: failure
       call self%newmark%start(m, dt, failure)
-   end subroutine settle
+   end subroutine initialise
 
    !> Note what a step begins with.
    subroutine note_start(self, m)
@@ -59,12 +59,12 @@ contains
    end subroutine go_to_start
 
    !> Keep in an archive what the steps need of those before.
-   subroutine keep(self, m, archive)
+   subroutine serialise(self, m, archive)
       class(implicit_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
-      call self%newmark%keep(m, archive)
-   end subroutine keep
+      call self%newmark%serialise(m, archive)
+   end subroutine serialise
 
    !> Give back the memory of the matrix.
    subroutine finish(self)

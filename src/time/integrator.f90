@@ -12,17 +12,17 @@ module hampm_integrator
    type, abstract :: integrator_t
       real(dp) :: fixed_step = 0                 !! time step where it does not follow the cells, else 0 [s]
       logical :: is_static = .false.             !! whether a step ends in equilibrium
-      real(dp) :: distance_from_rest = -1        !! of the last such step, see `equilibrium_t` [-]
+      real(dp) :: distance_to_equilibrium = -1   !! of the last such step, see `equilibrium_t` [-]
       integer :: largest = 0                     !! a step is 2**largest time steps of the smallest cells
    contains
       procedure :: choose_steps
       procedure(advance), deferred :: advance
-      procedure :: settle
+      procedure :: initialise
       procedure :: note_start
       procedure :: go_to_start
       procedure :: rescale
       procedure :: finish
-      procedure :: keep
+      procedure :: serialise
    end type integrator_t
 
    abstract interface
@@ -53,12 +53,12 @@ contains
 
    !> Find what steps begin with at the present time, at the start or on another mesh, where it does not follow from the particles:
    !> equilibrium, or the motion of the nodes. Here nothing.
-   subroutine settle(self, m, dt, failure)
+   subroutine initialise(self, m, dt, failure)
       class(integrator_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! length of the next step [s]
       type(failure_t), intent(inout) :: failure
-   end subroutine settle
+   end subroutine initialise
 
    !> Note what a step begins with that may be tried again, no particle being behind. Here nothing.
    subroutine note_start(self, m)
@@ -86,14 +86,14 @@ contains
    end subroutine finish
 
    !> Keep in an archive what the steps need of those before.
-   subroutine keep(self, m, archive)
+   subroutine serialise(self, m, archive)
       class(integrator_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
-      call archive%keep('largest_group', self%largest)
+      call archive%serialise('largest_group', self%largest)
       if (self%largest < 0 .or. self%largest > m%blocks%groups%largest) &
          call archive%refuse('its time steps are not those of its cells')
-   end subroutine keep
+   end subroutine serialise
 
    !> Book a step at the end of which all particles stay in the cells in which they are.
    pure subroutine book_step(m, dt)

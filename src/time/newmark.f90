@@ -35,19 +35,19 @@
 module hampm_newmark
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
-   use hampm_bond_release, only: work_of_release
+   use hampm_nodal_release, only: work_of_release
    use hampm_balance, only: balance_t, part_t, start_t, is_linear
    use hampm_constraints, only: hold
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t
-   use hampm_instant, only: instant_t, remember, go_back_to
+   use hampm_instant, only: instant_t, save_instant, go_back_to
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: solve_aside
    use hampm_critical_step, only: largest_wave_speed
    use hampm_problem, only: problem_t, map_to_grid, refresh_grid, stored_energy, dissipated_energy, kinetic_energy
    use hampm_nodal_fields, only: v_next
    use hampm_nodal_state, only: internal_force
-   use hampm_outer_forces, only: drive_t, find_drive
+   use hampm_outer_forces, only: loading_t, find_loading
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
    use hampm_interface_points, only: stretch_interfaces, open_interfaces, kick_interfaces, interface_energy, ease_faces, &
@@ -61,27 +61,27 @@ module hampm_newmark
    real(dp), parameter :: same = 1e-9_dp         !! part by which a step may differ from the last one and be taken for it
 
    !> What fixed components of nodes do in a step; 0 for the others.
-   type :: driven_t
+   type :: prescribed_t
       real(dp), allocatable :: du(:, :)          !! displacement in the step [m], (ndim, n_points)
       real(dp), allocatable :: v(:, :)           !! velocity at its end [m/s], (ndim, n_points)
       real(dp), allocatable :: a(:, :)           !! acceleration at its end [m/s2], (ndim, n_points)
-   end type driven_t
+   end type prescribed_t
 
    !> What a step began with, to try it again.
-   type :: past_t
+   type :: previous_t
       type(instant_t) :: instant
-      type(drive_t) :: now
+      type(loading_t) :: now
       real(dp), allocatable :: r(:, :)           !! internal forces, with those of all bonds, condensed [N], (ndim, n_points)
       real(dp) :: kinetic = 0
       logical :: is_carried = .false.
       logical :: is_now = .false.                !! whether that is the start of the step which is tried, since when bonds may have let go
-   end type past_t
+   end type previous_t
 
    !> The method, and what the nodes keep beside their velocity, which is the motion's.
    type, extends(balance_t) :: newmark_t
       real(dp) :: alpha = 0                      !! of Hilber, Hughes and Taylor [-]
       real(dp) :: dt = 0                         !! of the last step [s]
-      type(drive_t) :: now                       !! what drives the nodes at the present time
+      type(loading_t) :: now                     !! what drives the nodes at the present time
       real(dp), allocatable :: r(:, :)           !! internal forces at the start of the step that is tried, without those of bonds that let
                                                  !! go in it, condensed [N], (ndim, n_points)
       real(dp), private :: stored = 0            !! at its start, and dissipated before, where it is audited [J]
@@ -91,9 +91,9 @@ module hampm_newmark
       ! v' = v_du (du - given) + by_v, a' = a_du (du - given) + by_a in it
       real(dp), private :: v_du = 0, a_du = 0    !! [1/s], [1/s2]
       real(dp), allocatable, private :: by_v(:, :), by_a(:, :) !! (ndim, n_points)
-      type(driven_t), private :: driven
+      type(prescribed_t), private :: prescribed
       logical, allocatable, private :: fixed(:, :) !! components at its start, (ndim, n_nodes)
-      type(past_t), private :: past
+      type(previous_t), private :: previous
    contains
       procedure :: note_start
       procedure :: go_to_start
@@ -103,7 +103,7 @@ module hampm_newmark
       procedure :: try
       procedure :: most_divisions
       procedure :: likely_cause
-      procedure :: keep
+      procedure :: serialise
    end type newmark_t
 
 contains
@@ -118,17 +118,17 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: b(:, :), r(:, :), product(:, :)
-      type(driven_t) :: first
+      type(prescribed_t) :: first
       real(dp) :: opened
       logical :: has_begun
       has_begun = allocated(m%state%velocity)
       call find_mass(self, m)
-      call find_drive(m, m%state%time, self%now)
+      call find_loading(m, m%state%time, self%now)
       if (has_begun .and. m%constraints%only_push()) call lift_by(m, m%state%displacement)
       if (m%state%steps > 0) then
-         call find_driven(m, m%constraints%way(m%state%time - dt), m%state%time, dt, first)
+         call find_prescribed(m, m%constraints%prescribed_at(m%state%time - dt), m%state%time, dt, first)
       else
-         call begin_driven(m, m%state%time, dt, first)
+         call begin_prescribed(m, m%state%time, dt, first)
       end if
       if (has_begun) then
          call give(m, first%v, m%state%velocity)
@@ -221,19 +221,19 @@ contains
       type(start_t), intent(in) :: start
       logical, intent(out) :: is_rough
       type(failure_t), intent(inout) :: failure
-      type(drive_t) :: drive
-      real(dp), allocatable :: way(:, :)
+      type(loading_t) :: loading
+      real(dp), allocatable :: shift(:, :)
       is_rough = .false.
-      call self%begin(m, part%end, part%length, drive, failure)
+      call self%begin(m, part%end, part%length, loading, failure)
       if (failure%failed()) return
-      allocate (way, source=drive%way - self%now%way)
+      allocate (shift, source=loading%shift - self%now%shift)
       if (is_linear(m)) then
-         call self%newton%solve_at_once(m, self%outer, self%r, way, self%moved, failure)
+         call self%newton%solve_at_once(m, self%outer, self%r, shift, self%moved, failure)
       else
          self%moved = 0*self%r
-         call self%with_contact(m, part%length, way, failure)
+         call self%with_contact(m, part%length, shift, failure)
       end if
-      if (.not. failure%failed()) call self%finish(m, self%moved, drive, .not. is_linear(m), failure)
+      if (.not. failure%failed()) call self%finish(m, self%moved, loading, .not. is_linear(m), failure)
    end subroutine try
 
    !> How often a step that fails is divided into two; with more a step is far too long.
@@ -252,12 +252,12 @@ contains
 
    !> Begin to try a step, at the present state: find the inertia in it, what drives the nodes at its end and, of the loads and of the
    !> forces at its start, what stands beside the internal forces in its equations.
-   subroutine begin(self, m, time, length, drive, failure)
+   subroutine begin(self, m, time, length, loading, failure)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! at its end [s]
       real(dp), intent(in) :: length             !! of it [s]
-      type(drive_t), intent(out) :: drive
+      type(loading_t), intent(out) :: loading
       type(failure_t), intent(inout) :: failure
       real(dp) :: beta, gamma, dt
       real(dp), allocatable :: a(:, :)           ! at the start, by all forces but those of firm faces [m/s2]
@@ -271,52 +271,52 @@ contains
       call ease_faces(m%interfaces, dt*largest_wave_speed(m%materials, 'shear'))
       a = m%state%acceleration
       call less_that_of_firm_faces(m, a, 1.0_dp, failure)
-      if (.not. self%past%is_now) call forces_at_start(self, m, self%past%r)
+      if (.not. self%previous%is_now) call forces_at_start(self, m, self%previous%r)
       m%interfaces%weight = 1/(2*beta*(1 + self%alpha))
       call internal_force(m, self%r)
       if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss
-      call find_drive(m, time, drive)
-      call find_driven(m, self%now%way, time, dt, self%driven)
+      call find_loading(m, time, loading)
+      call find_prescribed(m, self%now%shift, time, dt, self%prescribed)
       associate (v => m%state%velocity, alpha => self%alpha, rate => m%damping_rate, outer => self%outer)
          self%by_v = (1 - gamma/beta)*v + dt*(1 - gamma/(2*beta))*m%state%acceleration
          self%by_a = -v/(beta*dt) - (1/(2*beta) - 1)*a
-         call give(m, self%driven%v, self%by_v, .false.)
-         call give(m, self%driven%a, self%by_a, .false.)
+         call give(m, self%prescribed%v, self%by_v, .false.)
+         call give(m, self%prescribed%a, self%by_a, .false.)
          outer%mass_factor = self%a_du/(1 + alpha) + rate*self%v_du
          outer%given = 0*v
-         call give(m, self%driven%du, outer%given, .false.)
+         call give(m, self%prescribed%du, outer%given, .false.)
          outer%rest = (self%by_a + rate*((1 + alpha)*self%by_v - alpha*v))/(1 + alpha)
-         outer%applied = drive%force - alpha/(1 + alpha)*(self%past%r + self%now%force)
+         outer%applied = loading%force - alpha/(1 + alpha)*(self%previous%r + self%now%force)
          self%fixed = m%constraints%fixed
          if (.not. is_linear(m)) outer%inertia = maxval(abs(outer%at(m, outer%given) - outer%applied))
       end associate
    end subroutine begin
 
    !> Finish the step with the displacement that was found: the particles follow, and what loads, constraints and damping do is booked.
-   subroutine finish(self, m, du, drive, have_moved, failure)
+   subroutine finish(self, m, du, loading, have_moved, failure)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
-      type(drive_t), intent(inout) :: drive      !! at its end; it is taken
+      type(loading_t), intent(inout) :: loading  !! at its end; it is taken
       logical, intent(in) :: have_moved          !! whether the particles have been moved and strained, and only lack their velocity
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: v(:, :), a(:, :)
       allocate (v, source=self%v_du*(du - self%outer%given) + self%by_v)
       allocate (a, source=self%a_du*(du - self%outer%given) + self%by_a)
       if (m%constraints%only_push()) then
-         call give(m, self%driven%v, v, .true.)
-         call give(m, self%driven%a, a, .true.)
+         call give(m, self%prescribed%v, v, .true.)
+         call give(m, self%prescribed%a, a, .true.)
       end if
       call move_particles(m, self%dt, du, v - m%state%velocity, have_moved)
-      call book(self, m, drive, du, v)
+      call book(self, m, loading, du, v)
       m%interfaces%weight = 1
       call less_that_of_firm_faces(m, a, 0.5_dp*self%a_du*self%dt**2 - 1, failure)
       call move_alloc(v, m%state%velocity)
       call move_alloc(a, m%state%acceleration)
-      call move_alloc(drive%force, self%now%force)
-      call move_alloc(drive%way, self%now%way)
+      call move_alloc(loading%force, self%now%force)
+      call move_alloc(loading%shift, self%now%shift)
       m%state%displacement = m%state%displacement + du
-      self%past%is_now = .false.
+      self%previous%is_now = .false.
       self%is_carried = .false.
       if (m%audit) self%kinetic = kinetic_energy(m)
    end subroutine finish
@@ -335,39 +335,40 @@ contains
    end subroutine less_that_of_firm_faces
 
    !> What fixed components do in the step that ends at a time: central differences of the way that they are given.
-   subroutine find_driven(m, way, time, dt, driven)
+   subroutine find_prescribed(m, shift, time, dt, prescribed)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: way(:, :)          !! at the start of the step [m], (ndim, n_nodes)
+      real(dp), intent(in) :: shift(:, :)        !! at the start of the step [m], (ndim, n_nodes)
       real(dp), intent(in) :: time, dt           !! [s]
-      type(driven_t), intent(out) :: driven
+      type(prescribed_t), intent(out) :: prescribed
       real(dp), allocatable :: last(:, :), next(:, :)
-      allocate (driven%du(ndim, m%grid%n_points), driven%v(ndim, m%grid%n_points), driven%a(ndim, m%grid%n_points), source=0.0_dp)
+      allocate (prescribed%du(ndim, m%grid%n_points), prescribed%v(ndim, m%grid%n_points), prescribed%a(ndim, m%grid%n_points), &
+                source=0.0_dp)
       if (.not. m%constraints%move()) return
-      last = m%constraints%way(time)
-      next = m%constraints%way(time + dt)
+      last = m%constraints%prescribed_at(time)
+      next = m%constraints%prescribed_at(time + dt)
       associate (n => m%grid%n_nodes, all => m%fields%mass_matrix%all)
-         driven%du(:, :n) = last - way
-         driven%v(:, :n) = (next - way)/(2*dt)
-         driven%a(:, :n) = (next - 2*last + way)/dt**2
-         call m%grid%dofs%distribute(all, ndim, driven%du)
+         prescribed%du(:, :n) = last - shift
+         prescribed%v(:, :n) = (next - shift)/(2*dt)
+         prescribed%a(:, :n) = (next - 2*last + shift)/dt**2
+         call m%grid%dofs%distribute(all, ndim, prescribed%du)
       end associate
-   end subroutine find_driven
+   end subroutine find_prescribed
 
    !> The same at the start of the run: one-sided differences, such that the velocity gains dt (a + a')/2 in the first step as in
    !> all others.
-   subroutine begin_driven(m, time, dt, first)
+   subroutine begin_prescribed(m, time, dt, first)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: time, dt           !! [s]
-      type(driven_t), intent(out) :: first
-      type(driven_t) :: next
-      call find_driven(m, m%constraints%way(time), time + dt, dt, next)
+      type(prescribed_t), intent(out) :: first
+      type(prescribed_t) :: next
+      call find_prescribed(m, m%constraints%prescribed_at(time), time + dt, dt, next)
       first = next
       first%v = next%du/dt
       call hold_not(m, first%v)
       first%a = 2*(next%v - first%v)/dt - next%a
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, first%v)
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, first%a)
-   end subroutine begin_driven
+   end subroutine begin_prescribed
 
    !> Set what is not fixed to 0.
    pure subroutine hold_not(m, x)
@@ -396,8 +397,8 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: du(:, :), dv(:, :) !! [m], [m/s], (ndim, n_points)
       logical, intent(in) :: have_moved          !! whether they are only to be accelerated
-      type(pass_t), parameter :: follow = pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next, move=.true., &
-                                                 map_momentum=.true., map_force=.true.)
+      type(pass_t), parameter :: advance_to = pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next, move=.true., &
+                                                     map_momentum=.true., map_force=.true.)
       type(pass_t), parameter :: kick = pass_t(kick=.true., map_momentum=.true.)
       type(pass_report_t) :: report
       real(dp) :: unused
@@ -406,9 +407,9 @@ contains
       if (have_moved) then
          call pass_over_all(kick, dt, m%matter_t, m%fields, report)
       else if (m%cache%operators%is_active) then
-         call pass_or_apply_everywhere(m%cache%operators, follow, dt, m%matter_t, m%fields)
+         call pass_or_apply_everywhere(m%cache%operators, advance_to, dt, m%matter_t, m%fields)
       else
-         call pass_over_all(follow, dt, m%matter_t, m%fields, report)
+         call pass_over_all(advance_to, dt, m%matter_t, m%fields, report)
       end if
       call kick_interfaces(m%interfaces, m%fields%acceleration, dt, unused)
       if (have_moved) return
@@ -424,18 +425,18 @@ contains
    !>
    !> The numerical loss is what alpha takes, the work of the means of the forces at free nodes that their motion does not gain, what nodes
    !> lose that meet supports or the other face, and what the means of the internal forces work more than the material stores and dissipates.
-   subroutine book(self, m, drive, du, v)
+   subroutine book(self, m, loading, du, v)
       class(newmark_t), intent(in) :: self
       type(problem_t), intent(inout) :: m
-      type(drive_t), intent(in) :: drive         !! at the end
+      type(loading_t), intent(in) :: loading     !! at the end
       real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
       real(dp), intent(in) :: v(:, :)            !! velocity at the end [m/s], (ndim, n_points)
-      real(dp), allocatable, dimension(:, :) :: drag, gain, work, r ! of damping, of momentum, of R, mean of internal forces
+      real(dp), allocatable, dimension(:, :) :: drag, momentum_change, work, r ! of damping, of momentum, of R, mean of internal forces
       real(dp) :: taken                          ! by bonds that have let go [J]
       integer :: n
       n = m%grid%n_nodes
       allocate (drag, mold=du)
-      associate (v_0 => m%state%velocity, matrix => m%fields%mass_matrix, mean => (self%now%force + drive%force)/2, &
+      associate (v_0 => m%state%velocity, matrix => m%fields%mass_matrix, mean => (self%now%force + loading%force)/2, &
                  fixed => m%constraints%fixed)
          m%energies%external_work = m%energies%external_work + sum(du(:, :n)*mean(:, :n))
          drag = 0
@@ -444,18 +445,22 @@ contains
             m%energies%damping_loss = m%energies%damping_loss + sum(du(:, :n)*drag(:, :n))
          end if
          taken = work_of_release(m%interfaces, du, du, 1.0_dp)
-         if (self%past%is_now) taken = (taken + work_of_release(m%interfaces, du, du, 1.0_dp, self%past%instant%interfaces))/2
+         if (self%previous%is_now) taken = (taken + work_of_release(m%interfaces, du, du, 1.0_dp, &
+                                                                    self%previous%instant%interfaces))/2
          m%energies%fracture_energy = m%energies%fracture_energy + taken
          if (.not. (m%audit .or. m%constraints%move())) return
-         allocate (gain, mold=du)
+         allocate (momentum_change, mold=du)
          call internal_force(m, r)
-         r = (self%past%r + r)/2
-         call multiply_by_mass(m%grid, matrix, self%outer%mass, v - v_0, gain)
-         work = gain(:, :n)/self%dt + drag(:, :n) - r(:, :n) - mean(:, :n)
-         gain(:, :n) = (v_0(:, :n) + v(:, :n))/2*gain(:, :n) + du(:, :n)*(drag(:, :n) - r(:, :n) - mean(:, :n))
-         work = merge(gain(:, :n), merge((drive%way - self%now%way)*work, 0.0_dp, fixed .or. self%fixed), fixed .and. self%fixed)
+         r = (self%previous%r + r)/2
+         call multiply_by_mass(m%grid, matrix, self%outer%mass, v - v_0, momentum_change)
+         work = momentum_change(:, :n)/self%dt + drag(:, :n) - r(:, :n) - mean(:, :n)
+         momentum_change(:, :n) = (v_0(:, :n) + v(:, :n))/2*momentum_change(:, :n) + du(:, :n)* &
+                                  (drag(:, :n) - r(:, :n) - mean(:, :n))
+         work = merge(momentum_change(:, :n), merge((loading%shift - self%now%shift)*work, 0.0_dp, fixed .or. self%fixed), &
+                      fixed .and. self%fixed)
          m%energies%external_work = m%energies%external_work + sum(work)
-         if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - sum(gain(:, :n) - work) - sum(du(:, :n)*r(:, :n)) &
+         if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - sum(momentum_change(:, :n) - work) &
+            - sum(du(:, :n)*r(:, :n)) &
             - taken &
                                          - (stored_energy(m) + dissipated_energy(m) + m%interfaces%loss - self%stored)
       end associate
@@ -465,45 +470,45 @@ contains
    subroutine note_start(self, m)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      call remember(m, self%past%instant)
+      call save_instant(m, self%previous%instant)
       if (.not. m%cache%mapped) call map_to_grid(m)
-      call forces_at_start(self, m, self%past%r)
-      self%past%now = self%now
-      self%past%kinetic = self%kinetic
-      self%past%is_carried = self%is_carried
-      self%past%is_now = .true.
+      call forces_at_start(self, m, self%previous%r)
+      self%previous%now = self%now
+      self%previous%kinetic = self%kinetic
+      self%previous%is_carried = self%is_carried
+      self%previous%is_now = .true.
    end subroutine note_start
 
    !> Go back to what was noted.
    subroutine go_to_start(self, m)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      call go_back_to(self%past%instant, m)
-      self%now = self%past%now
-      self%kinetic = self%past%kinetic
-      self%is_carried = self%past%is_carried
-      self%past%is_now = .true.
+      call go_back_to(self%previous%instant, m)
+      self%now = self%previous%now
+      self%kinetic = self%previous%kinetic
+      self%is_carried = self%previous%is_carried
+      self%previous%is_now = .true.
    end subroutine go_to_start
 
    !> Keep in an archive what the next step needs.
-   subroutine keep(self, m, archive)
+   subroutine serialise(self, m, archive)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       logical :: has_begun
       has_begun = allocated(m%state%acceleration)
-      call archive%keep('have_begun', has_begun)
+      call archive%serialise('have_begun', has_begun)
       if (.not. has_begun) return
       if (archive%is_read) allocate (m%state%acceleration(ndim, m%grid%n_points), self%now%force(ndim, m%grid%n_points), &
-                                     self%now%way(ndim, m%grid%n_nodes), m%state%velocity(ndim, m%grid%n_points), &
+                                     self%now%shift(ndim, m%grid%n_nodes), m%state%velocity(ndim, m%grid%n_points), &
                                      m%state%displacement(ndim, m%grid%n_points))
-      call archive%keep('last_dt', self%dt)
-      call archive%keep('kinetic', self%kinetic)
-      call archive%keep('is_carried', self%is_carried)
-      call archive%keep_reals('nodal_displacement', size(m%state%displacement), m%state%displacement)
-      call archive%keep_reals('nodal_velocity', size(m%state%velocity), m%state%velocity)
-      call archive%keep_reals('nodal_acceleration', size(m%state%acceleration), m%state%acceleration)
-      call archive%keep_reals('nodal_load', size(self%now%force), self%now%force)
-      call archive%keep_reals('nodal_way', size(self%now%way), self%now%way)
-   end subroutine keep
+      call archive%serialise('last_dt', self%dt)
+      call archive%serialise('kinetic', self%kinetic)
+      call archive%serialise('is_carried', self%is_carried)
+      call archive%archive_reals('nodal_displacement', size(m%state%displacement), m%state%displacement)
+      call archive%archive_reals('nodal_velocity', size(m%state%velocity), m%state%velocity)
+      call archive%archive_reals('nodal_acceleration', size(m%state%acceleration), m%state%acceleration)
+      call archive%archive_reals('nodal_load', size(self%now%force), self%now%force)
+      call archive%archive_reals('nodal_way', size(self%now%shift), self%now%shift)
+   end subroutine serialise
 end module hampm_newmark

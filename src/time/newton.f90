@@ -25,12 +25,12 @@ module hampm_newton
    use hampm_nodal_state, only: internal_force
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
-   use hampm_rigid_motions, only: pin_t, check_pins, turn_with
+   use hampm_rigid_motions, only: rigid_constraint_t, check_rigid_constraints, turn_with
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
    use hampm_text, only: to_text, three_digits
    implicit none
    private
-   public :: newton_t, out_of_balance, largest_force, displace, work_of
+   public :: newton_t, residual, largest_force, displace, work_of
 
    integer, parameter :: most_iterations = 25
    integer, parameter :: most_with_contact = 200 !! with interface points between faces that close, open and slide
@@ -39,7 +39,7 @@ module hampm_newton
    real(dp), parameter :: balanced = 1e-11_dp    !! what is out of balance, over the largest force of a cell
    real(dp), parameter :: of_turn = 1e-3_dp      !! part that counts of the forces that a turn would have as a strain: what is then
                                                  !! balanced is 45 times its rounding
-   real(dp), parameter :: settled = 0.1_dp       !! part of what was out of balance that may be left before friction follows the pressure
+   real(dp), parameter :: nearly_balanced = 0.1_dp !! part of what was out of balance that may be left before friction follows the pressure
    real(dp), parameter :: hopeless = 1e6_dp      !! what is out of balance, over the largest force at first
    real(dp), parameter :: lessened = 0.9_dp      !! part of the work r . du that may be left where bodies may buckle; elsewhere r
                                                  !! belongs to a convex potential, and none may be added
@@ -49,7 +49,7 @@ module hampm_newton
       character(name_len) :: solver = 'direct'   !! 'direct' or 'cg'
       integer :: solutions = 0                   !! so far
       real(dp), allocatable :: residuals(:)      !! what was out of balance in each iteration of the last balance, over the largest force
-      real(dp) :: way_left = 0                   !! energy of the displacement that is left to equilibrium, as it was found last [J]
+      real(dp) :: energy_left = 0                !! energy of the displacement that is left to equilibrium, as it was found last [J]
       real(dp), allocatable :: predicted(:, :)   !! where the tangent at the start of a load step points to [m], (ndim, n_points); not
                                                  !! allocated where other faces touch at its end or have jumped apart
       type(stiffness_t), private :: k            !! that was factorised last
@@ -71,18 +71,18 @@ contains
    !>
    !> With friction what it can hold stays for some iterations: then forces are those of a convex potential, and a displacement that
    !> is shortened until it lessens that always helps. What friction can hold then follows the pressure.
-   subroutine balance(self, m, outer, way, pins, moved, failure)
+   subroutine balance(self, m, outer, shift, rigid_constraints, moved, failure)
       class(newton_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
-      real(dp), intent(in) :: way(:, :)          !! by which fixed components move in this load step [m], (ndim, n_nodes)
-      type(pin_t), intent(in) :: pins(:)
+      real(dp), intent(in) :: shift(:, :)        !! by which fixed components move in this load step [m], (ndim, n_nodes)
+      type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
       real(dp), intent(inout) :: moved(:, :)     !! by which nodes have moved in this load step [m], (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: r(:, :), offset(:, :), du(:, :)
       logical :: has_offset, rubs, jumps, done, turned
       real(dp) :: largest, scale, at_first, when_held
-      real(dp) :: last(size(pins))               ! forces on pins before they were turned last [N]
+      real(dp) :: last(size(rigid_constraints))  ! forces on pins before they were turned last [N]
       integer :: iteration, most, n_jumps
       most = merge(most_with_contact, most_iterations, m%interfaces%n_contact + m%interfaces%n_cohesive > 0)
       rubs = have_friction(m%interfaces)
@@ -95,25 +95,25 @@ contains
       do iteration = 1, most
          if (rubs .and. iteration == 1) call hold_friction(m%interfaces)
          call internal_force(m, r)
-         call less_offset(m, outer, way, moved, r, offset, has_offset)
-         call factorise_now(self, m, outer, pins, failure)
+         call less_offset(m, outer, shift, moved, r, offset, has_offset)
+         call factorise_now(self, m, outer, rigid_constraints, failure)
          if (failure%failed()) exit
          jumps = m%interfaces%n_cohesive > 0 .and. .not. self%is_stable()
          if (jumps) then
             n_jumps = n_jumps + 1
             if (n_jumps > most_jumps) exit
             m%interfaces%caution = 1
-            call factorise_now(self, m, outer, pins, failure)
+            call factorise_now(self, m, outer, rigid_constraints, failure)
             m%interfaces%caution = 0
             if (failure%failed()) exit
          end if
          largest = maxval(abs(self%k%on_unknowns(r)))
          scale = largest_force(m, r)
-         if (rubs .and. iteration > 1 .and. largest <= max(settled*when_held, balanced*scale)) then
+         if (rubs .and. iteration > 1 .and. largest <= max(nearly_balanced*when_held, balanced*scale)) then
             call hold_friction(m%interfaces)
             call internal_force(m, r)
-            call less_offset(m, outer, way, moved, r, offset, has_offset)
-            call factorise_now(self, m, outer, pins, failure)
+            call less_offset(m, outer, shift, moved, r, offset, has_offset)
+            call factorise_now(self, m, outer, rigid_constraints, failure)
             if (failure%failed()) exit
             largest = maxval(abs(self%k%on_unknowns(r)))
             scale = largest_force(m, r)
@@ -124,7 +124,7 @@ contains
          self%residuals = [self%residuals, largest/scale]
          done = .not. has_offset .and. largest <= balanced*scale
          if (done .and. any(m%materials%is_finite())) then
-            call turn_until_balanced(self, m, outer, pins, r, balanced*scale, last, moved, turned, failure)
+            call turn_until_balanced(self, m, outer, rigid_constraints, r, balanced*scale, last, moved, turned, failure)
             if (failure%failed()) exit
             if (turned) done = .false.
             if (turned) cycle
@@ -151,10 +151,10 @@ contains
       if (m%interfaces%n > 0) m%interfaces%list%most_held = -1  ! what friction holds follows the pressure again
       m%interfaces%caution = 0
       if (failure%failed()) return
-      call check_pins(m, pins, r, sqrt(balanced)*scale, failure)
+      call check_rigid_constraints(m, rigid_constraints, r, sqrt(balanced)*scale, failure)
       if (done) then
          call self%k%solve(m, r, du, failure)
-         self%way_left = work_of(m, r, du)/2
+         self%energy_left = work_of(m, r, du)/2
       else if (.not. failure%failed()) then
          call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(min(iteration, most))// &
                              ' iterations a node'//place_of(m, r)//' is out of balance by '//three_digits(largest)//' N'// &
@@ -164,22 +164,22 @@ contains
 
    !> By how much the nodes move where all is linear, which one solution tells. The particles do not follow yet. Fails where it is not
    !> found.
-   subroutine solve_at_once(self, m, outer, internal, way, moved, failure)
+   subroutine solve_at_once(self, m, outer, internal, shift, moved, failure)
       class(newton_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       real(dp), intent(in) :: internal(:, :)     !! internal forces, condensed [N], (ndim, n_points)
-      real(dp), intent(in) :: way(:, :)          !! by which fixed components move [m], (ndim, n_nodes)
+      real(dp), intent(in) :: shift(:, :)        !! by which fixed components move [m], (ndim, n_nodes)
       real(dp), allocatable, intent(out) :: moved(:, :) !! [m], (ndim, n_points)
       type(failure_t), intent(inout) :: failure
-      type(pin_t), allocatable :: none(:)
+      type(rigid_constraint_t), allocatable :: none(:)
       real(dp), allocatable :: r(:, :), offset(:, :)
       logical :: has_offset
       allocate (none(0))
       call factorise_now(self, m, outer, none, failure)
       if (failure%failed()) return
       allocate (r, source=internal)
-      call less_offset(m, outer, way, 0*r, r, offset, has_offset)
+      call less_offset(m, outer, shift, 0*r, r, offset, has_offset)
       call self%k%solve(m, r, moved, failure)
       self%solutions = self%solutions + 1
       moved = moved + offset
@@ -188,11 +188,11 @@ contains
    !> Turn the pieces of material whose pins feel how they turn, and what the tangent at the start of the load step, where there may be no stress
    !> to resist it, points to. A piece whose loads have a moment before it is deformed stays: no path of states at rest leads to where it comes to
    !> rest. Fails where loads would turn a piece around, and where its turning strains a cell by more than one.
-   subroutine turn_until_balanced(self, m, outer, pins, r, rounding, last, moved, turned, failure)
+   subroutine turn_until_balanced(self, m, outer, rigid_constraints, r, rounding, last, moved, turned, failure)
       class(newton_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
-      type(pin_t), intent(in) :: pins(:)
+      type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
       real(dp), intent(in) :: r(:, :)            !! what is out of balance, balanced but for pins [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of that [N]
       real(dp), intent(inout) :: last(:)         !! force on each pin before it was turned last [N]
@@ -203,10 +203,10 @@ contains
       real(dp) :: stiffness                      ! of the pin [N/m]
       integer :: k
       turned = .false.
-      do k = 1, size(pins)
-         associate (force => r(pins(k)%direction, pins(k)%node))
-            if (.not. pins(k)%turns() .or. abs(force) <= rounding .or. abs(force) > last(k)/2) cycle
-            call turn_with(m, pins(k), turn)
+      do k = 1, size(rigid_constraints)
+         associate (force => r(rigid_constraints(k)%direction, rigid_constraints(k)%node))
+            if (.not. rigid_constraints(k)%turns() .or. abs(force) <= rounding .or. abs(force) > last(k)/2) cycle
+            call turn_with(m, rigid_constraints(k), turn)
             if (abs(work_of(m, outer%applied, turn)) > abs(force)/2) cycle
             call forces_of(m, turn, resisting)
             call add_interface_resistance(m%interfaces, turn, resisting)
@@ -214,16 +214,17 @@ contains
             if (failure%failed()) return
             turn = turn + follow
             stiffness = work_of(m, resisting, turn)
-            if (.not. stiffness > 0 .and. abs(force) <= rounding/sqrt(balanced)) cycle ! see `check_pins`
+            if (.not. stiffness > 0 .and. abs(force) <= rounding/sqrt(balanced)) cycle ! see `check_rigid_constraints`
             if (.not. stiffness > 0) then
-               call failure%report(exit_computation, 'a piece of body '//to_text(pins(k)%body)//' does not come to rest: its '// &
+               call failure%report(exit_computation, 'a piece of body '//to_text(rigid_constraints(k)%body)// &
+                                   ' does not come to rest: its '// &
                                    'loads keep their direction and push it together more than they pull, which turns it '// &
                                    'around. Hold it by a &constraint, or use &method time = ''explicit''')
                return
             end if
             last(k) = abs(force)
             turn = force/stiffness*turn
-            call look_at_size(m, turn, failure)
+            call check_increment(m, turn, failure)
             if (failure%failed()) return
             call displace(m, turn)
             moved = moved + turn
@@ -267,11 +268,11 @@ contains
    end function likely_cause
 
    !> Factorise the tangent of the present state, if it is not there.
-   subroutine factorise_now(self, m, outer, pins, failure)
+   subroutine factorise_now(self, m, outer, rigid_constraints, failure)
       class(newton_t), intent(inout) :: self
       type(problem_t), intent(in) :: m
       type(outer_forces_t), intent(in) :: outer
-      type(pin_t), intent(in) :: pins(:)
+      type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       logical :: fits
@@ -285,7 +286,8 @@ contains
       self%caution = m%interfaces%caution
       self%layout = m%fields%layout
       self%mass_factor = outer%mass_factor
-      call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, pins, outer%mass_factor), self%k, unsolved)
+      call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, rigid_constraints, outer%mass_factor), self%k, &
+                               unsolved)
       if (unsolved%failed()) call failure%report(unsolved%code, 'the stiffness cannot be factorised: '//unsolved%message// &
                                                  ', as where cells hold too few particles')
    end subroutine factorise_now
@@ -304,26 +306,26 @@ contains
    end subroutine release
 
    !> What is out of balance at the nodes that have been displaced in this load step, condensed [N].
-   subroutine out_of_balance(m, outer, moved, r)
+   subroutine residual(m, outer, moved, r)
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       real(dp), intent(in) :: moved(:, :)        !! by which they have been [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: r(:, :) !! (ndim, n_points)
       call internal_force(m, r)
       r = r + outer%at(m, moved)
-   end subroutine out_of_balance
+   end subroutine residual
 
    !> Add to internal forces those from outside, less what it takes to move nodes as they have to by `offset`.
-   subroutine less_offset(m, outer, way, moved, r, offset, has_offset)
+   subroutine less_offset(m, outer, shift, moved, r, offset, has_offset)
       type(problem_t), intent(in) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
-      real(dp), intent(in) :: way(:, :)          !! by which fixed components move in this load step [m], (ndim, n_nodes)
+      real(dp), intent(in) :: shift(:, :)        !! by which fixed components move in this load step [m], (ndim, n_nodes)
       real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved in it [m], (ndim, n_points)
       real(dp), intent(inout) :: r(:, :)         !! condensed [N], (ndim, n_points)
       real(dp), allocatable, intent(out) :: offset(:, :) !! [m], (ndim, n_points)
       logical, intent(out) :: has_offset
       real(dp), allocatable :: resisting(:, :)
-      call find_offset(m, way - moved(:, :m%grid%n_nodes), offset, has_offset)
+      call find_offset(m, shift - moved(:, :m%grid%n_nodes), offset, has_offset)
       r = r + outer%at(m, moved + offset)
       if (.not. has_offset) return
       call forces_of(m, offset, resisting)
@@ -379,7 +381,7 @@ contains
       real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
       type(pass_report_t) :: report
       m%fields%velocity(:, :, v_next) = du
-      call pass_over_all(pass_t(strain_fraction=1.0_dp, strain_by=v_next, keeps_history=.false., move=.true., map_force=.true.), &
+      call pass_over_all(pass_t(strain_fraction=1.0_dp, strain_by=v_next, updates_state=.false., move=.true., map_force=.true.), &
                          1.0_dp, m%matter_t, m%fields, report)
       call stretch_interfaces(m%interfaces, du, 1.0_dp)
       m%fields%velocity(:, :, v_next) = 0
@@ -401,7 +403,7 @@ contains
       real(dp) :: left                           ! part of the work that may be left
       logical :: good
       left = merge(lessened, 1.0_dp, any(m%materials%is_finite()) .or. m%interfaces%n_cohesive > 0)
-      call look_at_size(m, du, failure)
+      call check_increment(m, du, failure)
       if (failure%failed()) return
       call displace(m, du)
       do halving = 0, most_halvings
@@ -409,7 +411,7 @@ contains
          good = crushed == 0
          if (.not. good) good = determinant_of(m%particles, crushed) > 0
          if (good) then
-            call out_of_balance(m, outer, moved + du, r)
+            call residual(m, outer, moved + du, r)
             good = has_offset .or. abs(work_of(m, r, du)) <= left*abs(work) &
                    .or. maxval(abs(self%k%on_unknowns(r))) <= sqrt(balanced)*largest_force(m, r)
          end if
@@ -432,14 +434,14 @@ contains
       integer, parameter :: most = 8
       real(dp), allocatable :: r(:, :)
       integer :: turn
-      call look_at_size(m, du, failure)
+      call check_increment(m, du, failure)
       if (failure%failed()) return
       call displace(m, du)
       do turn = 1, most
          if (has_offset) return
-         call out_of_balance(m, outer, moved + du, r)
+         call residual(m, outer, moved + du, r)
          if (.not. work_of(m, r, du) > 0) return
-         call look_at_size(m, 2*du, failure)
+         call check_increment(m, 2*du, failure)
          if (failure%failed()) return
          call displace(m, du)
          du = 2*du
@@ -468,7 +470,7 @@ contains
       long = 1
       part = 1
       do trial = 1, most_trials
-         call out_of_balance(m, outer, moved + part*du, r)
+         call residual(m, outer, moved + part*du, r)
          left = work_of(m, r, du)/work
          if (left >= -beyond .and. (left <= 1 - beyond .or. part >= 1)) exit
          if (left < 0) then
@@ -494,7 +496,7 @@ contains
    end subroutine go_back_to_least
 
    !> Fail where a displacement would strain a cell so much at once that its tangent tells nothing of where that leads.
-   subroutine look_at_size(m, du, failure)
+   subroutine check_increment(m, du, failure)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: du(:, :)           !! (ndim, n_points)
       type(failure_t), intent(inout) :: failure
@@ -510,5 +512,5 @@ contains
             end do
          end associate
       end do
-   end subroutine look_at_size
+   end subroutine check_increment
 end module hampm_newton

@@ -23,7 +23,7 @@ module hampm_reference_step
    use hampm_interface_points, only: add_interface_forces, stretch_interfaces
    use hampm_interface_step, only: hold_faces
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
-   use hampm_remembering, only: remember, hoop_resistance
+   use hampm_state_update, only: update_particle_state, hoop_resistance
    use hampm_problem, only: problem_t
    use hampm_node_list, only: node_list_t
    use hampm_tensors, only: identity
@@ -189,7 +189,7 @@ contains
             if (.not. p%total_frame) l = matmul(l, identity + p%gradient_of(i))
             p%gradient(i, :, :) = p%gradient(i, :, :) + dt*l
             if (p%thickness%is_ring) p%widening(i) = p%widening(i) + dt*dot_product(v(1, support(m, i)), functions(m, i))
-            call remember(m%materials(p%material(i)), dt, p, i)
+            call update_particle_state(m%materials(p%material(i)), dt, p, i)
          end do
       end associate
    end subroutine strain

@@ -17,10 +17,10 @@ module hampm_static
    contains
       procedure :: choose_steps
       procedure :: advance
-      procedure :: settle
+      procedure :: initialise
       procedure :: rescale
       procedure :: finish
-      procedure :: keep
+      procedure :: serialise
    end type static_t
 
 contains
@@ -45,14 +45,14 @@ contains
       type(failure_t), intent(inout) :: failure
       if (.not. m%cache%mapped) call map_to_grid(m)
       call self%equilibrium%find(m, m%state%time + dt, failure)
-      self%distance_from_rest = self%equilibrium%distance(m)
+      self%distance_to_equilibrium = self%equilibrium%distance(m)
       if (failure%failed()) return
       call book_step(m, dt)
       call book_loss(self, m)
    end subroutine advance
 
    !> Find equilibrium at the present time: at the start, or on another mesh from what the particles carry over to it.
-   subroutine settle(self, m, dt, failure)
+   subroutine initialise(self, m, dt, failure)
       class(static_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! of no matter at rest [s]
@@ -65,8 +65,8 @@ contains
          if (any(m%materials%has_eigenstrain)) self%at_first = stored_energy(m) - m%energies%external_work
       end if
       call book_loss(self, m)
-      self%distance_from_rest = self%equilibrium%distance(m)
-   end subroutine settle
+      self%distance_to_equilibrium = self%equilibrium%distance(m)
+   end subroutine initialise
 
    !> Multiply all that drives the material, and go to the equilibrium with it. The scales of loads and prescribed motions are to follow.
    subroutine rescale(self, m, factor, failure)
@@ -76,7 +76,7 @@ contains
       type(failure_t), intent(inout) :: failure
       call self%equilibrium%find(m, m%state%time, failure, factor)
       self%equilibrium%forgets_mesh = .false.    ! tips advance from here on
-      self%distance_from_rest = self%equilibrium%distance(m)
+      self%distance_to_equilibrium = self%equilibrium%distance(m)
       call book_loss(self, m)
    end subroutine rescale
 
@@ -90,13 +90,13 @@ contains
    end subroutine book_loss
 
    !> Keep in an archive what the steps need of those before.
-   subroutine keep(self, m, archive)
+   subroutine serialise(self, m, archive)
       class(static_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
-      call self%equilibrium%keep(m, archive)
-      if (any(m%materials%has_eigenstrain)) call archive%keep('at_first', self%at_first)
-   end subroutine keep
+      call self%equilibrium%serialise(m, archive)
+      if (any(m%materials%has_eigenstrain)) call archive%serialise('at_first', self%at_first)
+   end subroutine serialise
 
    !> Give back the memory of the last solution.
    subroutine finish(self)

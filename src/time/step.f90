@@ -1,4 +1,4 @@
-!> One explicit time step of the material point method, as `hampm_reference_step` has it, on the path that is fastest for a scene:
+!> One explicit time step of the material point method, as `hampm_reference_step` has it, on the path that is fastest for a model:
 !>
 !>   in tiles   where a node needs no more than the cells around it: nodes and particles of a part of the grid after each other;
 !>   in stages  elsewhere: with other mass matrices than the lumped one, hanging nodes, faces in contact, or the energy audit, first
@@ -7,9 +7,9 @@
 !> On both, cells that have element operators are passed without their particles (`hampm_element_operators`).
 module hampm_step
    use hampm_kinds, only: dp, ndim
-   use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, keep_bodies_apart
-   use hampm_bond_release, only: work_of_release
-   use hampm_driven_nodes, only: driven_velocity, driven_acceleration, by_mass, move_driven, find_work
+   use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, separate_bodies
+   use hampm_nodal_release, only: work_of_release
+   use hampm_prescribed_nodes, only: prescribed_velocity, prescribed_acceleration, by_mass, move_prescribed, find_work
    use hampm_element_operators, only: pass_or_apply_everywhere
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
@@ -19,13 +19,13 @@ module hampm_step
                            renew_interfaces
    use hampm_nodal_fields, only: v_n, v_next, v_mapped, find_active_nodes
    use hampm_nodal_motion, only: find_velocity, accelerate, find_powers
-   use hampm_particle_pass, only: pass_report_t, pass_over, look_for_leavers
+   use hampm_particle_pass, only: pass_report_t, pass_over, find_crossing_particles
    use hampm_pass, only: pass_t
    use hampm_tiling, only: plan_tiles, is_planned, step_in_tiles
    use hampm_interface_step, only: hold_faces
-   use hampm_interface_points, only: add_interface_forces, stretch_interfaces, settle_slip, ease_faces, interface_energy, &
+   use hampm_interface_points, only: add_interface_forces, stretch_interfaces, commit_slip, ease_faces, interface_energy, &
                                      kick_interfaces
-   use hampm_whereabouts, only: when, origin
+   use hampm_error_context, only: when, origin
    implicit none
    private
    public :: advance, take_step, report_jump, end_step
@@ -52,7 +52,7 @@ contains
       if (failure%failed()) return
       new_masses = .not. (m%cache%weighed .and. m%particles%total_frame)
       m%cache%weighed = .true.
-      if (m%body_contact%wanted) call look_around(m)
+      if (m%body_contact%wanted) call find_surroundings(m)
       if (size(m%loads) + m%interfaces%n > 0) call find_external_force(m)
       if (is_local(m)) then
          call step_through_tiles(m, dt, new_masses, report, failure)
@@ -67,11 +67,11 @@ contains
    end subroutine take_step
 
    !> Find which bodies are near each other, and where.
-   subroutine look_around(m)
+   subroutine find_surroundings(m)
       type(problem_t), intent(inout) :: m
       call find_body_pairs(m%body_contact, m%grid, m%fields)
       call find_gaps(m%body_contact, m%grid, m%particles, m%blocks, m%corners)
-   end subroutine look_around
+   end subroutine find_surroundings
 
    !> Nodal forces of the loads, and of interface points between faces, for the coming step: with the factors at t^n, at the places where the material is at t^n. Whatever
    !> path the step takes and whenever it strains the particles, these are the forces that act in it.
@@ -117,7 +117,7 @@ contains
                             m%cache%operators, loss)
       end if
       m%energies%damping_loss = m%energies%damping_loss + loss
-      if (.not. m%particles%total_frame) call look_for_leavers(m%matter_t, m%fields, report)
+      if (.not. m%particles%total_frame) call find_crossing_particles(m%matter_t, m%fields, report)
    end subroutine step_through_tiles
 
    !> The nodes of interface points, and those around the cells beside these.
@@ -156,7 +156,7 @@ contains
             call pass_and_book(m, pass, dt, report, failure)
             if (k == size(m%scheme%passes) .or. failure%failed() .or. report%jumped) return
             call assemble_sums(m, mass=pass%map_mass, momentum=pass%map_momentum, force=pass%map_force)
-            if (m%body_contact%wanted .and. pass%map_mass) call look_around(m)
+            if (m%body_contact%wanted .and. pass%map_mass) call find_surroundings(m)
             if (pass%map_momentum) call solve_velocity(m, merge(v_n, v_mapped, pass%map_force), v_next, failure)
             if (m%has_domains() .and. pass%strain_fraction > 0 .and. size(m%loads) + m%interfaces%n > 0) call find_external_force(m)
             if (pass%map_force) call solve_acceleration(m, dt, failure)
@@ -192,15 +192,15 @@ contains
       integer, intent(in) :: which
       integer, intent(in) :: latest              !! the velocity that was found last, as a guess
       type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: driven(:, :), momentum(:, :)
+      real(dp), allocatable :: prescribed(:, :), momentum(:, :)
       type(failure_t) :: unsolved
       if (m%constraints%move()) then
-         driven = driven_velocity(m%constraints, m%grid, m%state%time, m%energies%driven, m%fields, which)
+         prescribed = prescribed_velocity(m%constraints, m%grid, m%state%time, m%energies%prescribed, m%fields, which)
          momentum = m%fields%momentum
-         if (m%solver%by /= by_lumped) m%fields%momentum = momentum - by_mass(m%grid, m%fields%mass_matrix, driven)
+         if (m%solver%by /= by_lumped) m%fields%momentum = momentum - by_mass(m%grid, m%fields%mass_matrix, prescribed)
          call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
          m%fields%momentum = momentum
-         m%fields%velocity(:, :, which) = m%fields%velocity(:, :, which) + driven
+         m%fields%velocity(:, :, which) = m%fields%velocity(:, :, which) + prescribed
       else
          call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
       end if
@@ -214,29 +214,29 @@ contains
       real(dp), intent(in) :: dt
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
-      real(dp), allocatable :: driven(:, :), force(:, :)
+      real(dp), allocatable :: prescribed(:, :), force(:, :)
       real(dp) :: damping_power, mapping_power, work, taken !! work that bodies lose by meeting [J]
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       if (size(m%loads) + m%interfaces%n > 0) m%fields%force = m%fields%force + m%fields%external
       if (m%constraints%move()) then
-         driven = driven_acceleration(m%constraints, m%grid, m%state%time, dt, m%fields)
+         prescribed = prescribed_acceleration(m%constraints, m%grid, m%state%time, dt, m%fields)
          force = m%fields%force
-         if (m%solver%by /= by_lumped) m%fields%force = force - by_mass(m%grid, m%fields%mass_matrix, driven)
+         if (m%solver%by /= by_lumped) m%fields%force = force - by_mass(m%grid, m%fields%mass_matrix, prescribed)
       end if
       call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, dt, m%audit, m%fields, damping_power, mapping_power, &
                       unsolved)
       if (m%constraints%move()) then
          m%fields%force = force
-         call move_driven(m%constraints, m%grid, dt, driven, m%fields)
+         call move_prescribed(m%constraints, m%grid, dt, prescribed, m%fields)
       end if
       if (m%interfaces%n_at_end > 0) call add_forces_at_end(m, dt, unsolved)
       if (m%constraints%move()) then
-         call find_work(m%constraints, m%grid, dt, m%damping_rate, m%fields, m%energies%driven, work)
+         call find_work(m%constraints, m%grid, dt, m%damping_rate, m%fields, m%energies%prescribed, work)
          m%energies%external_work = m%energies%external_work + work
          if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + work
       end if
       taken = m%body_contact%loss + m%body_contact%friction_loss
-      if (m%body_contact%n > 0) call keep_bodies_apart(m%body_contact, m%grid, m%constraints%free, dt, m%fields)
+      if (m%body_contact%n > 0) call separate_bodies(m%body_contact, m%grid, m%constraints%free, dt, m%fields)
       taken = m%body_contact%loss + m%body_contact%friction_loss - taken
       if ((m%constraints%move() .or. m%body_contact%n + m%interfaces%n > 0) &
           .and. (m%audit .or. m%damping_rate > 0)) &
@@ -303,7 +303,7 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + interface_energy(m%interfaces) + m%interfaces%loss
       call stretch_interfaces(m%interfaces, m%fields%velocity(:, :, which), dt)
-      call settle_slip(m%interfaces)
+      call commit_slip(m%interfaces)
       call ease_faces(m%interfaces, dt*largest_wave_speed(m%materials, 'shear'))
       if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - interface_energy(m%interfaces) - m%interfaces%loss
    end subroutine open_faces

@@ -1,21 +1,21 @@
-!> Reads many scenes and command lines in one process, for tests/fuzz:
+!> Reads many models and command lines in one process, for tests/fuzz:
 !>
 !>     fuzz_driver CASES ANSWERS
 !>
 !> CASES holds one case after the other, each an integer for its kind, an integer n and n texts. A text is an integer, its length,
 !> and its bytes. For kind 1 the texts are those of a namelist file and of its overrides, for kind 2 the arguments of a command
 !> line. ANSWERS gets the exit code, the processor time in milliseconds and a text for each case, at once, so that where a case ends
-!> the process it is known which: all that `--check` says, the options as a list, or the message. Scenes of very many particles are
+!> the process it is known which: all that `--check` says, the options as a list, or the message. Models of very many particles are
 !> understood and weighed, but not built.
 program fuzz_driver
    use, intrinsic :: iso_fortran_env, only: error_unit
    use hampm_command_line, only: options_t, parse_arguments
    use hampm_failure, only: failure_t
    use hampm_kinds, only: dp
-   use hampm_needs, only: needs_t, needs_of, check_needs
+   use hampm_resource_estimate, only: resources_t, estimate_resources, check_resources
    use hampm_program, only: check_report
-   use hampm_reading, only: understand_scene
-   use hampm_scene, only: scene_t
+   use hampm_reading, only: understand_model
+   use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, build, warnings
    use hampm_text, only: string_t, to_text
    implicit none
@@ -57,23 +57,23 @@ contains
       if (length > 0) read (cases) text
    end subroutine read_text
 
-   !> Understand a scene; what is understood must read back as the same.
+   !> Understand a model; what is understood must read back as the same.
    subroutine try_scene(text, overrides)
       character(*), intent(in) :: text
       type(string_t), intent(in) :: overrides(:)
       character(*), parameter :: file = 'case.nml'
-      type(scene_t) :: scene, again
+      type(model_t) :: model, again
       type(failure_t) :: failure, second
       type(string_t) :: none(0)
       character(:), allocatable :: report
       report = ''
-      call understand_scene(file, text, overrides, scene, failure)
+      call understand_model(file, text, overrides, model, failure)
       if (.not. failure%failed()) then
-         call understand_scene(file, scene%as_used, none, again, second)
+         call understand_model(file, model%as_used, none, again, second)
          if (second%failed()) call stop_with('what was understood is refused: '//second%message, text)
-         if (again%as_used /= scene%as_used) call stop_with('what was understood reads as something else', text)
-         report = scene%as_used
-         call try_to_build(scene, report, failure)
+         if (again%as_used /= model%as_used) call stop_with('what was understood reads as something else', text)
+         report = model%as_used
+         call try_to_build(model, report, failure)
       end if
       if (failure%failed()) then
          call answer(failure%code, failure%message)
@@ -82,19 +82,19 @@ contains
       end if
    end subroutine try_scene
 
-   !> Do with a scene what --check does.
-   subroutine try_to_build(scene, report, failure)
-      type(scene_t), intent(in) :: scene
+   !> Do with a model what --check does.
+   subroutine try_to_build(model, report, failure)
+      type(model_t), intent(in) :: model
       character(:), allocatable, intent(inout) :: report
       type(failure_t), intent(inout) :: failure
       type(simulation_t) :: simulation
-      type(needs_t) :: needs
-      needs = needs_of(scene)
-      call check_needs(needs, failure)
+      type(resources_t) :: needs
+      needs = estimate_resources(model)
+      call check_resources(needs, failure)
       if (failure%failed() .or. needs%particles + needs%cells > most_built) return
-      call build(scene, 1, simulation, failure)
+      call build(model, 1, simulation, failure)
       if (failure%failed()) return
-      report = check_report(scene, simulation, needs)//warnings(simulation)
+      report = check_report(model, simulation, needs)//warnings(simulation)
       call simulation%problem%solver%direct%release()
       call simulation%measurements%extrapolation%direct%release()
    end subroutine try_to_build

@@ -41,7 +41,7 @@ program test_constraints
    call constrain_box(c, grid, [0.5_dp, 0.0_dp], [0.5_dp, 0.3_dp], [.true., .false.], &
                       given_motion_t([0.2_dp, 0.0_dp], [0.1_dp, 0.0_dp], time_history_t('ramp', rise_time=2.0_dp)))
    call check(c%move(), 'a box with a motion moves its nodes')
-   way = c%way(3.0_dp)
+   way = c%prescribed_at(3.0_dp)
    wrong = 0
    do node = 1, grid%n_nodes
       right = grid%node_position(1, node) > 0.45_dp

@@ -11,7 +11,7 @@ program test_cracks
    use hampm_grid, only: grid_t, build_grid
    use hampm_harness, only: check, check_close, finish
    use hampm_refinement, only: refinement_t
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_problem, only: problem_t
    use hampm_thickness, only: thickness_t
    implicit none
@@ -32,51 +32,51 @@ program test_cracks
 
 contains
 
-   !> A scene of one body of the second of two materials, on a lattice from the origin to (6, 4).
-   pure function scene_of(lower, upper) result(scene)
+   !> A model of one body of the second of two materials, on a lattice from the origin to (6, 4).
+   pure function scene_of(lower, upper) result(model)
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! of the body [m]
-      type(scene_t) :: scene
-      scene%run%plane = 'stress'
-      scene%run%thickness = thickness_t(1.0_dp)
-      scene%grid%cell = cell
-      scene%grid%cells = cells
-      scene%method%scheme = 'musl'
-      allocate (scene%materials(2), scene%bodies(1), scene%constraints(0), scene%loads(0), scene%paths(0), scene%growth(0), &
-                scene%cohesive(0), &
-                scene%energy_release%radii(0))
-      scene%materials%law = 'linear_elastic'
-      scene%materials%young = 1
-      scene%materials%density = 1
-      scene%bodies(1)%material_index = 2
-      scene%bodies(1)%lower = lower
-      scene%bodies(1)%upper = upper
-      scene%bodies(1)%points_per_cell = 2
+      type(model_t) :: model
+      model%run%plane = 'stress'
+      model%run%thickness = thickness_t(1.0_dp)
+      model%grid%cell = cell
+      model%grid%cells = cells
+      model%method%scheme = 'musl'
+      allocate (model%materials(2), model%bodies(1), model%constraints(0), model%loads(0), model%paths(0), model%growth(0), &
+                model%cohesive(0), &
+                model%energy_release%radii(0))
+      model%materials%law = 'linear_elastic'
+      model%materials%young = 1
+      model%materials%density = 1
+      model%bodies(1)%material_index = 2
+      model%bodies(1)%lower = lower
+      model%bodies(1)%upper = upper
+      model%bodies(1)%points_per_cell = 2
       associate (rows => estimators())
-         scene%energy_release%takes = rows%name == 'domain_integral'
+         model%energy_release%takes = rows%name == 'domain_integral'
       end associate
    end function scene_of
 
-   !> Let the crack of a scene be a line between two points, its tip the second.
-   subroutine put_line(scene, from, to)
-      type(scene_t), intent(inout) :: scene
+   !> Let the crack of a model be a line between two points, its tip the second.
+   subroutine put_line(model, from, to)
+      type(model_t), intent(inout) :: model
       real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
-      deallocate (scene%paths)
-      allocate (scene%paths(1))
-      scene%paths(1)%kind = 'line'
-      scene%paths(1)%key = 'tip'
-      scene%paths(1)%direction = to - from
-      scene%paths(1)%points = reshape([from, to], [ndim, 2])
+      deallocate (model%paths)
+      allocate (model%paths(1))
+      model%paths(1)%kind = 'line'
+      model%paths(1)%key = 'tip'
+      model%paths(1)%direction = to - from
+      model%paths(1)%points = reshape([from, to], [ndim, 2])
    end subroutine put_line
 
-   !> The cracks of a scene and its grid, with the nodes around the tips.
-   subroutine build(scene, cracks, grid)
-      type(scene_t), intent(in) :: scene
+   !> The cracks of a model and its grid, with the nodes around the tips.
+   subroutine build(model, cracks, grid)
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(out) :: cracks
       type(grid_t), intent(out) :: grid
       type(problem_t) :: problem
       type(refinement_t) :: refinement
       type(failure_t) :: failure
-      call assemble(scene, problem, cracks, refinement, failure)
+      call assemble(model, problem, cracks, refinement, failure)
       grid = problem%grid
       call cracks%find_nodes(grid, failure)
       call check(.not. failure%failed(), 'every tip has its nodes')
@@ -108,7 +108,7 @@ contains
       call check_close(norm2(tip%axis(:, 2) - [-outward(2), outward(1)]), 0.0_dp, epsilon(1.0_dp), what//' has its left there')
    end subroutine check_place
 
-   !> A plain scene has no cracks, and its grid is whole.
+   !> A plain model has no cracks, and its grid is whole.
    subroutine scene_without_crack()
       type(cracks_t) :: cracks
       type(grid_t) :: grid
@@ -119,14 +119,14 @@ contains
 
    !> From the left edge of a body into it: a line out of the lattice, its mouth at the edge.
    subroutine edge_crack()
-      type(scene_t) :: scene
+      type(model_t) :: model
       type(cracks_t) :: cracks
       type(grid_t) :: grid
       type(line_t), allocatable :: lines(:)
       real(dp), parameter :: tip(ndim) = [2.5_dp, 2.0_dp]
-      scene = scene_of([0.5_dp, 0.5_dp], [5.5_dp, 3.5_dp])
-      call put_line(scene, [0.5_dp, 2.0_dp], tip)
-      call build(scene, cracks, grid)
+      model = scene_of([0.5_dp, 0.5_dp], [5.5_dp, 3.5_dp])
+      call put_line(model, [0.5_dp, 2.0_dp], tip)
+      call build(model, cracks, grid)
       call check(size(cracks%tips) == 1 .and. .not. cracks%crack(1)%is_tip(first_point), 'an edge crack has one tip')
       call check_place(cracks%tips(1), 1, tip, x, 'the tip of an edge crack')
       lines = cracks%lines()
@@ -147,13 +147,13 @@ contains
 
    !> Inside the body: its second tip looks the other way, so that its upper face is the lower one of the first.
    subroutine two_tips()
-      type(scene_t) :: scene
+      type(model_t) :: model
       type(cracks_t) :: cracks
       type(grid_t) :: grid
       real(dp), parameter :: tip(ndim) = [4.5_dp, 2.0_dp], other(ndim) = [2.5_dp, 2.0_dp]
-      scene = scene_of([0.5_dp, 0.5_dp], [5.5_dp, 3.5_dp])
-      call put_line(scene, other, tip)
-      call build(scene, cracks, grid)
+      model = scene_of([0.5_dp, 0.5_dp], [5.5_dp, 3.5_dp])
+      call put_line(model, other, tip)
+      call build(model, cracks, grid)
       call check(size(cracks%tips) == 2 .and. all(cracks%crack(1)%is_tip), 'a crack inside the body has two tips')
       call check_place(cracks%tips(1), 1, tip, x, 'the first tip')
       call check_place(cracks%tips(2), 1, other, -x, 'the second tip')
@@ -175,17 +175,17 @@ contains
       real(dp), intent(in) :: bottom, top        !! of the body, on one side of the plane at 2 m [m]
       real(dp), intent(in) :: direction(ndim)
       logical, intent(in) :: face(2)             !! upper and lower, which there is
-      type(scene_t) :: scene
+      type(model_t) :: model
       type(cracks_t) :: cracks
       type(grid_t) :: grid
       real(dp), parameter :: tip(ndim) = [3.0_dp, 2.0_dp]
       real(dp) :: body_side(ndim)
       integer :: k
-      scene = scene_of([0.5_dp, bottom], [5.5_dp, top])
-      call put_line(scene, tip - 2.5_dp*direction, tip)
-      scene%paths(1)%kind = 'symmetry'
-      scene%paths(1)%direction = direction
-      call build(scene, cracks, grid)
+      model = scene_of([0.5_dp, bottom], [5.5_dp, top])
+      call put_line(model, tip - 2.5_dp*direction, tip)
+      model%paths(1)%kind = 'symmetry'
+      model%paths(1)%direction = direction
+      call build(model, cracks, grid)
       call check(size(cracks%tips) == 1, 'a crack on a symmetry plane has one tip')
       call check_place(cracks%tips(1), 1, tip, direction, 'the tip on a symmetry plane')
       call check(norm2(cracks%crack(1)%mouth - (tip - 2.5_dp*direction)) <= 0, 'its mouth is at the edge of the body')

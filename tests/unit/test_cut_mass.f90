@@ -8,8 +8,8 @@ program test_cut_mass
    use hampm_harness, only: check, finish, repeat_random_numbers
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
-   use hampm_reading, only: understand_scene
-   use hampm_scene, only: scene_t
+   use hampm_reading, only: understand_model
+   use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, build
    use hampm_text, only: string_t, to_text
    use hampm_threads, only: use_threads
@@ -37,7 +37,7 @@ contains
    subroutine look_at_body(number)
       integer, intent(in) :: number
       type(string_t) :: overrides(0)
-      type(scene_t) :: scene
+      type(model_t) :: model
       type(simulation_t) :: s
       type(nodal_state_t) :: state
       type(failure_t) :: failure
@@ -47,8 +47,8 @@ contains
       real(dp) :: area
       integer :: i
       call describe_scene(number, text, area)
-      call understand_scene('test_cut_mass', text, overrides, scene, failure)
-      if (.not. failure%failed()) call build(scene, 1, s, failure)
+      call understand_model('test_cut_mass', text, overrides, model, failure)
+      if (.not. failure%failed()) call build(model, 1, s, failure)
       call check(.not. failure%failed(), 'scene '//to_text(number)//' is built')
       if (failure%failed()) return
       call random_number(factor)
@@ -85,7 +85,7 @@ contains
       v = matmul(factor, [1.0_dp, x(1), x(2), x(1)**2, x(1)*x(2), x(2)**2])
    end function field
 
-   !> A scene in cells of 1 m.
+   !> A model in cells of 1 m.
    subroutine describe_scene(number, text, area)
       integer, intent(in) :: number
       character(:), allocatable, intent(out) :: text

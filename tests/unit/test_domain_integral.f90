@@ -85,7 +85,7 @@ contains
       integer :: k
       do k = 1, 2
          material = new_material('', 'neo_hookean', k == 1, 70.0e9_dp, 0.3_dp, 2700.0_dp)
-         call check_close(maxval(abs(tip_stress(material, h) - material%conjugate_stress(h))), 0.0_dp, 1.0e-2_dp, &
+         call check_close(maxval(abs(tip_stress(material, h) - material%first_piola_stress(h))), 0.0_dp, 1.0e-2_dp, &
                           'the stress of the tip field is that of a neo-Hookean material at small strain')
       end do
    end subroutine tip_field_of_the_other_law
@@ -139,9 +139,9 @@ contains
       real(dp), intent(in) :: direction(ndim), radius(:)
       logical, intent(in) :: half
       type(nodal_state_t), intent(in) :: state
-      real(dp) :: found(1 + modes, size(radius)), doubt(modes, size(radius))
+      real(dp) :: found(1 + modes, size(radius)), uncertainty(modes, size(radius))
       call domain_integrals(tip_domain_t(tip, direction, half=half, thickness=thickness, material=m%materials(1), radius=radius), &
-                            m, [real(dp) ::], m%particles, state, closed_faces_t(), found(1, :), found(2:, :), doubt)
+                            m, [real(dp) ::], m%particles, state, closed_faces_t(), found(1, :), found(2:, :), uncertainty)
    end function integrals
 
    !> Given fields of known factors: they are found, the better the more cells there are in a disc.

@@ -25,7 +25,7 @@ program test_energy_drift
 
    write (*, '(a)') 'change of the energy at rest after     10            100           1000 periods'
    do k = 1, size(schemes)
-      call at_rest(trim(schemes(k)))
+      call is_static(trim(schemes(k)))
    end do
    write (*, '(a)') 'change of the energy drifting after    10            100 periods'
    do k = 1, size(schemes)
@@ -35,7 +35,7 @@ program test_energy_drift
 
 contains
 
-   subroutine at_rest(scheme)
+   subroutine is_static(scheme)
       character(*), intent(in) :: scheme
       real(dp) :: change(3)
       change = energy_change(scheme, 0.0_dp, 16, [10, 100, 1000])
@@ -45,7 +45,7 @@ contains
       else
          call check_close(change(3), 0.0_dp, 1.0e-6_dp, scheme//': the energy does not drift')
       end if
-   end subroutine at_rest
+   end subroutine is_static
 
    subroutine drifting(scheme)
       character(*), intent(in) :: scheme

@@ -6,7 +6,7 @@ program test_expected_error
    use hampm_cracks, only: crack_t, cracks_t
    use hampm_cut_cells, only: left_face
    use hampm_estimated_errors, only: relative_errors
-   use hampm_expected_error, only: crack_at_rest_t, find_crack_at_rest, displace, error_by_lengths
+   use hampm_expected_error, only: static_crack_t, find_static_crack, displace, error_by_lengths
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
    use hampm_material, only: new_material
@@ -62,14 +62,14 @@ contains
       real(dp), parameter :: a = 5, far = 10, end = 0.677_dp
       type(problem_t) :: m
       type(cracks_t) :: cracks
-      type(crack_at_rest_t) :: crack
+      type(static_crack_t) :: crack
       integer, parameter :: cells(3) = [4, 8, 16]
       real(dp) :: by_tip, by_cells(size(cells)), by_lengths
       integer :: k
       do k = 1, size(cells)
          call build_beam(far, a, cells(k), .true., .false., m, cracks)
          call add_pull(m, [0.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], [0.0_dp, force])
-         call find_crack_at_rest(m, cracks%tips, 1, thickness, crack)
+         call find_static_crack(m, cracks%tips, 1, thickness, crack)
          call check(crack%known, 'the cantilever is known')
          by_tip = crack%by_tip(1)/crack%g(1)
          by_cells(k) = crack%by_cells(1)/crack%g(1)
@@ -94,7 +94,7 @@ contains
       real(dp), parameter :: moment = force/2    ! of two opposite forces on halves of an end [N m]
       type(problem_t) :: m, shorter
       type(cracks_t) :: cracks, shorter_cracks
-      type(crack_at_rest_t) :: crack
+      type(static_crack_t) :: crack
       real(dp) :: g, true, energy(2), lacks, expected
       integer :: k
       ! Energies by length of the arms and of the whole beam, of four times and eight times the moment of inertia of an arm
@@ -103,7 +103,7 @@ contains
          call build_moments(moments, cells(k), 0, m, cracks, energy(1))
          call build_moments(moments, cells(k), 1, shorter, shorter_cracks, energy(2))
          g = (energy(1) - energy(2))*cells(k)/thickness
-         call find_crack_at_rest(m, cracks%tips, 1, thickness, crack)
+         call find_static_crack(m, cracks%tips, 1, thickness, crack)
          lacks = true/g - 1
          expected = sum(crack%best())/sum(crack%g) - 1
          write (*, '(2a,i3,3f9.5)') what, ': cells across, G lacks, is expected to, by tip', cells(k), lacks, expected, &
@@ -111,7 +111,7 @@ contains
          call check_close(expected/lacks, 1.0_dp, 0.02_dp, what//': what G lacks')
          call check(abs(crack%by_tip(mode)) < 1e-3_dp*crack%g(mode), what//': the length of the crack is nothing to G')
          call check(crack%g(3 - mode) < 1e-6_dp*crack%g(mode), what//': the mode')
-         call check(abs(maxval(crack%doubt())/abs(expected) - 1) < 0.1_dp, what//': all that is corrected is in doubt')
+         call check(abs(maxval(crack%correction())/abs(expected) - 1) < 0.1_dp, what//': all that is corrected is in doubt')
       end do
    end subroutine moments_on_arms
 
@@ -145,7 +145,7 @@ contains
       type(problem_t) :: m
       type(cracks_t) :: cracks
       type(crack_t) :: line
-      type(crack_at_rest_t) :: crack
+      type(static_crack_t) :: crack
       real(dp) :: cell, expected, found
       integer, parameter :: half(2) = [4, 8]    ! cells of half of the crack
       integer :: k
@@ -160,7 +160,7 @@ contains
                                rectangle_t([-width, -height], [width, height], [80, 120]), line, m, cracks)
             call add_pull(m, [-width, height], [width, height], [0.0_dp, force])
             call add_pull(m, [-width, -height], [width, -height], [0.0_dp, -force])
-            call find_crack_at_rest(m, cracks%tips, 1, thickness, crack)
+            call find_static_crack(m, cracks%tips, 1, thickness, crack)
             expected = short(1)*cell*(1/a + pi/(2*width)*tan(pi*a/(2*width)))
          end associate
          found = crack%by_tip(1)/crack%g(1)
@@ -174,18 +174,18 @@ contains
    subroutine nothing_to_know()
       type(problem_t) :: m
       type(cracks_t) :: cracks
-      type(crack_at_rest_t) :: crack
+      type(static_crack_t) :: crack
       call build_beam(10.0_dp, 5.0_dp, 4, .true., .false., m, cracks)
-      call find_crack_at_rest(m, cracks%tips, 1, thickness, crack)
+      call find_static_crack(m, cracks%tips, 1, thickness, crack)
       call check(.not. crack%known, 'without loads nothing is known')
       call build_beam(10.0_dp, 0.25_dp, 4, .true., .false., m, cracks)
       call add_pull(m, [0.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], [0.0_dp, force])
-      call find_crack_at_rest(m, cracks%tips, 1, thickness, crack)
+      call find_static_crack(m, cracks%tips, 1, thickness, crack)
       call check(.not. crack%known, 'of a crack of one cell nothing is known')
       call build_beam(10.0_dp, 5.0_dp, 4, .false., .true., m, cracks)
       call constrain_box(m%constraints, m%grid, [0.0_dp, -1.0_dp], [10.0_dp, -1.0_dp], [.true., .true.])
       call add_pull(m, [0.0_dp, 1.0_dp], [10.0_dp, 1.0_dp], [0.0_dp, -force])
-      call find_crack_at_rest(m, cracks%tips, 1, thickness, crack)
+      call find_static_crack(m, cracks%tips, 1, thickness, crack)
       call check(.not. crack%known .or. crack%g(1) < 1e-5_dp*crack%g(2), 'faces that are pressed together have no mode I')
    end subroutine nothing_to_know
 
@@ -216,9 +216,9 @@ contains
 
    !> Of a crack that is closed at rest rounding leaves something of the mode that opens it, which tells nothing of its error.
    subroutine closed_at_rest()
-      real(dp), parameter :: best(2) = [8.0e-6_dp, 0.18_dp], value(2) = [-3.0e-14_dp, 0.12_dp], doubt(2) = 0.1_dp
+      real(dp), parameter :: best(2) = [8.0e-6_dp, 0.18_dp], value(2) = [-3.0e-14_dp, 0.12_dp], correction(2) = 0.1_dp
       real(dp) :: errors(2)
-      errors = relative_errors(value, best, doubt, .false., 1.0e-6_dp)
+      errors = relative_errors(value, best, correction, .false., 1.0e-6_dp)
       call check_close(errors(1), errors(2), 1e-12_dp, 'closed at rest: the mode that opens has the relative error of the other')
    end subroutine closed_at_rest
 end program test_expected_error

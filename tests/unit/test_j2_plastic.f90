@@ -16,7 +16,7 @@ program test_j2_plastic
    call repeat_random_numbers()
    do k = 1, 2
       m = new_material('steel', 'j2_plastic', planes(k) == 'plane stress', young, poisson, 7800.0_dp, yield, hardening)
-      m%on_trial = .true.
+      m%is_trial = .true.
       call stays_on_the_yield_surface(trim(planes(k)))
       call tangent(trim(planes(k)))
       call quadratic_convergence(trim(planes(k)))
@@ -24,7 +24,7 @@ program test_j2_plastic
       call work_is_stored_or_dissipated(trim(planes(k)))
       m = new_material('steel', 'j2_plastic', planes(k) == 'plane stress', young, poisson, 7800.0_dp, yield, hardening, &
                        saturation=saturation, saturation_strain=saturation_strain, kinematic=kinematic)
-      m%on_trial = .true.
+      m%is_trial = .true.
       call tangent(trim(planes(k))//', all hardening')
       call quadratic_convergence(trim(planes(k))//', all hardening')
       call work_is_stored_or_dissipated(trim(planes(k))//', all hardening')
@@ -44,10 +44,10 @@ contains
    end function some_gradient
 
    !> Von Mises' equivalent of a stress with its normal component across the plane [Pa].
-   real(dp) function mises(h, past) result(equivalent)
-      real(dp), intent(in) :: h(ndim, ndim), past(columns)
+   real(dp) function mises(h, old_state) result(equivalent)
+      real(dp), intent(in) :: h(ndim, ndim), old_state(columns)
       real(dp) :: s(ndim, ndim), across
-      s = m%kirchhoff_stress(h, past)
+      s = m%kirchhoff_stress(h, old_state)
       across = 0
       ! plane strain: the pressure is elastic, so that the stress across follows from it
       if (.not. m%plane_stress) across = young/(1 - 2*poisson)*(h(1, 1) + h(2, 2)) - s(1, 1) - s(2, 2)
@@ -57,21 +57,24 @@ contains
    !> A step to any strain ends within the yield surface, on it where the material flows; a state that is kept is the same state.
    subroutine stays_on_the_yield_surface(plane)
       character(*), intent(in) :: plane
-      real(dp) :: h(ndim, ndim), past(columns), stress(ndim, ndim), alpha
+      real(dp) :: h(ndim, ndim), old_state(columns), stress(ndim, ndim), alpha
       integer :: i, flowed
-      past = 0
+      old_state = 0
       flowed = 0
       do i = 1, 50
          h = some_gradient()
-         stress = m%kirchhoff_stress(h, past)
-         alpha = past(4)
-         call m%follow(h, 0.0_dp, past)
-         call check(maxval(abs(m%kirchhoff_stress(h, past) - stress)) < 1.0e-12_dp*young, plane//': a kept state has its stress')
-         if (past(4) > alpha) then
+         stress = m%kirchhoff_stress(h, old_state)
+         alpha = old_state(4)
+         call m%update_state(h, 0.0_dp, old_state)
+         call check(maxval(abs(m%kirchhoff_stress(h, old_state) - stress)) < 1.0e-12_dp*young, plane// &
+                    ': a kept state has its stress')
+         if (old_state(4) > alpha) then
             flowed = flowed + 1
-            call check_close(mises(h, past)/(yield + hardening*past(4)), 1.0_dp, 1.0e-11_dp, plane//': flow ends on the surface')
+            call check_close(mises(h, old_state)/(yield + hardening*old_state(4)), 1.0_dp, 1.0e-11_dp, plane// &
+                             ': flow ends on the surface')
          else
-            call check(mises(h, past) <= (yield + hardening*past(4))*(1 + 1.0e-12_dp), plane//': elastic steps end within it')
+            call check(mises(h, old_state) <= (yield + hardening*old_state(4))*(1 + 1.0e-12_dp), plane// &
+                       ': elastic steps end within it')
          end if
       end do
       call check(flowed > 10 .and. flowed < 50, plane//': both kinds of steps were taken')
@@ -81,47 +84,48 @@ contains
    !> of a law that yields may lead Newton's iteration to H_33 round in circles.)
    subroutine no_stress_across()
       integer, parameter :: steps = 3000
-      real(dp) :: h(ndim, ndim), past(columns), stress(ndim, ndim), energy, error
+      real(dp) :: h(ndim, ndim), old_state(columns), stress(ndim, ndim), energy, error
       integer :: i
       m = new_material('steel', 'j2_plastic', .true., young, 0.0_dp, 7800.0_dp, yield, hardening)
-      m%on_trial = .true.
+      m%is_trial = .true.
       error = 0
       do i = 1, steps
-         past = some_past()
+         old_state = some_past()
          h = some_gradient()
-         stress = m%kirchhoff_stress(h, past)
-         energy = m%energy_density(h, past) + m%dissipation(h, past)
-         call m%follow(h, 0.0_dp, past)
-         error = max(error, maxval(abs(m%kirchhoff_stress(h, past) - stress))/yield, &
-                     abs(m%energy_density(h, past) + m%dissipation(h, past) - energy)/energy)
+         stress = m%kirchhoff_stress(h, old_state)
+         energy = m%energy_density(h, old_state) + m%dissipation(h, old_state)
+         call m%update_state(h, 0.0_dp, old_state)
+         error = max(error, maxval(abs(m%kirchhoff_stress(h, old_state) - stress))/yield, &
+                     abs(m%energy_density(h, old_state) + m%dissipation(h, old_state) - energy)/energy)
       end do
       write (*, '(a,es9.1)') 'plane stress without Poisson''s effect, kept states differ by', error
       call check(error < 1.0e-9_dp, 'plane stress: a state has one strain across the plane')
    end subroutine no_stress_across
 
    !> A state with plastic strain.
-   function some_past() result(past)
-      real(dp) :: past(columns)
-      past = 0
-      call m%follow(some_gradient(), 0.0_dp, past)
+   function some_past() result(old_state)
+      real(dp) :: old_state(columns)
+      old_state = 0
+      call m%update_state(some_gradient(), 0.0_dp, old_state)
    end function some_past
 
    !> The tangent is the derivative of the stress, by central differences, and symmetric.
    subroutine tangent(plane)
       character(*), intent(in) :: plane
       real(dp), parameter :: step = 1.0e-7_dp
-      real(dp) :: h(ndim, ndim), past(columns), dh(ndim, ndim), other(ndim, ndim), change(ndim, ndim), difference(ndim, ndim), error
+      real(dp) :: h(ndim, ndim), old_state(columns), dh(ndim, ndim), other(ndim, ndim), change(ndim, ndim), &
+                  difference(ndim, ndim), error
       integer :: i
       error = 0
       do i = 1, 20
-         past = some_past()
+         old_state = some_past()
          h = some_gradient()
          call random_number(dh)
          call random_number(other)
-         change = m%conjugate_change(h, dh, past)
-         difference = (m%conjugate_stress(h + step*dh, past) - m%conjugate_stress(h - step*dh, past))/(2*step)
+         change = m%first_piola_change(h, dh, old_state)
+         difference = (m%first_piola_stress(h + step*dh, old_state) - m%first_piola_stress(h - step*dh, old_state))/(2*step)
          error = max(error, maxval(abs(change - difference))/young)
-         call check_close(sum(change*other)/sum(m%conjugate_change(h, other, past)*dh), 1.0_dp, 1.0e-9_dp, &
+         call check_close(sum(change*other)/sum(m%first_piola_change(h, other, old_state)*dh), 1.0_dp, 1.0e-9_dp, &
                           plane//': the tangent is symmetric')
       end do
       write (*, '(2a,es9.1)') plane, ', tangent from differences, over E:', error
@@ -131,20 +135,20 @@ contains
    !> Newton's iteration to the strain that has a given stress: each error is the square of the one before.
    subroutine quadratic_convergence(plane)
       character(*), intent(in) :: plane
-      real(dp) :: past(columns), goal(3), h(ndim, ndim), r(3), errors(12), matrix(3, 3)
+      real(dp) :: old_state(columns), goal(3), h(ndim, ndim), r(3), errors(12), matrix(3, 3)
       integer :: i, n
-      past = 0
-      goal = voigt(m%kirchhoff_stress(reshape([0.006_dp, 0.002_dp, 0.002_dp, -0.001_dp], [ndim, ndim]), past))
+      old_state = 0
+      goal = voigt(m%kirchhoff_stress(reshape([0.006_dp, 0.002_dp, 0.002_dp, -0.001_dp], [ndim, ndim]), old_state))
       h = 0
       n = 0
       do i = 1, size(errors)
-         r = goal - voigt(m%kirchhoff_stress(h, past))
+         r = goal - voigt(m%kirchhoff_stress(h, old_state))
          errors(i) = norm2(r)/norm2(goal)
          if (errors(i) < 1.0e-13_dp) exit
          n = i
-         matrix(:, 1) = voigt(m%conjugate_change(h, reshape([1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], [ndim, ndim]), past))
-         matrix(:, 2) = voigt(m%conjugate_change(h, reshape([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [ndim, ndim]), past))
-         matrix(:, 3) = voigt(m%conjugate_change(h, reshape([0.0_dp, 0.5_dp, 0.5_dp, 0.0_dp], [ndim, ndim]), past))
+         matrix(:, 1) = voigt(m%first_piola_change(h, reshape([1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], [ndim, ndim]), old_state))
+         matrix(:, 2) = voigt(m%first_piola_change(h, reshape([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [ndim, ndim]), old_state))
+         matrix(:, 3) = voigt(m%first_piola_change(h, reshape([0.0_dp, 0.5_dp, 0.5_dp, 0.0_dp], [ndim, ndim]), old_state))
          r = solution(matrix, r)
          h = h + reshape([r(1), r(3)/2, r(3)/2, r(2)], [ndim, ndim])
       end do
@@ -181,12 +185,12 @@ contains
    !> In shear the stress rises with mu to yield/sqrt(3), and from there with mu h/(3 mu + h).
    subroutine shear(plane)
       character(*), intent(in) :: plane
-      real(dp) :: past(columns), h(ndim, ndim), stress(ndim, ndim), expected, angle, at_yield
+      real(dp) :: old_state(columns), h(ndim, ndim), stress(ndim, ndim), expected, angle, at_yield
       h = 0
       angle = 0.013_dp
       h(1, 2) = angle
-      past = 0
-      stress = m%kirchhoff_stress(h, past)
+      old_state = 0
+      stress = m%kirchhoff_stress(h, old_state)
       at_yield = yield/(sqrt(3.0_dp)*m%mu)
       expected = m%mu*at_yield + m%mu*hardening/(3*m%mu + hardening)*(angle - at_yield)
       call check_close(stress(1, 2)/expected, 1.0_dp, 1.0e-12_dp, plane//': shear with hardening')
@@ -208,38 +212,38 @@ contains
    !> Work that is missing, over all of it.
    real(dp) function missing_work(n)
       integer, intent(in) :: n
-      real(dp) :: past(columns), h(ndim, ndim), next(ndim, ndim), stress(ndim, ndim), work, t
+      real(dp) :: old_state(columns), h(ndim, ndim), next(ndim, ndim), stress(ndim, ndim), work, t
       integer :: i
-      past = 0
+      old_state = 0
       h = 0
       work = 0
       do i = 1, n
          t = 3*real(i, dp)/n
          next = 0.01_dp*reshape([sin(t), 0.3_dp*t*(2 - t), 0.1_dp*t, 1 - cos(2*t)], [ndim, ndim])
-         stress = m%kirchhoff_stress(h, past)
-         call m%follow(next, 0.0_dp, past)
-         work = work + sum((stress + m%kirchhoff_stress(next, past))*(next - h))/2
+         stress = m%kirchhoff_stress(h, old_state)
+         call m%update_state(next, 0.0_dp, old_state)
+         work = work + sum((stress + m%kirchhoff_stress(next, old_state))*(next - h))/2
          h = next
       end do
-      missing_work = (work - m%energy_density(h, past) - m%dissipation(h, past))/work
+      missing_work = (work - m%energy_density(h, old_state) - m%dissipation(h, old_state))/work
    end function missing_work
 
    !> Uniaxial tension in plane stress, to a strain and back into compression: bilinear.
    subroutine uniaxial_stress()
-      real(dp) :: past(columns), h(ndim, ndim), stress(ndim, ndim), slope, alpha, expected
+      real(dp) :: old_state(columns), h(ndim, ndim), stress(ndim, ndim), slope, alpha, expected
       m = new_material('steel', 'j2_plastic', .true., young, poisson, 7800.0_dp, yield, hardening)
-      m%on_trial = .true.
+      m%is_trial = .true.
       slope = young*hardening/(young + hardening)
-      past = 0
-      call stretch(0.01_dp, past, h, stress)
+      old_state = 0
+      call stretch(0.01_dp, old_state, h, stress)
       expected = yield + slope*(0.01_dp - yield/young)
       call check_close(stress(1, 1)/expected, 1.0_dp, 1.0e-10_dp, 'tension with hardening')
-      call m%follow(h, 0.0_dp, past)
+      call m%update_state(h, 0.0_dp, old_state)
       alpha = 0.01_dp - expected/young
-      call check_close(past(4)/alpha, 1.0_dp, 1.0e-10_dp, 'equivalent plastic strain of tension')
-      call check_close(m%dissipation(h, past)/(yield*alpha + hardening*alpha**2/2), 1.0_dp, 1.0e-9_dp, &
+      call check_close(old_state(4)/alpha, 1.0_dp, 1.0e-10_dp, 'equivalent plastic strain of tension')
+      call check_close(m%dissipation(h, old_state)/(yield*alpha + hardening*alpha**2/2), 1.0_dp, 1.0e-9_dp, &
                        'work on the plastic strain of tension')
-      call stretch(-0.005_dp, past, h, stress)
+      call stretch(-0.005_dp, old_state, h, stress)
       ! elastic from +expected to -expected, as hardening is isotropic, and from there with the slope
       expected = -expected + slope*(-0.005_dp - (0.01_dp - 2*expected/young))
       call check_close(stress(1, 1)/expected, 1.0_dp, 1.0e-10_dp, 'compression after tension')
@@ -247,26 +251,26 @@ contains
 
    !> Uniaxial tension in plane stress and back: stress = Y(alpha) + kinematic eps_p going there, and kinematic eps_p - Y(alpha) coming back.
    subroutine all_kinds_of_hardening()
-      real(dp) :: past(columns), h(ndim, ndim), stress(ndim, ndim), plastic, alpha
+      real(dp) :: old_state(columns), h(ndim, ndim), stress(ndim, ndim), plastic, alpha
       m = new_material('steel', 'j2_plastic', .true., young, poisson, 7800.0_dp, yield, hardening, &
                        saturation=saturation, saturation_strain=saturation_strain, kinematic=kinematic)
-      m%on_trial = .true.
-      past = 0
-      call stretch(0.01_dp, past, h, stress)
-      call m%follow(h, 0.0_dp, past)
-      alpha = past(4)
+      m%is_trial = .true.
+      old_state = 0
+      call stretch(0.01_dp, old_state, h, stress)
+      call m%update_state(h, 0.0_dp, old_state)
+      alpha = old_state(4)
       plastic = 0.01_dp - stress(1, 1)/young
       call check_close(plastic/alpha, 1.0_dp, 1.0e-10_dp, 'all hardening: equivalent plastic strain of tension')
       call check_close(stress(1, 1)/(radius(alpha) + kinematic*plastic), 1.0_dp, 1.0e-10_dp, 'all hardening: tension')
-      call check_close(m%dissipation(h, past)/(yield*alpha + hardening*alpha**2/2 + saturation*(alpha - saturation_strain &
-                                                       *(1 - exp(-alpha/saturation_strain)))), 1.0_dp, 1.0e-9_dp, &
+      call check_close(m%dissipation(h, old_state)/(yield*alpha + hardening*alpha**2/2 + saturation*(alpha - saturation_strain &
+                                                            *(1 - exp(-alpha/saturation_strain)))), 1.0_dp, 1.0e-9_dp, &
                        'all hardening: work on the plastic strain')
-      call stretch(-0.005_dp, past, h, stress)
-      call m%follow(h, 0.0_dp, past)
+      call stretch(-0.005_dp, old_state, h, stress)
+      call m%update_state(h, 0.0_dp, old_state)
       plastic = -0.005_dp - stress(1, 1)/young
-      call check_close(stress(1, 1)/(kinematic*plastic - radius(past(4))), 1.0_dp, 1.0e-10_dp, &
+      call check_close(stress(1, 1)/(kinematic*plastic - radius(old_state(4))), 1.0_dp, 1.0e-10_dp, &
                        'all hardening: compression after it')
-      call check(past(4) > alpha, 'all hardening: it flows again')
+      call check(old_state(4) > alpha, 'all hardening: it flows again')
    end subroutine all_kinds_of_hardening
 
    !> Y [Pa].
@@ -276,16 +280,16 @@ contains
    end function radius
 
    !> Stretch in one direction by a strain without stress in the other.
-   subroutine stretch(strain, past, h, stress)
-      real(dp), intent(in) :: strain, past(columns)
+   subroutine stretch(strain, old_state, h, stress)
+      real(dp), intent(in) :: strain, old_state(columns)
       real(dp), intent(out) :: h(ndim, ndim), stress(ndim, ndim)
       real(dp) :: change(ndim, ndim)
       integer :: i
       h = 0
       h(1, 1) = strain
       do i = 1, 30
-         stress = m%kirchhoff_stress(h, past)
-         change = m%conjugate_change(h, reshape([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [ndim, ndim]), past)
+         stress = m%kirchhoff_stress(h, old_state)
+         change = m%first_piola_change(h, reshape([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [ndim, ndim]), old_state)
          h(2, 2) = h(2, 2) - stress(2, 2)/change(2, 2)
       end do
    end subroutine stretch

@@ -78,7 +78,7 @@ contains
       integer :: i, j
       error = 0
       call random_number(h)
-      stress = m%conjugate_stress(h)
+      stress = m%first_piola_stress(h)
       do j = 1, ndim
          do i = 1, ndim
             change = 0

@@ -6,7 +6,7 @@ program test_loads
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_time_history, only: time_history_t
    use hampm_loads, only: load_t, load_on_points, load_on_particles, place_loads, add_loads, book_work, follow_sort, &
-                           all_settle, settling_time
+                           all_become_constant, time_to_constant_value
    use hampm_material, only: new_material
    use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, place_bodies
@@ -47,11 +47,12 @@ contains
       loads(1)%history = time_history_t(kind='ramp', start=1.0_dp, rise_time=4.0_dp)
       loads(2)%history = time_history_t(kind='sine', start=9.0_dp, frequency=1.0_dp)
       loads(3)%history = time_history_t(kind='table', start=1.0_dp, times=[0.0_dp, 5.0_dp], factors=[0.0_dp, 1.0_dp])
-      call check(all_settle(loads(:0)) .and. all_settle(loads(1::2)), 'loads settle')
-      call check(.not. all_settle(loads(:2)), 'a sine never settles')
-      call check_close(settling_time(loads(:0)), 0.0_dp, 0.0_dp, 'without loads all is settled at the start')
-      call check_close(settling_time(loads(:2)), 5.0_dp, 0.0_dp, 'settled: when the ramp has risen, without a look at the sine')
-      call check_close(settling_time(loads), 6.0_dp, 0.0_dp, 'settled: with the last load')
+      call check(all_become_constant(loads(:0)) .and. all_become_constant(loads(1::2)), 'loads settle')
+      call check(.not. all_become_constant(loads(:2)), 'a sine never settles')
+      call check_close(time_to_constant_value(loads(:0)), 0.0_dp, 0.0_dp, 'without loads all is settled at the start')
+      call check_close(time_to_constant_value(loads(:2)), 5.0_dp, 0.0_dp, &
+                       'settled: when the ramp has risen, without a look at the sine')
+      call check_close(time_to_constant_value(loads), 6.0_dp, 0.0_dp, 'settled: with the last load')
    end subroutine loads_that_settle
 
    !> Places at the centres of equal parts of the right edge of the body.

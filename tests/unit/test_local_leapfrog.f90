@@ -281,7 +281,7 @@ contains
          call pull(m)
          block
             type(static_t) :: statics            ! a new one of each body
-            call statics%settle(m, 0.0_dp, failure)
+            call statics%initialise(m, 0.0_dp, failure)
             call statics%finish()
          end block
          call check(.not. failure%failed(), to_text(levels)//' levels: equilibrium is found')

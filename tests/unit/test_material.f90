@@ -4,7 +4,7 @@ program test_material
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_keys, only: choices, find_group, find_key, first_key, keys
    use hampm_kinds, only: dp, name_len, ndim
-   use hampm_material, only: laws, material_t, new_material, remembers, is_for_any_strain
+   use hampm_material, only: laws, material_t, new_material, has_state, is_for_any_strain
    use hampm_rules, only: with_history, for_any_strain
    implicit none
 
@@ -36,7 +36,7 @@ program test_material
 
 contains
 
-   !> Scenes name the laws that there are.
+   !> Models name the laws that there are.
    subroutine names()
       character(name_len), allocatable :: named(:)
       integer :: group
@@ -50,7 +50,7 @@ contains
    subroutine kinds_of_laws()
       integer :: i
       do i = 1, size(laws)
-         call check((index(with_history, ''''//trim(laws(i))//'''') > 0) .eqv. remembers(trim(laws(i))), &
+         call check((index(with_history, ''''//trim(laws(i))//'''') > 0) .eqv. has_state(trim(laws(i))), &
                     trim(laws(i))//': has a history, or none, in the table of rules')
          call check((index(for_any_strain, ''''//trim(laws(i))//'''') > 0) .eqv. is_for_any_strain(trim(laws(i))), &
                     trim(laws(i))//': is for any strain, or not, in the table of rules')
@@ -91,26 +91,26 @@ contains
       call m%give_eigenstrain([free(:3), 0.0_dp])
       allocate (nothing(m%columns), source=0.0_dp)
       h = reshape([free(1), free(3), free(3), free(2)], [ndim, ndim])
-      call check(maxval(abs(m%conjugate_stress(h, nothing))) < 1.0e-14_dp*young, law//': no stress in what has its eigenstrain')
+      call check(maxval(abs(m%first_piola_stress(h, nothing))) < 1.0e-14_dp*young, law//': no stress in what has its eigenstrain')
       call check(abs(m%energy_density(h, nothing)) < 1.0e-14_dp*young, law//': nor energy')
       call m%give_eigenstrain(free)
       call random_number(h)
       call random_number(dh)
       h = 0.05_dp*(h - 0.5_dp)
       work = (m%energy_density(h + step*dh, nothing) - m%energy_density(h - step*dh, nothing))/(2*step)
-      stress = m%conjugate_stress(h, nothing)
+      stress = m%first_piola_stress(h, nothing)
       call check(abs(work - sum(stress*dh)) < 1.0e-9_dp*young, law//': with an eigenstrain stress is the derivative of the energy')
-      change = (m%conjugate_stress(h + step*dh, nothing) - m%conjugate_stress(h - step*dh, nothing))/(2*step)
-      call check(maxval(abs(change - m%conjugate_change(h, dh, nothing))) < 1.0e-8_dp*young, &
+      change = (m%first_piola_stress(h + step*dh, nothing) - m%first_piola_stress(h - step*dh, nothing))/(2*step)
+      call check(maxval(abs(change - m%first_piola_change(h, dh, nothing))) < 1.0e-8_dp*young, &
                  law//': and the tangent that of the stress')
-      call check(maxval(abs(m%stress_at_first() - m%conjugate_stress(0*h, nothing))) <= 0, &
+      call check(maxval(abs(m%stress_at_first() - m%first_piola_stress(0*h, nothing))) <= 0, &
                  law//': stress where nothing is displaced')
       linear = new_material('', laws(1), stress_free_across, young, poisson, density)
       m = new_material('', law, stress_free_across, young, poisson, density, c01=0.1_dp*young)
       call linear%give_eigenstrain(1.0e-5_dp*free)
       call m%give_eigenstrain(1.0e-5_dp*free)
       h = 1.0e-5_dp*h
-      call check(maxval(abs(m%conjugate_stress(h, nothing) - linear%conjugate_stress(h))) < 1.0e-12_dp*young, &
+      call check(maxval(abs(m%first_piola_stress(h, nothing) - linear%first_piola_stress(h))) < 1.0e-12_dp*young, &
                  law//': at small strain the stress of the linear law with the same eigenstrain')
       call check_close(m%energy_density(h, nothing)/linear%energy_density(h), 1.0_dp, 1.0e-5_dp, law//': and its energy')
    end subroutine eigenstrain
@@ -128,18 +128,18 @@ contains
                            kinematic=0.05_dp*young, moduli=[0.1_dp*young], relaxation_times=[1.0_dp], c01=0.1_dp*young)
       m = plane
       m%is_ring = .true.
-      m%on_trial = .true.
-      m%elapsed = 0.7_dp
-      plane%on_trial = .true.
-      plane%elapsed = 0.7_dp
+      m%is_trial = .true.
+      m%time_increment = 0.7_dp
+      plane%is_trial = .true.
+      plane%time_increment = 0.7_dp
       allocate (nothing(m%columns), source=0.0_dp)
       call random_number(h)
       call random_number(dh)
       h = 0.05_dp*(h - 0.5_dp)
       hoop = 0.013_dp
       dhoop = 0.4_dp
-      stress = m%conjugate_stress(h, nothing, 0.0_dp)
-      call check(maxval(abs(stress - plane%conjugate_stress(h, nothing))) < 1.0e-13_dp*young, &
+      stress = m%first_piola_stress(h, nothing, 0.0_dp)
+      call check(maxval(abs(stress - plane%first_piola_stress(h, nothing))) < 1.0e-13_dp*young, &
                  law//': without a hoop as in plane strain')
       if (m%linear) then                         ! others stop here where invalid numbers are trapped
          stress = m%kirchhoff_stress(h, nothing)
@@ -148,12 +148,12 @@ contains
       exchanged = h
       exchanged(1, 2) = 0
       exchanged(2, 1) = 0
-      stress = m%conjugate_stress(exchanged, nothing, hoop)
+      stress = m%first_piola_stress(exchanged, nothing, hoop)
       work = stress(2, 2)
       exchanged(2, 2) = hoop
       call check(abs(m%hoop_stress(exchanged, nothing, h(2, 2)) - work) < 1.0e-13_dp*young, &
                  law//': stress around the axis is that along it of exchanged stretches')
-      stress = m%conjugate_stress(h, nothing, hoop)
+      stress = m%first_piola_stress(h, nothing, hoop)
       if (.not. m%has_history()) then
          work = (m%energy_density(h + step*dh, nothing, hoop + step*dhoop) &
                  - m%energy_density(h - step*dh, nothing, hoop - step*dhoop))/(2*step)
@@ -169,33 +169,34 @@ contains
       integer, parameter :: cases = 50, steps = 3
       real(dp), parameter :: part = 1.0e-6_dp, dt = 0.7_dp
       real(dp) :: h(ndim, ndim), dh(ndim, ndim), forth(ndim, ndim), back(ndim, ndim), hoop, dhoop, error
-      real(dp), allocatable :: past(:)
+      real(dp), allocatable :: old_state(:)
       type(material_t) :: m
       integer :: i, k
       m = new_material('', law, plane == 'stress', young, poisson, density, yield_stress=3.0e-3_dp*young, hardening=0.05_dp*young, &
                        saturation=1.0e-3_dp*young, saturation_strain=0.01_dp, kinematic=0.05_dp*young, &
                        moduli=[0.1_dp, 0.05_dp]*young, relaxation_times=[1.0_dp, 5.0_dp], c01=0.1_dp*young)
       m%is_ring = plane == 'axisymmetric'
-      m%on_trial = .true.
-      m%elapsed = dt
-      allocate (past(m%columns))
+      m%is_trial = .true.
+      m%time_increment = dt
+      allocate (old_state(m%columns))
       error = 0
       do i = 1, cases
-         past = 0
+         old_state = 0
          do k = 1, steps
             call draw(h, hoop)
-            if (k < steps) call m%follow(h, dt, past, hoop)
+            if (k < steps) call m%update_state(h, dt, old_state, hoop)
          end do
          call draw(dh, dhoop)
          dh = part*dh
          dhoop = part*dhoop
-         forth = m%conjugate_stress(h + dh, past, hoop + dhoop)
-         back = m%conjugate_stress(h - dh, past, hoop - dhoop)
-         error = max(error, maxval(abs((forth - back)/2 - m%conjugate_change(h, dh, past, hoop, dhoop))) &
+         forth = m%first_piola_stress(h + dh, old_state, hoop + dhoop)
+         back = m%first_piola_stress(h - dh, old_state, hoop - dhoop)
+         error = max(error, maxval(abs((forth - back)/2 - m%first_piola_change(h, dh, old_state, hoop, dhoop))) &
                             /maxval(abs(forth - back)/2))
          if (.not. m%is_ring) cycle
-         error = max(error, abs((m%hoop_stress(h + dh, past, hoop + dhoop) - m%hoop_stress(h - dh, past, hoop - dhoop))/2 &
-                                - m%hoop_change(h, dh, past, hoop, dhoop))/maxval(abs(forth - back)/2))
+         error = max(error, abs((m%hoop_stress(h + dh, old_state, hoop + dhoop) &
+                                 - m%hoop_stress(h - dh, old_state, hoop - dhoop))/2 &
+                                - m%hoop_change(h, dh, old_state, hoop, dhoop))/maxval(abs(forth - back)/2))
       end do
       write (*, '(4a,es9.1)') law, ', ', plane, ', tangent from differences:', error
       call check(error < 1.0e-6_dp, law//', '//plane//': the tangent is the derivative of the stress')

@@ -50,7 +50,7 @@ contains
       real(dp) :: change(ndim, ndim), stress(ndim, ndim)
       integer :: i, j
       error = 0
-      stress = m%conjugate_stress(h)
+      stress = m%first_piola_stress(h)
       do j = 1, ndim
          do i = 1, ndim
             change = 0
@@ -70,10 +70,10 @@ contains
          h = some_gradient()
          dh = some_gradient()
          other = some_gradient()
-         difference = (m%conjugate_stress(h + step*dh) - m%conjugate_stress(h - step*dh))/(2*step)
-         call check_close(norm2(m%conjugate_change(h, dh) - difference), 0.0_dp, 1e-8_dp, &
+         difference = (m%first_piola_stress(h + step*dh) - m%first_piola_stress(h - step*dh))/(2*step)
+         call check_close(norm2(m%first_piola_change(h, dh) - difference), 0.0_dp, 1e-8_dp, &
                           plane//': the tangent is the derivative of the stress')
-         call check_close(sum(m%conjugate_change(h, dh)*other), sum(m%conjugate_change(h, other)*dh), 1e-14_dp, &
+         call check_close(sum(m%first_piola_change(h, dh)*other), sum(m%first_piola_change(h, other)*dh), 1e-14_dp, &
                           plane//': the tangent is symmetric')
       end do
    end subroutine tangent
@@ -87,7 +87,7 @@ contains
       write (*, '(2a,f7.4)') plane, ': differences of the energy against the stress: order', order
       call check_close(order, 2.0_dp, 0.01_dp, plane//': the stress is the derivative of the energy')
       tau = m%kirchhoff_stress(h)
-      piola = m%conjugate_stress(h)
+      piola = m%first_piola_stress(h)
       call check_close(maxval(abs(matmul(piola, transpose(identity + h)) - tau)), 0.0_dp, 1.0e-15_dp, &
                        plane//': Kirchhoff stress = first Piola stress F^T')
       call check_close(tau(1, 2), tau(2, 1), 1.0e-16_dp, plane//': the Kirchhoff stress is symmetric')
@@ -132,7 +132,7 @@ contains
       real(dp) :: h(ndim, ndim)
       h = reshape([-2.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], [ndim, ndim])
       call check_close(maxval(abs(m%kirchhoff_stress(h))), 0.0_dp, 0.0_dp, plane//': material turned inside out has no stress')
-      call check_close(maxval(abs(m%conjugate_stress(h))), 0.0_dp, 0.0_dp, plane//': neither conjugate stress')
+      call check_close(maxval(abs(m%first_piola_stress(h))), 0.0_dp, 0.0_dp, plane//': neither conjugate stress')
       call check_close(m%energy_density(h), 0.0_dp, 0.0_dp, plane//': nor energy')
    end subroutine turned_inside_out
 
@@ -170,9 +170,9 @@ contains
       h(1, 1) = stretch - 1
       h(2, 2) = 1/sqrt(stretch) - 1
       do i = 1, 30
-         stress = m%conjugate_stress(h)
-         expected = dot_product([0.0_dp, 1.0_dp], matmul(m%conjugate_change(h, reshape([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], &
-                                                                                       [ndim, ndim])), [0.0_dp, 1.0_dp]))
+         stress = m%first_piola_stress(h)
+         expected = dot_product([0.0_dp, 1.0_dp], matmul(m%first_piola_change(h, reshape([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], &
+                                                                                         [ndim, ndim])), [0.0_dp, 1.0_dp]))
          h(2, 2) = h(2, 2) - stress(2, 2)/expected
       end do
       stress = m%kirchhoff_stress(h)

@@ -10,8 +10,8 @@ program test_newmark
    use hampm_material, only: material_t, new_material
    use hampm_problem, only: problem_t, stored_energy, dissipated_energy, kinetic_energy
    use hampm_newmark, only: newmark_t
-   use hampm_newton, only: displace, out_of_balance
-   use hampm_outer_forces, only: drive_t
+   use hampm_newton, only: displace, residual
+   use hampm_outer_forces, only: loading_t
    use hampm_particles, only: add_history
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, place_bodies, start
@@ -54,7 +54,7 @@ contains
          material = new_material('', 'j2_plastic', .false., 1.0_dp, 0.3_dp, 1.0_dp, yield_stress=2e-3_dp, hardening=0.05_dp)
          material%mean_dilatation = name == 'shared'
       end select
-      material%on_trial = .true.
+      material%is_trial = .true.
       forest = forest_t([-1.0_dp, -2.0_dp], 0.5_dp, [14, 10])
       call place_bodies(forest, material, [rectangle_t([0.0_dp, 0.0_dp], [length, depth], [16, 4])], m)
       m%particles%total_frame = .true.
@@ -77,13 +77,13 @@ contains
       type(problem_t), intent(out) :: m
       type(newmark_t), intent(out) :: newmark
       type(failure_t) :: failure
-      type(drive_t) :: drive
+      type(loading_t) :: drive
       call build(name, m)
       newmark%alpha = alpha
       call newmark%start(m, dt, failure)
       call check(.not. failure%failed(), 'the motion of the nodes is found')
       call newmark%begin(m, dt, dt, drive, failure)
-      m%materials%elapsed = dt
+      m%materials%time_increment = dt
    end subroutine begin
 
    !> Factorise the tangent.
@@ -121,9 +121,9 @@ contains
          call m%grid%dofs%distribute(all, ndim, du)
       end associate
       call displace(m, part*du)
-      call out_of_balance(m, newmark%outer, u + part*du, forth)
+      call residual(m, newmark%outer, u + part*du, forth)
       call displace(m, -2*part*du)
-      call out_of_balance(m, newmark%outer, u - part*du, back)
+      call residual(m, newmark%outer, u - part*du, back)
       call k%solve(m, (back - forth)/(2*part), found)
       call check_close(maxval(abs(found - du)), 0.0_dp, 1e-6_dp, trim(name)//': displacement from what is out of balance')
       call k%release()
@@ -146,7 +146,7 @@ contains
       left = 0
       do i = 0, most
          call displace(m, 0*u)
-         call out_of_balance(m, newmark%outer, u, r)
+         call residual(m, newmark%outer, u, r)
          call factorise(m, newmark, k)
          left(i) = maxval(abs(k%on_unknowns(r)))
          if (left(i) < 1e-13_dp*left(0)) exit
@@ -192,7 +192,7 @@ contains
       call newmark%start(m, time/steps, failure)
       at_first = kinetic_energy(m)
       do i = 1, steps
-         call newmark%follow(m, i*time/steps, failure)
+         call newmark%advance_to(m, i*time/steps, failure)
       end do
       call check(.not. failure%failed(), 'the steps are done')
       missing = (kinetic_energy(m) + stored_energy(m) + dissipated_energy(m) + m%energies%damping_loss - at_first)/at_first

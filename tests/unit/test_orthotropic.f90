@@ -121,8 +121,9 @@ contains
       call check_close(m%stress_energy_density(m%kirchhoff_stress(h)), m%energy_density(h), 1.0e-13_dp*m%energy_density(h), &
                        'the energy of a strain is that of its stress')
       change = (m%energy_density(h + dh) - m%energy_density(h - dh))/2
-      call check_close(change, sum(m%conjugate_stress(h)*dh), 1.0e-13_dp*abs(change), 'the stress is the derivative of the energy')
-      call check_close(maxval(abs(m%conjugate_change(h, dh) - m%conjugate_stress(dh))), 0.0_dp, 0.0_dp, 'the law is linear')
+      call check_close(change, sum(m%first_piola_stress(h)*dh), 1.0e-13_dp*abs(change), &
+                       'the stress is the derivative of the energy')
+      call check_close(maxval(abs(m%first_piola_change(h, dh) - m%first_piola_stress(dh))), 0.0_dp, 0.0_dp, 'the law is linear')
    end subroutine energies
 
    !> The fastest wave is the largest eigenvalue of the acoustic tensor over a thousand directions.
@@ -139,7 +140,7 @@ contains
             do j = 1, ndim
                h = 0
                h(j, :) = n
-               acoustic(:, j) = matmul(m%conjugate_stress(h), n)
+               acoustic(:, j) = matmul(m%first_piola_stress(h), n)
             end do
             largest = max(largest, (acoustic(1, 1) + acoustic(2, 2))/2 + hypot((acoustic(1, 1) - acoustic(2, 2))/2, acoustic(1, 2)))
          end do

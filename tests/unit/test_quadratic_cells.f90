@@ -187,12 +187,12 @@ contains
       call fill_with_quadratic(forest, n, roots*cell, density, thickness, m)
       call look_at_sides(m)
       call random_number(a)
-      call look_at_balance(m, a - 0.5_dp, imbalance(n))
+      call check_energy_balance(m, a - 0.5_dp, imbalance(n))
       least_mass = min(least_mass, minval(m%fields%mass_matrix%lumped(:m%grid%n_nodes))/maxval(m%fields%mass_matrix%lumped))
       volume_error = max(volume_error, abs(sum(m%particles%volume(:m%particles%n))/(thickness*(roots*cell)**2) - 1))
       if (n > 3 .or. m%grid%forest%is_uniform()) return
       m%particles%volume = thickness*[(m%grid%leaf_size(m%particles%cell(i)), i=1, m%particles%n)]**2/n**2
-      call look_at_balance(m, a - 0.5_dp, equal_weights)
+      call check_energy_balance(m, a - 0.5_dp, equal_weights)
    end subroutine look_at_mesh
 
    !> Random values at the nodes are one function: on the sides of each leaf it is that of the leaf on the other side.
@@ -228,7 +228,7 @@ contains
 
    !> The displacement a (1, x, y, x**2, x y, y**2): what is out of balance at inner nodes with the body force that belongs to it, over the
    !> largest force.
-   subroutine look_at_balance(m, a, worst)
+   subroutine check_energy_balance(m, a, worst)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: a(ndim, 6)
       real(dp), intent(inout) :: worst
@@ -264,5 +264,5 @@ contains
             worst = max(worst, maxval(abs(force(:, i) - divergence*mass/density))/maxval(abs(force)))
          end associate
       end do
-   end subroutine look_at_balance
+   end subroutine check_energy_balance
 end program test_quadratic_cells

@@ -26,7 +26,7 @@ contains
    type(material_t) function polymer(plane_stress) result(m)
       logical, intent(in) :: plane_stress
       m = new_material('polymer', 'viscoelastic', plane_stress, young, poisson, 1200.0_dp, moduli=moduli, relaxation_times=times)
-      m%on_trial = .true.
+      m%is_trial = .true.
    end function polymer
 
    !> One step of a constant rate from a state is many; in plane stress the strain across does not go at a constant rate, and many
@@ -67,20 +67,20 @@ contains
       type(material_t), intent(inout) :: m
       integer, intent(in) :: n
       real(dp), intent(out) :: stress(ndim, ndim), dissipated
-      real(dp) :: past(m%columns), h(ndim, ndim), rate(ndim, ndim)
+      real(dp) :: old_state(m%columns), h(ndim, ndim), rate(ndim, ndim)
       integer :: i
-      past = 0
+      old_state = 0
       h = 0.01_dp*reshape([1.0_dp, 0.3_dp, 0.1_dp, -0.4_dp], [ndim, ndim])
       rate = 0.02_dp*reshape([-0.5_dp, 1.0_dp, 0.0_dp, 0.7_dp], [ndim, ndim])
-      call m%follow(h, 0.0_dp, past)
-      call m%follow(h, 0.03_dp, past)
-      m%elapsed = 0.5_dp/n
+      call m%update_state(h, 0.0_dp, old_state)
+      call m%update_state(h, 0.03_dp, old_state)
+      m%time_increment = 0.5_dp/n
       do i = 1, n
-         stress = m%kirchhoff_stress(h + 0.5_dp*i/n*rate, past)
-         call m%follow(h + 0.5_dp*i/n*rate, m%elapsed, past)
+         stress = m%kirchhoff_stress(h + 0.5_dp*i/n*rate, old_state)
+         call m%update_state(h + 0.5_dp*i/n*rate, m%time_increment, old_state)
       end do
-      m%elapsed = 0
-      dissipated = m%dissipation(h + 0.5_dp*rate, past)
+      m%time_increment = 0
+      dissipated = m%dissipation(h + 0.5_dp*rate, old_state)
    end subroutine drive
 
    !> The tangent is the derivative of the stress at the end of a step.
@@ -88,16 +88,16 @@ contains
       logical, intent(in) :: plane_stress
       character(*), intent(in) :: plane
       type(material_t) :: m
-      real(dp), allocatable :: past(:)
+      real(dp), allocatable :: old_state(:)
       real(dp) :: h(ndim, ndim), dh(ndim, ndim), difference(ndim, ndim)
       m = polymer(plane_stress)
-      allocate (past(m%columns), source=0.0_dp)
+      allocate (old_state(m%columns), source=0.0_dp)
       call random_number(h)
       call random_number(dh)
-      call m%follow(h, 0.2_dp, past)
-      m%elapsed = 0.4_dp
-      difference = (m%kirchhoff_stress(2*h + dh, past) - m%kirchhoff_stress(2*h - dh, past))/2
-      call check(maxval(abs(difference - m%conjugate_change(h, dh, past))) < 1.0e-13_dp*young, plane//': tangent')
+      call m%update_state(h, 0.2_dp, old_state)
+      m%time_increment = 0.4_dp
+      difference = (m%kirchhoff_stress(2*h + dh, old_state) - m%kirchhoff_stress(2*h - dh, old_state))/2
+      call check(maxval(abs(difference - m%first_piola_change(h, dh, old_state))) < 1.0e-13_dp*young, plane//': tangent')
    end subroutine tangent
 
    !> Work of the stress by the rule of trapezoids is stored or dissipated, to the second order of the steps.
@@ -115,43 +115,43 @@ contains
    real(dp) function missing_work(m, n)
       type(material_t), intent(in) :: m
       integer, intent(in) :: n
-      real(dp), allocatable :: past(:)
+      real(dp), allocatable :: old_state(:)
       real(dp) :: h(ndim, ndim), next(ndim, ndim), stress(ndim, ndim), work, t
       integer :: i
-      allocate (past(m%columns), source=0.0_dp)
+      allocate (old_state(m%columns), source=0.0_dp)
       h = 0
       work = 0
       do i = 1, n
          t = 2*real(i, dp)/n
          next = 0.01_dp*reshape([sin(t), 0.3_dp*t*(2 - t), 0.1_dp*t, 1 - cos(2*t)], [ndim, ndim])
-         stress = m%kirchhoff_stress(h, past)
-         call m%follow(next, 2.0_dp/n, past)
-         work = work + sum((stress + m%kirchhoff_stress(next, past))*(next - h))/2
+         stress = m%kirchhoff_stress(h, old_state)
+         call m%update_state(next, 2.0_dp/n, old_state)
+         work = work + sum((stress + m%kirchhoff_stress(next, old_state))*(next - h))/2
          h = next
       end do
-      missing_work = (work - m%energy_density(h, past) - m%dissipation(h, past))/work
+      missing_work = (work - m%energy_density(h, old_state) - m%dissipation(h, old_state))/work
    end function missing_work
 
    !> A sudden shear relaxes by the series, and what is no longer stored has been dissipated.
    subroutine relaxation()
       type(material_t) :: m
       real(dp) :: h(ndim, ndim), stress(ndim, ndim), t, at_once
-      real(dp), allocatable :: past(:)
+      real(dp), allocatable :: old_state(:)
       integer :: i
       m = polymer(.false.)
-      allocate (past(m%columns), source=0.0_dp)
+      allocate (old_state(m%columns), source=0.0_dp)
       h = 0
       h(1, 2) = 0.01_dp
-      call m%follow(h, 0.0_dp, past)
-      at_once = m%energy_density(h, past)
+      call m%update_state(h, 0.0_dp, old_state)
+      at_once = m%energy_density(h, old_state)
       t = 0
       do i = 1, 5
-         call m%follow(h, 0.2_dp*i, past)
+         call m%update_state(h, 0.2_dp*i, old_state)
          t = t + 0.2_dp*i
-         stress = m%kirchhoff_stress(h, past)
+         stress = m%kirchhoff_stress(h, old_state)
          call check_close(stress(1, 2)/(0.01_dp*(m%mu - sum(moduli) + sum(moduli*exp(-t/times)))), 1.0_dp, 1.0e-13_dp, &
                           'a sudden shear relaxes')
-         call check_close((m%energy_density(h, past) + m%dissipation(h, past))/at_once, 1.0_dp, 1.0e-13_dp, &
+         call check_close((m%energy_density(h, old_state) + m%dissipation(h, old_state))/at_once, 1.0_dp, 1.0e-13_dp, &
                           'its energy is stored or dissipated')
       end do
    end subroutine relaxation
@@ -161,38 +161,38 @@ contains
    subroutine uniaxial_creep()
       real(dp), parameter :: stress = 1.0e6_dp, tau = 2.0_dp
       type(material_t) :: m
-      real(dp), allocatable :: past(:)
+      real(dp), allocatable :: old_state(:)
       real(dp) :: h(ndim, ndim), expected, mu
       integer :: i
       mu = young/(2*(1 + poisson))
       m = new_material('pitch', 'viscoelastic', .true., young, poisson, 1200.0_dp, moduli=[mu], relaxation_times=[tau])
-      m%on_trial = .true.
-      allocate (past(m%columns), source=0.0_dp)
+      m%is_trial = .true.
+      allocate (old_state(m%columns), source=0.0_dp)
       h = 0
-      call pull(m, stress, past, h)
+      call pull(m, stress, old_state, h)
       call check_close(h(1, 1)*young/stress, 1.0_dp, 1.0e-12_dp, 'a sudden stress strains by E')
-      call m%follow(h, 0.0_dp, past)
-      m%elapsed = 0.05_dp
+      call m%update_state(h, 0.0_dp, old_state)
+      m%time_increment = 0.05_dp
       do i = 1, 200
-         call pull(m, stress, past, h)
-         call m%follow(h, m%elapsed, past)
+         call pull(m, stress, old_state, h)
+         call m%update_state(h, m%time_increment, old_state)
       end do
       expected = stress*(1/young + 10/(3*mu*tau))
       call check_close(h(1, 1)/expected, 1.0_dp, 1.0e-10_dp, 'Maxwell material creeps')
-      call check_close(3*(h(1, 1) - past(1))*3*(young/(3*(1 - 2*poisson)))/stress, 1.0_dp, 1.0e-8_dp, &
+      call check_close(3*(h(1, 1) - old_state(1))*3*(young/(3*(1 - 2*poisson)))/stress, 1.0_dp, 1.0e-8_dp, &
                        'but not in its volume')
    end subroutine uniaxial_creep
 
    !> Find the strains at which there is a stress in the first direction only.
-   subroutine pull(m, goal, past, h)
+   subroutine pull(m, goal, old_state, h)
       type(material_t), intent(in) :: m
-      real(dp), intent(in) :: goal, past(:)
+      real(dp), intent(in) :: goal, old_state(:)
       real(dp), intent(inout) :: h(ndim, ndim)
       real(dp) :: a(ndim, ndim), b(ndim, ndim), r(ndim, ndim)
-      r = -m%kirchhoff_stress(h, past)
+      r = -m%kirchhoff_stress(h, old_state)
       r(1, 1) = r(1, 1) + goal
-      a = m%conjugate_change(h, reshape([1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], [ndim, ndim]), past)
-      b = m%conjugate_change(h, reshape([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [ndim, ndim]), past)
+      a = m%first_piola_change(h, reshape([1.0_dp, 0.0_dp, 0.0_dp, 0.0_dp], [ndim, ndim]), old_state)
+      b = m%first_piola_change(h, reshape([0.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [ndim, ndim]), old_state)
       associate (det => a(1, 1)*b(2, 2) - b(1, 1)*a(2, 2))
          h(1, 1) = h(1, 1) + (r(1, 1)*b(2, 2) - b(1, 1)*r(2, 2))/det
          h(2, 2) = h(2, 2) + (a(1, 1)*r(2, 2) - a(2, 2)*r(1, 1))/det

@@ -1,17 +1,17 @@
 !> Cracks that grow at rest, by increments: in each load step tips advance, and all loads and prescribed motions are scaled so that the
 !> largest energy release rate over its toughness is 1. What is left of the loads by themselves is how they are shared.
-module hampm_growth_at_rest
+module hampm_static_growth
    use hampm_kinds, only: dp, ndim
    use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_crack_placement, only: least_radius
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t, fitting, part_of_crack
-   use hampm_growth_room, only: follow_in_scene, room_for, why_no_room
+   use hampm_growth_room, only: update_model_path, room_for, why_no_room
    use hampm_kinks, only: kink_angle, is_opened, slope_of_mixity
    use hampm_problem, only: problem_t, stored_energy
    use hampm_path_placement, only: path_radius
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_symmetric_turns, only: symmetric_turns_t, begin_turns
    use hampm_text, only: three_digits, length_text
    implicit none
@@ -27,22 +27,22 @@ module hampm_growth_at_rest
 contains
 
    !> Number of the &growth of a tip that grows.
-   pure integer function law_of(scene, tip)
-      type(scene_t), intent(in) :: scene
+   pure integer function law_of(model, tip)
+      type(model_t), intent(in) :: model
       type(crack_tip_t), intent(in) :: tip
-      law_of = findloc(scene%growth%path, tip%crack, dim=1)
+      law_of = findloc(model%growth%path, tip%crack, dim=1)
    end function law_of
 
    !> Let tips advance by an increment, or by a part of it after some attempts. `have_moved` tells whether any has; `said` why some will no
    !> more.
-   subroutine advance_tips(growing, scene, cracks, values, attempts, have_moved, said)
+   subroutine advance_tips(growing, model, cracks, values, attempts, have_moved, message)
       type(growing_t), intent(inout) :: growing
-      type(scene_t), intent(inout) :: scene      !! its paths follow the cracks
+      type(model_t), intent(inout) :: model      !! its paths follow the cracks
       type(cracks_t), intent(inout) :: cracks
       type(crack_values_t), intent(in) :: values(:) !! of each tip
       integer, intent(in) :: attempts(:)         !! of each tip, 0 for the first
       logical, intent(out) :: have_moved
-      character(:), allocatable, intent(inout) :: said
+      character(:), allocatable, intent(inout) :: message
       real(dp) :: rates(size(values))
       integer :: k, have_stopped
       growing%advance = 0
@@ -59,7 +59,7 @@ contains
       !> Advance a tip if it is its turn and something opens it.
       subroutine advance_where_due(k)
          integer, intent(in) :: k
-         associate (law => scene%growth(law_of(scene, cracks%tips(k))), tip => cracks%tips(k))
+         associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
             if (law%only_largest) then
                if (k /= first_of_largest(rates, cracks%tips%crack == tip%crack .and. .not. growing%has_stopped)) return
             end if
@@ -68,7 +68,7 @@ contains
             else if (.not. norm2(values(k)%intensity) > 0) then
                return                            ! nor here
             else if (.not. is_opened(trim(law%direction), values(k)%intensity)) then
-               call growing%note_waiting(k, said)
+               call growing%note_waiting(k, message)
                return
             end if
             call try_to_advance(k)
@@ -80,45 +80,45 @@ contains
          integer, intent(in) :: k
          real(dp), allocatable :: before(:, :)
          real(dp) :: angle, most, length
-         associate (law => scene%growth(law_of(scene, cracks%tips(k))), tip => cracks%tips(k))
-            length = max(part_of_increment(attempts(k))*law%increment, min(law%increment, least_radius(scene)))
+         associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
+            length = max(part_of_increment(attempts(k))*law%increment, min(law%increment, least_radius(model)))
             if (law%max_length > 0 .and. cracks%crack(tip%crack)%length() + length > law%max_length*(1 + 1e-9_dp)) then
-               call growing%stop_tip(k, 'the crack has its max_length', said)
+               call growing%stop_tip(k, 'the crack has its max_length', message)
                return
             end if
             angle = kink_angle(trim(law%direction), values(k)%intensity)
             before = cracks%crack(tip%crack)%points
             if (angle*growing%kink(k) < 0 .and. min(abs(angle), abs(growing%kink(k))) > to_and_fro) call growing%note_tip(k, &
                'turns to and fro: by '//three_digits(180/acos(-1.0_dp)*abs(angle))//' degrees where it was seen first: its '// &
-               'increments are too long for its direction. Take shorter ones, or direction = ''local_symmetry''', said)
+               'increments are too long for its direction. Take shorter ones, or direction = ''local_symmetry''', message)
             growing%kink(k) = angle
             if (law%direction == 'local_symmetry') growing%slope(k) = slope_of_mixity(angle, values(k)%intensity)
             call cracks%extend(k, length, angle)
-            call follow_in_scene(scene, cracks, tip%crack)
-            most = room_of_tip(scene, tip)
-            if (most < least_radius(scene)*(1 - 1e-9_dp)) then
-               call growing%stop_tip(k, 'a step further '//why_no_room(scene, tip%place), said)
+            call update_model_path(model, cracks, tip%crack)
+            most = room_of_tip(model, tip)
+            if (most < least_radius(model)*(1 - 1e-9_dp)) then
+               call growing%stop_tip(k, 'a step further '//why_no_room(model, tip%place), message)
                call cracks%put_back(k, before)
-               call follow_in_scene(scene, cracks, tip%crack)
+               call update_model_path(model, cracks, tip%crack)
                return
             end if
-            tip%radii = fitting(tip%radii, least_radius(scene), most)
+            tip%radii = fitting(tip%radii, least_radius(model), most)
             growing%advance(k) = length
          end associate
       end subroutine try_to_advance
    end subroutine advance_tips
 
    !> The largest radius of a domain integral around a tip [m].
-   pure real(dp) function room_of_tip(scene, tip) result(room)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function room_of_tip(model, tip) result(room)
+      type(model_t), intent(in) :: model
       type(crack_tip_t), intent(in) :: tip
-      room = min(path_radius(scene, tip%crack, tip%end), room_for(scene, tip%crack, tip%place))
+      room = min(path_radius(model, tip%crack, tip%end), room_for(model, tip%crack, tip%place))
    end function room_of_tip
 
    !> Begin to turn the last increments of the tips that have advanced by local symmetry until they have no K_II.
-   pure subroutine begin_to_turn(growing, scene, cracks, turns)
+   pure subroutine begin_to_turn(growing, model, cracks, turns)
       type(growing_t), intent(in) :: growing
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       type(symmetric_turns_t), intent(out) :: turns
       logical :: does_turn(size(cracks%tips))
@@ -126,7 +126,7 @@ contains
       does_turn = .false.
       do k = 1, size(does_turn)
          if (growing%grows(k) .and. growing%advance(k) > 0) &
-            does_turn(k) = scene%growth(law_of(scene, cracks%tips(k)))%direction == 'local_symmetry'
+            does_turn(k) = model%growth(law_of(model, cracks%tips(k)))%direction == 'local_symmetry'
       end do
       call begin_turns(turns, pack([(k, k=1, size(does_turn))], does_turn), pack(growing%slope, does_turn))
    end subroutine begin_to_turn
@@ -141,8 +141,8 @@ contains
    end function mixities_of
 
    !> Turn the last increments of tips. `is_in_the_way` is the number of a tip that has no room there, 0 for none.
-   subroutine turn_tips(scene, cracks, tip, turn, is_in_the_way)
-      type(scene_t), intent(inout) :: scene      !! its paths follow the cracks
+   subroutine turn_tips(model, cracks, tip, turn, is_in_the_way)
+      type(model_t), intent(inout) :: model      !! its paths follow the cracks
       type(cracks_t), intent(inout) :: cracks
       integer, intent(in) :: tip(:)              !! their numbers
       real(dp), intent(in) :: turn(:)            !! to the left [rad]
@@ -153,10 +153,10 @@ contains
       do k = 1, size(tip)
          associate (of => cracks%tips(tip(k)))
             call cracks%turn(tip(k), turn(k))
-            call follow_in_scene(scene, cracks, of%crack)
-            most = room_of_tip(scene, of)
-            if (most < least_radius(scene)*(1 - 1e-9_dp)) is_in_the_way = tip(k)
-            of%radii = fitting(of%radii, least_radius(scene), max(most, least_radius(scene)))
+            call update_model_path(model, cracks, of%crack)
+            most = room_of_tip(model, of)
+            if (most < least_radius(model)*(1 - 1e-9_dp)) is_in_the_way = tip(k)
+            of%radii = fitting(of%radii, least_radius(model), max(most, least_radius(model)))
          end associate
       end do
    end subroutine turn_tips
@@ -172,15 +172,15 @@ contains
    !> Tips have advanced and some have K_II in any direction. Take back the advance of all of them for one in which these go on by a smaller
    !> part of their increments, which is two of the finest cells at least. Where that was tried: be content, which `is_over` tells, where
    !> K_II is small all the same, or go on without them.
-   subroutine take_back(growing, scene, cracks, before, turns, attempts, is_over, said)
+   subroutine take_back(growing, model, cracks, before, turns, attempts, is_over, message)
       type(growing_t), intent(inout) :: growing
-      type(scene_t), intent(inout) :: scene
+      type(model_t), intent(inout) :: model
       type(cracks_t), intent(inout) :: cracks
       type(cracks_t), intent(in) :: before       !! the cracks before the load step
       type(symmetric_turns_t), intent(in) :: turns
       integer, intent(inout) :: attempts(:)      !! of each tip
       logical, intent(out) :: is_over
-      character(:), allocatable, intent(inout) :: said
+      character(:), allocatable, intent(inout) :: message
       integer :: k
       is_over = .true.
       do k = 1, size(turns%tip)
@@ -192,26 +192,26 @@ contains
             if (may_be_shorter(k)) then
                attempts(tip) = attempts(tip) + 1
                call growing%note_tip(tip, 'has advanced by less than its increment in one load step at least, as by that it '// &
-                                     'has K_II in any direction', said)
+                                     'has K_II in any direction', message)
             else if (abs(turns%mixity(k)) <= small) then
                call growing%note_tip(tip, 'has K_II in any direction in one load step at least: where it was seen first, '// &
-                                     part_of_two(k)//'. In finer cells there may be less', said)
+                                     part_of_two(k)//'. In finer cells there may be less', message)
             else
                call growing%stop_tip(tip, 'by '//length_text(growing%advance(tip))//' m, two of the finest cells, it has K_II '// &
-                                     'in any direction: '//part_of_two(k)//'. In finer cells increments may be smaller', said)
+                                     'in any direction: '//part_of_two(k)//'. In finer cells increments may be smaller', message)
             end if
          end associate
       end do
       if (is_over) return
       cracks = before
       do k = 1, size(cracks%crack)
-         call follow_in_scene(scene, cracks, k)
+         call update_model_path(model, cracks, k)
       end do
    contains
       !> Whether the k-th tip has advanced by more than the least.
       pure logical function may_be_shorter(k)
          integer, intent(in) :: k
-         may_be_shorter = growing%advance(turns%tip(k)) > least_radius(scene)*(1 + 1e-9_dp)
+         may_be_shorter = growing%advance(turns%tip(k)) > least_radius(model)*(1 + 1e-9_dp)
       end function may_be_shorter
 
       !> The K_II that the k-th tip has at best, in words.
@@ -233,9 +233,9 @@ contains
    end function first_of_largest
 
    !> By what loads are to be multiplied so that the largest G of a tip that still grows, over its toughness, is 1; 1 where none has any.
-   pure real(dp) function factor_to_toughness(growing, scene, cracks, values) result(factor)
+   pure real(dp) function factor_to_toughness(growing, model, cracks, values) result(factor)
       type(growing_t), intent(in) :: growing
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
       real(dp) :: largest
@@ -243,7 +243,7 @@ contains
       largest = 0
       do k = 1, size(values)
          if (growing%is_growing(k)) largest = max(largest, best_rate(values(k), cracks%tips(k)) &
-                                                        /scene%growth(law_of(scene, cracks%tips(k)))%toughness)
+                                                        /model%growth(law_of(model, cracks%tips(k)))%toughness)
       end do
       factor = 1
       if (largest > nothing) factor = 1/sqrt(largest)
@@ -290,9 +290,9 @@ contains
    end subroutine scale_loads
 
    !> Book what new faces have taken, the integral of G over their area by the mean of G before and after, and keep G for the next step.
-   subroutine book_fracture(growing, scene, cracks, values, m)
+   subroutine book_fracture(growing, model, cracks, values, m)
       type(growing_t), intent(inout) :: growing
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
       type(problem_t), intent(inout) :: m
@@ -301,7 +301,7 @@ contains
       do k = 1, size(values)
          rate = best_rate(values(k), cracks%tips(k))
          middle = cracks%tips(k)%now - growing%advance(k)/2*cracks%tips(k)%direction
-         taken = part_of_crack(cracks%tips(k))*scene%run%thickness%at(middle)*growing%advance(k)*(growing%rate(k) + rate)/2
+         taken = part_of_crack(cracks%tips(k))*model%run%thickness%at(middle)*growing%advance(k)*(growing%rate(k) + rate)/2
          m%energies%fracture_energy = m%energies%fracture_energy + taken
          if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken
          growing%rate(k) = rate
@@ -310,4 +310,4 @@ contains
       growing%work = m%energies%external_work
       growing%stored = stored_energy(m)
    end subroutine book_fracture
-end module hampm_growth_at_rest
+end module hampm_static_growth

@@ -1,9 +1,9 @@
 !> Closing pairs of nodes behind a tip gives the state of a body whose crack is shorter by so many cells: its displacement, and its
 !> energy. The latter is solved for on its own, in a grid with a shorter cut.
-program test_closing
+program test_condensation
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: shape_functions, inside_cell
-   use hampm_closing, only: closing_t, new_closing
+   use hampm_condensation, only: condensation_t, new_condensation
    use hampm_constraints, only: constrain_box
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
@@ -134,7 +134,7 @@ contains
       type(crack_tip_t), intent(in) :: tips(:)
       integer, intent(in) :: cells(:)            !! behind each of these
       logical, intent(in) :: there(modes)        !! which modes there are
-      type(closing_t) :: closing
+      type(condensation_t) :: closing
       type(stiffness_t) :: stiffness
       real(dp), allocatable :: u(:, :), u_shorter(:, :), force(:)
       real(dp) :: energy, energy_shorter, work(modes), off, largest, small
@@ -142,7 +142,7 @@ contains
       small = merge(by_layer, little, m%interfaces%n_contact > 0)
       call rest_of(shorter, stiffness, u_shorter, energy_shorter)
       call rest_of(m, stiffness, u, energy)
-      call new_closing(m, stiffness, tips, cells, u, closing, found)
+      call new_condensation(m, stiffness, tips, cells, u, closing, found)
       call check(found == size(cells), what//': the pairs are there')
       allocate (force(size(closing%parting)))
       call closing%close_pairs([(k, k=1, size(cells))], force, work)
@@ -179,14 +179,14 @@ contains
    subroutine pairs_that_are_there()
       type(problem_t) :: m
       type(cracks_t) :: cracks
-      type(closing_t) :: closing
+      type(condensation_t) :: closing
       type(stiffness_t) :: stiffness
       real(dp), allocatable :: u(:, :), force(:)
       real(dp) :: energy, work(modes), both(modes)
       integer :: found, k
       call split_beam(mixed, tip, 0, .false., m, cracks)
       call rest_of(m, stiffness, u, energy)
-      call new_closing(m, stiffness, [(cracks%tips(1), k=1, 4)], [1, 2, 100, 3], u, closing, found)
+      call new_condensation(m, stiffness, [(cracks%tips(1), k=1, 4)], [1, 2, 100, 3], u, closing, found)
       call check(found == 2 .and. size(closing%parting) == 2*modes, 'two pairs before the one that is outside')
       allocate (force(size(closing%parting)))
       call closing%close_pairs([1], force, work)
@@ -197,4 +197,4 @@ contains
       call check(all(abs(force) <= 0) .and. all(abs(work) <= 0), 'it takes nothing to close none')
       call stiffness%release()
    end subroutine pairs_that_are_there
-end program test_closing
+end program test_condensation

@@ -5,7 +5,7 @@
 !>
 !> A measure, whatever has let it loose: in a piece that holds, strains are those beside it but for a factor that the place tells (2.6 in slivers at
 !> rings under pressure), while loose ones have hundreds of times these.
-module hampm_guards
+module hampm_run_time_checks
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t
    use hampm_interface_points, only: is_pressed
@@ -23,11 +23,11 @@ module hampm_guards
    use hampm_particles, only: spacing_of
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
    use hampm_text, only: to_text, three_digits
-   use hampm_whereabouts, only: origin
+   use hampm_error_context, only: origin
    use hampm_ghost_penalty, only: fills_of_pieces
    implicit none
    private
-   public :: check_state, check_tip, check_step, look_at_faces, look_at_modes, look_at_normals
+   public :: check_state, check_tip, check_step, check_faces, check_modes, check_normals
 
    real(dp), parameter :: most = 20              !! strain of a piece over the largest beside it
    real(dp), parameter :: firm = 0.5_dp          !! part of a cell from which on a piece holds itself: a wave that comes in strains it first
@@ -72,7 +72,7 @@ contains
       stored = measurements%kinetic_energy + measurements%strain_energy
       gain = stored + measurements%plastic_dissipation + measurements%viscous_dissipation + problem%energies%damping_loss &
              - problem%energies%external_work - measurements%initial_energy &
-             - abs(problem%energies%driven%work) & ! of which half waits for the next step's forces
+             - abs(problem%energies%prescribed%work) & ! of which half waits for the next step's forces
              - work_of_step(problem%loads, problem%particles, problem%state%time, problem%state%last_dt)
       if (allocated(problem%state%velocity)) gain = min(gain, 0.0_dp) ! implicit steps overshoot, but are stable (docs/implicit.md)
       largest = merge(largest_gain_of_shapes, largest_gain, allocated(problem%grid%bodies))
@@ -86,7 +86,7 @@ contains
             return
          end if
       end if
-      if (problem%has_domains()) call look_at_domains(problem, time, now, failure)
+      if (problem%has_domains()) call check_domains(problem, time, now, failure)
       if (failure%failed()) return
       if (.not. stored <= huge(stored)) then
          call failure%report(exit_computation, now//'the energy of the material that started at '//liveliest(problem)// &
@@ -97,12 +97,12 @@ contains
                              ' J more than the loads have done work; most of it is near the particle that started at '// &
                              liveliest(problem)//of_step(problem, time))
       else
-         call look_for_gain(problem, time, measurements, now, gain, warning)
-         call look_at_balance(problem, time, measurements, now, warning)
-         call look_at_strain(problem, now, warning)
-         call look_at_stretch(problem, measurements, now, warning)
-         call look_at_travel(problem, measurements, now, warning)
-         call look_at_angular_momentum(problem, measurements, now, warning)
+         call check_energy_gain(problem, time, measurements, now, gain, warning)
+         call check_energy_balance(problem, time, measurements, now, warning)
+         call check_strain(problem, now, warning)
+         call check_stretch(problem, measurements, now, warning)
+         call check_travel(problem, measurements, now, warning)
+         call check_angular_momentum(problem, measurements, now, warning)
          if (any(measurements%crack%has_left_node)) &
             call warn(now//'the material has carried '//carried//', by which ''nodal_force'' and ''stress_closure'' close it: '// &
                       'they are no numbers from now on. Use &energy_release estimators = ''domain_integral'' or '// &
@@ -124,7 +124,7 @@ contains
 
    !> Warn, once, where energy has grown without work by a notable part of what the material stores. The motion of the bodies as a
    !> whole is no measure: it would hide in its own energy whatever the material in flight does.
-   subroutine look_for_gain(problem, time, measurements, now, gain, warning)
+   subroutine check_energy_gain(problem, time, measurements, now, gain, warning)
       type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time
       type(measurements_t), intent(in) :: measurements
@@ -144,11 +144,11 @@ contains
       end if
       call warn(now//gained//to_text(gain)//' J more than the loads have done work, '//three_digits(100*gain &
                 /measurements%largest_inner_energy)//' % of what the material stores. Likely cause: '//cause, gained, warning)
-   end subroutine look_for_gain
+   end subroutine check_energy_gain
 
    !> Warn, once, where the audit does not account for a notable part of the energy: the work on a particle in a step is that of the mean of
    !> its stresses before and after, which is wrong where one step strains it by much, as a node with next to no mass does with usl.
-   subroutine look_at_balance(problem, time, measurements, now, warning)
+   subroutine check_energy_balance(problem, time, measurements, now, warning)
       type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time
       type(measurements_t), intent(in) :: measurements
@@ -160,10 +160,10 @@ contains
       if (residual <= noticed_residual) return
       call warn(now//unbalanced//three_digits(100*residual)//' % of the largest energy. Likely cause: a step has '// &
                 'strained some material by much; reduce &method courant'//other_scheme(problem), unbalanced, warning)
-   end subroutine look_at_balance
+   end subroutine check_energy_balance
 
    !> Fail where the domain of a particle is turned over at a corner: its material would be in two places, and in one twice.
-   subroutine look_at_domains(problem, time, now, failure)
+   subroutine check_domains(problem, time, now, failure)
       type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time
       character(*), intent(in) :: now
@@ -177,13 +177,13 @@ contains
                              or_unstable(time))
          return
       end do
-   end subroutine look_at_domains
+   end subroutine check_domains
 
    !> Warn, once, where material is stretched through the cells of the grid, so that its energy can be wrong by a notable part.
    !> Its particles carry the stress to the nodes, however many of them stand in a cell: that number is now one too large and now
    !> one too small for the stretch, and as the force that passes is the same everywhere, the stress jumps from cell to cell. With n
    !> particles in a row of a cell the energy of a stretch s is off by up to 4 (s - 1)/n (docs/stability.md).
-   subroutine look_at_stretch(problem, measurements, now, warning)
+   subroutine check_stretch(problem, measurements, now, warning)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
       character(*), intent(in) :: now
@@ -192,7 +192,7 @@ contains
       real(dp) :: start(ndim)                    ! where a particle started [m]
       logical :: crosses
       integer :: i
-      if (is_told(crossed, warning)) return
+      if (is_reported(crossed, warning)) return
       associate (p => problem%particles, laws => problem%materials)
          if (p%total_frame .or. problem%has_domains() .or. .not. any(laws%is_finite())) return
          uncertain = 0
@@ -210,14 +210,14 @@ contains
       call warn(now//crossed//', and its stresses and energies may be wrong by more than a tenth. Likely cause: cells hold too '// &
                 'many or too few particles for the stretch; use &method frame = ''total'' or more &body points_per_cell', &
                 crossed, warning)
-   end subroutine look_at_stretch
+   end subroutine check_stretch
 
    !> Warn, once, where strained material has travelled through so many cells of the updated frame that the forces which it loses and
    !> gains at their edges are likely to add up: bilinear functions have other gradients in the next cell, and a particle that crosses
    !> carries its stress over at once. The measure is the mean of strain times cells, weighted with the strain energy: a cantilever
    !> that bends by 0.6 of its length sank too far by 30 and 35 % at 0.10 and 0.18 (4 and 8 cells over its depth); a bar was off by
    !> 3.7 % at 0.6.
-   subroutine look_at_travel(problem, measurements, now, warning)
+   subroutine check_travel(problem, measurements, now, warning)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
       character(*), intent(in) :: now
@@ -226,7 +226,7 @@ contains
       integer :: i
       associate (p => problem%particles)
          if (p%total_frame .or. problem%has_domains()) return
-         if (.not. measurements%strain_energy > 0 .or. is_told(travelled, warning)) return
+         if (.not. measurements%strain_energy > 0 .or. is_reported(travelled, warning)) return
          if (maxval(abs(p%displacement(:p%n, :))) < problem%grid%finest_cell) return
          product = 0
          do i = 1, p%n
@@ -241,7 +241,7 @@ contains
                 'forces that are lost and gained at the edges of cells may make stresses, energies and displacements wrong by '// &
                 'several percent or more, and finer cells make it worse. Use &method frame = ''total'' where bodies do not '// &
                 'have to meet', travelled, warning)
-   end subroutine look_at_travel
+   end subroutine check_travel
 
    !> Distance between particles in the reference configuration over the size of the cell in which particle `i` stands [-].
    pure real(dp) function spacing_in_cell(problem, i)
@@ -258,13 +258,13 @@ contains
    !> Warn, once, where the material around a tip is strained so much that stress intensities and modes, which are those of a linear
    !> material, mean something else than J: K**2/E' is 14 % off J where a specimen is stretched by 1.2, 33 % by 1.7. The measure is
    !> the root of the mean square, over the particles within the domains, of their largest stretch less 1.
-   subroutine look_at_modes(problem, tip, warning)
+   subroutine check_modes(problem, tip, warning)
       type(problem_t), intent(in) :: problem
       type(crack_tip_t), intent(in) :: tip
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: square, off
       integer :: i, n
-      if (size(tip%radii) == 0 .or. is_told(mixed, warning)) return
+      if (size(tip%radii) == 0 .or. is_reported(mixed, warning)) return
       if (.not. problem%materials(tip%material)%is_finite()) return
       square = 0
       n = 0
@@ -279,11 +279,11 @@ contains
       if (off <= modest_strain) return
       call warn(problem%state%when()//'around the tip the strain has reached '//three_digits(100*off)// &
                 ' %: K_I, K_II, mode_mixity and the parts of J by modes are '//mixed//'; J itself keeps its own', mixed, warning)
-   end subroutine look_at_modes
+   end subroutine check_modes
 
    !> Fail where faces of a path that press on each other have turned: contact keeps their first normals, and so would push and
    !> slide in wrong directions. At 0.1 rad it is off by a tenth of the pressure along the faces, and by half a percent of it.
-   subroutine look_at_normals(problem, failure)
+   subroutine check_normals(problem, failure)
       type(problem_t), intent(in) :: problem
       type(failure_t), intent(inout) :: failure
       real(dp) :: turn, x(ndim), normal(ndim)
@@ -305,19 +305,19 @@ contains
             return
          end do
       end associate
-   end subroutine look_at_normals
+   end subroutine check_normals
 
    !> Warn of each crack whose faces have gone through each other in the run.
-   subroutine look_at_faces(measurements, cracks, at_rest, warning)
+   subroutine check_faces(measurements, cracks, is_static, warning)
       type(measurements_t), intent(in) :: measurements
       type(crack_t), intent(in) :: cracks(:)
-      logical, intent(in) :: at_rest             !! whether the motion has come to rest
+      logical, intent(in) :: is_static           !! whether the motion has come to rest
       character(:), allocatable, intent(inout) :: warning
       character(:), allocatable :: remedy, which
       integer :: k
       do k = 1, size(cracks)
          associate (overlap => measurements%overlap(k), crack => cracks(k))
-            if (crack%contact .or. .not. overlap%is_notable(at_rest)) cycle
+            if (crack%contact .or. .not. overlap%is_notable(is_static)) cycle
             which = 'the faces of the crack'
             if (crack%name /= '') then
                which = which//' '''//trim(crack%name)//''''
@@ -333,10 +333,10 @@ contains
                       remedy, which//overlapped, warning)
          end associate
       end do
-   end subroutine look_at_faces
+   end subroutine check_faces
 
    !> Warn, once, where the small-strain law is used beyond what it is meant for.
-   subroutine look_at_strain(problem, now, warning)
+   subroutine check_strain(problem, now, warning)
       type(problem_t), intent(in) :: problem
       character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
@@ -350,11 +350,11 @@ contains
       if (problem%materials(law)%linear) advice = '. Use law = ''neo_hookean'''
       call warn(now//strained//to_text(largest)//'; the law '''//problem%materials(law)%law_name()// &
                 ''' is for small strains and rotations (below '//to_text(small_gradient)//')'//advice, strained, warning)
-   end subroutine look_at_strain
+   end subroutine check_strain
 
    !> Warn, once, where the angular momentum of bodies that nothing acts on has changed. The lumped mass matrix keeps it only as
    !> far as particles stand evenly around nodes: at free edges they do not.
-   subroutine look_at_angular_momentum(problem, measurements, now, warning)
+   subroutine check_angular_momentum(problem, measurements, now, warning)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
       character(*), intent(in) :: now
@@ -367,7 +367,7 @@ contains
       call warn(now//slowed//to_text(total - measurements%initial_angular_momentum)//' kg m2/s though nothing acts on '// &
                 'the material, more than a tenth of what its motion allows. Likely cause: a turning body has few cells for its '// &
                 'mass matrix; use smaller &grid cell or &method mass = ''full''', slowed, warning)
-   end subroutine look_at_angular_momentum
+   end subroutine check_angular_momentum
 
    !> Add a warning, unless one with the same phrase is there already.
    subroutine warn(text, phrase, warning)
@@ -375,18 +375,18 @@ contains
       character(:), allocatable, intent(inout) :: warning
       if (.not. allocated(warning)) then
          warning = text
-      else if (.not. is_told(phrase, warning)) then
+      else if (.not. is_reported(phrase, warning)) then
          warning = warning//new_line('a')//text
       end if
    end subroutine warn
 
    !> Whether a warning with a phrase is there.
-   pure logical function is_told(phrase, warning)
+   pure logical function is_reported(phrase, warning)
       character(*), intent(in) :: phrase
       character(:), allocatable, intent(in) :: warning
-      is_told = .false.
-      if (allocated(warning)) is_told = index(warning, phrase) > 0
-   end function is_told
+      is_reported = .false.
+      if (allocated(warning)) is_reported = index(warning, phrase) > 0
+   end function is_reported
 
    !> Fail where the tip of a crack is no longer where it was in the material: it is fixed in the grid, and in the updated frame the
    !> material moves through that.
@@ -503,4 +503,4 @@ contains
       real(dp), intent(in) :: gradient(ndim, ndim) !! of the displacement [-]
       strain = norm2(gradient + transpose(gradient) + matmul(transpose(gradient), gradient))/2
    end function strain_of
-end module hampm_guards
+end module hampm_run_time_checks

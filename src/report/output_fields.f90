@@ -1,5 +1,5 @@
 !> What a snapshot shows: the particles as points, the mesh as cells and cracks as lines, with their fields.
-module hampm_views
+module hampm_output_fields
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic
@@ -13,11 +13,11 @@ module hampm_views
    use hampm_snapshots, only: piece_t, add_field, vtk_line, vtk_quad, vtk_biquadratic_quad
    implicit none
    private
-   public :: shows_cracks, particle_view, mesh_view, crack_view
+   public :: shows_cracks, particle_fields, mesh_fields, crack_fields
 
 contains
 
-   !> Whether snapshots show the cracks, and which side of them is which: not one on a symmetry plane that stays as the scene has it.
+   !> Whether snapshots show the cracks, and which side of them is which: not one on a symmetry plane that stays as the model has it.
    pure logical function shows_cracks(cracks)
       type(cracks_t), intent(in) :: cracks
       integer :: c
@@ -27,10 +27,10 @@ contains
 
    !> The particles at their present position. With cracks, each has the piece of its cell to which it belongs, and the side of the
    !> crack on which it began.
-   subroutine particle_view(problem, with_cracks, view)
+   subroutine particle_fields(problem, with_cracks, output)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: with_cracks
-      type(piece_t), intent(out) :: view
+      type(piece_t), intent(out) :: output
       real(dp) :: h(ndim, ndim), stress(ndim, ndim)
       real(dp), allocatable :: components(:, :), energy(:), plastic(:)
       integer :: i
@@ -47,25 +47,25 @@ contains
                plastic(i) = material%equivalent_plastic_strain(p%history_of(i))
             end associate
          end do
-         call view%set_vertices('particles', transpose(p%reference + p%displacement))
-         call add_field(view%point_fields, 'id', real(reshape(p%id, [1, p%n]), dp))
-         call add_field(view%point_fields, 'body', real(reshape(p%body, [1, p%n]), dp))
-         call add_field(view%point_fields, 'displacement', transpose(p%displacement))
-         call add_field(view%point_fields, 'velocity', transpose(p%velocity))
-         call add_field(view%point_fields, 'stress_xx', components(1:1, :))
-         call add_field(view%point_fields, 'stress_yy', components(2:2, :))
-         call add_field(view%point_fields, 'stress_xy', components(3:3, :))
-         if (p%thickness%is_ring) call add_field(view%point_fields, 'stress_zz', components(4:4, :))
-         call add_field(view%point_fields, 'energy_density', reshape(energy, [1, p%n]))
-         if (any(problem%materials%yields())) call add_field(view%point_fields, 'plastic_strain', reshape(plastic, [1, p%n]))
+         call output%set_vertices('particles', transpose(p%reference + p%displacement))
+         call add_field(output%point_fields, 'id', real(reshape(p%id, [1, p%n]), dp))
+         call add_field(output%point_fields, 'body', real(reshape(p%body, [1, p%n]), dp))
+         call add_field(output%point_fields, 'displacement', transpose(p%displacement))
+         call add_field(output%point_fields, 'velocity', transpose(p%velocity))
+         call add_field(output%point_fields, 'stress_xx', components(1:1, :))
+         call add_field(output%point_fields, 'stress_yy', components(2:2, :))
+         call add_field(output%point_fields, 'stress_xy', components(3:3, :))
+         if (p%thickness%is_ring) call add_field(output%point_fields, 'stress_zz', components(4:4, :))
+         call add_field(output%point_fields, 'energy_density', reshape(energy, [1, p%n]))
+         if (any(problem%materials%yields())) call add_field(output%point_fields, 'plastic_strain', reshape(plastic, [1, p%n]))
       end associate
-      if (with_cracks) call add_sides(problem, view)
-   end subroutine particle_view
+      if (with_cracks) call add_sides(problem, output)
+   end subroutine particle_fields
 
    !> Add to the particles their pieces and sides; after a failure some may be in no cell.
-   subroutine add_sides(problem, view)
+   subroutine add_sides(problem, output)
       type(problem_t), intent(in) :: problem
-      type(piece_t), intent(inout) :: view
+      type(piece_t), intent(inout) :: output
       real(dp) :: of(2, problem%particles%n), origin(ndim) ! piece, side
       integer :: i
       of = 0
@@ -76,19 +76,19 @@ contains
             of(:, i) = [grid%piece_of(p%cell(i)), &
                         grid%cut_cells%side_at(grid%element_leaf(p%cell(i)), grid%cut_cells%follow(origin))]
          end do
-         call add_field(view%point_fields, 'piece', of(1:1, :))
-         call add_field(view%point_fields, 'side', of(2:2, :))
+         call add_field(output%point_fields, 'piece', of(1:1, :))
+         call add_field(output%point_fields, 'side', of(2:2, :))
       end associate
    end subroutine add_sides
 
    !> The grid, transition cells by their quarters, cut cells by their pieces, each over the whole cell, and quadratic cells whole. With the mass and velocity
    !> that its nodes had in the last step and, where the mesh follows a gradient, the refinement parameter: not a number after a
    !> failure, when it can't be had from the particles.
-   subroutine mesh_view(problem, refinement, with_cracks, after_failure, view)
+   subroutine mesh_fields(problem, refinement, with_cracks, after_failure, output)
       type(problem_t), intent(inout) :: problem
       type(refinement_t), intent(in) :: refinement
       logical, intent(in) :: with_cracks, after_failure
-      type(piece_t), intent(out) :: view
+      type(piece_t), intent(out) :: output
       integer, parameter :: around(corners) = [1, 2, 4, 3]  ! corners in VTK's order, around the cell
       real(dp), allocatable :: phi(:), r(:)
       integer :: e
@@ -99,60 +99,60 @@ contains
             call nodal_field(problem, refinement%field, phi)
             call refinement_parameter(problem, refinement%field, phi, r)
          end if
-         call add_field(view%point_fields, 'R', reshape(r, [1, size(r)]))
+         call add_field(output%point_fields, 'R', reshape(r, [1, size(r)]))
       end if
       associate (grid => problem%grid, f => problem%fields)
-         view%name = 'mesh'
-         view%points = grid%node_position
-         call add_field(view%point_fields, 'mass', reshape(f%mass_matrix%lumped, [1, grid%n_points]))
-         call add_field(view%point_fields, 'velocity', f%velocity(:, :, v_n))
+         output%name = 'mesh'
+         output%points = grid%node_position
+         call add_field(output%point_fields, 'mass', reshape(f%mass_matrix%lumped, [1, grid%n_points]))
+         call add_field(output%point_fields, 'velocity', f%velocity(:, :, v_n))
          if (grid%is_quadratic()) then
-            call add_quadratic_cells(grid, problem%blocks%count_in, with_cracks, view)
+            call add_quadratic_cells(grid, problem%blocks%count_in, with_cracks, output)
             return
          end if
-         view%connectivity = reshape(grid%element_nodes(around, :) - 1, [corners*grid%n_elements])
-         view%offsets = [(corners*e, e=0, grid%n_elements)]
-         view%cell_types = spread(vtk_quad, 1, grid%n_elements)
-         call add_field(view%cell_fields, 'level', &
+         output%connectivity = reshape(grid%element_nodes(around, :) - 1, [corners*grid%n_elements])
+         output%offsets = [(corners*e, e=0, grid%n_elements)]
+         output%cell_types = spread(vtk_quad, 1, grid%n_elements)
+         call add_field(output%cell_fields, 'level', &
                         reshape([(real(grid%forest%level_of(grid%element_leaf(e)), dp), e=1, grid%n_elements)], &
-                                [1, grid%n_elements]))
-         call add_field(view%cell_fields, 'particles', reshape(real(problem%blocks%count_in, dp), [1, grid%n_elements]))
-         if (with_cracks) call add_field(view%cell_fields, 'piece', &
+                                  [1, grid%n_elements]))
+         call add_field(output%cell_fields, 'particles', reshape(real(problem%blocks%count_in, dp), [1, grid%n_elements]))
+         if (with_cracks) call add_field(output%cell_fields, 'piece', &
                                          reshape([(real(grid%piece_of(e), dp), e=1, grid%n_elements)], [1, grid%n_elements]))
       end associate
-   end subroutine mesh_view
+   end subroutine mesh_fields
 
    !> Quadratic cells, or their pieces, each with its nine nodes, its level and the number of its particles.
-   subroutine add_quadratic_cells(grid, particles, with_cracks, view)
+   subroutine add_quadratic_cells(grid, particles, with_cracks, output)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: particles(:)        !! by element
       logical, intent(in) :: with_cracks
-      type(piece_t), intent(inout) :: view
+      type(piece_t), intent(inout) :: output
       integer, parameter :: n = points_of_quadratic
       integer, parameter :: around(n) = [1, 3, 9, 7, 2, 6, 8, 4, 5]  ! VTK's order: corners, middles of sides, middle
       integer :: support(n), e, k
       associate (cells => grid%n_elements/corners, first => [(e, e=1, grid%n_elements, corners)])
-         allocate (view%connectivity(n*cells))
+         allocate (output%connectivity(n*cells))
          do k = 1, cells
             support = grid%support_of(first(k))
-            view%connectivity(n*(k - 1) + 1:n*k) = support(around) - 1
+            output%connectivity(n*(k - 1) + 1:n*k) = support(around) - 1
          end do
-         view%offsets = [(n*k, k=0, cells)]
-         view%cell_types = spread(vtk_biquadratic_quad, 1, cells)
-         call add_field(view%cell_fields, 'level', &
+         output%offsets = [(n*k, k=0, cells)]
+         output%cell_types = spread(vtk_biquadratic_quad, 1, cells)
+         call add_field(output%cell_fields, 'level', &
                         reshape([(real(grid%forest%level_of(grid%element_leaf(first(k))), dp), k=1, cells)], [1, cells]))
-         call add_field(view%cell_fields, 'particles', &
+         call add_field(output%cell_fields, 'particles', &
                         reshape([(real(sum(particles(first(k):first(k) + corners - 1)), dp), k=1, cells)], [1, cells]))
-         if (with_cracks) call add_field(view%cell_fields, 'piece', &
+         if (with_cracks) call add_field(output%cell_fields, 'piece', &
                                          reshape([(real(grid%piece_of(first(k)), dp), k=1, cells)], [1, cells]))
       end associate
    end subroutine add_quadratic_cells
 
    !> The cracks in the reference configuration, a line for each straight part. With the number of the crack and, at
    !> its points, that of the tip there, or 0.
-   subroutine crack_view(cracks, view)
+   subroutine crack_fields(cracks, output)
       type(cracks_t), intent(in) :: cracks
-      type(piece_t), intent(out) :: view
+      type(piece_t), intent(out) :: output
       real(dp), allocatable :: tip(:, :), number(:, :)
       integer :: first(size(cracks%crack) + 1)   ! point of each crack
       integer :: c, k
@@ -161,15 +161,15 @@ contains
          first(c + 1) = first(c) + size(cracks%crack(c)%open_part(), 2)
       end do
       associate (n_points => first(size(first)) - 1, n_lines => first(size(first)) - size(first))
-         allocate (view%points(ndim, n_points), view%connectivity(0), number(1, n_lines))
+         allocate (output%points(ndim, n_points), output%connectivity(0), number(1, n_lines))
          allocate (tip(1, n_points), source=0.0_dp)
-         view%name = 'cracks'
-         view%offsets = [(2*k, k=0, n_lines)]
-         view%cell_types = spread(vtk_line, 1, n_lines)
+         output%name = 'cracks'
+         output%offsets = [(2*k, k=0, n_lines)]
+         output%cell_types = spread(vtk_line, 1, n_lines)
       end associate
       do c = 1, size(cracks%crack)
-         view%points(:, first(c):first(c + 1) - 1) = cracks%crack(c)%open_part()
-         view%connectivity = [view%connectivity, [([k - 1, k], k=first(c), first(c + 1) - 2)]]
+         output%points(:, first(c):first(c + 1) - 1) = cracks%crack(c)%open_part()
+         output%connectivity = [output%connectivity, [([k - 1, k], k=first(c), first(c + 1) - 2)]]
          number(1, first(c) - c + 1:first(c + 1) - 1 - c) = c
       end do
       do k = 1, size(cracks%tips)
@@ -178,7 +178,7 @@ contains
             if (cracks%tips(k)%end == last_point) tip(1, first(c + 1) - 1) = k
          end associate
       end do
-      call add_field(view%point_fields, 'tip', tip)
-      call add_field(view%cell_fields, 'crack', number)
-   end subroutine crack_view
-end module hampm_views
+      call add_field(output%point_fields, 'tip', tip)
+      call add_field(output%cell_fields, 'crack', number)
+   end subroutine crack_fields
+end module hampm_output_fields

@@ -1,20 +1,20 @@
-!> What a scene needs before anything is built: particles, cells, steps, samples, memory and room for its results. All numbers
+!> What a model needs before anything is built: particles, cells, steps, samples, memory and room for its results. All numbers
 !> are real: an integer might not hold them.
 !>
 !> The memory and the stack that this process may use, as Linux tells it in files.
-module hampm_needs
+module hampm_resource_estimate
    use hampm_kinds, only: dp, ndim
    use hampm_body_group, only: area_in_box
    use hampm_failure, only: failure_t, exit_input
    use hampm_path_placement, only: path_tips
    use hampm_placement, only: particle_number
-   use hampm_scene, only: scene_t, mass_used
-   use hampm_scene_materials, only: materials_of
+   use hampm_model, only: model_t, mass_used
+   use hampm_model_materials, only: materials_of
    use hampm_text, only: to_text
    use hampm_critical_step, only: stable_time_step
    implicit none
    private
-   public :: needs_t, needs_of, check_room, check_needs, needs_report
+   public :: resources_t, estimate_resources, check_room, check_resources, resource_report
 
    real(dp), parameter :: unknown = -1
    real(dp), parameter :: of_algebra = 3.2e8_dp  !! address space that OpenBLAS and its thread take at first use, or wait for [bytes]
@@ -23,7 +23,7 @@ module hampm_needs
    real(dp), parameter :: most_steps = 1e12_dp      !! of the largest cells: months at a microsecond each
 
    ! Bytes, measured (tests/program/test_needs.py)
-   real(dp), parameter :: of_program = 2.0e7_dp     !! without any scene
+   real(dp), parameter :: of_program = 2.0e7_dp     !! without any model
    real(dp), parameter :: of_particle = 156, of_cell = 520, of_full_cell = 465
    real(dp), parameter :: of_quadratic_cell = 1840, of_full_quadratic_cell = 1060, of_domain = 270
    real(dp), parameter :: of_refined_particle = 60, of_refined_cell = 200
@@ -34,10 +34,10 @@ module hampm_needs
    ! The solution at rest: for the estimated errors of a crack, and for the distance of a damped motion
    real(dp), parameter :: of_stiffness = 205.0_dp   !! per entry of its factors, as counted by `fill_of` [bytes]
    real(dp), parameter :: of_quadratic_fill = 1.25_dp  !! entries beside those of as many nodes of bilinear cells [-]
-   real(dp), parameter :: most_at_rest = 2.5e5_dp   !! cells with particles for which it is found
+   real(dp), parameter :: most_static = 2.5e5_dp    !! cells with particles for which it is found
 
-   !> What a scene needs, in numbers.
-   type :: needs_t
+   !> What a model needs, in numbers.
+   type :: resources_t
       real(dp) :: particles = 0                     !! that the run begins with, refined around a tip
       real(dp) :: cells = 0                         !! leaves that the run begins with
       real(dp) :: most_particles = 0                !! that it may come to where cells refine as the solution asks for
@@ -48,108 +48,108 @@ module hampm_needs
       real(dp) :: most_memory = 0                   !! with `most_particles` [bytes]
       real(dp) :: results = 0                       !! size of the result file with the mesh of the start [bytes]
       real(dp) :: most_results = 0                  !! with `most_particles` in all snapshots but the first [bytes]
-   end type needs_t
+   end type resources_t
 
 contains
 
-   !> What a scene needs.
-   type(needs_t) function needs_of(scene) result(needs)
-      type(scene_t), intent(in) :: scene
+   !> What a model needs.
+   type(resources_t) function estimate_resources(model) result(resources)
+      type(model_t), intent(in) :: model
       real(dp) :: occupied, most_cells
       integer :: k
-      needs%particles = sum([(particle_number(scene, scene%bodies(k)), k=1, size(scene%bodies))])
-      needs%cells = product(real(scene%grid%cells, dp))
-      occupied = sum([(area_in_box(scene%bodies(k), scene%bodies(k)%lower, scene%bodies(k)%upper), k=1, size(scene%bodies))]) &
-                 /scene%grid%cell**ndim
-      occupied = max(min(occupied, needs%cells), 1.0_dp)
-      if (scene%refine%indicator == 'tip') call refine_around_tips(scene, needs, occupied)
-      needs%memory = memory_of(scene, needs%particles, needs%cells, occupied)
-      needs%most_particles = needs%particles
-      if (scene%refine%indicator /= 'none' .and. scene%refine%indicator /= 'tip' .and. scene%refine%max_level > 0) &
-         needs%most_particles = min(real(scene%refine%max_particles, dp), needs%particles*4.0_dp**scene%refine%max_level)
-      associate (growth => needs%most_particles/needs%particles)
-         most_cells = needs%cells + (growth - 1)*occupied
-         needs%most_memory = memory_of(scene, needs%most_particles, most_cells, growth*occupied)
+      resources%particles = sum([(particle_number(model, model%bodies(k)), k=1, size(model%bodies))])
+      resources%cells = product(real(model%grid%cells, dp))
+      occupied = sum([(area_in_box(model%bodies(k), model%bodies(k)%lower, model%bodies(k)%upper), k=1, size(model%bodies))]) &
+                 /model%grid%cell**ndim
+      occupied = max(min(occupied, resources%cells), 1.0_dp)
+      if (model%refine%indicator == 'tip') call refine_around_tips(model, resources, occupied)
+      resources%memory = memory_for(model, resources%particles, resources%cells, occupied)
+      resources%most_particles = resources%particles
+      if (model%refine%indicator /= 'none' .and. model%refine%indicator /= 'tip' .and. model%refine%max_level > 0) &
+         resources%most_particles = min(real(model%refine%max_particles, dp), resources%particles*4.0_dp**model%refine%max_level)
+      associate (growth => resources%most_particles/resources%particles)
+         most_cells = resources%cells + (growth - 1)*occupied
+         resources%most_memory = memory_for(model, resources%most_particles, most_cells, growth*occupied)
       end associate
-      if (scene%method%time == 'static') then
-         needs%steps = scene%method%load_steps
-      else if (scene%method%time_step > 0) then
-         needs%steps = scene%run%end_time/scene%method%time_step
+      if (model%method%time == 'static') then
+         resources%steps = model%method%load_steps
+      else if (model%method%time_step > 0) then
+         resources%steps = model%run%end_time/model%method%time_step
       else
-         needs%steps = scene%run%end_time/stable_time_step(scene%grid%cell, materials_of(scene), scene%method%courant, &
-                                                           scene%method%wave_speed)
+         resources%steps = model%run%end_time/stable_time_step(model%grid%cell, materials_of(model), model%method%courant, &
+                                                               model%method%wave_speed)
       end if
       ! The end of the run has a row, too
-      needs%rows = 1 + anint(scene%run%end_time/scene%output%history_interval*(1 - 4*epsilon(needs%rows)) + 0.5_dp)
-      if (scene%output%snapshot_interval > 0) needs%snapshots = 1 + scene%run%end_time/scene%output%snapshot_interval
-      needs%snapshots = aint(needs%snapshots*(1 + 4*epsilon(needs%rows)))
-      needs%results = 5e4_dp + 8*columns_of(scene)*max(needs%rows, 512.0_dp) + &
-                      needs%snapshots*(of_snapshot_particle*needs%particles + of_snapshot_cell*needs%cells)
-      needs%most_results = needs%results + max(needs%snapshots - 1, 0.0_dp)* &
-                           (of_snapshot_particle*(needs%most_particles - needs%particles) + &
-                            of_snapshot_cell*(most_cells - needs%cells))
-   end function needs_of
+      resources%rows = 1 + anint(model%run%end_time/model%output%history_interval*(1 - 4*epsilon(resources%rows)) + 0.5_dp)
+      if (model%output%snapshot_interval > 0) resources%snapshots = 1 + model%run%end_time/model%output%snapshot_interval
+      resources%snapshots = aint(resources%snapshots*(1 + 4*epsilon(resources%rows)))
+      resources%results = 5e4_dp + 8*columns_of(model)*max(resources%rows, 512.0_dp) + &
+                          resources%snapshots*(of_snapshot_particle*resources%particles + of_snapshot_cell*resources%cells)
+      resources%most_results = resources%results + max(resources%snapshots - 1, 0.0_dp)* &
+                               (of_snapshot_particle*(resources%most_particles - resources%particles) + &
+                            of_snapshot_cell*(most_cells - resources%cells))
+   end function estimate_resources
 
    !> What refinement around the tips adds before the run: at each level the cells within so many cells of a tip, within the
    !> material, are divided.
-   pure subroutine refine_around_tips(scene, needs, occupied)
-      type(scene_t), intent(in) :: scene
-      type(needs_t), intent(inout) :: needs
+   pure subroutine refine_around_tips(model, resources, occupied)
+      type(model_t), intent(in) :: model
+      type(resources_t), intent(inout) :: resources
       real(dp), intent(inout) :: occupied           !! cells with particles
       real(dp) :: density, divided, fit, tips
       integer :: level, k
-      density = needs%particles/occupied
+      density = resources%particles/occupied
       tips = 1
-      if (size(scene%paths) > 0) tips = count([(path_tips(scene, k), k=1, size(scene%paths))])
-      if (scene%is_half()) tips = tips/2
+      if (size(model%paths) > 0) tips = count([(path_tips(model, k), k=1, size(model%paths))])
+      if (model%is_half()) tips = tips/2
       fit = occupied
-      do level = 0, scene%refine%max_level - 1
-         divided = min(fit, tips*(2*scene%refine%rings + 1.0_dp)**ndim)
-         if (needs%particles + 3*divided*density > scene%refine%max_particles) exit
-         needs%particles = needs%particles + 3*divided*density
-         needs%cells = needs%cells + 3*divided
+      do level = 0, model%refine%max_level - 1
+         divided = min(fit, tips*(2*model%refine%rings + 1.0_dp)**ndim)
+         if (resources%particles + 3*divided*density > model%refine%max_particles) exit
+         resources%particles = resources%particles + 3*divided*density
+         resources%cells = resources%cells + 3*divided
          occupied = occupied + 3*divided
          fit = 4*divided
       end do
    end subroutine refine_around_tips
 
    !> Memory of a run with so many particles, cells and cells with particles [bytes].
-   pure real(dp) function memory_of(scene, particles, cells, occupied) result(bytes)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function memory_for(model, particles, cells, occupied) result(bytes)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: particles, cells, occupied
       real(dp) :: fill                           ! entries of the factors of the stiffness
       bytes = of_program + of_particle*particles
-      if (scene%grid%order == 2) then
+      if (model%grid%order == 2) then
          bytes = bytes + of_quadratic_cell*cells + of_full_quadratic_cell*occupied
          fill = of_quadratic_fill*fill_of(4*occupied)
       else
          bytes = bytes + of_cell*cells + of_full_cell*occupied
          fill = fill_of(occupied)
       end if
-      if (scene%method%functions == 'cpdi') bytes = bytes + of_domain*particles
-      if (scene%refine%indicator /= 'none' .and. scene%refine%max_level > 0) &
+      if (model%method%functions == 'cpdi') bytes = bytes + of_domain*particles
+      if (model%refine%indicator /= 'none' .and. model%refine%max_level > 0) &
          bytes = bytes + of_refined_particle*particles + of_refined_cell*cells
-      if (scene%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles &
-         + merge(of_viewed_quadratic_cell, of_viewed_cell, scene%grid%order == 2)*cells
-      if ((scene%energy_release%needs_crack() .or. scene%damping%rate > 0) .and. occupied <= most_at_rest &
-          .or. scene%method%time /= 'explicit') &
+      if (model%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles &
+         + merge(of_viewed_quadratic_cell, of_viewed_cell, model%grid%order == 2)*cells
+      if ((model%energy_release%needs_crack() .or. model%damping%rate > 0) .and. occupied <= most_static &
+          .or. model%method%time /= 'explicit') &
          bytes = bytes + of_stiffness*fill
-      if (mass_used(scene) == 'lumped') return
-      bytes = bytes + merge(of_quadratic_mass, of_mass, scene%grid%order == 2)*cells
-      if (scene%method%mass == 'fmpm') return
-      select case (scene%method%solver)
+      if (mass_used(model) == 'lumped') return
+      bytes = bytes + merge(of_quadratic_mass, of_mass, model%grid%order == 2)*cells
+      if (model%method%mass == 'fmpm') return
+      select case (model%method%solver)
        case ('cg')
-         bytes = bytes + merge(of_quadratic_cg, of_cg, scene%grid%order == 2)*cells
+         bytes = bytes + merge(of_quadratic_cg, of_cg, model%grid%order == 2)*cells
        case default
-         bytes = bytes + factors_of(scene, occupied)
+         bytes = bytes + factors_of(model, occupied)
       end select
-   end function memory_of
+   end function memory_for
 
    !> Memory of the factors of the mass matrix of two directions [bytes].
-   pure real(dp) function factors_of(scene, occupied) result(bytes)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function factors_of(model, occupied) result(bytes)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: occupied
-      bytes = 28*2*fill_of(scene%grid%order**ndim*occupied)*merge(of_quadratic_fill, 1.0_dp, scene%grid%order == 2)
+      bytes = 28*2*fill_of(model%grid%order**ndim*occupied)*merge(of_quadratic_fill, 1.0_dp, model%grid%order == 2)
    end function factors_of
 
    !> Entries of the factors of a matrix of the nodes by nested dissection, but for a constant.
@@ -159,10 +159,10 @@ contains
    end function fill_of
 
    !> About how many columns the history has.
-   pure integer function columns_of(scene) result(columns)
-      type(scene_t), intent(in) :: scene
+   pure integer function columns_of(model) result(columns)
+      type(model_t), intent(in) :: model
       columns = 10
-      columns = columns + merge(1, 2*size(scene%paths), scene%is_half())*(24 + size(scene%energy_release%radii))
+      columns = columns + merge(1, 2*size(model%paths), model%is_half())*(24 + size(model%energy_release%radii))
    end function columns_of
 
    !> Fail where the libraries have no room, before anything calls them.
@@ -174,35 +174,37 @@ contains
                               'for the library of linear algebra: allow about 600 MB and what the scene needs, or set no limit')
    end subroutine check_room
 
-   !> Fail where a scene needs more than there can be.
-   subroutine check_needs(needs, failure)
-      type(needs_t), intent(in) :: needs
+   !> Fail where a model needs more than there can be.
+   subroutine check_resources(resources, failure)
+      type(resources_t), intent(in) :: resources
       type(failure_t), intent(inout) :: failure
       real(dp) :: memory
-      if (needs%steps > most_steps) call failure%report(exit_input, 'the run would take '//rough(needs%steps)// &
-                              ' time steps, more than '//rough(most_steps)//': use a shorter &run end_time or a larger '// &
-                              '&grid cell or &method courant; or &material young or density is mistaken')
-      memory = memory_there_is()
-      if (needs%memory > memory) call failure%report(exit_input, 'the scene needs about '//bytes_text(needs%memory)// &
-                              ' of memory for '//rough(needs%particles)//' particles and '//rough(needs%cells)// &
-                              ' cells, and there are '//bytes_text(memory)//': use fewer &grid cells, a larger &grid cell or '// &
-                              'fewer &body points_per_cell')
-   end subroutine check_needs
+      if (resources%steps > most_steps) call failure%report(exit_input, 'the run would take '//rough(resources%steps)// &
+                                  ' time steps, more than '//rough(most_steps)//': use a shorter &run end_time or a larger '// &
+                                  '&grid cell or &method courant; or &material young or density is mistaken')
+      memory = memory_available()
+      if (resources%memory > memory) call failure%report(exit_input, 'the scene needs about '//bytes_text(resources%memory)// &
+                                  ' of memory for '//rough(resources%particles)//' particles and '//rough(resources%cells)// &
+                                  ' cells, and there are '//bytes_text(memory)// &
+                                     ': use fewer &grid cells, a larger &grid cell or '// &
+                                  'fewer &body points_per_cell')
+   end subroutine check_resources
 
    !> What a run needs, for people.
-   pure function needs_report(needs) result(text)
-      type(needs_t), intent(in) :: needs
+   pure function resource_report(resources) result(text)
+      type(resources_t), intent(in) :: resources
       character(:), allocatable :: text
       character(*), parameter :: nl = new_line('a')
-      text = 'samples         '//rough(needs%rows)//' of the history'
-      if (needs%snapshots > 0) text = text//', '//rough(needs%snapshots)//' snapshots'
-      text = text//nl//'results         about '//bytes_text(needs%results)
-      if (needs%most_particles > needs%particles) text = text//', at most '//bytes_text(needs%most_results)
-      text = text//nl//'memory          about '//bytes_text(needs%memory)
-      if (needs%most_particles > needs%particles) text = text//', '//bytes_text(needs%most_memory)//' where cells refine to '// &
-                                                         rough(needs%most_particles)//' particles'
+      text = 'samples         '//rough(resources%rows)//' of the history'
+      if (resources%snapshots > 0) text = text//', '//rough(resources%snapshots)//' snapshots'
+      text = text//nl//'results         about '//bytes_text(resources%results)
+      if (resources%most_particles > resources%particles) text = text//', at most '//bytes_text(resources%most_results)
+      text = text//nl//'memory          about '//bytes_text(resources%memory)
+      if (resources%most_particles > resources%particles) text = text//', '//bytes_text(resources%most_memory)// &
+         ' where cells refine to '// &
+                                                                 rough(resources%most_particles)//' particles'
       text = text//nl
-   end function needs_report
+   end function resource_report
 
    !> A number of bytes as text, in two or three digits.
    pure function bytes_text(bytes) result(text)
@@ -250,7 +252,7 @@ contains
 
    !> The least of what the machine has and of what this process or its group of processes is allowed [bytes]; huge where
    !> nothing tells. A limit on the address space counts what the program and its libraries have mapped already.
-   real(dp) function memory_there_is() result(bytes)
+   real(dp) function memory_available() result(bytes)
       real(dp), parameter :: kilobyte = 1024
       real(dp) :: limit
       bytes = huge(bytes)
@@ -267,11 +269,11 @@ contains
          real(dp), intent(in) :: limit
          if (limit > 0) bytes = min(bytes, limit)
       end subroutine take
-   end function memory_there_is
+   end function memory_available
 
    !> Whether the library of linear algebra can take the room that it asks for at its first use. Where it cannot, it waits for ever.
    logical function room_for_algebra()
-      room_for_algebra = memory_there_is() > 1
+      room_for_algebra = memory_available() > 1
    end function room_for_algebra
 
    !> The limit of the stack [bytes]; huge where there is none or nothing tells.
@@ -302,4 +304,4 @@ contains
       end do
       close (unit)
    end function number_behind
-end module hampm_needs
+end module hampm_resource_estimate

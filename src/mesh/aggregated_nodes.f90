@@ -11,7 +11,7 @@
 !>
 !> Source: Badia, Verdugo & Martin, The aggregated unfitted finite element method for elliptic problems, Computer Methods in Applied Mechanics
 !> and Engineering 336 (2018) 533-553.
-module hampm_outer_nodes
+module hampm_aggregated_nodes
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_basis, only: shape_functions
    use hampm_cut_cells, only: cut_cells_t
@@ -21,102 +21,102 @@ module hampm_outer_nodes
    use hampm_tolerance, only: part_of_cell
    implicit none
    private
-   public :: outer_nodes_t, find_outer_nodes, least_fill
+   public :: aggregated_nodes_t, find_aggregated_nodes, least_fill
 
    !> Part of a cell that has to be filled for its nodes to be free.
    real(dp), parameter :: least_fill = 0.25_dp
    integer, parameter :: sides(ndim, 4) = reshape([0, -1, -1, 0, 1, 0, 0, 1], [ndim, 4])
 
    !> Which places are outer nodes, and the leaf on whose nodes each hangs.
-   type :: outer_nodes_t
+   type :: aggregated_nodes_t
       type(place_table_t) :: places
-      integer, allocatable :: host(:)            !! by number of the place in the table
-      integer, allocatable, private :: host_of_leaf(:) !! of each nearly empty leaf whose nodes may hang, 0 of others
+      integer, allocatable :: root_cell(:)       !! by number of the place in the table
+      integer, allocatable, private :: root_cell_of_leaf(:) !! of each nearly empty leaf whose nodes may hang, 0 of others
    contains
       procedure :: are_there
       procedure :: number_at
-      procedure :: has_host
+      procedure :: has_root_cell
       procedure :: weights
-   end type outer_nodes_t
+   end type aggregated_nodes_t
 
 contains
 
    !> Whether there are any.
    pure logical function are_there(self)
-      class(outer_nodes_t), intent(in) :: self
+      class(aggregated_nodes_t), intent(in) :: self
       are_there = self%places%n > 0
    end function are_there
 
    !> Number of the outer node at a place, 0 where none is.
    pure integer function number_at(self, place) result(number)
-      class(outer_nodes_t), intent(in) :: self
+      class(aggregated_nodes_t), intent(in) :: self
       integer(long), intent(in) :: place(ndim)
       number = 0
       if (self%places%n > 0) number = self%places%number_of(place)
    end function number_at
 
    !> Whether a leaf is nearly empty and its outer nodes hang.
-   pure logical function has_host(self, leaf)
-      class(outer_nodes_t), intent(in) :: self
+   pure logical function has_root_cell(self, leaf)
+      class(aggregated_nodes_t), intent(in) :: self
       integer, intent(in) :: leaf
-      has_host = .false.
-      if (allocated(self%host_of_leaf)) has_host = self%host_of_leaf(leaf) > 0
-   end function has_host
+      has_root_cell = .false.
+      if (allocated(self%root_cell_of_leaf)) has_root_cell = self%root_cell_of_leaf(leaf) > 0
+   end function has_root_cell
 
    !> Weights of the corners of the host of an outer node.
    pure function weights(self, forest, place) result(weight)
-      class(outer_nodes_t), intent(in) :: self
+      class(aggregated_nodes_t), intent(in) :: self
       type(forest_t), intent(in) :: forest
       integer(long), intent(in) :: place(ndim)   !! of the node
       real(dp) :: weight(corners)
-      associate (leaf => self%host(self%places%number_of(place)))
+      associate (leaf => self%root_cell(self%places%number_of(place)))
          weight = shape_functions(real(place - forest%place_of(leaf), dp)/level_width(forest%level_of(leaf)))
       end associate
    end function weights
 
    !> Find the outer nodes of a forest in which there are some bodies.
-   pure subroutine find_outer_nodes(forest, cut_cells, bodies, outer)
+   pure subroutine find_aggregated_nodes(forest, cut_cells, bodies, aggregated)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
       type(outline_t), intent(in) :: bodies(:)
-      type(outer_nodes_t), intent(out) :: outer
+      type(aggregated_nodes_t), intent(out) :: aggregated
       real(dp) :: fill(forest%leaf_count()), centre(ndim, forest%leaf_count())
       logical :: may_hang(forest%leaf_count())
       integer :: leaf, c, status
-      integer, dimension(forest%leaf_count()) :: hosts, before
+      integer, dimension(forest%leaf_count()) :: root_cells, before
       do leaf = 1, size(fill)
-         call look_into(forest, bodies, leaf, fill(leaf), centre(:, leaf))
+         call find_root_cell(forest, bodies, leaf, fill(leaf), centre(:, leaf))
       end do
-      hosts = 0
+      root_cells = 0
       may_hang = [(fill(leaf) > 0 .and. fill(leaf) < least_fill, leaf=1, size(fill))]
       do leaf = 1, size(fill)
          if (may_hang(leaf)) may_hang(leaf) = is_among_alike(forest, cut_cells, leaf)
-         if (may_hang(leaf)) hosts(leaf) = host_of(forest, cut_cells, fill, centre(:, leaf), leaf)
+         if (may_hang(leaf)) root_cells(leaf) = root_cell_of(forest, cut_cells, fill, centre(:, leaf), leaf)
       end do
       do
-         before = hosts
+         before = root_cells
          do leaf = 1, size(fill)
             if (may_hang(leaf) .and. before(leaf) == 0) &
-               hosts(leaf) = host_of_next(forest, cut_cells, before, centre(:, leaf), leaf)
+               root_cells(leaf) = root_cell_of_next(forest, cut_cells, before, centre(:, leaf), leaf)
          end do
-         if (all(hosts == before)) exit
+         if (all(root_cells == before)) exit
       end do
-      if (all(hosts == 0)) return
-      allocate (outer%host_of_leaf, source=hosts)
-      call outer%places%reserve(corners*count(hosts > 0), status)
-      allocate (outer%host(corners*count(hosts > 0)), source=0)
+      if (all(root_cells == 0)) return
+      allocate (aggregated%root_cell_of_leaf, source=root_cells)
+      call aggregated%places%reserve(corners*count(root_cells > 0), status)
+      allocate (aggregated%root_cell(corners*count(root_cells > 0)), source=0)
       do leaf = 1, size(fill)
-         if (hosts(leaf) == 0) cycle
+         if (root_cells(leaf) == 0) cycle
          do c = 1, corners
-            call add_corner(forest, fill, centre, hosts, &
+            call add_corner(forest, fill, centre, root_cells, &
                             forest%place_of(leaf) + corner_offset(c)*level_width(forest%level_of(leaf)), &
-                            leaf, outer)
+                            leaf, aggregated)
          end do
       end do
-   end subroutine find_outer_nodes
+   end subroutine find_aggregated_nodes
 
    !> Part of a leaf that is filled, and the centre of what is in it.
-   pure subroutine look_into(forest, bodies, leaf, fill, centre)
+   pure subroutine find_root_cell(forest, bodies, leaf, fill, centre)
       type(forest_t), intent(in) :: forest
       type(outline_t), intent(in) :: bodies(:)
       integer, intent(in) :: leaf
@@ -135,7 +135,7 @@ contains
       centre = middle_of(forest, leaf)
       if (fill > 0) centre = forest%position(forest%place_of(leaf)) + m(1:)/m(0)
       if (fill < least_part*0.1_dp) fill = 0
-   end subroutine look_into
+   end subroutine find_root_cell
 
    !> Whether all leaves around one are of its size, and no crack cuts them.
    pure logical function is_among_alike(forest, cut_cells, leaf) result(is)
@@ -154,50 +154,50 @@ contains
    end function is_among_alike
 
    !> The leaf beside one of the four sides of a nearly empty one that is fullest, and full enough; 0 for none.
-   pure integer function host_of(forest, cut_cells, fill, centre, leaf) result(host)
+   pure integer function root_cell_of(forest, cut_cells, fill, centre, leaf) result(root_cell)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
       real(dp), intent(in) :: fill(:)
       real(dp), intent(in) :: centre(ndim)       !! of what is in it [m]
       integer, intent(in) :: leaf
       integer :: next, side
-      host = 0
+      root_cell = 0
       do side = 1, size(sides, 2)
          next = neighbour(forest, leaf, sides(:, side))
          if (next == outside) cycle
          if (fill(next) < least_fill) cycle
-         if (host > 0) then
-            if (.not. is_first(-fill(next), -fill(host), distance_to(forest, next, centre), &
-                               distance_to(forest, host, centre))) cycle
+         if (root_cell > 0) then
+            if (.not. is_first(-fill(next), -fill(root_cell), distance_to(forest, next, centre), &
+                               distance_to(forest, root_cell, centre))) cycle
          end if
-         host = next
+         root_cell = next
       end do
-      if (is_across(forest, cut_cells, leaf, host)) host = 0
-   end function host_of
+      if (is_across(forest, cut_cells, leaf, root_cell)) root_cell = 0
+   end function root_cell_of
 
    !> The host of a leaf beside one of the four sides of a nearly empty one, the nearest of them; 0 for none.
-   pure integer function host_of_next(forest, cut_cells, hosts, centre, leaf) result(host)
+   pure integer function root_cell_of_next(forest, cut_cells, root_cells, centre, leaf) result(root_cell)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
-      integer, intent(in) :: hosts(:)
+      integer, intent(in) :: root_cells(:)
       real(dp), intent(in) :: centre(ndim)       !! of what is in it [m]
       integer, intent(in) :: leaf
       integer :: next, side
-      host = 0
+      root_cell = 0
       do side = 1, size(sides, 2)
          next = neighbour(forest, leaf, sides(:, side))
          if (next == outside) cycle
-         if (hosts(next) == 0) cycle
-         if (is_across(forest, cut_cells, leaf, hosts(next))) cycle
-         if (host > 0) then
-            associate (x => middle_of(forest, leaf), other => hosts(next))
-               if (.not. is_first(distance_to(forest, other, x), distance_to(forest, host, x), &
-                                  distance_to(forest, other, centre), distance_to(forest, host, centre))) cycle
+         if (root_cells(next) == 0) cycle
+         if (is_across(forest, cut_cells, leaf, root_cells(next))) cycle
+         if (root_cell > 0) then
+            associate (x => middle_of(forest, leaf), other => root_cells(next))
+               if (.not. is_first(distance_to(forest, other, x), distance_to(forest, root_cell, x), &
+                                  distance_to(forest, other, centre), distance_to(forest, root_cell, centre))) cycle
             end associate
          end if
-         host = hosts(next)
+         root_cell = root_cells(next)
       end do
-   end function host_of_next
+   end function root_cell_of_next
 
    !> Whether one of two comes first: by the first pair of numbers, or by the second where these are the same but for rounding.
    pure logical function is_first(one, other, one_else, other_else)
@@ -241,17 +241,17 @@ contains
    end function middle_of
 
    !> Note a corner of a nearly empty leaf, if all leaves around it are nearly empty or empty, with the nearest of the hosts of these.
-   pure subroutine add_corner(forest, fill, centre, hosts, place, leaf, outer)
+   pure subroutine add_corner(forest, fill, centre, root_cells, place, leaf, aggregated)
       type(forest_t), intent(in) :: forest
       real(dp), intent(in) :: fill(:)
       real(dp), intent(in) :: centre(:, :)       !! of what is in each leaf [m]
-      integer, intent(in) :: hosts(:)
+      integer, intent(in) :: root_cells(:)
       integer(long), intent(in) :: place(ndim)   !! of the corner
       integer, intent(in) :: leaf
-      type(outer_nodes_t), intent(inout) :: outer
+      type(aggregated_nodes_t), intent(inout) :: aggregated
       real(dp) :: middle(ndim), filled
-      integer :: around(corners), c, host, number
-      host = 0
+      integer :: around(corners), c, root_cell, number
+      root_cell = 0
       middle = 0
       filled = 0
       do c = 1, corners
@@ -259,22 +259,22 @@ contains
          if (around(c) == outside) cycle
          if (.not. fill(around(c)) > 0) around(c) = outside
          if (around(c) == outside) cycle
-         if (hosts(around(c)) == 0) return
+         if (root_cells(around(c)) == 0) return
          middle = middle + fill(around(c))*centre(:, around(c))
          filled = filled + fill(around(c))
       end do
       middle = middle/filled
       do c = 1, corners
          if (around(c) == outside) cycle
-         associate (other => hosts(around(c)), x => forest%position(place))
-            if (host > 0) then
-               if (.not. is_first(distance_to(forest, other, x), distance_to(forest, host, x), &
-                                  distance_to(forest, other, middle), distance_to(forest, host, middle))) cycle
+         associate (other => root_cells(around(c)), x => forest%position(place))
+            if (root_cell > 0) then
+               if (.not. is_first(distance_to(forest, other, x), distance_to(forest, root_cell, x), &
+                                  distance_to(forest, other, middle), distance_to(forest, root_cell, middle))) cycle
             end if
-            host = other
+            root_cell = other
          end associate
       end do
-      call outer%places%enter(place, number)
-      outer%host(number) = host
+      call aggregated%places%enter(place, number)
+      aggregated%root_cell(number) = root_cell
    end subroutine add_corner
-end module hampm_outer_nodes
+end module hampm_aggregated_nodes

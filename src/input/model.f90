@@ -1,6 +1,6 @@
 !> What the user asked for: one type for each group of the namelist, after validation, in SI units. What the keys are, and how they
 !> come from the text, is beside these types in the modules of the groups.
-module hampm_scene
+module hampm_model
    use hampm_body_group, only: area_in_box, body_t, hole_t, fill_bodies, fill_holes
    use hampm_load_groups, only: constraint_spec_t, fill_constraints, load_spec_t, fill_loads
    use hampm_kinds, only: dp, ndim
@@ -14,12 +14,12 @@ module hampm_scene
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: scene_t, fill_scene, area_around, path_of, cuts_cells, cracks_cut_cells, mass_acts, mass_used, run_t, &
+   public :: model_t, fill_model, area_around, path_of, cuts_cells, cracks_cut_cells, mass_acts, mass_used, run_t, &
              grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
              damping_t, body_contact_spec_t, method_t, refine_t, path_spec_t, growth_t, energy_release_t, output_t
 
    !> All groups.
-   type :: scene_t
+   type :: model_t
       type(run_t) :: run
       type(grid_spec_t) :: grid
       type(material_spec_t), allocatable :: materials(:) !! of which there are bodies
@@ -41,78 +41,78 @@ module hampm_scene
       character(:), allocatable :: noted         !! what it tells, a line each
    contains
       procedure :: is_half
-   end type scene_t
+   end type model_t
 
 contains
 
    !> Whether its bodies are half of what is meant, with a crack on the symmetry plane.
    pure logical function is_half(self)
-      class(scene_t), intent(in) :: self
+      class(model_t), intent(in) :: self
       is_half = any(self%paths%kind == 'symmetry')
    end function is_half
 
    !> Whether the mass matrix acts: in motion, and where stress is extrapolated by it.
-   pure logical function mass_acts(scene)
-      type(scene_t), intent(in) :: scene
-      mass_acts = scene%method%time /= 'static' .or. scene%energy_release%needs_mass()
+   pure logical function mass_acts(model)
+      type(model_t), intent(in) :: model
+      mass_acts = model%method%time /= 'static' .or. model%energy_release%needs_mass()
    end function mass_acts
 
    !> The mass matrix that a run has: nodes have no more than masses where it does not act.
-   pure function mass_used(scene) result(mass)
-      type(scene_t), intent(in) :: scene
+   pure function mass_used(model) result(mass)
+      type(model_t), intent(in) :: model
       character(:), allocatable :: mass
       mass = 'lumped'
-      if (mass_acts(scene)) mass = trim(scene%method%mass)
+      if (mass_acts(model)) mass = trim(model%method%mass)
    end function mass_used
 
-   !> Fill a scene from what was written and validated.
-   pure subroutine fill_scene(settings, scene)
+   !> Fill a model from what was written and validated.
+   pure subroutine fill_model(settings, model)
       type(settings_t), intent(in) :: settings
-      type(scene_t), intent(inout) :: scene
-      call fill_run(settings, scene%run)
-      call fill_grid(settings, scene%grid)
-      call fill_materials(settings, scene%materials)
-      call fill_bodies(settings, scene%bodies)
-      call fill_holes(settings, scene%bodies, scene%holes)
-      call fill_constraints(settings, scene%constraints)
-      call fill_loads(settings, scene%loads)
-      call fill_damping(settings, scene%damping)
-      call fill_contact(settings, scene%contact)
-      call fill_method(settings, scene%method)
-      call fill_refine(settings, scene%refine)
-      call fill_paths(settings, scene%paths)
-      call fill_cohesive(settings, scene%cohesive)
-      call fill_growth(settings, scene%growth)
-      call fill_energy_release(settings, scene%energy_release)
-      call fill_output(settings, scene%output)
-      call find_materials(scene)
-      call place_lines(scene)
-      call find_growing_paths(scene)
-   end subroutine fill_scene
+      type(model_t), intent(inout) :: model
+      call fill_run(settings, model%run)
+      call fill_grid(settings, model%grid)
+      call fill_materials(settings, model%materials)
+      call fill_bodies(settings, model%bodies)
+      call fill_holes(settings, model%bodies, model%holes)
+      call fill_constraints(settings, model%constraints)
+      call fill_loads(settings, model%loads)
+      call fill_damping(settings, model%damping)
+      call fill_contact(settings, model%contact)
+      call fill_method(settings, model%method)
+      call fill_refine(settings, model%refine)
+      call fill_paths(settings, model%paths)
+      call fill_cohesive(settings, model%cohesive)
+      call fill_growth(settings, model%growth)
+      call fill_energy_release(settings, model%energy_release)
+      call fill_output(settings, model%output)
+      call find_materials(model)
+      call place_lines(model)
+      call find_growing_paths(model)
+   end subroutine fill_model
 
    !> Find the material of each body by its name; 0 where there is none. Materials of which there is no body are left out, and of several that
    !> differ by their names only all bodies are of the first one.
-   pure subroutine find_materials(scene)
-      type(scene_t), intent(inout) :: scene
+   pure subroutine find_materials(model)
+      type(model_t), intent(inout) :: model
       type(material_spec_t), allocatable :: used(:)
-      logical :: is_used(size(scene%materials))
+      logical :: is_used(size(model%materials))
       integer :: i, k
-      do i = 1, size(scene%bodies)
-         scene%bodies(i)%material_index = findloc(scene%materials%name == scene%bodies(i)%material, .true., dim=1, back=.true.)
+      do i = 1, size(model%bodies)
+         model%bodies(i)%material_index = findloc(model%materials%name == model%bodies(i)%material, .true., dim=1, back=.true.)
       end do
-      is_used = [(any(scene%bodies%material_index == k), k=1, size(is_used))]
+      is_used = [(any(model%bodies%material_index == k), k=1, size(is_used))]
       allocate (used(count(is_used)))
       do k = 1, size(is_used)
-         if (is_used(k)) used(count(is_used(:k))) = scene%materials(k)
+         if (is_used(k)) used(count(is_used(:k))) = model%materials(k)
       end do
-      do i = 1, size(scene%bodies)
-         scene%bodies(i)%material_index = count(is_used(:scene%bodies(i)%material_index))
+      do i = 1, size(model%bodies)
+         model%bodies(i)%material_index = count(is_used(:model%bodies(i)%material_index))
       end do
-      call move_alloc(used, scene%materials)
-      do i = 1, size(scene%bodies)
-         associate (index => scene%bodies(i)%material_index)
+      call move_alloc(used, model%materials)
+      do i = 1, size(model%bodies)
+         associate (index => model%bodies(i)%material_index)
             do k = index - 1, 1, -1
-               if (scene%materials(k)%is_the_same_as(scene%materials(index))) index = k
+               if (model%materials(k)%is_the_same_as(model%materials(index))) index = k
             end do
          end associate
       end do
@@ -120,16 +120,16 @@ contains
 
    !> Find the other ends of cracks that are straight to a tip: as far from it as their length or, of those without one or with one that is longer, where
    !> one of the faces ends.
-   pure subroutine place_lines(scene)
-      type(scene_t), intent(inout) :: scene
+   pure subroutine place_lines(model)
+      type(model_t), intent(inout) :: model
       real(dp) :: reach
       integer :: k
-      do k = 1, size(scene%paths)
-         associate (path => scene%paths(k))
+      do k = 1, size(model%paths)
+         associate (path => model%paths(k))
             if (path%key /= 'tip' .or. size(path%points, 2) /= 1) cycle
-            if (.not. (norm2(path%direction) > 0 .and. scene%grid%cell > 0)) cycle
+            if (.not. (norm2(path%direction) > 0 .and. model%grid%cell > 0)) cycle
             path%direction = path%direction/norm2(path%direction)
-            reach = max(way_out(scene, path%points(:, 1), -path%direction), scene%grid%cell)
+            reach = max(way_out(model, path%points(:, 1), -path%direction), model%grid%cell)
             if (path%length > 0) reach = min(reach, path%length)
             path%points = reshape([path%points(:, 1) - reach*path%direction, path%points(:, 1)], [ndim, 2])
          end associate
@@ -137,16 +137,16 @@ contains
    end subroutine place_lines
 
    !> How far it is from a point in a direction to where there is no material at one side of the way, on a symmetry plane at none [m].
-   pure real(dp) function way_out(scene, from, direction) result(way)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function way_out(model, from, direction) result(way)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: from(ndim)         !! [m]
       real(dp), intent(in) :: direction(ndim)    !! unit vector
       integer, parameter :: looks = 8, halvings = 50 ! looks in a cell
       real(dp) :: step, nodes(ndim)
       integer :: k
-      step = scene%grid%cell/looks
+      step = model%grid%cell/looks
       way = 0
-      do k = 1, looks*sum(scene%grid%cells)
+      do k = 1, looks*sum(model%grid%cells)
          if (.not. has_sides(way + step)) exit
          way = way + step
       end do
@@ -154,7 +154,7 @@ contains
          step = step/2
          if (has_sides(way + step)) way = way + step
       end do
-      associate (grid => scene%grid, x => from + way*direction) ! without the rounding of this
+      associate (grid => model%grid, x => from + way*direction) ! without the rounding of this
          nodes = grid%lower + grid%cell*anint((x - grid%lower)/grid%cell)
          if (all(abs(nodes - x) <= position_tolerance(grid%cell, grid%lower, grid%lower + grid%cells*grid%cell))) &
             way = dot_product(nodes - from, direction)
@@ -168,71 +168,71 @@ contains
          real(dp), parameter :: beside = 1e-3_dp, looked_at = 1e-7_dp ! [cells]
          real(dp) :: areas(2)
          integer :: side
-         areas = [(area_around(scene, from + way*direction + side*beside*scene%grid%cell*[-direction(2), direction(1)], &
-                                       looked_at*scene%grid%cell), side=-1, 1, 2)]
-         has_sides = merge(sum(areas), minval(areas), scene%is_half()) >= 2*(looked_at*scene%grid%cell)**2 ! half of it
+         areas = [(area_around(model, from + way*direction + side*beside*model%grid%cell*[-direction(2), direction(1)], &
+                                       looked_at*model%grid%cell), side=-1, 1, 2)]
+         has_sides = merge(sum(areas), minval(areas), model%is_half()) >= 2*(looked_at*model%grid%cell)**2 ! half of it
       end function has_sides
    end function way_out
 
    !> Area of material in the box around a point [m2].
-   pure real(dp) function area_around(scene, x, reach) result(area)
-      type(scene_t), intent(in) :: scene
+   pure real(dp) function area_around(model, x, reach) result(area)
+      type(model_t), intent(in) :: model
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(in) :: reach              !! half of the width of the box [m]
       integer :: i
-      area = sum([(area_in_box(scene%bodies(i), x - reach, x + reach), i=1, size(scene%bodies))])
+      area = sum([(area_in_box(model%bodies(i), x - reach, x + reach), i=1, size(model%bodies))])
    end function area_around
 
    !> Find the crack of each cohesion and growth by its name, or the only one; 0 where there is none.
-   pure subroutine find_growing_paths(scene)
-      type(scene_t), intent(inout) :: scene
+   pure subroutine find_growing_paths(model)
+      type(model_t), intent(inout) :: model
       integer :: i
-      do i = 1, size(scene%cohesive)
-         associate (cohesive => scene%cohesive(i))
-            cohesive%path = path_of(scene, cohesive%crack)
-            if (cohesive%path > 0) scene%paths(cohesive%path)%held_from = cohesive%from
+      do i = 1, size(model%cohesive)
+         associate (cohesive => model%cohesive(i))
+            cohesive%path = path_of(model, cohesive%crack)
+            if (cohesive%path > 0) model%paths(cohesive%path)%held_from = cohesive%from
          end associate
       end do
-      do i = 1, size(scene%growth)
-         scene%growth(i)%path = path_of(scene, scene%growth(i)%crack)
+      do i = 1, size(model%growth)
+         model%growth(i)%path = path_of(model, model%growth(i)%crack)
       end do
-      do i = 1, size(scene%paths)
-         scene%paths(i)%at_nodes = scene%paths(i)%kind == 'symmetry' .or. runs_along_cells(scene, i) .and. &
-                                   .not. (any(scene%growth%path == i) .or. scene%paths(i)%held_from > 0)
+      do i = 1, size(model%paths)
+         model%paths(i)%at_nodes = model%paths(i)%kind == 'symmetry' .or. runs_along_cells(model, i) .and. &
+                                   .not. (any(model%growth%path == i) .or. model%paths(i)%held_from > 0)
       end do
    end subroutine find_growing_paths
 
    !> Number of the crack of a name, or without one of the only crack; 0 where there is none.
-   pure integer function path_of(scene, name)
-      type(scene_t), intent(in) :: scene
+   pure integer function path_of(model, name)
+      type(model_t), intent(in) :: model
       character(*), intent(in) :: name
-      do path_of = size(scene%paths), 1, -1
-         if (merge(size(scene%paths) == 1, scene%paths(path_of)%name == name, name == '')) return
+      do path_of = size(model%paths), 1, -1
+         if (merge(size(model%paths) == 1, model%paths(path_of)%name == name, name == '')) return
       end do
    end function path_of
 
    !> Whether cracks, or edges of bodies that are no rectangles, cut cells.
-   pure logical function cuts_cells(scene)
-      type(scene_t), intent(in) :: scene
+   pure logical function cuts_cells(model)
+      type(model_t), intent(in) :: model
       integer :: k
-      cuts_cells = cracks_cut_cells(scene) .or. any([(scene%bodies(k)%outline%is_there(), k=1, size(scene%bodies))])
+      cuts_cells = cracks_cut_cells(model) .or. any([(model%bodies(k)%outline%is_there(), k=1, size(model%bodies))])
    end function cuts_cells
 
    !> Whether cracks do: all but those along grid lines, with tips at nodes, that stay there.
-   pure logical function cracks_cut_cells(scene) result(cut)
-      type(scene_t), intent(in) :: scene
-      cut = .not. all(scene%paths%at_nodes) .or. any(scene%paths%kind /= 'symmetry') .and. scene%method%frame == 'updated'
+   pure logical function cracks_cut_cells(model) result(cut)
+      type(model_t), intent(in) :: model
+      cut = .not. all(model%paths%at_nodes) .or. any(model%paths%kind /= 'symmetry') .and. model%method%frame == 'updated'
    end function cracks_cut_cells
 
    !> Whether the k-th path is along grid lines and its points are nodes of the lattice; ends at surfaces and beyond need not be. True where that is
    !> not known, as one of them is mistaken.
-   pure logical function runs_along_cells(scene, k) result(along)
-      type(scene_t), intent(in) :: scene
+   pure logical function runs_along_cells(model, k) result(along)
+      type(model_t), intent(in) :: model
       integer, intent(in) :: k
       real(dp) :: tol
       logical :: on_line(ndim)
       integer :: i, n
-      associate (grid => scene%grid, points => scene%paths(k)%points, within => 1e-3_dp*scene%grid%cell)
+      associate (grid => model%grid, points => model%paths(k)%points, within => 1e-3_dp*model%grid%cell)
          n = size(points, 2)
          along = .true.
          if (.not. grid%cell > 0 .or. n < 2) return
@@ -240,10 +240,10 @@ contains
          along = all([(count(abs(points(:, i) - points(:, i - 1)) > tol) == 1, i=2, n)])
          do i = 1, n
             on_line = abs(points(:, i) - grid%lower - grid%cell*anint((points(:, i) - grid%lower)/grid%cell)) <= tol
-            if (any(i == [1, n]) .and. area_around(scene, points(:, i), within) < (2*within)**2 - 4*within*tol) &
+            if (any(i == [1, n]) .and. area_around(model, points(:, i), within) < (2*within)**2 - 4*within*tol) &
                on_line = on_line .or. abs(points(:, i) - points(:, merge(2, n - 1, i == 1))) > tol
             along = along .and. all(on_line)
          end do
       end associate
    end function runs_along_cells
-end module hampm_scene
+end module hampm_model

@@ -1,6 +1,6 @@
 !> How far behind its node the tip of a crack acts among quadratic cells: around a node they resolve the field of a crack that is a
 !> little shorter, the less so the more exactly their particles integrate. docs/quadratic.md has the measurements.
-module hampm_quadratic_setback
+module hampm_quadratic_tip_offset
    use hampm_kinds, only: dp
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
@@ -8,7 +8,7 @@ module hampm_quadratic_setback
    use hampm_quadratic_points, only: fewest_points
    implicit none
    private
-   public :: setback_of_quadratic
+   public :: quadratic_tip_offset
 
    ! In cells at the tip: base + by_stiffness x/(1 + x/stiff), x = lambda/mu of the plane, with three points a direction, and over that with
    ! three, four, five, six, and more
@@ -18,21 +18,21 @@ module hampm_quadratic_setback
 contains
 
    !> The setback in each mode [cells]; 0 where cells are bilinear.
-   pure function setback_of_quadratic(m, tip) result(setback)
+   pure function quadratic_tip_offset(m, tip) result(tip_offset)
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
-      real(dp) :: setback(modes)
+      real(dp) :: tip_offset(modes)
       real(dp) :: x
       integer :: n
-      setback = 0
+      tip_offset = 0
       if (.not. m%grid%is_quadratic()) return
       associate (material => m%materials(tip%material))
          x = 1
          if (material%isotropic) x = material%small_strain_lambda()/material%mu
       end associate
       n = min(max(points_at(m, tip%nodes%tip), fewest_points), ubound(of_points, 1))
-      setback = of_points(n)*(base + by_stiffness*x/(1 + x/stiff))
-   end function setback_of_quadratic
+      tip_offset = of_points(n)*(base + by_stiffness*x/(1 + x/stiff))
+   end function quadratic_tip_offset
 
    !> How many particles the cells at a node have in each direction.
    pure integer function points_at(m, node) result(n)
@@ -49,4 +49,4 @@ contains
          end associate
       end do
    end function points_at
-end module hampm_quadratic_setback
+end module hampm_quadratic_tip_offset

@@ -1,7 +1,7 @@
 !> Any number of elements around a node: elements are doubled by hand, over one square and at the same nodes, and each of their
 !> particles is in one of both, as in a cell that a crack cuts. All that is summed at nodes must be what it is where they are in one
 !> element.
-program test_crowded_nodes
+program test_high_valence_nodes
    use hampm_kinds, only: dp, ndim, corners
    use hampm_constraints, only: constrain_box
    use hampm_failure, only: failure_t
@@ -70,7 +70,7 @@ contains
       call check(status == 0, 'the rows of slots are found')
    end subroutine add_element
 
-   !> Double elements of a scene, and give every other column of their particles to the second one.
+   !> Double elements of a model, and give every other column of their particles to the second one.
    subroutine double_elements(m, elements)
       type(problem_t), intent(inout) :: m
       integer, intent(in) :: elements(:)
@@ -110,7 +110,7 @@ contains
       call double_elements(doubled, [doubled%grid%element_at(place)])
    end subroutine two_bodies
 
-   !> Largest difference of a field of the particles of two scenes, which are in different order.
+   !> Largest difference of a field of the particles of two models, which are in different order.
    pure real(dp) function difference(a, b, field_a, field_b)
       type(problem_t), intent(in) :: a, b
       real(dp), intent(in) :: field_a(:, :), field_b(:, :)
@@ -195,10 +195,11 @@ contains
       mass = sum(plain%particles%mass)
       associate (f => doubled%fields, g => plain%fields)
          associate (dofs => doubled%grid%dofs, count_in => doubled%blocks%count_in)
-            call check(size(doubled%blocks%crowded, 2) == sum([(max(0, count(count_in(dofs%elements_at(node)) > 0) - corners), &
-                                                                node=1, doubled%grid%n_nodes)]), &
+            call check(size(doubled%blocks%high_valence, 2) == sum([(max(0, count(count_in(dofs%elements_at(node)) > 0) &
+                                                                         - corners), &
+                                                                     node=1, doubled%grid%n_nodes)]), &
                        'elements with particles beyond the fourth have no room in the table')
-            call check(size(doubled%blocks%crowded, 2) > 0, 'and there are such elements')
+            call check(size(doubled%blocks%high_valence, 2) > 0, 'and there are such elements')
          end associate
          call check_close(sum(f%mass_matrix%lumped), mass, 1.0e-14_dp*mass, 'the nodes have the mass of the particles')
          call check_close(maxval(abs(sum(f%momentum, dim=2) - matmul(plain%particles%mass, plain%particles%velocity))), 0.0_dp, &
@@ -317,4 +318,4 @@ contains
       end do
       if (failure%failed()) call check(.false., failure%message)
    end subroutine run_coarsely
-end program test_crowded_nodes
+end program test_high_valence_nodes

@@ -1,5 +1,5 @@
 !> When and where something went wrong, for messages.
-module hampm_whereabouts
+module hampm_error_context
    use hampm_kinds, only: dp, ndim, long
    use hampm_grid, only: grid_t
    use hampm_particles, only: particles_t
@@ -42,4 +42,4 @@ contains
       shown = without_rounding(x, maxval(abs(x)))
       text = '('//to_text(shown(1))//', '//to_text(shown(2))//') m'
    end function point
-end module hampm_whereabouts
+end module hampm_error_context

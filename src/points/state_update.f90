@@ -1,27 +1,27 @@
 !> What particles remember, where their law has a history, and by what hoops they resist where they are rings.
-module hampm_remembering
+module hampm_state_update
    use hampm_kinds, only: dp
    use hampm_law, only: most_columns
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: remember, hoop_resistance
+   public :: update_particle_state, hoop_resistance
 
 contains
 
    !> Keep the state of a particle that has been strained in a step `dt`; where its law has no history there is none.
-   pure subroutine remember(material, dt, p, i)
+   pure subroutine update_particle_state(material, dt, p, i)
       type(material_t), intent(in) :: material   !! of the particle
       real(dp), intent(in) :: dt                 !! [s]
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: i                   !! number of the particle
-      real(dp) :: past(most_columns)
+      real(dp) :: state(most_columns)
       if (.not. material%has_history()) return
-      past = p%history_of(i)
-      call material%follow(p%gradient_of(i), dt, past, p%hoop_of(i))
-      p%history(i, :) = past(:p%columns())
-   end subroutine remember
+      state = p%history_of(i)
+      call material%update_state(p%gradient_of(i), dt, state, p%hoop_of(i))
+      p%history(i, :) = state(:p%columns())
+   end subroutine update_particle_state
 
    !> P_33/R of a particle of axisymmetric material [Pa/m]: times its volume and a shape function a force on the node along the radius, inward.
    pure real(dp) function hoop_resistance(material, p, i) result(stress)
@@ -30,4 +30,4 @@ contains
       integer, intent(in) :: i
       stress = material%hoop_stress(p%gradient_of(i), p%history_of(i), p%hoop_of(i))/p%reference(i, 1)
    end function hoop_resistance
-end module hampm_remembering
+end module hampm_state_update

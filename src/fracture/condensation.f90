@@ -1,7 +1,7 @@
 !> What it takes to close a crack at rest: by how much the faces at pairs of nodes part by forces there, and the work that brings
 !> together again what the loads have parted. That work, over the area, is what the energy release rate has been while the crack
 !> grew there. So its change with the length of the crack is known too, from one mesh and one crack.
-module hampm_closing
+module hampm_condensation
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t, face_nodes, upper, lower
    use hampm_crack_tip_field, only: modes
@@ -10,7 +10,7 @@ module hampm_closing
    use hampm_stiffness, only: stiffness_t
    implicit none
    private
-   public :: closing_t, new_closing
+   public :: condensation_t, new_condensation
 
    !> A relative motion of the faces at a pair of nodes: the upper one moves along an axis and the lower one against it. On a
    !> symmetry plane there is one node.
@@ -22,50 +22,50 @@ module hampm_closing
    end type parting_t
 
    !> The partings at some pairs, and what unit forces on each of them do.
-   type :: closing_t
+   type :: condensation_t
       type(parting_t), allocatable :: parting(:)
       real(dp), allocatable :: moved(:, :, :)    !! displacement by a unit force on each [m/N], (ndim, n_points, partings)
       real(dp), allocatable, private :: compliance(:, :) !! parting of each by a unit force on each other [m/N]
       real(dp), allocatable, private :: parted(:)        !! by the loads [m]
    contains
       procedure :: close_pairs
-   end type closing_t
+   end type condensation_t
 
 contains
 
    !> Find what closes the pairs that are so many cells behind each of some tips, numbered as they are given; `found` tells how many
    !> of them are there, one after the other.
-   subroutine new_closing(m, rest, tips, cells, u, closing, found)
+   subroutine new_condensation(m, rest, tips, cells, u, condensation, found)
       type(problem_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: rest
       type(crack_tip_t), intent(in) :: tips(:)
       integer, intent(in) :: cells(:)            !! by tip
       real(dp), intent(in) :: u(:, :)            !! displacement by the loads [m], (ndim, n_points)
-      type(closing_t), intent(out) :: closing
+      type(condensation_t), intent(out) :: condensation
       integer, intent(out) :: found
       real(dp), allocatable :: force(:, :), moved(:, :)
       integer :: k, i
-      allocate (closing%parting(0), force(ndim, m%grid%n_points))
+      allocate (condensation%parting(0), force(ndim, m%grid%n_points))
       do found = 0, size(cells) - 1
-         k = size(closing%parting)
-         call add_pair(m, tips(found + 1), cells(found + 1), found + 1, u, closing%parting)
-         if (size(closing%parting) == k) exit
+         k = size(condensation%parting)
+         call add_pair(m, tips(found + 1), cells(found + 1), found + 1, u, condensation%parting)
+         if (size(condensation%parting) == k) exit
       end do
-      associate (n => size(closing%parting))
-         allocate (closing%moved(ndim, m%grid%n_points, n), closing%compliance(n, n), closing%parted(n))
+      associate (n => size(condensation%parting))
+         allocate (condensation%moved(ndim, m%grid%n_points, n), condensation%compliance(n, n), condensation%parted(n))
          do k = 1, n
             force = 0
-            associate (at => closing%parting(k))
+            associate (at => condensation%parting(k))
                if (at%node(upper) > 0) force(:, at%node(upper)) = at%axis
                if (at%node(lower) > 0) force(:, at%node(lower)) = -at%axis
             end associate
             call rest%solve(m, force, moved)
-            closing%moved(:, :, k) = moved
-            closing%compliance(:, k) = [(parting_by(closing%parting(i), moved), i=1, n)]
-            closing%parted(k) = parting_by(closing%parting(k), u)
+            condensation%moved(:, :, k) = moved
+            condensation%compliance(:, k) = [(parting_by(condensation%parting(i), moved), i=1, n)]
+            condensation%parted(k) = parting_by(condensation%parting(k), u)
          end do
       end associate
-   end subroutine new_closing
+   end subroutine new_condensation
 
    !> Add the partings of the pair that is so many cells behind a tip, if it is there. Of quadratic cells the pair half a cell nearer to the tip
    !> goes with it: both together close a cell. Faces that press on each other are closed: what they overlap by is that of the layer between them.
@@ -111,7 +111,7 @@ contains
    !> Close some pairs: the forces on all partings that do it [N], 0 on those of other pairs and on those that are held together
    !> anyway, and their work by mode [J].
    subroutine close_pairs(self, places, force, work)
-      class(closing_t), intent(in) :: self
+      class(condensation_t), intent(in) :: self
       integer, intent(in) :: places(:)           !! the pairs, by their numbers
       real(dp), intent(out) :: force(:), work(modes)
       integer, allocatable :: chosen(:)
@@ -133,4 +133,4 @@ contains
          end associate
       end do
    end subroutine close_pairs
-end module hampm_closing
+end module hampm_condensation

@@ -4,23 +4,23 @@
 !> on its way there is its kinetic energy and the energy of the deformation that is missing: where r is what is out of balance,
 !> internal force and loads together, the way to rest is K^-1 r, and its energy r . K^-1 r/2. So a run that is damped so much that
 !> it hardly moves is seen to be far from rest all the same.
-module hampm_rest
+module hampm_static_equilibrium
    use hampm_kinds, only: dp, ndim
    use hampm_problem, only: problem_t, refresh_grid, update_particles, stored_energy, kinetic_energy
    use hampm_nodal_state, only: unbalanced_force
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads
    implicit none
    private
-   public :: find_distance_from_rest, find_lowest_frequency, time_to_rest
+   public :: find_distance_to_equilibrium, find_lowest_frequency, time_to_equilibrium
 
    !> Unknowns of the largest stiffness that is factorised for this: a few seconds and 1 GB; and where nobody asks for rest: a
    !> few MB; and to propose how to come to rest: a second and 0.2 GB.
    integer, parameter :: most_unknowns = 500000, most_unasked = 10000, most_proposed = 100000
    integer, parameter :: turns = 4               !! of inverse iteration, at most
-   real(dp), parameter :: settled = 1e-3_dp      !! relative change of the frequency at which it ends
+   real(dp), parameter :: converged = 1e-3_dp    !! relative change of the frequency at which it ends
 
    !> Critically damped, (1 + t w) exp(-t w) of a mode is left: a ten-thousandth after this many 1/w.
-   real(dp), parameter :: radians_to_rest = 12.0_dp
+   real(dp), parameter :: radians_to_equilibrium = 12.0_dp
 
 contains
 
@@ -28,13 +28,13 @@ contains
    !> which is |u + w|**2 K/2 with w the way: E - f . w + r . w/2, f being the internal forces. It is that of displacements,
    !> relative; G, J and the energies are off by about twice as much, K by as much. Where no load is left at the end the strain
    !> energy at rest is none, and a part of the present one stands for it. Negative where it is not known: nothing is strained, the
-   !> scene is too large, or memory does not suffice.
-   subroutine find_distance_from_rest(m, distance)
+   !> model is too large, or memory does not suffice.
+   subroutine find_distance_to_equilibrium(m, distance)
       type(problem_t), intent(inout) :: m
       real(dp), intent(out) :: distance
       type(stiffness_t) :: k
       real(dp), parameter :: least = 1e-6_dp     ! of the present strain energy
-      real(dp), allocatable :: force(:, :), internal(:, :), way(:, :)
+      real(dp), allocatable :: force(:, :), internal(:, :), du(:, :)
       real(dp) :: stored, missing
       logical :: done
       distance = -1
@@ -45,17 +45,17 @@ contains
       call unbalanced_force(m, force, internal)
       call new_stiffness(m, merge(most_unknowns, most_unasked, m%damping_rate > 0), k, done)
       if (done) then
-         call k%solve(m, force, way)
-         missing = sum(force*way)/2
+         call k%solve(m, force, du)
+         missing = sum(force*du)/2
          distance = sqrt((kinetic_energy(m) + max(0.0_dp, missing)) &
-                         /max(least*stored, stored - sum(internal*way) + missing))
+                         /max(least*stored, stored - sum(internal*du) + missing))
          if (.not. distance <= huge(distance)) distance = -1
       end if
       call k%release()
-   end subroutine find_distance_from_rest
+   end subroutine find_distance_to_equilibrium
 
    !> The lowest angular frequency that the loads excite [1/s], by inverse iteration from where the material would rest under them.
-   !> 0 where it is not known: the loads move a body as a whole or nothing at all, there is neither load nor motion, or the scene is
+   !> 0 where it is not known: the loads move a body as a whole or nothing at all, there is neither load nor motion, or the model is
    !> too large.
    !>
    !> A few turns only: the deflection by the loads is near the mode that is sought. A translation that nothing resists, of which
@@ -91,7 +91,7 @@ contains
             call take_out_translation(m, mass, y)
             square = sum(mass*x*y)/sum(mass*y**2) - k%point
             x = y
-            if (abs(square - last) <= settled*square) exit
+            if (abs(square - last) <= converged*square) exit
             last = square
          end do
          if (square > 100*k%point) frequency = sqrt(square)
@@ -113,8 +113,8 @@ contains
 
    !> How long it takes until a ten-thousandth of the lowest mode is left, where it is damped critically, with a rate of twice its
    !> angular frequency [s].
-   pure real(dp) function time_to_rest(frequency) result(time)
+   pure real(dp) function time_to_equilibrium(frequency) result(time)
       real(dp), intent(in) :: frequency          !! [1/s]
-      time = radians_to_rest/frequency
-   end function time_to_rest
-end module hampm_rest
+      time = radians_to_equilibrium/frequency
+   end function time_to_equilibrium
+end module hampm_static_equilibrium

@@ -1,9 +1,9 @@
 !> Cracks that grow in motion. A tip goes on within a cell that is cut already, step by step, and bonds let go behind it
-!> (`hampm_bond_release`). Its way is planned to a little beyond the next cell, or some cells ahead where it does not turn by itself; there
+!> (`hampm_nodal_release`). Its way is planned to a little beyond the next cell, or some cells ahead where it does not turn by itself; there
 !> cells are cut anew, at the angle that the mix of modes asks for.
-module hampm_growth_in_motion
+module hampm_dynamic_growth
    use hampm_kinds, only: dp, ndim
-   use hampm_bond_release, only: let_go_behind, let_go_beyond, way_at, soften_released, foremost_released
+   use hampm_nodal_release, only: fail_behind, fail_beyond, release_distance, soften_released, foremost_released
    use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_crack_tip_field, only: effective_modulus
@@ -11,16 +11,16 @@ module hampm_growth_in_motion
    use hampm_interface_points, only: interface_energy
    use hampm_forest, only: forest_t, outside
    use hampm_growing, only: growing_t, part_of_crack
-   use hampm_growth_room, only: follow_in_scene, room_for, why_no_room
+   use hampm_growth_room, only: update_model_path, room_for, why_no_room
    use hampm_kinks, only: kink_angle, hoop_intensity, is_opened
    use hampm_crack_groups, only: growth_t
    use hampm_problem, only: problem_t
    use hampm_moving_tip, only: rayleigh_speed
-   use hampm_scene, only: scene_t
+   use hampm_model, only: model_t
    use hampm_text, only: to_text, three_digits
    implicit none
    private
-   public :: plan_ways, move_tips, has_to_look, start_tips, note_look, book_rate
+   public :: plan_ways, move_tips, must_check, start_tips, note_check, book_rate
 
    !> The way by which a plan goes into the next cell, which is cut then, in cells.
    real(dp), parameter :: into_next = 1e-3_dp
@@ -48,21 +48,21 @@ module hampm_growth_in_motion
 contains
 
    !> Before a step: plan the ways of tips that have come to the end of what is planned. `have_planned` tells whether cells have to be cut.
-   subroutine plan_ways(growing, scene, m, cracks, dt, have_planned, said)
+   subroutine plan_ways(growing, model, m, cracks, dt, have_planned, message)
       type(growing_t), intent(inout) :: growing
-      type(scene_t), intent(inout) :: scene      !! its paths follow the cracks
+      type(model_t), intent(inout) :: model      !! its paths follow the cracks
       type(problem_t), intent(in) :: m
       type(cracks_t), intent(inout) :: cracks
       real(dp), intent(in) :: dt                 !! of the step [s]
       logical, intent(out) :: have_planned
-      character(:), allocatable, intent(inout) :: said
+      character(:), allocatable, intent(inout) :: message
       logical :: is_planned
       integer :: k, law
       have_planned = .false.
       do k = 1, size(cracks%tips)
-         law = growing%law_at(scene, cracks, k, m%state%time, dt)
+         law = growing%law_at(model, cracks, k, m%state%time, dt)
          if (law == 0 .or. growing%has_no_room(k)) cycle
-         associate (of => scene%growth(law), tip => cracks%tips(k))
+         associate (of => model%growth(law), tip => cracks%tips(k))
             if (of%turns() .and. growing%law(k) /= law .and. growing%law(k) > 0) call cracks%forget_way(k)
             growing%law(k) = law
             if (of%law == 'toughness') then
@@ -73,25 +73,25 @@ contains
                   if (foremost_released(m%interfaces, k) < tip%grown + cracks%crack(tip%crack)%bonded(tip%end) &
                       - growing%reserve(k)) cycle
                end if
-            else if (growing%given_way(scene, cracks, k, m%state%time, dt) <= cracks%crack(tip%crack)%bonded(tip%end)) then
+            else if (growing%given_way(model, cracks, k, m%state%time, dt) <= cracks%crack(tip%crack)%bonded(tip%end)) then
                cycle
             end if
-            call plan(growing, scene, m, cracks, k, of, is_planned, said)
+            call plan(growing, model, m, cracks, k, of, is_planned, message)
             have_planned = have_planned .or. is_planned
          end associate
       end do
    end subroutine plan_ways
 
    !> Plan the way of a tip to a little beyond the next cell, unless it would come too near to something.
-   subroutine plan(growing, scene, m, cracks, k, of, is_planned, said)
+   subroutine plan(growing, model, m, cracks, k, of, is_planned, message)
       type(growing_t), intent(inout) :: growing
-      type(scene_t), intent(inout) :: scene
+      type(model_t), intent(inout) :: model
       type(problem_t), intent(in) :: m
       type(cracks_t), intent(inout) :: cracks
       integer, intent(in) :: k
       type(growth_t), intent(in) :: of
       logical, intent(out) :: is_planned
-      character(:), allocatable, intent(inout) :: said
+      character(:), allocatable, intent(inout) :: message
       real(dp), allocatable :: before(:, :)
       real(dp) :: from(ndim), to(ndim), direction(ndim), bonded, room, angle
       integer :: cells, next
@@ -112,21 +112,21 @@ contains
                from = to
                direction = growing%to_next_point(k, of%points, from, direction)
             end do
-            room = room_for(scene, tip%crack, to)
-            if (room >= least_radius(scene)*(1 - 1e-9_dp)) exit
+            room = room_for(model, tip%crack, to)
+            if (room >= least_radius(model)*(1 - 1e-9_dp)) exit
             cracks%crack(tip%crack)%bonded(tip%end) = bonded
             call cracks%put_back(k, before)
          end do
-         if (room < least_radius(scene)*(1 - 1e-9_dp)) then
+         if (room < least_radius(model)*(1 - 1e-9_dp)) then
             growing%has_no_room(k) = .true.      ! the tip stops where its way ends
-            if (.not. bonded > 0) call growing%stop_tip(k, why_it_stops(scene, cracks, k), said)
+            if (.not. bonded > 0) call growing%stop_tip(k, why_it_stops(model, cracks, k), message)
             return
          end if
          growing%reserve(k) = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to + m%grid%forest%tolerance()*tip%into_half()))
          if (abs(angle) > growing%strong_turn) growing%last_turn(k) = tip%grown
          growing%room(k) = room
-         call growing%fit_radii(k, least_radius(scene), tip)
-         call follow_in_scene(scene, cracks, tip%crack)
+         call growing%fit_radii(k, least_radius(model), tip)
+         call update_model_path(model, cracks, tip%crack)
       end associate
       is_planned = .true.
    end subroutine plan
@@ -208,46 +208,46 @@ contains
 
    !> Let tips move in a step, and the bonds behind them go: after a step that is explicit, before one that is implicit, at whose end all is
    !> in balance with them.
-   subroutine move_tips(growing, scene, m, cracks, time, dt, said)
+   subroutine move_tips(growing, model, m, cracks, time, dt, message)
       type(growing_t), intent(inout) :: growing
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(problem_t), intent(inout) :: m
       type(cracks_t), intent(inout) :: cracks
       real(dp), intent(in) :: time               !! at its start [s]
       real(dp), intent(in) :: dt                 !! its length [s]
-      character(:), allocatable, intent(inout) :: said
+      character(:), allocatable, intent(inout) :: message
       real(dp) :: way, taken, most(size(cracks%tips)), before
       integer :: k, law
       before = interface_energy(m%interfaces) + m%energies%fracture_energy
-      most = most_ways(growing, scene, cracks, time, dt)
+      most = most_ways(growing, model, cracks, time, dt)
       do k = 1, size(cracks%tips)
-         law = growing%law_at(scene, cracks, k, time, dt)
+         law = growing%law_at(model, cracks, k, time, dt)
          if (law > 0) growing%law(k) = law
          if (growing%law(k) == 0) cycle
-         associate (of => scene%growth(growing%law(k)), tip => cracks%tips(k))
+         associate (of => model%growth(growing%law(k)), tip => cracks%tips(k))
             taken = 0
             if (of%law == 'prescribed') then
-               way = min(growing%given_way(scene, cracks, k, time, dt), most(k))
+               way = min(growing%given_way(model, cracks, k, time, dt), most(k))
                call cracks%move_tip(k, way)
                tip%speed = way/dt
                growing%faded(k) = merge(0.0_dp, growing%faded(k) + of%speed*dt, way > 0)
-               call let_go_behind(m%interfaces, k, tip%grown, growing%faded(k), taken)
+               call fail_behind(m%interfaces, k, tip%grown, growing%faded(k), taken)
             else if (growing%is_running(k) .and. growing%is_paced) then
                call try_way(growing, m, cracks, k, dt, most(k), taken)
             else if (growing%is_running(k)) then
-               call move_by_toughness(growing, of, m, cracks, k, dt, most(k), taken, said)
+               call move_by_toughness(growing, of, m, cracks, k, dt, most(k), taken, message)
             end if
             m%energies%fracture_energy = m%energies%fracture_energy + taken
          end associate
       end do
       do k = 1, size(cracks%tips)
-         law = growing%law_at(scene, cracks, k, time, dt)
+         law = growing%law_at(model, cracks, k, time, dt)
          if (law == 0) cycle
-         associate (of => scene%growth(law), crack => cracks%crack(cracks%tips(k)%crack))
+         associate (of => model%growth(law), crack => cracks%crack(cracks%tips(k)%crack))
             if (of%max_length > 0 .and. crack%length() >= of%max_length*(1 - 1e-9_dp)) then
-               call growing%stop_tip(k, 'the crack has its max_length', said)
+               call growing%stop_tip(k, 'the crack has its max_length', message)
             else if (growing%has_no_room(k) .and. .not. crack%bonded(cracks%tips(k)%end) > 0) then
-               call growing%stop_tip(k, why_it_stops(scene, cracks, k), said)
+               call growing%stop_tip(k, why_it_stops(model, cracks, k), message)
             end if
          end associate
       end do
@@ -257,9 +257,9 @@ contains
 
    !> How far each tip may move in a step [m]: as far as its way is planned. What is left of the max_length of a crack its tips share in proportion
    !> to what they are about to go, where that is more than half of it: none of them comes first.
-   function most_ways(growing, scene, cracks, time, dt) result(most)
+   function most_ways(growing, model, cracks, time, dt) result(most)
       type(growing_t), intent(in) :: growing
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       real(dp), intent(in) :: time, dt           !! [s]
       real(dp), dimension(size(cracks%tips)) :: most, way
@@ -268,16 +268,16 @@ contains
       most = 0
       way = merge(growing%way, growing%speed*dt, growing%is_paced)
       do k = 1, size(most)
-         law(k) = growing%law_at(scene, cracks, k, time, dt)
+         law(k) = growing%law_at(model, cracks, k, time, dt)
          if (law(k) == 0) cycle
          most(k) = cracks%crack(cracks%tips(k)%crack)%bonded(cracks%tips(k)%end)
-         if (scene%growth(law(k))%law == 'prescribed') way(k) = growing%given_way(scene, cracks, k, time, dt)
+         if (model%growth(law(k))%law == 'prescribed') way(k) = growing%given_way(model, cracks, k, time, dt)
       end do
       way = min(way, most)
       do k = 1, size(most)
          if (law(k) == 0) cycle
-         if (.not. scene%growth(law(k))%max_length > 0) cycle
-         left = max(0.0_dp, scene%growth(law(k))%max_length - cracks%crack(cracks%tips(k)%crack)%length())
+         if (.not. model%growth(law(k))%max_length > 0) cycle
+         left = max(0.0_dp, model%growth(law(k))%max_length - cracks%crack(cracks%tips(k)%crack)%length())
          of_all = sum(way, mask=cracks%tips%crack == cracks%tips(k)%crack)
          if (2*of_all > left) left = left*(way(k)/of_all)
          most(k) = min(most(k), left)
@@ -287,7 +287,7 @@ contains
    !> Let a tip move as its toughness lets it: at the speed v at which the bonds that have let go take toughness(v) for its way. That is below
    !> limit_speed, at which it would take a toughness beyond all bounds, and it goes no faster than waves of Rayleigh: what bonds that let
    !> go faster leave it to do is owed.
-   subroutine move_by_toughness(growing, of, m, cracks, k, dt, most, taken, said)
+   subroutine move_by_toughness(growing, of, m, cracks, k, dt, most, taken, message)
       type(growing_t), intent(inout) :: growing
       type(growth_t), intent(in) :: of
       type(problem_t), intent(inout) :: m
@@ -296,19 +296,19 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: most               !! that it may move [m]
       real(dp), intent(out) :: taken             !! energy that bonds which let go had stored [J]
-      character(:), allocatable, intent(inout) :: said
+      character(:), allocatable, intent(inout) :: message
       real(dp) :: low, high, fastest, of_step, overload, released
       logical :: has_parted
       integer :: i
       associate (tip => cracks%tips(k), material => m%materials(cracks%tips(k)%material))
          taken = 0
          if (most > 0) then
-            call let_go_beyond(m%interfaces, k, strength*sqrt(effective_modulus(material)*of%toughness_at(growing%speed(k))), &
-                               tip%grown + zone*tip%nodes%spacing, taken, overload)
+            call fail_beyond(m%interfaces, k, strength*sqrt(effective_modulus(material)*of%toughness_at(growing%speed(k))), &
+                             tip%grown + zone*tip%nodes%spacing, taken, overload)
             if (overload > too_much) call growing%note_tip(k, 'is in cells that are too coarse for its toughness: '// &
                to_text(zone)//' cells ahead of it and more the material bears '//three_digits(overload)//' times the '// &
                'traction at which its bonds let go. Its speed and fracture_energy may be off; take cells of '// &
-               three_digits(tip%nodes%spacing/overload**2)//' m there', said)
+               three_digits(tip%nodes%spacing/overload**2)//' m there', message)
          end if
          fastest = rayleigh_speed(material)
          if (of%limit_speed > 0) fastest = min(fastest, of%limit_speed)
@@ -319,14 +319,14 @@ contains
          do i = 1, digits(low)
             if (.not. low < high) exit
             associate (speed => (low + high)/2)
-               if (new_speed(way_at(m%interfaces, k, part_of_crack(tip)*of%toughness_at(speed))) > speed) then
+               if (new_speed(release_distance(m%interfaces, k, part_of_crack(tip)*of%toughness_at(speed))) > speed) then
                   low = speed
                else
                   high = speed
                end if
             end associate
          end do
-         released = way_at(m%interfaces, k, part_of_crack(tip)*of%toughness_at(low))
+         released = release_distance(m%interfaces, k, part_of_crack(tip)*of%toughness_at(low))
          call soften_released(m%interfaces, k, part_of_crack(tip)*of%toughness_at(low), has_parted)
          growing%has_parted(k) = growing%has_parted(k) .or. has_parted
          growing%speed(k) = new_speed(released)
@@ -367,13 +367,13 @@ contains
          call cracks%move_tip(k, way)
          growing%speed(k) = way/dt
          tip%speed = growing%speed(k)
-         call let_go_behind(m%interfaces, k, tip%grown, 0.0_dp, taken)
+         call fail_behind(m%interfaces, k, tip%grown, 0.0_dp, taken)
       end associate
    end subroutine try_way
 
    !> Why a tip stops at the end of its way. Where a surface is ahead of it the body is all but in two.
-   function why_it_stops(scene, cracks, k) result(why)
-      type(scene_t), intent(in) :: scene
+   function why_it_stops(model, cracks, k) result(why)
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: k                   !! its number
       character(:), allocatable :: why
@@ -381,10 +381,10 @@ contains
       real(dp) :: ahead
       integer :: step
       associate (tip => cracks%tips(k))
-         why = 'a cell further '//why_no_room(scene, tip%place + least_radius(scene)/2*tip%axis(:, 1))
+         why = 'a cell further '//why_no_room(model, tip%place + least_radius(model)/2*tip%axis(:, 1))
          do step = 1, steps
-            ahead = 4*step*least_radius(scene)/steps
-            if (body_at(scene, tip%place + ahead*tip%axis(:, 1)) > 0) cycle
+            ahead = 4*step*least_radius(model)/steps
+            if (body_at(model, tip%place + ahead*tip%axis(:, 1)) > 0) cycle
             why = why//'. There are '//three_digits(ahead)//' m of material ahead of it: a real specimen would be in two here, '// &
                   'this one is held together by these, and results from now on mean little'
             return
@@ -393,27 +393,27 @@ contains
    end function why_it_stops
 
    !> Whether G and K have to be measured before the next step, as they decide on whether or where a tip goes.
-   logical function has_to_look(growing, scene, m, cracks)
+   logical function must_check(growing, model, m, cracks)
       type(growing_t), intent(in) :: growing
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: m
       type(cracks_t), intent(in) :: cracks
       integer :: k, law
-      has_to_look = .false.
+      must_check = .false.
       if (growing%is_paced) return               ! they are looked at after each step
       if (mod(m%state%steps, int(steps_between_looks, kind(m%state%steps))) /= 0) return
       do k = 1, size(cracks%tips)
-         law = growing%law_at(scene, cracks, k, m%state%time)
+         law = growing%law_at(model, cracks, k, m%state%time)
          if (law == 0) cycle
-         associate (of => scene%growth(law))
-            if (of%law == 'toughness' .and. .not. growing%is_running(k)) has_to_look = .true.
-            if (of%turns()) has_to_look = .true.
+         associate (of => model%growth(law))
+            if (of%law == 'toughness' .and. .not. growing%is_running(k)) must_check = .true.
+            if (of%turns()) must_check = .true.
          end associate
       end do
-   end function has_to_look
+   end function must_check
 
    !> Note K of tips for their direction.
-   subroutine note_look(growing, cracks, values)
+   subroutine note_check(growing, cracks, values)
       type(growing_t), intent(inout) :: growing
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
@@ -427,22 +427,22 @@ contains
             growing%sum_of_k(:, k) = values(k)%intensity
          end if
       end do
-   end subroutine note_look
+   end subroutine note_check
 
    !> Let tips start whose loading has reached the toughness: by `hoop_stress` the stress intensity factor of the largest hoop stress, else G.
-   subroutine start_tips(growing, scene, m, cracks, values)
+   subroutine start_tips(growing, model, m, cracks, values)
       type(growing_t), intent(inout) :: growing
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: m
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
       real(dp) :: rate
       integer :: k, law
       do k = 1, size(cracks%tips)
-         law = growing%law_at(scene, cracks, k, m%state%time)
+         law = growing%law_at(model, cracks, k, m%state%time)
          growing%excess(k) = -1                  ! a tip that may not grow rests
          if (law == 0) cycle
-         associate (of => scene%growth(law), modulus => effective_modulus(m%materials(cracks%tips(k)%material)))
+         associate (of => model%growth(law), modulus => effective_modulus(m%materials(cracks%tips(k)%material)))
             if (of%law /= 'toughness' .or. growing%is_running(k) .and. .not. growing%is_paced) cycle
             if (of%direction == 'hoop_stress') then
                rate = max(hoop_intensity(values(k)%intensity), 0.0_dp)**2/modulus
@@ -461,9 +461,9 @@ contains
    end subroutine start_tips
 
    !> Book the integral of G over the new area, by the mean of G before and now.
-   subroutine book_rate(growing, scene, cracks, values)
+   subroutine book_rate(growing, model, cracks, values)
       type(growing_t), intent(inout) :: growing
-      type(scene_t), intent(in) :: scene
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
       real(dp) :: rate, middle(ndim)
@@ -471,10 +471,10 @@ contains
       do k = 1, size(values)
          rate = best_rate(values(k), cracks%tips(k))
          middle = cracks%tips(k)%now - (cracks%tips(k)%grown - growing%booked(k))/2*cracks%tips(k)%direction
-         growing%integral = growing%integral + part_of_crack(cracks%tips(k))*scene%run%thickness%at(middle) &
+         growing%integral = growing%integral + part_of_crack(cracks%tips(k))*model%run%thickness%at(middle) &
                             *(cracks%tips(k)%grown - growing%booked(k))*(growing%rate(k) + rate)/2
          growing%rate(k) = rate
          growing%booked(k) = cracks%tips(k)%grown
       end do
    end subroutine book_rate
-end module hampm_growth_in_motion
+end module hampm_dynamic_growth

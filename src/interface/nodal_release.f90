@@ -8,19 +8,19 @@
 !>
 !> The work of these forces is what the new faces take: the fracture term of the energy balance. In a step it is that of the force that acts in it, on the way of the mean of the velocities
 !> before and after.
-module hampm_bond_release
+module hampm_nodal_release
    use hampm_kinds, only: dp, ndim
    use hampm_interface_points, only: interfaces_t, interface_point_t, along, force_of, energy_of
    use hampm_interface_placement, only: release_length
    implicit none
    private
-   public :: let_go_behind, let_go_beyond, way_at, soften_released, work_of_release, foremost_released
+   public :: fail_behind, fail_beyond, release_distance, soften_released, work_of_release, foremost_released
 
 contains
 
    !> Let the bonds go that a tip has passed; the force of those that have fades with its way and, once it has come to rest, goes on doing so.
    !> `taken` is the energy that they had stored.
-   pure subroutine let_go_behind(interfaces, tip, way, further, taken)
+   pure subroutine fail_behind(interfaces, tip, way, further, taken)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: tip                 !! its number
       real(dp), intent(in) :: way                !! that it has moved so far [m]
@@ -30,15 +30,16 @@ contains
       taken = 0
       do k = 1, interfaces%n
          if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%way > way) cycle
-         if (.not. interfaces%list(k)%lets_go) call let_go(interfaces%list(k), k <= interfaces%n_at_end, taken)
-         interfaces%list(k)%kept = min(interfaces%list(k)%kept, max(0.0_dp, 1 - (way + further - interfaces%list(k)%way) &
-                                                                /(release_length*interfaces%list(k)%cell)))
+         if (.not. interfaces%list(k)%is_failing) call start_failure(interfaces%list(k), k <= interfaces%n_at_end, taken)
+         interfaces%list(k)%fraction_left = min(interfaces%list(k)%fraction_left, &
+                                                max(0.0_dp, 1 - (way + further - interfaces%list(k)%way) &
+                                                                                  /(release_length*interfaces%list(k)%cell)))
       end do
-   end subroutine let_go_behind
+   end subroutine fail_behind
 
    !> Let the bonds of a tip go whose traction is beyond a strength, up to a way of the tip. `taken` is the energy that they had stored. Beyond
    !> that way bonds hold: the tip has to come near first. `overload` is the largest traction over the strength of those.
-   pure subroutine let_go_beyond(interfaces, tip, strength, last, taken, overload)
+   pure subroutine fail_beyond(interfaces, tip, strength, last, taken, overload)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: tip                 !! its number
       real(dp), intent(in) :: strength           !! times the root of the size of the cell [Pa sqrt(m)]
@@ -50,7 +51,7 @@ contains
       taken = 0
       overload = 0
       do k = 1, interfaces%n
-         if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%lets_go) cycle
+         if (interfaces%list(k)%tip /= tip .or. interfaces%list(k)%is_failing) cycle
          force = force_of(as_felt(interfaces%list(k), k <= interfaces%n_at_end))
          across = dot_product(force, interfaces%list(k)%normal)
          force = force - min(across, 0.0_dp)*interfaces%list(k)%normal
@@ -59,22 +60,22 @@ contains
          if (interfaces%list(k)%way > last) then
             overload = max(overload, traction)
          else if (traction > 1) then
-            call let_go(interfaces%list(k), k <= interfaces%n_at_end, taken)
+            call start_failure(interfaces%list(k), k <= interfaces%n_at_end, taken)
          end if
       end do
-   end subroutine let_go_beyond
+   end subroutine fail_beyond
 
    !> A bond with the opening that had the force of the last step: that which it has oscillates about it.
-   pure function as_felt(point, at_end) result(bond)
+   pure function as_felt(point, at_end) result(cohesive_point)
       type(interface_point_t), intent(in) :: point
       logical, intent(in) :: at_end              !! whether it feels what a step changes
-      type(interface_point_t) :: bond
-      bond = point
-      if (at_end) bond%opening = point%felt
+      type(interface_point_t) :: cohesive_point
+      cohesive_point = point
+      if (at_end) cohesive_point%opening = point%felt
    end function as_felt
 
    !> Let a bond go.
-   pure subroutine let_go(point, at_end, taken)
+   pure subroutine start_failure(point, at_end, taken)
       type(interface_point_t), intent(inout) :: point
       logical, intent(in) :: at_end              !! whether it feels what a step changes
       real(dp), intent(inout) :: taken           !! [J]
@@ -94,44 +95,45 @@ contains
       point%held = force
       point%start = point%opening
       point%reached = 0
-      point%lets_go = .true.
+      point%is_failing = .true.
       point%stored = stored - energy_of(point)
       taken = taken + point%stored
-   end subroutine let_go
+   end subroutine start_failure
 
    !> Length of crack for which the bonds of a tip that have let go would take a toughness now, by how they have opened since the step before [m]:
    !> a bond that keeps a part of its force has taken 1 less the square of this part.
-   pure real(dp) function way_at(interfaces, tip, toughness) result(way)
+   pure real(dp) function release_distance(interfaces, tip, toughness) result(way)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: tip                 !! its number
       real(dp), intent(in) :: toughness          !! [J/m2]
       integer :: k
       way = 0
       do k = 1, interfaces%n
-         if (interfaces%list(k)%tip /= tip .or. .not. interfaces%list(k)%lets_go) cycle
+         if (interfaces%list(k)%tip /= tip .or. .not. interfaces%list(k)%is_failing) cycle
          associate (point => interfaces%list(k))
-            way = way + point%length*(point%kept**2 - kept_at(point, interfaces%thickness%at(point%place)*toughness)**2)
+            way = way + point%length*(point%fraction_left**2 - fraction_at(point, interfaces%thickness%at(point%place)* &
+                                                                           toughness)**2)
          end associate
       end do
-   end function way_at
+   end function release_distance
 
    !> Part of its force that a bond keeps now.
-   pure real(dp) function kept_at(point, toughness) result(kept)
+   pure real(dp) function fraction_at(point, toughness) result(fraction_left)
       type(interface_point_t), intent(in) :: point
       real(dp), intent(in) :: toughness          !! times the thickness [J/m]
       real(dp) :: further, all
-      kept = point%kept
-      if (.not. kept > 0) return
+      fraction_left = point%fraction_left
+      if (.not. fraction_left > 0) return
       associate (held => norm2(point%held))
          all = 2*(toughness*point%length - point%stored)
          if (.not. (held > 0 .and. all > 0)) then
-            kept = 0
+            fraction_left = 0
             return
          end if
          further = opening_along(point) - point%reached
-         if (further > 0) kept = max(0.0_dp, kept - held*further/all)
+         if (further > 0) fraction_left = max(0.0_dp, fraction_left - held*further/all)
       end associate
-   end function kept_at
+   end function fraction_at
 
    !> How far a bond has opened along its force since it has let go [m].
    pure real(dp) function opening_along(point) result(opening)
@@ -150,10 +152,10 @@ contains
       has_parted = .false.
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%tip /= tip .or. .not. point%lets_go) cycle
-            point%kept = kept_at(point, interfaces%thickness%at(point%place)*toughness)
+            if (point%tip /= tip .or. .not. point%is_failing) cycle
+            point%fraction_left = fraction_at(point, interfaces%thickness%at(point%place)*toughness)
             if (norm2(point%held) > 0) point%reached = max(point%reached, opening_along(point))
-            has_parted = has_parted .or. .not. point%kept > 0
+            has_parted = has_parted .or. .not. point%fraction_left > 0
          end associate
       end do
    end subroutine soften_released
@@ -169,9 +171,9 @@ contains
       integer :: k, j
       work = 0
       do k = 1, interfaces%n
-         if (.not. interfaces%list(k)%lets_go) cycle
-         force = fading_force(interfaces%list(k))
-         if (present(start)) force = fading_force(start%list(k))
+         if (.not. interfaces%list(k)%is_failing) cycle
+         force = failing_force(interfaces%list(k))
+         if (present(start)) force = failing_force(start%list(k))
          if (.not. any(abs(force) > 0)) cycle
          way = 0
          do j = 1, count(interfaces%list(k)%node > 0)
@@ -184,12 +186,12 @@ contains
    end function work_of_release
 
    !> What is left of the force of a bond that has let go, without that of faces that touch; the whole force of one that has not [N].
-   pure function fading_force(point) result(force)
+   pure function failing_force(point) result(force)
       type(interface_point_t), intent(in) :: point
       real(dp) :: force(ndim)
       force = force_of(point)
-      if (point%lets_go) force = point%kept*point%held
-   end function fading_force
+      if (point%is_failing) force = point%fraction_left*point%held
+   end function failing_force
 
    !> Way of a tip to the foremost bond that has let go [m]; 0 where none has.
    pure real(dp) function foremost_released(interfaces, tip) result(way)
@@ -199,8 +201,8 @@ contains
       way = 0
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%tip == tip .and. point%lets_go) way = max(way, point%way + point%length/2)
+            if (point%tip == tip .and. point%is_failing) way = max(way, point%way + point%length/2)
          end associate
       end do
    end function foremost_released
-end module hampm_bond_release
+end module hampm_nodal_release
