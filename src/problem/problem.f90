@@ -15,7 +15,7 @@ module hampm_problem
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_matter, only: matter_t
-   use hampm_state_update, only: remember
+   use hampm_state_update, only: update_particle_state
    use hampm_mass_matrix, only: lump_at
    use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble
    use hampm_particle_pass, only: pass_report_t, pass_over_all
@@ -226,10 +226,10 @@ contains
       if (.not. any(m%materials%has_history())) return
       do i = 1, m%particles%n
          associate (material => m%materials(m%particles%material(i)))
-            call remember(material, material%elapsed, m%particles, i)
+            call update_particle_state(material, material%time_increment, m%particles, i)
          end associate
       end do
-      m%materials%elapsed = 0
+      m%materials%time_increment = 0
    end subroutine archive_history
 
    !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.

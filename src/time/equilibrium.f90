@@ -280,8 +280,8 @@ contains
       type(problem_t), intent(inout) :: m
       integer :: k
       associate (u => m%state%displacement)
-         where (m%constraints%fixed .and. .not. m%constraints%supported) u(:, &
-                                                                           :m%grid%n_nodes) = m%constraints%prescribed_at(m%state%time)
+         where (m%constraints%fixed .and. .not. m%constraints%supported) &
+            u(:, :m%grid%n_nodes) = m%constraints%prescribed_at(m%state%time)
          call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, u)
          m%particles%displacement = 0
          m%particles%gradient = 0
