@@ -23,6 +23,15 @@ def dcb(samples=1201, end=1.2e-3, factor=1.0):
     }
 
 
+ENERGIES = {"strain_energy": 0.0, "damping_loss": 0.0, "external_work": 0.0, "numerical_loss": 0.0}
+
+
+def complete(**changes):
+    """Columns of a run that reports may be made of; energies are constant."""
+    columns = dcb(samples=101)
+    return columns | {"kinetic_energy": np.ones(101)} | {name: np.full(101, value) for name, value in (ENERGIES | changes).items()}
+
+
 def write_result(path, columns=None, g_ref=G_REF, beam=BEAM, distance=None):
     """Write a result file; an attribute of /history, distance_from_rest among them, is left out where it is None."""
     with h5py.File(path, "w") as file:

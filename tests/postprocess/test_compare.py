@@ -149,11 +149,6 @@ def test_a_crack_that_one_file_has_is_named(tmp_path, script):
     assert result.returncode == 1 and "path of crack 2" in result.stdout and "missing in A" in result.stdout
 
 
-def test_paths_need_snapshots_of_cracks(tmp_path, script, dcb_file):
-    result = script("compare.py", dcb_file, dcb_file, "--paths", 1e-6)
-    assert result.returncode == 2 and "holds no snapshots" in result.stderr
-
-
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_values_that_are_not_finite_differ_whatever_the_tolerance(against, value):
     opening = dcb()["crack_opening"].copy()
@@ -170,17 +165,3 @@ def test_exact_sees_the_last_bit_and_the_type(against):
     assert result.returncode == 1 and rows["crack_opening"].endswith("DIFFERS")
     result, rows = against(changed("step", dcb()["step"].astype(np.int64)), "--exact")
     assert result.returncode == 1 and rows["step"].endswith("A is int32, B is int64")
-
-
-@pytest.mark.parametrize("options, words", [
-    (["--columns", "none"], "no column 'none'"), (["--tolerance", "none=1"], "no column 'none'"),
-    (["--tolerance", "step"], "not NAME=RTOL"), (["--rtol", "-1"], "not a number >= 0"),
-    (["--ignore", "*"], "nothing is left"), (["--exact", "--interpolate"], "exclude each other")])
-def test_senseless_requests_exit_with_2(against, options, words):
-    result, _ = against(dcb(), *options)
-    assert result.returncode == 2 and words in result.stderr
-
-
-def test_unreadable_files_exit_with_4(script, dcb_file, tmp_path):
-    result = script("compare.py", dcb_file, tmp_path / "none.h5")
-    assert result.returncode == 4 and "none.h5: no such file" in result.stderr

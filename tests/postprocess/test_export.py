@@ -42,14 +42,6 @@ def test_names_and_attributes(script, dcb_file):
     assert float(beam) == BEAM / G_REF
 
 
-@pytest.mark.parametrize("arguments, code, words", [
-    (["--columns", "none"], 2, "no column 'none'"), (["--attribute", "none"], 2, "it has G_beam_on_foundation, G_ref"),
-    (["--output", "/nowhere/at/all"], 4, "cannot be written")])
-def test_mistakes_are_named(script, dcb_file, arguments, code, words):
-    result = script("export.py", dcb_file, *arguments)
-    assert result.returncode == code and words in result.stderr
-
-
 def test_a_reader_that_stops_early_is_no_failure(dcb_file):
     command = f"'{sys.executable}' '{SCRIPTS}/export.py' '{dcb_file}' | head -1"
     result = subprocess.run(["sh", "-c", command], capture_output=True, text=True)

@@ -1,43 +1,16 @@
 """Pictures of the mesh and animations: what they show, that they are written, that mistakes are named."""
 
-import shutil
 
 import h5py
-import matplotlib.image
 import numpy as np
 import pytest
 from PIL import Image
 
 import animate
 import particle_pictures
-import pictures
 import plot_mesh
 from frames import Block, Frames, Scene
 from paths import ROOT
-from synthetic import write_result
-
-
-@pytest.fixture(autouse=True)
-def closed_figures():
-    """Drop the figures that a test has made."""
-    yield
-    plot_mesh.plt.close("all")
-
-
-def test_picture_stands_beside_the_first_file(program, refined_result, tmp_path):
-    file = shutil.copy(refined_result, tmp_path / "a.h5")
-    result = program("plot_mesh.py", file, file, "--dpi", 90)
-    picture = tmp_path / "a_mesh.png"
-    assert (result.returncode, result.stdout.strip(), result.stderr) == (0, str(picture), "")
-    pixels = matplotlib.image.imread(picture)
-    assert pixels.shape[1] > 600 and len(np.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)) > 50
-
-
-@pytest.mark.parametrize("suffix, start", [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])
-def test_format_follows_the_suffix(script, refined_result, tmp_path, suffix, start):
-    picture = tmp_path / f"mesh.{suffix}"
-    assert script("plot_mesh.py", refined_result, "-o", picture, "--time", 1e-4, "--window", 20).returncode == 0
-    assert picture.read_bytes().startswith(start)
 
 
 def figure_of(file, *arguments):
@@ -98,25 +71,12 @@ def test_cracks_in_any_direction_are_lines_with_their_tips(slanted_crack):
     np.testing.assert_allclose(axes.lines[2].get_xydata()[1], [-np.hypot(1.9, 1.6), 0], atol=1e-12)
 
 
-def test_where_a_line_runs_through_squares():
-    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
-    turned = np.array([[0, -1], [1, 0], [0, 1], [-1, 0.0]])
-    np.testing.assert_allclose(plot_mesh.chords(np.array([square, square - [2, 0.25], turned, turned + [0, 0.5]])),
-                               [[0, 1], [-2, -1], [-1, 1], [-0.5, 0.5]])
-
-
 def test_each_tip_is_in_the_middle_in_the_coordinates_of_the_scene(refined_result, vertical_crack):
     files = [str(refined_result), str(vertical_crack)]
     figure = plot_mesh.draw([Frames(file) for file in files], plot_mesh.parse([*files, "--window", "3", "--axes", "scene"]))
     limits = [(panel.get_xlim(), panel.get_ylim()) for panel in figure.axes[2:]]
     np.testing.assert_allclose(limits, [[(47, 53), (-3, 3)], [(7, 13), (2, 8)]])
     assert figure.axes[0].get_ylim() == figure.axes[1].get_ylim()
-
-
-def test_title_names_time_and_levels(refined_result):
-    title = figure_of(refined_result, "--snapshot", "0", "--window", "9").axes[0].get_title()
-    assert title.endswith("$t$ = 0 ms\ncells of level 0: 8")
-    assert ", 2: " in figure_of(refined_result, "--window", "30").axes[0].get_title()
 
 
 def test_runs_without_indicator_show_the_mesh_alone(refined_result, snapshot_result):
@@ -148,13 +108,6 @@ def test_fields_that_colour_the_particles(script, refined_result, tmp_path, fiel
     assert result.returncode == 0, result.stderr
 
 
-def test_columns_share_the_axis_of_r(refined_result, snapshot_result):
-    files = [str(refined_result), str(snapshot_result)]
-    figure = plot_mesh.draw([Frames(file) for file in files], plot_mesh.parse([*files, "--window", "60"]))
-    left, right = figure.axes[:2]
-    assert left.get_ylim() == right.get_ylim() and left.get_ylim()[1] >= max(left.lines[0].get_ydata())
-
-
 def film_of(file, *arguments):
     film = animate.Film(Frames(file), animate.parse([str(file), *arguments]))
     film.show(3)
@@ -178,10 +131,6 @@ def test_shear_of_the_mirror_image_has_the_other_sign(refined_result):
     values = film_of(refined_result, "--field", "stress_xy").canvas.squares.get_array()
     half = len(values) // 2
     assert np.any(values) and np.array_equal(values[half:], -values[:half])
-
-
-def test_default_scale_is_a_round_number():
-    assert [pictures.round_off(value) for value in (1.0, 4.9, 7e3, 0.3)] == [1, 2, 5e3, pytest.approx(0.2)]
 
 
 class Still:
@@ -228,43 +177,11 @@ def face_gap(file, scale):
     return np.linalg.norm(left - right, axis=1).max()
 
 
-def test_the_picture_says_the_scale(refined_result):
-    for scale, words in (("1", "displacements × 1"), ("1000", "displacements × 1 000")):
-        assert film_of(refined_result, "--scale", scale).title.get_text().endswith(words)
-
-
 def test_snapshots_are_counted_on_a_terminal(script, refined_result, tmp_path, monkeypatch):
     arguments = ["animate.py", refined_result, "--dpi", 30, "-o", tmp_path / "a.gif"]
     assert script(*arguments).stderr == ""
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     assert [text for text in script(*arguments).stderr.split("\r")][-1] == "snapshot 4 of 4\n"
-
-
-def broken(tmp_path, kind, refined_result):
-    path = tmp_path / f"{kind}.h5"
-    if kind == "text":
-        path.write_text("not HDF5")
-    elif kind == "no_namelist":
-        h5py.File(path, "w").close()
-    elif kind == "no_snapshots":
-        write_result(path)
-    elif kind == "no_points":
-        shutil.copy(refined_result, path)
-        with h5py.File(path, "a") as file:
-            del file["VTKHDF/mesh/Points"], file["VTKHDF/particles/Points"]
-    return path
-
-
-@pytest.mark.parametrize("name", ["plot_mesh.py", "animate.py"])
-@pytest.mark.parametrize("kind, code, words", [
-    ("missing", 4, "no such file"), ("text", 4, "cannot be read as HDF5"), ("no_namelist", 4, "not a result file"),
-    ("no_snapshots", 2, "snapshot_interval"), ("no_points", 2, "is missing")])
-def test_files_that_cannot_be_drawn(script, tmp_path, refined_result, name, kind, code, words):
-    path = broken(tmp_path, kind, refined_result)
-    result = script(name, path)
-    assert result.returncode == code
-    assert words in result.stderr and str(path) in result.stderr and len(result.stderr.splitlines()) == 1
-    assert not list(tmp_path.glob("*.png")) and not list(tmp_path.glob("*.gif"))
 
 
 def test_scene_without_a_crack(script, hampm, tmp_path):
@@ -276,24 +193,3 @@ def test_scene_without_a_crack(script, hampm, tmp_path):
     assert script("animate.py", tmp_path / "bar.h5", "--dpi", 40).returncode == 0
     result = script("animate.py", tmp_path / "bar.h5", "--window", 5)
     assert result.returncode == 2 and "has no crack" in result.stderr
-
-
-@pytest.mark.parametrize("name, arguments, code, words", [
-    ("plot_mesh.py", ["--snapshot", "4"], 2, "there are 4, counted from 0"),
-    ("plot_mesh.py", ["--window", "0"], 2, "not a positive number"),
-    ("plot_mesh.py", ["--snapshot", "1", "--time", "0"], 2, "not allowed with"),
-    ("plot_mesh.py", ["-o", "mesh.doc"], 2, "does not end in .png"),
-    ("plot_mesh.py", ["-o", "/nowhere/at/all.png"], 4, "cannot be written"),
-    ("animate.py", ["--field", "colour"], 2, "they have id, body"), ("animate.py", ["-o", "a.mp4"], 2, "end in .gif"),
-    ("animate.py", ["-o", "/nowhere/at/all.gif"], 4, "cannot be written")])
-def test_requests_that_cannot_be_met(script, refined_result, name, arguments, code, words):
-    result = script(name, refined_result, *arguments)
-    assert result.returncode == code and words in result.stderr
-
-
-@pytest.mark.parametrize("name, option", [("plot_mesh.py", "--window"), ("animate.py", "--scale")])
-def test_help_and_errors_of_the_programs(script, name, option):
-    result = script(name, "--help")
-    assert result.returncode == 0 and option in result.stdout
-    result = script(name, "none.h5")
-    assert (result.returncode, result.stderr) == (4, f"{name}: none.h5: no such file\n")

@@ -1,13 +1,11 @@
 """Pictures of the energy over time: what is booked and what is not, how the balance closes, mistakes named."""
 
-import h5py
-import matplotlib.image
 import numpy as np
 import pytest
 
 import plot_energy
 from history import History
-from synthetic import dcb, write_result
+from synthetic import write_result
 
 T = np.linspace(0, 1e-3, 101)
 KINETIC, STRAIN, DAMPED = 1 + np.cos(2e4 * T), 0.5 * (1 - np.cos(2e4 * T)), 1e3 * T
@@ -57,33 +55,3 @@ def test_curves_and_areas_in_the_units_asked_for(tmp_path):
     stacked = plot_energy.draw([found], plot_energy.parse([file, "--stacked"])).axes[0]
     assert len(stacked.collections) == 4 and len(stacked.lines) == 1
     plot_energy.plt.close("all")
-
-
-def test_picture_stands_beside_the_first_file(program, tmp_path):
-    file = write_result(tmp_path / "a.h5", energies())
-    result = program("plot_energy.py", file, file, "--dpi", 60, "--title", "Energy")
-    picture = tmp_path / "a_energy.png"
-    assert (result.returncode, result.stdout.strip(), result.stderr) == (0, str(picture), "")
-    pixels = matplotlib.image.imread(picture)
-    assert len(np.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)) > 50
-
-
-def broken(tmp_path, kind):
-    path = tmp_path / f"{kind}.h5"
-    if kind == "no_history":
-        h5py.File(path, "w").close()
-    elif kind == "no_energies":
-        write_result(path, dcb())
-    elif kind == "empty":
-        write_result(path, {name: values[:0] for name, values in energies().items()})
-    return path
-
-
-@pytest.mark.parametrize("kind, code, words", [
-    ("missing", 4, "no such file"), ("no_history", 4, "no group /history"), ("no_energies", 2, "no column 'strain_energy'"),
-    ("empty", 2, "no samples")])
-def test_files_that_cannot_be_drawn(script, tmp_path, kind, code, words):
-    path = broken(tmp_path, kind)
-    result = script("plot_energy.py", path)
-    assert result.returncode == code and words in result.stderr and str(path) in result.stderr
-    assert not list(tmp_path.glob("*.png"))

@@ -4,7 +4,6 @@ import shutil
 from types import SimpleNamespace
 
 import h5py
-import matplotlib.image
 import numpy as np
 import pytest
 
@@ -13,31 +12,14 @@ from frames import Block, Frames, Scene
 from history import ResultError
 from particle_fields import ParticleField
 from particle_pictures import DECADES, colours
-from synthetic import write_result
 
 MATERIAL = "&material\n   name = 'a'\n   law = 'linear_elastic'\n   poisson = 0.25\n/\n"
 RUBBER = "&material\n   name = 'b'\n   law = 'neo_hookean'\n   poisson = 0.4\n/\n"
 
 
-@pytest.fixture(autouse=True)
-def closed_figures():
-    """Drop the figures that a test has made."""
-    yield
-    plot_field.plt.close("all")
-
-
 def figure_of(files, *arguments):
     options = plot_field.parse([*map(str, files), *arguments])
     return plot_field.draw([Frames(file) for file in files], options)
-
-
-def test_picture_stands_beside_the_first_file(program, refined_result, tmp_path):
-    file = shutil.copy(refined_result, tmp_path / "a.h5")
-    result = program("plot_field.py", file, "--field", "stress_yy", "--dpi", 60)
-    picture = tmp_path / "a_stress_yy.png"
-    assert (result.returncode, result.stdout.strip(), result.stderr) == (0, str(picture), "")
-    pixels = matplotlib.image.imread(picture)
-    assert len(np.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)) > 50
 
 
 def test_a_panel_for_each_file_and_time_and_one_scale_of_colours(refined_result, snapshot_result):
@@ -62,12 +44,6 @@ def test_squares_stand_at_the_particles_and_have_their_values(refined_result):
     values, stress = axes.collections[0].get_array(), particles.point_fields["stress_xx"]
     np.testing.assert_allclose(values[:n] / values[0], stress / stress[0])
     np.testing.assert_array_equal(values[n:], values[:n])
-
-
-def test_squares_have_the_size_asked_for(refined_result):
-    whole, half = (figure_of([refined_result], "--size", size).axes[0].collections[0].get_paths() for size in ("1", "0.5"))
-    sides = [[np.ptp(path.vertices[:, 0]) for path in paths] for paths in (whole, half)]
-    np.testing.assert_allclose(sides[1], np.array(sides[0]) / 2)
 
 
 def test_a_model_of_both_halves_is_not_mirrored(refined_result, tmp_path):
@@ -159,11 +135,6 @@ def area(outline):
     return abs(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1])) / 2
 
 
-def test_a_tip_that_is_not_there(script, slanted_crack):
-    result = script("plot_field.py", slanted_crack, "--tip", 4)
-    assert result.returncode == 2 and "has no crack tip 4" in result.stderr
-
-
 def test_each_window_is_around_its_tip(vertical_crack, refined_result):
     *panels, _ = figure_of([vertical_crack, refined_result], "--axes", "scene", "--window", "4").axes
     assert [(axes.get_xlim(), axes.get_ylim()) for axes in panels] == [((6, 14), (1, 9)), ((46, 54), (-4, 4))]
@@ -210,18 +181,3 @@ def test_colours_are_symmetric_about_zero_for_fields_with_a_sign():
     assert colours(field, np.array([0, 2e3]))[2:] == (1e-3, "kPa", "max") and colours(field, np.zeros(3)).norm.vmax > 0
     norm = colours(field_of("energy_density", "stress"), np.array([0, 1e-9, 1.0, 1.0]), log=True).norm
     assert norm.vmax / norm.vmin == pytest.approx(10**DECADES)
-
-
-@pytest.mark.parametrize("arguments, code, words", [
-    (["--field", "stress_xx", "--log"], 2, "has values below zero"), (["--field", "colour"], 2, "they have id, body"),
-    (["--snapshot", "4"], 2, "there are 4, counted from 0"), (["--window", "0"], 2, "not a positive number"),
-    (["-o", "field.doc"], 2, "does not end in .png"), (["-o", "/nowhere/at/all.png"], 4, "cannot be written")])
-def test_requests_that_cannot_be_met(script, refined_result, arguments, code, words):
-    result = script("plot_field.py", refined_result, *arguments)
-    assert result.returncode == code and words in result.stderr
-
-
-def test_files_without_snapshots(script, tmp_path):
-    result = script("plot_field.py", write_result(tmp_path / "a.h5"))
-    assert result.returncode == 2 and "snapshot_interval" in result.stderr
-    assert script("plot_field.py", tmp_path / "none.h5").returncode == 4

@@ -28,18 +28,6 @@ def share(pixels, colour):
     return np.mean(np.all(np.abs(pixels - matplotlib.colors.to_rgb(colour)) < 0.02, axis=2))
 
 
-def test_a_picture_may_have_fewer_points(script, dcb_file):
-    assert script("plot_g.py", dcb_file, "--dpi", 50).returncode == 0
-    assert matplotlib.image.imread(dcb_file.with_name("dcb_G.png")).shape[1] == 315
-
-
-@pytest.mark.parametrize("suffix, start", [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml")])
-def test_format_follows_the_suffix(script, dcb_file, suffix, start):
-    picture = dcb_file.with_name(f"g.{suffix}")
-    assert script("plot_g.py", dcb_file, "--output", picture).returncode == 0
-    assert picture.read_bytes().startswith(start)
-
-
 def test_labels_name_files_estimators_lines_and_units(script, dcb_file, tmp_path):
     (tmp_path / "other").mkdir()
     other = write_result(tmp_path / "other" / "dcb.h5")
@@ -141,58 +129,3 @@ def test_errors_are_bands_and_no_curves(tmp_path):
     heights = [y for x, y in band.get_paths()[0].vertices if abs(x - 0.6) < 1e-9]
     np.testing.assert_allclose(sorted(heights), [middle - 0.2, middle + 0.2])
     assert not drawn([file]).axes[0].collections
-
-
-def test_other_columns_need_no_reference_value(script, tmp_path):
-    path = write_result(tmp_path / "bar.h5", g_ref=None)
-    result = script("plot_g.py", path, "--column", "crack_opening", "--label", "opening / m", "--output", tmp_path / "a.svg")
-    assert result.returncode == 0 and "opening / m" in (tmp_path / "a.svg").read_text()
-
-
-def test_six_curves_have_six_colours(tmp_path):
-    files = [str(write_result(tmp_path / f"{name}.h5")) for name in "abc"]
-    axes = plot_g.draw([History(file) for file in files], plot_g.parse(files)).axes[0]
-    assert len({line.get_color() for line in axes.lines[:6]}) == 6
-    assert len(axes.lines) == 7  # and one line for the beam that all share
-
-
-def broken(tmp_path, kind):
-    path = tmp_path / f"{kind}.h5"
-    if kind == "text":
-        path.write_text("not HDF5")
-    elif kind == "no_history":
-        h5py.File(path, "w").close()
-    elif kind == "empty":
-        write_result(path, {name: values[:0] for name, values in dcb().items()})
-    return path
-
-
-@pytest.mark.parametrize("kind, code, words", [
-    ("missing", 4, "no such file"), ("text", 4, "cannot be read as HDF5"), ("no_history", 4, "no group /history"),
-    ("empty", 2, "no samples")])
-def test_files_that_cannot_be_drawn(script, tmp_path, kind, code, words):
-    path = broken(tmp_path, kind)
-    result = script("plot_g.py", path)
-    assert result.returncode == code
-    assert words in result.stderr and str(path) in result.stderr and len(result.stderr.splitlines()) == 1
-    assert not list(tmp_path.glob("*.png"))
-
-
-@pytest.mark.parametrize("arguments, code, words", [
-    (["--estimator", "nodal"], 2, "it has G_nodal_force_I"), (["--lowpass", "-1"], 2, "not a positive number"),
-    (["--output", "g.doc"], 2, "does not end in .png"), (["--output", "/nowhere/at/all.png"], 4, "cannot be written"),
-    (["--dpi", "0"], 2, "not a positive number"), (["--column", "K_I"], 2, "no column 'K_I'"), (["--scale", "2"], 2, "need --column"),
-    (["--column", "G_*", "--converged", "1.3"], 2, "--column draws other columns"),
-    (["--reference", "/nowhere.csv"], 4, "/nowhere.csv"), (["--reference", __file__], 4, "not rows of time")])
-def test_requests_that_cannot_be_met(script, dcb_file, arguments, code, words):
-    result = script("plot_g.py", dcb_file, *arguments)
-    assert result.returncode == code and words in result.stderr
-
-
-@pytest.mark.parametrize("name, option", [
-    ("plot_g.py", "--estimator"), ("export.py", "--columns"), ("compare.py", "--rtol")])
-def test_help_and_errors_of_the_programs(script, name, option):
-    result = script(name, "--help")
-    assert result.returncode == 0 and option in result.stdout
-    result = script(name, *["none.h5"] * (2 if name == "compare.py" else 1))
-    assert (result.returncode, result.stderr) == (4, f"{name}: none.h5: no such file\n")

@@ -14,13 +14,6 @@ from history import History
 from points import read_points
 
 
-@pytest.fixture(autouse=True)
-def closed_figures():
-    """Drop the figures that a test has made."""
-    yield
-    plot_path.plt.close("all")
-
-
 def figure_of(files, *arguments):
     options = plot_path.parse([*map(str, files), *arguments])
     measured = [(path, read_points(path, options.columns)) for path in options.measured]
@@ -134,20 +127,6 @@ def test_measured_points_that_are_none(script, grown_crack, tmp_path, kind):
     (tmp_path / "m.csv").write_text(text)
     result = script("plot_path.py", grown_crack, "--measured", tmp_path / "m.csv", "-o", tmp_path / "p.png")
     assert result.returncode == code and words in result.stderr and result.stderr.count("\n") == 1
-
-
-@pytest.mark.parametrize("arguments, code, words", [
-    (["--measured", "none.csv"], 4, "cannot be read"), (["--columns", "1"], 2, "is not two numbers of columns"), (["--columns", "a,b"], 2, "invalid"),
-    (["--snapshot", "9"], 2, "counted from 0"), (["-o", "/nowhere/p.png"], 4, "cannot be written")])
-def test_requests_that_cannot_be_met(script, grown_crack, arguments, code, words):
-    result = script("plot_path.py", grown_crack, *arguments)
-    assert result.returncode == code and words in result.stderr
-
-
-def test_runs_in_which_nothing_grows(script, slanted_crack):
-    for name, arguments in [("plot_path.py", []), ("plot_g.py", ["--growth"])]:
-        result = script(name, slanted_crack, *arguments)
-        assert result.returncode == 2 and "no crack grows in this run" in result.stderr and result.stderr.count("\n") == 1
 
 
 def test_columns_of_growth_that_are_spoilt(script, grown_crack, tmp_path):

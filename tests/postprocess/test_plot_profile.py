@@ -9,13 +9,6 @@ import plot_profile
 from frames import Frames
 
 
-@pytest.fixture(autouse=True)
-def closed_figures():
-    """Drop the figures that a test has made."""
-    yield
-    plot_profile.plt.close("all")
-
-
 def options_of(file, *arguments):
     return plot_profile.parse([str(file), *map(str, arguments)])
 
@@ -111,19 +104,3 @@ def test_a_curve_for_each_time_and_rows_of_values(script, snapshot_result):
     rows = list(csv.DictReader(result.stdout.splitlines()))
     assert len(rows) == 80 and {row["file"] for row in rows} == {"dcb"}
     assert all(float(row["value"]) == 0 for row in rows[:40]) and float(rows[40]["time"]) == pytest.approx(2e-4)
-
-
-def test_picture_stands_where_asked(program, snapshot_result, tmp_path):
-    result = program("plot_profile.py", snapshot_result, "--field", "stress_yy", "--at", 0, "-o", tmp_path / "a.png")
-    assert (result.returncode, result.stdout, result.stderr) == (0, f"{tmp_path / 'a.png'}\n", "")
-    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.parametrize("arguments, code, words", [
-    (["--field", "heat"], 2, "have no field 'heat'; they have id, body"),
-    (["--field", "heat", "--nodes"], 2, "the nodes have no field 'heat'; they have mass, velocity_x, velocity_y"),
-    (["--field", "speed", "--at", "1"], 2, "nothing to show on this line"),
-    (["--field", "speed", "--reference", "/nowhere.csv", "-o", "a.png"], 4, "/nowhere.csv")])
-def test_requests_that_cannot_be_met(script, snapshot_result, arguments, code, words):
-    result = script("plot_profile.py", snapshot_result, *arguments)
-    assert result.returncode == code and words in result.stderr

@@ -79,9 +79,3 @@ def test_mistakes_are_named(script, tmp_path, text, arguments, code, words):
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
     result = script("plot_work_precision.py", path, *arguments)
     assert result.returncode == code and words in result.stderr and not list(tmp_path.glob("*.png"))
-
-
-@pytest.mark.parametrize("name", ["plot_work_precision.py", "plot_energy.py", "plot_field.py"])
-def test_a_missing_file_is_one_line(script, name):
-    result = script(name, "none.h5")
-    assert result.returncode == 4 and result.stderr.startswith(f"{name}: none.h5: ") and len(result.stderr.splitlines()) == 1

@@ -8,16 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from synthetic import G_REF, dcb, write_result
-
-ENERGIES = {"strain_energy": 0.0, "damping_loss": 0.0, "external_work": 0.0, "numerical_loss": 0.0}
-
-
-def complete(**changes):
-    """Columns of a run that reports may be made of; energies are constant."""
-    columns = dcb(samples=101)
-    return columns | {"kinetic_energy": np.ones(101)} | {name: np.full(101, value) for name, value in (ENERGIES | changes).items()}
-
+from synthetic import G_REF, complete, write_result
 
 def set_scene(path, text):
     with h5py.File(path, "a") as file:
@@ -97,18 +88,3 @@ def test_a_run_that_is_to_come_to_rest_and_does_not_is_named(script, tmp_path, r
     assert result.returncode == code and (f"{path}: not at rest" in result.stderr) == told
     text = unescape((tmp_path / "a_report.html").read_text())
     assert ("Not at rest: the last values differ" in text) == (rate != "0.0") and "distance from rest, relative" in text
-
-
-def test_default_name_and_no_display(program, tmp_path):
-    path = write_result(tmp_path / "a.h5", complete())
-    result = program("report.py", path)
-    assert (result.returncode, result.stdout.strip(), result.stderr) == (0, str(tmp_path / "a_report.html"), "")
-
-
-@pytest.mark.parametrize("arguments, code, words", [
-    (["none.h5"], 4, "no such file"), (["-o", "a.pdf"], 2, "does not end in .html"), (["-o", "/nowhere/a.html"], 4, "cannot be written"),
-    (["--dpi", "0"], 2, "not a positive number"), (["--help"], 0, "")])
-def test_mistakes_are_named(script, tmp_path, arguments, code, words):
-    path = write_result(tmp_path / "a.h5", complete())
-    result = script("report.py", path, *arguments, *["--dpi", 20][: 2 * ("/nowhere/a.html" in arguments)])
-    assert result.returncode == code and words in result.stderr and ("--title" in result.stdout) == (code == 0)

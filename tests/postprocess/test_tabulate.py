@@ -3,9 +3,7 @@
 import csv
 
 import numpy as np
-import pytest
 
-from history import USAGE
 from synthetic import G_REF, dcb, write_result
 
 
@@ -31,13 +29,6 @@ def test_other_columns_are_given_as_they_are(script, tmp_path):
 def test_a_column_that_a_file_lacks_is_a_dash(script, tmp_path, dcb_file):
     result = script("tabulate.py", write_result(tmp_path / "a.h5", settled(1.0)), dcb_file, "--column", "K_I", "--csv")
     assert result.stdout.splitlines() == ["file,K_I", "a,7", "dcb,-"]
-
-
-@pytest.mark.parametrize("arguments", [["--column", "missing"], ["--part", "0"]])
-def test_mistakes_are_named(script, dcb_file, arguments):
-    result = script("tabulate.py", dcb_file, *arguments)
-    assert result.returncode == USAGE
-    assert "missing" in result.stderr or "(0, 1]" in result.stderr
 
 
 def test_the_part_to_average(script, tmp_path):
