@@ -19,14 +19,12 @@ contains
       integer, intent(in) :: rows, ld
       real(dp), intent(in) :: xi(ld, ndim), mass(ld)
       real(dp), intent(in) :: a(lanes, corners, ndim)   !! dv of the nodes [m/s]
-      integer :: s, l, k, d
+      integer :: l, k, d
       energy = 0
-      do s = 1, rows
-         do l = 1, lanes
-            k = lanes*(s - 1) + l
-            do d = 1, ndim
-               energy = energy + 0.5_dp*mass(k)*(a(l, 1, d) + xi(k, 1)*a(l, 2, d) + xi(k, 2)*(a(l, 3, d) + xi(k, 1)*a(l, 4, d)))**2
-            end do
+      do k = 1, lanes*rows
+         l = mod(k - 1, lanes) + 1
+         do d = 1, ndim
+            energy = energy + 0.5_dp*mass(k)*(a(l, 1, d) + xi(k, 1)*a(l, 2, d) + xi(k, 2)*(a(l, 3, d) + xi(k, 1)*a(l, 4, d)))**2
          end do
       end do
    end function kick_energy
@@ -44,19 +42,15 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: number(lanes*rows)         !! of the particles, 0 for none; not set where no law has a history
       real(dp) :: before(ndim, ndim), change(ndim, ndim)
-      integer :: s, l, k, d
+      integer :: l, k
       work = 0
-      do s = 1, rows
-         do l = 1, lanes
-            k = lanes*(s - 1) + l
-            before = h(k, :, :)
-            do d = 1, ndim
-               change(d, 1) = a(l, 2, d) + xi(k, 2)*a(l, 4, d)
-               change(d, 2) = a(l, 3, d) + xi(k, 1)*a(l, 4, d)
-            end do
-            if (.not. total_frame) change = change + product_of(change, before)
-            work = work + volume(k)*work_of_change(materials(material(k)), before, change, dt, p, number(k))
-         end do
+      do k = 1, lanes*rows
+         l = mod(k - 1, lanes) + 1
+         before = h(k, :, :)
+         change(:, 1) = a(l, 2, :) + xi(k, 2)*a(l, 4, :)
+         change(:, 2) = a(l, 3, :) + xi(k, 1)*a(l, 4, :)
+         if (.not. total_frame) change = change + product_of(change, before)
+         work = work + volume(k)*work_of_change(materials(material(k)), before, change, dt, p, number(k))
       end do
    end function strain_work
 

@@ -76,7 +76,10 @@ contains
          if (any(map%element(:, i) == outside)) lost = max(lost, i)
       end do
       if (lost > 0) then
-         call failure%report(exit_computation, lost_corner(m%particles, lost))
+         call failure%report(exit_computation, 'a corner of the domain of particle '//to_text(m%particles%id(lost))// &
+            ', which started at ('//to_text(m%particles%reference(lost, 1))//', '//to_text(m%particles%reference(lost, 2))// &
+            ') m, left the grid or is no longer a number. Likely cause: the body moves beyond the grid: give &grid more cells '// &
+            'or add a &constraint; or the run is unstable: reduce &method courant')
          return
       end if
       call list_corners(map, m%particles%n, m%grid, f)
@@ -113,16 +116,6 @@ contains
          if (any(abs(xi - 0.5_dp) > 0.5_dp + 2*inwards)) local(:, c) = xi  ! in a sliver beside the element: its functions go on there
       end do
    end subroutine find_corners
-
-   !> Message about a domain of which a corner is no longer in the grid.
-   function lost_corner(p, i) result(message)
-      type(particles_t), intent(in) :: p
-      integer, intent(in) :: i
-      character(:), allocatable :: message
-      message = 'a corner of the domain of particle '//to_text(p%id(i))//', which started at ('//to_text(p%reference(i, 1))// &
-                ', '//to_text(p%reference(i, 2))//') m, left the grid or is no longer a number. Likely cause: the body moves '// &
-                'beyond the grid: give &grid more cells or add a &constraint; or the run is unstable: reduce &method courant'
-   end function lost_corner
 
    !> List the corners by element, and the nodes of the elements where these are no longer the same.
    subroutine list_corners(map, n, grid, f)
@@ -258,20 +251,15 @@ contains
                if (pass%map_matrix) f%mass_matrix%cell(:, a, map%cells(k)) = f%mass_matrix%cell(:, a, map%cells(k)) + mass*n(a)*n
             end do
          end do
-         if (pass%map_matrix) call finish_matrix(map%cells(k), f)
+         if (.not. pass%map_matrix) cycle
+         associate (matrix => f%mass_matrix, e => map%cells(k))
+            matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
+            call prepare_cell(corners, matrix%blend(e), matrix%is_solved, matrix%may_hang(e), matrix%cell(1, 1, e), &
+                              floor_of_domains)
+         end associate
       end do
       if (pass%map_matrix) f%mass_matrix%assembled = .false.
    end subroutine map_corners
-
-   !> Complete the mass matrix of an element.
-   pure subroutine finish_matrix(e, f)
-      integer, intent(in) :: e
-      type(nodal_fields_t), intent(inout) :: f
-      associate (matrix => f%mass_matrix)
-         matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
-         call prepare_cell(corners, matrix%blend(e), matrix%is_solved, matrix%may_hang(e), matrix%cell(1, 1, e), floor_of_domains)
-      end associate
-   end subroutine finish_matrix
 
    !> Sums at the nodes from those of the elements, as `assemble` has them.
    subroutine assemble_corners(map, grid, f, mass, momentum, force)

@@ -19,7 +19,7 @@ module hampm_fine_region
    use hampm_particles, only: particles_t
    implicit none
    private
-   public :: fine_region_t, find_region, distribute, condense
+   public :: fine_region_t, find_region
 
    !> Points of one kind in the order of their intervals, of which there are as many as have a turn at t or before.
    type :: ordered_points_t
@@ -33,8 +33,8 @@ module hampm_fine_region
       integer :: largest = 0                     !! a coarse step is 2**largest finest ones
       type(ordered_points_t) :: nodes, hanging
       integer :: outside = 0                     !! number of the point for all that never changes
-      integer, allocatable :: first_master(:), master(:) !! of the hanging nodes, as `dofs_t`
-      real(dp), allocatable :: weight(:)         !! [-]
+      type(node_list_t) :: list                  !! the nodes, and hanging nodes as many as are to be treated
+      type(dofs_t) :: dofs                       !! masters of the hanging nodes; what they give to the point outside nobody reads
       real(dp), allocatable :: inverse_mass(:, :) !! 1/D, 0 for fixed components [1/kg], (ndim, nodes)
       ! Blocks of cells are the first of `cell_blocks_t`
       integer, allocatable :: kicked(:)          !! how many are kicked at a turn, (0:largest - 1)
@@ -107,24 +107,18 @@ contains
       type(dofs_t), intent(in) :: dofs
       integer, intent(in) :: number_of(:)        !! in the region, by point of the grid
       type(fine_region_t), intent(inout) :: region
-      integer :: k, n
-      associate (hanging => region%hanging%point - dofs%n_nodes)
-         allocate (region%first_master(size(hanging) + 1))
-         region%first_master(1) = 1
-         do k = 1, size(hanging)
-            associate (first => dofs%first_master)
-               region%first_master(k + 1) = region%first_master(k) + first(hanging(k) + 1) - first(hanging(k))
-            end associate
+      integer :: k, j
+      associate (hanging => region%hanging%point - dofs%n_nodes, first => dofs%first_master, own => region%dofs)
+         own%n_nodes = size(region%nodes%point)
+         own%n_hanging = size(hanging)
+         region%list%n_nodes = own%n_nodes
+         region%list%nodes = [(k, k=1, own%n_nodes + own%n_hanging)]
+         own%first_master = [1, first(hanging + 1) - first(hanging)]
+         do k = 1, own%n_hanging
+            own%first_master(k + 1) = own%first_master(k) + own%first_master(k + 1)
          end do
-         n = region%first_master(size(hanging) + 1) - 1
-         allocate (region%master(n), region%weight(n))
-         do k = 1, size(hanging)
-            n = region%first_master(k + 1) - region%first_master(k)
-            associate (from => dofs%first_master(hanging(k)), to => region%first_master(k))
-               region%master(to:to + n - 1) = number_of(dofs%master(from:from + n - 1))
-               region%weight(to:to + n - 1) = dofs%weight(from:from + n - 1)
-            end associate
-         end do
+         own%master = [((number_of(dofs%master(j)), j=first(hanging(k)), first(hanging(k) + 1) - 1), k=1, own%n_hanging)]
+         own%weight = [((dofs%weight(j), j=first(hanging(k)), first(hanging(k) + 1) - 1), k=1, own%n_hanging)]
       end associate
    end subroutine find_masters
 
@@ -205,37 +199,4 @@ contains
          if (block <= n_blocks) place = 1 + lanes*corners*ndim*block + within
       end associate
    end function place_of
-
-   !> Give the hanging nodes that have a turn the weighted means of their masters.
-   pure subroutine distribute(region, n, x)
-      type(fine_region_t), intent(in) :: region
-      integer, intent(in) :: n                   !! how many hanging nodes
-      real(dp), intent(inout) :: x(ndim, *)      !! by point
-      integer :: k, j
-      associate (nodes => size(region%nodes%point))
-         do k = 1, n
-            x(:, nodes + k) = 0
-            do j = region%first_master(k), region%first_master(k + 1) - 1
-               x(:, nodes + k) = x(:, nodes + k) + region%weight(j)*x(:, region%master(j))
-            end do
-         end do
-      end associate
-   end subroutine distribute
-
-   !> Give what was summed at hanging nodes to their masters. What is outside gets nothing.
-   pure subroutine condense(region, n, x)
-      type(fine_region_t), intent(in) :: region
-      integer, intent(in) :: n                   !! how many hanging nodes
-      real(dp), intent(inout) :: x(ndim, *)      !! by point
-      integer :: k, j
-      associate (nodes => size(region%nodes%point))
-         do k = 1, n
-            do j = region%first_master(k), region%first_master(k + 1) - 1
-               associate (master => region%master(j))
-                  if (master < region%outside) x(:, master) = x(:, master) + region%weight(j)*x(:, nodes + k)
-               end associate
-            end do
-         end do
-      end associate
-   end subroutine condense
 end module hampm_fine_region

@@ -9,6 +9,7 @@ module hampm_mass_factorisation
    use hampm_grid, only: grid_t
    use hampm_jumps, only: jump_t, nodes_of_jumps
    use hampm_mass_matrix, only: mass_matrix_t, coupled_cells
+   use hampm_mass_product, only: find_concentrated_mass
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_sparse, only: sparse_t
    implicit none
@@ -173,22 +174,17 @@ contains
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: mass
       integer, intent(in) :: coupled(:)
-      real(dp), allocatable :: rest(:)
+      real(dp), allocatable :: rest(:)           ! (n_points)
       real(dp) :: by_master(most_nodes_of_leaf, most_nodes_of_leaf)
-      integer :: masters(most_nodes_of_leaf), k, c, i, n
+      integer :: masters(most_nodes_of_leaf), k, i, n
       factor%matrix%value = 0
-      allocate (rest(factor%unknowns%n))
-      rest = mass%lumped(factor%unknowns%node)
       do k = 1, size(coupled)
          call matrix_by_masters(grid, coupled(k), 1, mass%cell(:, :, mass%cell_of(coupled(k))), n, masters, by_master)
-         do c = 1, n
-            i = factor%unknowns%dof(1, masters(c))
-            if (i > 0) rest(i) = rest(i) - sum(by_master(:n, c))
-         end do
          call add_element(factor%unknowns, masters(:n), by_master, factor%matrix)
       end do
-      do i = 1, size(rest)
-         call factor%matrix%add(i, i, max(rest(i), 0.0_dp))
+      call find_concentrated_mass(grid, mass, rest)
+      do i = 1, factor%unknowns%n
+         call factor%matrix%add(i, i, max(rest(factor%unknowns%node(i)), 0.0_dp))
       end do
       do k = 1, size(mass%ghosts)
          associate (point => mass%ghosts(k))

@@ -20,8 +20,8 @@ module hampm_mass_matrix
    use hampm_nodal_rows, only: pattern_t, spans_t, find_spans, sum_rows
    implicit none
    private
-   public :: lump_at, mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, clear_empty_cells, invert_lumped, &
-             assemble, eigenvalue_floor, floor_of_domains, floor_of_quadratic, nodes_per_chunk
+   public :: lump_at, mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, has_matrix, &
+             clear_empty_cells, invert_lumped, assemble, eigenvalue_floor, floor_of_domains, floor_of_quadratic, nodes_per_chunk
 
    real(dp), parameter :: eigenvalue_floor = 0.05_dp
    !> The same where particles have domains, which come into a cell a corner at a time: what is lumped takes spin from material that
@@ -95,9 +95,17 @@ contains
       type(mass_matrix_t), intent(in) :: matrix
       integer, allocatable :: cells(:)
       associate (occupied => matrix%all%cells(:matrix%all%n_cells))
-         cells = pack(occupied, matrix%begins_cell(occupied) .and. matrix%blend(matrix%cell_of(occupied)) < 1)
+         cells = pack(occupied, has_matrix(matrix, occupied))
       end associate
    end function coupled_cells
+
+   !> Whether with an element begins a cell that has a matrix that is not lumped.
+   elemental logical function has_matrix(matrix, e)
+      type(mass_matrix_t), intent(in) :: matrix
+      integer, intent(in) :: e
+      has_matrix = .false.
+      if (allocated(matrix%blend)) has_matrix = matrix%begins_cell(e) .and. matrix%blend(matrix%cell_of(e)) < 1
+   end function has_matrix
 
    !> Clear the matrices of cells without material.
    pure subroutine clear_empty_cells(n_elements, occupied, matrix)

@@ -6,36 +6,27 @@
 module hampm_mass_product
    use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
-   use hampm_mass_matrix, only: mass_matrix_t
+   use hampm_mass_matrix, only: mass_matrix_t, coupled_cells
    use hampm_jumps, only: add_mass_product
    implicit none
    private
-   public :: has_matrix, find_concentrated_mass, multiply_by_mass
+   public :: find_concentrated_mass, multiply_by_mass
 
 contains
-
-   !> Whether with an element begins a cell that has a matrix that is not lumped.
-   pure logical function has_matrix(matrix, e)
-      type(mass_matrix_t), intent(in) :: matrix
-      integer, intent(in) :: e
-      has_matrix = .false.
-      if (allocated(matrix%blend)) has_matrix = matrix%begins_cell(e) .and. matrix%blend(matrix%cell_of(e)) < 1
-   end function has_matrix
 
    !> The part c of the nodes' masses that is on the diagonal beside the matrices of the cells [kg], (n_points).
    pure subroutine find_concentrated_mass(grid, matrix, mass)
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
       real(dp), allocatable, intent(out) :: mass(:)
+      integer, allocatable :: cells(:)
       integer :: nodes(grid%n_functions), k
       allocate (mass(grid%n_points), source=0.0_dp)
       associate (all => matrix%all)
-         do k = 1, all%n_cells
-            associate (e => all%cells(k))
-               if (.not. has_matrix(matrix, e)) cycle
-               nodes = grid%support_of(e)
-               mass(nodes) = mass(nodes) + sum(matrix%cell(:, :, matrix%cell_of(e)), dim=1)
-            end associate
+         cells = coupled_cells(matrix)
+         do k = 1, size(cells)
+            nodes = grid%support_of(cells(k))
+            mass(nodes) = mass(nodes) + sum(matrix%cell(:, :, matrix%cell_of(cells(k))), dim=1)
          end do
          call grid%dofs%condense(all, 1, mass)
          do k = 1, all%n_nodes
@@ -51,14 +42,15 @@ contains
       real(dp), intent(in) :: mass(:)            !! c [kg], (n_points)
       real(dp), intent(in), contiguous :: x(:, :) !! (ndim, n_points)
       real(dp), intent(out), contiguous :: y(:, :) !! (ndim, n_points)
+      integer, allocatable :: cells(:)
       integer :: at(grid%n_functions), k, c, b
       real(dp) :: unused(ndim)
       y = 0
       associate (all => matrix%all)
-         do k = 1, all%n_cells
-            if (.not. has_matrix(matrix, all%cells(k))) cycle
-            at = grid%support_of(all%cells(k))
-            associate (cell => matrix%cell(:, :, matrix%cell_of(all%cells(k))))
+         cells = coupled_cells(matrix)
+         do k = 1, size(cells)
+            at = grid%support_of(cells(k))
+            associate (cell => matrix%cell(:, :, matrix%cell_of(cells(k))))
                do c = 1, size(at)
                   do b = 1, size(at)
                      y(:, at(c)) = y(:, at(c)) + cell(b, c)*x(:, at(b))

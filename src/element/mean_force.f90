@@ -20,7 +20,7 @@
 module hampm_mean_force
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: cell_blocks_t, lanes
-   use hampm_fine_region, only: fine_region_t, distribute, condense
+   use hampm_fine_region, only: fine_region_t
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_material, only: material_t
    use hampm_particle_pass, only: blocks_per_task
@@ -131,7 +131,7 @@ contains
       integer :: before, i, n
       before = mean%region%largest
       if (ibclr(s, turn) > 0) before = trailz(ibclr(s, turn))
-      associate (forced => mean%region%nodes%forced(turn))
+      associate (region => mean%region, forced => mean%region%nodes%forced(turn))
          !$omp parallel do schedule(static) private(n) if (forced > worth_threads)
          do i = 1, forced, nodes_per_chunk
             n = min(nodes_per_chunk, forced - i + 1)
@@ -140,8 +140,9 @@ contains
                              mean%displacement_then(1, mean%start(before) + i - 1), mean%displacement(1, i), &
                              mean%sum_then(1, mean%start(turn) + i - 1), mean%displacement_then(1, mean%start(turn) + i - 1))
          end do
+         region%list%n_points = region%list%n_nodes + region%hanging%forced(turn)
+         call region%dofs%distribute(region%list, ndim, mean%displacement)
       end associate
-      call distribute(mean%region, mean%region%hanging%forced(turn), mean%displacement)
    end subroutine displace
 
    !> Find by what the forces of the cells whose turn it is change, and the kicks D**-1 f of their nodes.
@@ -165,7 +166,7 @@ contains
             first = region%nodes%forced(g) + 1
          end do
          mean%kick(:, :n) = region%inverse_mass(:, :n)*mean%change(:, :n)
-         call distribute(region, region%hanging%forced(turn), mean%kick)
+         call region%dofs%distribute(region%list, ndim, mean%kick)
       end associate
    end subroutine find_forces
 
@@ -209,7 +210,8 @@ contains
                   mean%change(:, point) = mean%change(:, point) + held(region%high_valence(k, 2) + [0, lanes*corners])
             end associate
          end do
-         call condense(region, n_hanging, mean%change)
+         region%list%n_points = before + n_hanging
+         call region%dofs%condense(region%list, ndim, mean%change)
       end associate
    end subroutine sum_at_points
 

@@ -126,20 +126,15 @@ contains
       j = 1
       do while (j <= size(listed))
          b = listed(j)
-         n = length_of_batch()
+         n = min(m%blocks%alike(b), size(listed) - j + 1, max(1, most_rows/m%blocks%rows(b)))
+         do while (listed(j + n - 1) /= b + n - 1) ! listed blocks are ascending
+            n = n - 1
+         end do
          call do_batch(nodes(1, 1, b), in_row(b), m%blocks%lower(1, 1, b), m%blocks%inverse_size(1, b), f%contribution(1, 1, 1, b))
          if (pass%map_matrix) call finish_matrices()
          j = j + n
       end do
    contains
-
-      !> How many of the listed blocks, which are ascending, can be done together from the present one on.
-      pure integer function length_of_batch() result(length)
-         length = min(m%blocks%alike(b), size(listed) - j + 1, max(1, most_rows/m%blocks%rows(b)))
-         do while (listed(j + length - 1) /= b + length - 1)
-            length = length - 1
-         end do
-      end function length_of_batch
 
       !> Do a batch.
       subroutine do_batch(nodes, in_row, lower, inverse_size, contribution)

@@ -12,9 +12,8 @@ module hampm_support_operators
    use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t
    use hampm_orthotropic, only: n_voigt
-   use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
-   use hampm_support_pass, only: find_particle_support, mean_gradients
+   use hampm_support_pass, only: find_particle_support, mean_gradients, mass_of_cell
    implicit none
    private
    public :: support_operators_t, find_support_operators, apply_support_operators, least_part
@@ -61,14 +60,14 @@ contains
             if (kind%material == 0) cycle
             if (.not. m%materials(kind%material)%linear) cycle
             if (cell%n == corners) then
-               call sum_masses(m%particles, m%blocks, cell, operators%cell_mass(k), kind)
+               kind%mass(:corners, :corners) = mass_of_cell(m, cell)/operators%cell_mass(k)
                if (minval(sum(kind%mass(:corners, :corners), dim=2)) < least_part) cycle
             end if
             do j = merge(n + 1, 1, kind%is_own), n
                if (is_alike(kind, operators%kinds(j))) exit
             end do
             if (j > n) then
-               if (cell%n > corners) call sum_masses(m%particles, m%blocks, cell, operators%cell_mass(k), kind)
+               if (cell%n > corners) kind%mass(:cell%n, :cell%n) = mass_of_cell(m, cell)/operators%cell_mass(k)
                call sum_stiffness(m, cell, kind)
                if (n == size(operators%kinds)) operators%kinds = [operators%kinds, operators%kinds]
                n = n + 1
@@ -111,26 +110,7 @@ contains
       if (any(abs(a%mass) > 0)) is_alike = is_alike .and. all(abs(a%mass - b%mass) <= alike)
    end function is_alike
 
-   !> Sum the mass matrix of a kind over the particles of a cell of it.
-   pure subroutine sum_masses(p, blocks, cell, mass, kind)
-      type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      type(support_t), intent(in) :: cell
-      real(dp), intent(in) :: mass               !! [kg]
-      type(kind_t), intent(inout) :: kind
-      real(dp) :: n(cell%n), gradient(cell%n, ndim)
-      integer :: e, i, c
-      do e = cell%first, cell%last
-         do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-            call find_particle_support(p, cell, i, n, gradient)
-            do c = 1, cell%n
-               kind%mass(:cell%n, c) = kind%mass(:cell%n, c) + p%mass(i)/mass*n(c)*n
-            end do
-         end do
-      end do
-   end subroutine sum_masses
-
-   !> And the stiffness.
+   !> Sum the stiffness of a kind over the particles of a cell of it.
    pure subroutine sum_stiffness(m, cell, kind)
       type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell

@@ -33,7 +33,7 @@ module hampm_support_pass
    use hampm_tensors, only: identity, trace, determinant, inverse_transpose, product_of
    implicit none
    private
-   public :: pass_by_supports, find_particle_support, mean_gradients
+   public :: pass_by_supports, find_particle_support, mean_gradients, mass_of_cell
 
    real(dp), parameter :: rounding = 1e-12_dp    !! of masses of points, over that of a cell
 
@@ -253,11 +253,10 @@ contains
       if (total > 0) mean = mean/total
    end function mean_gradients
 
-   !> The mass matrix (6) of a cell, by its points.
-   pure subroutine find_matrix(m, cell, matrix)
+   !> The mass matrix (6) of a cell, by its points [kg].
+   pure function mass_of_cell(m, cell) result(own)
       type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
-      type(mass_matrix_t), intent(inout) :: matrix
       real(dp) :: n(cell%n), gradient(cell%n, ndim), own(cell%n, cell%n)
       integer :: e, i, c
       own = 0
@@ -269,6 +268,15 @@ contains
             end do
          end do
       end do
+   end function mass_of_cell
+
+   !> Find the mass matrix of a cell, and what of it is lumped.
+   pure subroutine find_matrix(m, cell, matrix)
+      type(matter_t), intent(in) :: m
+      type(support_t), intent(in) :: cell
+      type(mass_matrix_t), intent(inout) :: matrix
+      real(dp) :: own(cell%n, cell%n)
+      own = mass_of_cell(m, cell)
       associate (k => matrix%cell_of(cell%first))
          matrix%cell_lumped(:, k) = sum(own, dim=2)
          if (cell%n == corners) then

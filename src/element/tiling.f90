@@ -236,25 +236,18 @@ contains
    contains
       !> Do what is to be done before what waits in the last tile or, where that waits in the first one, behind it.
       subroutine do_regions()
-         integer :: region, tile
+         integer :: region, tile, s
          if (last > 1) call do_across(0, 1, size(plan%stages))
-         !$omp parallel do schedule(static, 1) private(tile)
+         !$omp parallel do schedule(static, 1) private(tile, s)
          do region = 1, plan%n_regions
             do tile = plan%first_tile(region), plan%first_tile(region + 1) - 1
-               call do_tile(tile)
+               do s = 1, size(plan%stages)       ! what is ready in a tile
+                  call do_items(s, plan%stages(s)%start(tile), plan%stages(s)%start(tile + 1) - 1)
+               end do
             end do
          end do
          if (last == 1) call do_across(plan%n_tiles + 1, 1, size(plan%stages))
       end subroutine do_regions
-
-      !> Do what is ready in a tile, stage by stage.
-      subroutine do_tile(t)
-         integer, intent(in) :: t
-         integer :: s
-         do s = 1, size(plan%stages)
-            call do_items(s, plan%stages(s)%start(t), plan%stages(s)%start(t + 1) - 1)
-         end do
-      end subroutine do_tile
 
       !> Do what belongs to no region, stage by stage, each by all threads.
       subroutine do_across(t, from, to)

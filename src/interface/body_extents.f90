@@ -23,13 +23,18 @@ module hampm_body_extents
    private
    public :: extents_t, gather_extents, find_normal_and_gap
 
+   !> How far a particle reaches.
+   type :: extent_t
+      integer :: particle = 0                    !! its number
+      real(dp) :: place(ndim) = 0                !! from the node [m]
+      real(dp) :: half(ndim, ndim) = 0           !! half sides [m]
+      real(dp) :: reach(ndim) = 0                !! in the last direction asked for: along it and across [m]
+   end type extent_t
+
    !> The particles of a body around a node.
    type :: extents_t
       integer :: n = 0                           !! their number
-      real(dp), allocatable :: place(:, :)       !! from the node [m], (ndim, n and more)
-      real(dp), allocatable :: half(:, :, :)     !! half sides [m], (ndim, ndim, n and more)
-      real(dp), allocatable :: reach(:, :)       !! in the last direction asked for: along it and across [m], (ndim, n and more)
-      integer, allocatable :: particle(:)        !! numbers, (n and more)
+      type(extent_t), allocatable :: list(:)     !! (n and more)
       real(dp) :: toward(ndim) = 0               !! sum of place times volume [m4]
    end type extents_t
 
@@ -78,47 +83,20 @@ contains
       integer, intent(in) :: i
       real(dp), intent(in) :: here(ndim)         !! place of the node [m]
       type(extents_t), intent(inout) :: e
-      if (allocated(e%particle)) then
-         if (any(e%particle(:e%n) == i)) return
-      end if
-      call make_room(e, e%n + 1)
+      real(dp) :: side(ndim)                     ! of the rectangle that it stands for, in the reference configuration [m]
+      if (.not. allocated(e%list)) allocate (e%list(16))
+      if (any(e%list(:e%n)%particle == i)) return
+      if (e%n == size(e%list)) e%list = [e%list, e%list]
       e%n = e%n + 1
-      e%particle(e%n) = i
-      e%place(:, e%n) = p%position(i) - here
-      e%half(:, :, e%n) = (identity + p%gradient_of(i))*spread(sides_of(p, i)/2, 1, ndim)
-      e%toward = e%toward + p%volume(i)*e%place(:, e%n)
-   end subroutine add_particle
-
-   !> Room for some particles.
-   subroutine make_room(e, n)
-      type(extents_t), intent(inout) :: e
-      integer, intent(in) :: n
-      type(extents_t) :: larger
-      if (allocated(e%particle)) then
-         if (size(e%particle) >= n) return
-      end if
-      allocate (larger%place(ndim, 2*n + 16), larger%half(ndim, ndim, 2*n + 16), larger%reach(ndim, 2*n + 16), &
-                larger%particle(2*n + 16))
-      if (e%n > 0) then
-         larger%place(:, :e%n) = e%place(:, :e%n)
-         larger%half(:, :, :e%n) = e%half(:, :, :e%n)
-         larger%particle(:e%n) = e%particle(:e%n)
-      end if
-      call move_alloc(larger%place, e%place)
-      call move_alloc(larger%half, e%half)
-      call move_alloc(larger%reach, e%reach)
-      call move_alloc(larger%particle, e%particle)
-   end subroutine make_room
-
-   !> Sides of the rectangle that a particle stands for, in the reference configuration: where an outline cuts it, of one with as much
-   !> area [m].
-   pure function sides_of(p, i) result(side)
-      type(particles_t), intent(in) :: p
-      integer, intent(in) :: i
-      real(dp) :: side(ndim)
       side = spacing_of(p, i)
-      if (p%has_outline(p%body(i))) side = side*sqrt(p%area_of(i)/product(side))
-   end function sides_of
+      if (p%has_outline(p%body(i))) side = side*sqrt(p%area_of(i)/product(side)) ! where an outline cuts it, one with as much area
+      associate (new => e%list(e%n))
+         new%particle = i
+         new%place = p%position(i) - here
+         new%half = (identity + p%gradient_of(i))*spread(side/2, 1, ndim)
+         e%toward = e%toward + p%volume(i)*new%place
+      end associate
+   end subroutine add_particle
 
    !> How far the particles of a body reach in a direction, each by itself.
    subroutine find_reach(p, normal, e)
@@ -128,14 +106,14 @@ contains
       real(dp) :: box, origin(ndim)
       integer :: k
       do k = 1, e%n
-         box = sum(abs(matmul(normal, e%half(:, :, k))))
-         associate (i => e%particle(k))
+         associate (of => e%list(k), i => e%list(k)%particle)
+            box = sum(abs(matmul(normal, of%half)))
             if (p%has_outline(p%body(i))) then
                origin = p%reference(i, :)
                box = min(box, p%outlines(p%body(i))%way_out(origin, back(p%gradient_of(i), normal)))
             end if
+            of%reach = [dot_product(of%place, normal) + box, normal(1)*of%place(2) - normal(2)*of%place(1)]
          end associate
-         e%reach(:, k) = [dot_product(e%place(:, k), normal) + box, normal(1)*e%place(2, k) - normal(2)*e%place(1, k)]
       end do
    end subroutine find_reach
 
@@ -156,7 +134,7 @@ contains
       real(dp), intent(in) :: normal(ndim)
       call find_reach(p, normal, a)
       call find_reach(p, -normal, b)
-      margin = -maxval(a%reach(1, :a%n)) - maxval(b%reach(1, :b%n))
+      margin = -maxval(a%list(:a%n)%reach(1)) - maxval(b%list(:b%n)%reach(1))
    end function margin
 
    !> The normal from one body to another around a node, and their gap.
@@ -171,7 +149,7 @@ contains
       real(dp) :: first, angle, widest, best, low, high, left, right, of_left, of_right
       integer :: k
       gap = huge(gap)
-      between = b%toward/sum(p%volume(b%particle(:b%n))) - a%toward/sum(p%volume(a%particle(:a%n)))
+      between = b%toward/sum(p%volume(b%list(:b%n)%particle)) - a%toward/sum(p%volume(a%list(:a%n)%particle))
       first = atan2(between(2), between(1))
       angle = first
       best = -huge(best)
@@ -223,14 +201,14 @@ contains
       integer :: i, j
       surface = -huge(surface)
       do i = 1, e%n
-         if (e%reach(2, i) > 0) cycle
+         if (e%list(i)%reach(2) > 0) cycle
          do j = 1, e%n
-            if (e%reach(2, j) <= 0) cycle
-            associate (left => -e%reach(2, i), right => e%reach(2, j))
-               surface = max(surface, (right*e%reach(1, i) + left*e%reach(1, j))/(left + right))
+            if (e%list(j)%reach(2) <= 0) cycle
+            associate (left => -e%list(i)%reach(2), right => e%list(j)%reach(2))
+               surface = max(surface, (right*e%list(i)%reach(1) + left*e%list(j)%reach(1))/(left + right))
             end associate
          end do
       end do
-      if (.not. surface > -huge(surface)) surface = maxval(e%reach(1, :e%n))
+      if (.not. surface > -huge(surface)) surface = maxval(e%list(:e%n)%reach(1))
    end function surface
 end module hampm_body_extents

@@ -23,6 +23,7 @@ module hampm_interface_placement
                                      add_interface_point, force_of, face_force, overlap_of, energy_of, is_half, add_interface_forces
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: stabilise_small_cut_cells, hold_lone_particles
+   use hampm_jumps, only: give_nodes, jump_of
    use hampm_lapack, only: dposv
    use hampm_matter, only: matter_t
    use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
@@ -343,28 +344,19 @@ contains
       real(dp), intent(in) :: grown              !! way of the tip so far [m]
       type(matter_t), intent(in) :: m
       logical, intent(out) :: begins             !! whether there was none before, and the crack has not come to it
-      integer :: k, nearest
-      real(dp) :: distance, least
+      real(dp) :: distance(old%n)
+      integer :: k, nearest, face
       begins = .false.
-      nearest = 0
-      least = huge(least)
-      do k = 1, old%n
-         if (old%list(k)%tip /= point%tip) cycle
-         distance = abs(old%list(k)%way - point%way) + norm2(old%list(k)%place - point%place)
-         if (distance >= least) cycle
-         least = distance
-         nearest = k
-      end do
+      distance = [(abs(old%list(k)%way - point%way) + norm2(old%list(k)%place - point%place), k=1, old%n)]
+      nearest = minloc(distance, dim=1, mask=[(old%list(k)%tip == point%tip, k=1, old%n)])
       if (nearest > 0) then
-         if (least > max(old%list(nearest)%length, point%length)) nearest = 0
+         if (distance(nearest) > max(old%list(nearest)%length, point%length)) nearest = 0
       end if
       point%start = point%opening
       if (nearest > 0) then
          associate (before => old%list(nearest))
             point%held = point%length/before%length*merge(before%held, force_of(before), before%is_failing)
-            if (.not. m%particles%total_frame) &
-               point%held = dot_product(point%held, before%normal)*point%normal + dot_product(point%held, &
-                  along(before))*along(point)
+            if (.not. m%particles%total_frame) point%held = turned(point%held, before, point)
             point%stored = point%length/before%length*merge(before%stored, energy_of(before), before%is_failing)
             point%is_failing = before%is_failing
             point%fraction_left = before%fraction_left
@@ -377,16 +369,11 @@ contains
          if (point%line > 0) point%touch = min(0.0_dp, dot_product(point%normal, point%opening))
       else
          begins = .true.
-         point%held = thickness*point%length*traction_at(m, point%place, point%normal, face_of(point))
+         face = both_faces
+         if (is_half(point)) face = merge(left_face, right_face, point%n_left > 0)
+         point%held = thickness*point%length*traction_at(m, point%place, point%normal, face)
       end if
    end subroutine begin_cohesive_point
-
-   !> Which faces of an interface point have material.
-   pure integer function face_of(point)
-      type(interface_point_t), intent(in) :: point
-      face_of = both_faces
-      if (is_half(point)) face_of = merge(left_face, right_face, point%n_left > 0)
-   end function face_of
 
    !> Traction in the material on both sides of a line, on its right side [Pa]: that of the mean stress of the particles of the leaf.
    !> On a symmetry plane the mean with the mirror image has no part along it.
@@ -634,28 +621,33 @@ contains
       logical, intent(in) :: begins(:)
       type(matter_t), intent(in) :: m
       real(dp), parameter :: firm = 0.005_dp     ! damping of least squares, over C M**-1 C' of a side of a cell: next to nothing but for short layers
-      real(dp) :: mass(m%grid%n_nodes), force(ndim, m%grid%n_nodes), held(m%grid%n_nodes), length(interfaces%n)
-      real(dp) :: matrix(count(begins), count(begins)), x(count(begins), ndim)
+      real(dp) :: mass(m%grid%n_nodes), held(m%grid%n_nodes), damping
+      real(dp), dimension(ndim, m%grid%n_nodes) :: force, inverse, moved ! moved: by a unit force of a cohesive point [1/kg]
+      real(dp) :: matrix(count(begins), count(begins)), x(count(begins), ndim), change(ndim)
       integer, allocatable :: new(:)
-      real(dp) :: damping
-      integer :: i, j, n, info
+      integer :: i, j, info
       call load_nodes(interfaces, m, mass, force)
-      length = merge(interfaces%list(:interfaces%n)%length, 0.0_dp, begins)
-      held = parts_held(interfaces, length, m%grid%n_nodes)
-      damping = 0
       new = pack([(i, i=1, interfaces%n)], begins)
+      held = 0
       do i = 1, size(new)
          associate (point => interfaces%list(new(i)))
-            n = count(point%node > 0)
-            damping = max(damping, firm*point%cell*sum(point%share(:n)**2/mass(point%node(:n))))
-            x(i, :) = 0
-            do j = 1, n
-               associate (node => point%node(j))
-                  x(i, :) = x(i, :) + sqrt(point%length)*point%share(j)*held(node)*force(:, node)/mass(node)
-               end associate
+            do j = 1, count(point%node > 0)      ! its function along them, over that on a side of a cell
+               held(point%node(j)) = held(point%node(j)) + abs(point%share(j))*point%length/(point%cell/2)
             end do
+         end associate
+      end do
+      inverse = spread(merge(1/max(mass, tiny(mass)), 0.0_dp, mass > 0), 1, ndim)
+      force = inverse*spread(min(1.0_dp, held), 1, ndim)*force
+      damping = 0
+      do i = 1, size(new)
+         associate (point => interfaces%list(new(i)), n => count(interfaces%list(new(i))%node > 0))
+            damping = max(damping, firm*point%cell*sum(point%share(:n)**2/mass(point%node(:n))))
+            x(i, :) = sqrt(point%length)*jump_of(point%jump_t, force)
+            moved = 0
+            call give_nodes(point%jump_t, [1.0_dp, 1.0_dp], moved, inverse)
             do j = 1, size(new)
-               matrix(i, j) = sqrt(point%length*interfaces%list(new(j))%length)*coupling(point, interfaces%list(new(j)), mass)
+               change = jump_of(interfaces%list(new(j))%jump_t, moved)
+               matrix(i, j) = sqrt(point%length*interfaces%list(new(j))%length)*change(1)
             end do
          end associate
       end do
@@ -669,75 +661,34 @@ contains
       end do
    end subroutine balance_cohesive_points
 
-   !> How fast a force of one interface point opens another one, C M**-1 C' [1/kg].
-   pure real(dp) function coupling(one, other, mass)
-      type(interface_point_t), intent(in) :: one, other
-      real(dp), intent(in) :: mass(:)            !! lumped, of the nodes [kg]
-      integer :: i, j
-      coupling = 0
-      do i = 1, count(one%node > 0)
-         do j = 1, count(other%node > 0)
-            if (one%node(i) == other%node(j)) coupling = coupling + one%share(i)*other%share(j)/mass(one%node(i))
-         end do
-      end do
-   end function coupling
-
-   !> The parts of nodes that interface points hold: of the function of a node along them, over that on a side of a cell.
-   pure function parts_held(interfaces, length, n_nodes) result(held)
-      type(interfaces_t), intent(in) :: interfaces
-      real(dp), intent(in) :: length(:)          !! [m], 0 of interface points that do not matter
-      integer, intent(in) :: n_nodes
-      real(dp) :: held(n_nodes)
-      integer :: k, j
-      held = 0
-      do k = 1, interfaces%n
-         do j = 1, count(interfaces%list(k)%node > 0)
-            associate (of_node => held(interfaces%list(k)%node(j)))
-               of_node = of_node + abs(interfaces%list(k)%share(j))*length(k)/(interfaces%list(k)%cell/2)
-            end associate
-         end do
-      end do
-      held = min(1.0_dp, held)
-   end function parts_held
-
-   !> Lumped masses of the nodes of interface points, and the forces of the particles and the interface points on them.
+   !> Lumped masses of the nodes of interface points, and the forces of the particles, with what hanging nodes give, and of the interface points on them;
+   !> masses of other nodes are 0.
    pure subroutine load_nodes(interfaces, m, mass, force)
       type(interfaces_t), intent(in) :: interfaces
       type(matter_t), intent(in) :: m
       real(dp), intent(out) :: mass(:)           !! [kg]
       real(dp), intent(out) :: force(:, :)       !! [N], (ndim, nodes)
       logical :: is_wanted(size(mass))
-      integer :: k
+      type(patch_t) :: patch
+      real(dp) :: weight(1, most_nodes_of_leaf)
+      integer :: node, n, j, k, master(most_nodes_of_leaf)
       is_wanted = .false.
       do k = 1, interfaces%n
          is_wanted(pack(interfaces%list(k)%node, interfaces%list(k)%node > 0)) = .true.
       end do
-      call sum_at_nodes(m, is_wanted, mass, force)
-      call add_interface_forces(interfaces, 1, force)
-   end subroutine load_nodes
-
-   !> Masses of some nodes, and the forces of the particles on them, with what hanging nodes give them; 0 of the others.
-   pure subroutine sum_at_nodes(m, is_wanted, mass, force)
-      type(matter_t), intent(in) :: m
-      logical, intent(in) :: is_wanted(:)        !! (nodes)
-      real(dp), intent(out) :: mass(:)           !! [kg]
-      real(dp), intent(out), optional :: force(:, :) !! [N], (ndim, nodes)
-      type(patch_t) :: patch
-      real(dp) :: weight(1, most_nodes_of_leaf)
-      integer :: node, n, j, master(most_nodes_of_leaf)
       mass = 0
-      if (present(force)) force = 0
+      force = 0
       do node = 1, m%grid%n_points
          call m%grid%dofs%masters_of([node], n, master, weight)
          if (.not. any(is_wanted(master(:n)))) cycle
          call patch_around(m%grid, m%particles, m%blocks, node, patch)
          do j = 1, n
             mass(master(j)) = mass(master(j)) + weight(1, j)*patch_mass(patch, m%particles)
-            if (present(force)) &
-               force(:, master(j)) = force(:, master(j)) + weight(1, j)*internal_force(patch, m%particles, m%materials)
+            force(:, master(j)) = force(:, master(j)) + weight(1, j)*internal_force(patch, m%particles, m%materials)
          end do
       end do
       ! Particles on an edge of a cell give nothing to the nodes at the other one, and what is next to nothing must not be divided by
       where (is_wanted) mass = max(mass, epsilon(mass)*maxval(mass), tiny(mass))
-   end subroutine sum_at_nodes
+      call add_interface_forces(interfaces, 1, force)
+   end subroutine load_nodes
 end module hampm_interface_placement

@@ -20,7 +20,8 @@ module hampm_stiffness
    use hampm_jumps, only: nodes_of_jumps
    use hampm_failure, only: failure_t
    use hampm_loads, only: add_load, place_loads
-   use hampm_mass_product, only: has_matrix, find_concentrated_mass
+   use hampm_mass_matrix, only: has_matrix
+   use hampm_mass_product, only: find_concentrated_mass
    use hampm_law, only: most_columns
    use hampm_material, only: material_t
    use hampm_problem, only: problem_t
