@@ -6,7 +6,7 @@
 !> bend with the material without drift, and parted faces part them. Particles keep their sides (`cut_cells_t%follow`).
 module hampm_crack_carrying
    use hampm_kinds, only: dp, ndim
-   use hampm_cut_cells, only: line_t
+   use hampm_crack_lines, only: line_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_matching, only: adopt_lines
    use hampm_problem, only: problem_t

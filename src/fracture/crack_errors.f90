@@ -6,8 +6,8 @@ module hampm_crack_errors
    use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t, first_point
    use hampm_estimated_errors, only: relative_errors, hardly
-   use hampm_expected_error, only: static_crack_t, find_static_crack, missing_energy, displace, error_by_lengths, &
-                                   place_of_tip, tip_zone, static_tips_t, find_static_tips
+   use hampm_expected_error, only: static_crack_t, find_static_crack, error_by_lengths, place_of_tip, tip_zone, static_tips_t, &
+                                   find_static_tips
    use hampm_failure, only: failure_t
    use hampm_loads, only: largest_factors
    use hampm_mass_solver, only: mass_solver_t
@@ -16,6 +16,7 @@ module hampm_crack_errors
    use hampm_particles, only: particles_t
    use hampm_tip_field, only: tip_field_t, new_tip_field
    use hampm_tip_measurements, only: estimate_rates, measure_domain
+   use hampm_missing_energy, only: missing_energy, displace
    implicit none
    private
    public :: estimate_errors

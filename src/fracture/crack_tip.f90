@@ -6,7 +6,8 @@
 module hampm_crack_tip
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
-   use hampm_cut_cells, only: end_leaf_t, both_faces, left_face, right_face
+   use hampm_cut_cells, only: end_leaf_t
+   use hampm_crack_lines, only: left_face, right_face, both_faces
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    implicit none

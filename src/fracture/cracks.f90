@@ -8,7 +8,7 @@ module hampm_cracks
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_archive, only: archive_t
    use hampm_crack_tip, only: archive_surroundings, crack_tip_t, frame_along, upper, lower
-   use hampm_cut_cells, only: line_t, length_of, both_faces, left_face, right_face
+   use hampm_crack_lines, only: left_face, right_face, line_t, length_of, both_faces
    use hampm_failure, only: failure_t, exit_input
    use hampm_grid, only: grid_t
    use hampm_text, only: to_text

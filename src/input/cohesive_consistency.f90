@@ -1,7 +1,7 @@
 !> Whether faces can hold each other by cohesion as a model asks for.
 module hampm_cohesive_consistency
    use hampm_kinds, only: dp
-   use hampm_cut_cells, only: length_of
+   use hampm_crack_lines, only: length_of
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text

@@ -2,7 +2,7 @@
 !> the checks of the input and for the assembly; in the run `cracks_t` knows where cracks are.
 module hampm_path_placement
    use hampm_kinds, only: dp, ndim
-   use hampm_cut_cells, only: length_of
+   use hampm_crack_lines, only: length_of
    use hampm_crack_placement, only: is_covered, covered_radius, distance_to_loads, distance_to_constraints
    use hampm_placement, only: tolerance
    use hampm_model, only: model_t, path_spec_t

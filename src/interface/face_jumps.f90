@@ -3,7 +3,7 @@
 !> A small piece of a cell may have no particle. Then those of the cells next to it on its side stand for them.
 module hampm_face_jumps
    use hampm_kinds, only: dp, ndim
-   use hampm_cut_cells, only: both_faces
+   use hampm_crack_lines, only: both_faces
    use hampm_matter, only: matter_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity, inverse_transpose

@@ -16,7 +16,7 @@
 !> Lumped masses of the nodes that interface points between the faces of cracks hang on, and the forces on these.
 module hampm_interface_placement
    use hampm_kinds, only: dp, ndim
-   use hampm_cut_cells, only: both_faces, left_face, right_face
+   use hampm_crack_lines, only: left_face, right_face, both_faces
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
    use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, holds, along, &

@@ -15,39 +15,17 @@ module hampm_cut_cells
    use hampm_kinds, only: dp, ndim, long
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_forest, only: forest_t, outside, level_width
+   use hampm_crack_lines, only: both_faces, line_t
    implicit none
    private
-   public :: line_t, length_of, cut_cells_t, end_leaf_t, find_cut_cells, place_of_copy, divides, side_of_ties, both_faces, &
-             left_face, right_face
-
-   integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! which faces of a line have material
+   public :: cut_cells_t, end_leaf_t, place_of_copy, divides, side_of_ties, is_between, nearly_none, on_line, sample, &
+             samples
 
    integer, parameter :: samples = 16            !! of a leaf in each direction
    integer, parameter :: near = 2                !! samples from a point within which one tells its piece
    integer, parameter :: around = 4              !! leaves at a place, at most
    real(dp), parameter :: on_line = 1e-9_dp      !! distance within which a point is on a line, in cells of the lattice of roots
    real(dp), parameter :: nearly_none = 1e-6_dp  !! part of the way through a leaf that counts as none
-
-   !> A polyline that cuts.
-   type :: line_t
-      real(dp), allocatable :: points(:, :)      !! [m], (ndim, 2 or more)
-      real(dp), allocatable :: origin(:, :)      !! the same in the reference configuration, where the material carries the line [m]
-      logical :: is_tip(2) = .false.             !! whether its first and its last point end inside the material
-      logical :: contact = .false.               !! whether its sides press on each other
-      real(dp) :: friction = 0                   !! coefficient [-]
-      real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point the tips are that grow in motion: cells
-                                                 !! are cut ahead of them, and bonds hold these [m]
-      real(dp) :: grown(2) = 0                   !! how far each of these tips has moved so far [m]
-      integer :: cohesion = 0                    !! number of the law by which its faces hold each other, 0 for none
-      real(dp) :: held(2) = 0                    !! ways from its first point from and to which they do [m]
-      integer :: face = both_faces               !! which faces have material: one on a symmetry plane
-      real(dp) :: began(ndim) = 0                !! on a symmetry plane: where the tip at its last point was at first [m]
-   contains
-      procedure :: open_part
-      procedure :: new_part
-      procedure :: held_part
-      procedure :: free_part
-   end type line_t
 
    !> The leaf in which a line ends at a tip. Where cells are cut ahead of a tip, it is the last of them.
    type :: end_leaf_t
@@ -63,12 +41,12 @@ module hampm_cut_cells
    type :: cut_cells_t
       type(line_t), allocatable :: lines(:)
       type(end_leaf_t), allocatable :: ends(:)   !! one for each tip, in the order of the lines, the last point first
-      real(dp), allocatable, private :: segment(:, :, :) !! of the lines, with their ends moved [m], (ndim, 2, segments)
-      real(dp), allocatable, private :: side_of_ties(:) !! of each segment: 1 where what is on it is to its left, else -1
-      integer, allocatable, private :: entry(:)  !! of each leaf in the tables below, 0 where no line is near; (leaves)
-      integer, allocatable, private :: first_near(:), near(:) !! the segments near each entry, in rows
-      integer, allocatable, private :: n_pieces(:) !! of each entry
-      integer, allocatable, private :: piece(:, :, :) !! in which each sample is, (samples, samples, entries)
+      real(dp), allocatable :: segment(:, :, :) !! of the lines, with their ends moved [m], (ndim, 2, segments)
+      real(dp), allocatable :: side_of_ties(:) !! of each segment: 1 where what is on it is to its left, else -1
+      integer, allocatable :: entry(:)  !! of each leaf in the tables below, 0 where no line is near; (leaves)
+      integer, allocatable :: first_near(:), near(:) !! the segments near each entry, in rows
+      integer, allocatable :: n_pieces(:) !! of each entry
+      integer, allocatable :: piece(:, :, :) !! in which each sample is, (samples, samples, entries)
       real(dp) :: slack = 0                      !! distance within which a point is on a line [m]
    contains
       procedure :: are_there
@@ -92,228 +70,12 @@ module hampm_cut_cells
 
 contains
 
-   !> Find the leaves of a forest that lines cut, and their pieces.
-   pure subroutine find_cut_cells(forest, lines, goes_on, cut)
-      type(forest_t), intent(in) :: forest
-      type(line_t), intent(in) :: lines(:)
-      logical, intent(in) :: goes_on             !! whether leaves ahead of tips are cut where their faces share a node behind these: linear
-                                                 !! ones, as nodes in the middles of sides part the faces of quadratic ones
-      type(cut_cells_t), intent(out) :: cut
-      integer, allocatable :: leaf(:)            ! of each entry
-      integer :: k
-      cut%slack = on_line*forest%cell
-      allocate (cut%lines(size(lines)))
-      do k = 1, size(lines)                      ! as a whole it would leak in gfortran 12
-         cut%lines(k) = lines(k)
-      end do
-      call find_segments(forest, goes_on, cut)
-      if (.not. cut%are_there()) return
-      call find_leaves(forest, cut, leaf)
-      do k = 1, size(leaf)
-         call find_pieces(forest, leaf(k), cut)
-      end do
-   end subroutine find_cut_cells
-
    !> Whether there are any lines.
    pure logical function are_there(self)
       class(cut_cells_t), intent(in) :: self
       are_there = .false.
       if (allocated(self%segment)) are_there = size(self%segment, 3) > 0
    end function are_there
-
-   !> The segments of all lines; ends at tips are moved.
-   pure subroutine find_segments(forest, goes_on, cut)
-      type(forest_t), intent(in) :: forest
-      logical, intent(in) :: goes_on             !! as in `find_cut_cells`
-      type(cut_cells_t), intent(inout) :: cut
-      real(dp), allocatable :: points(:, :), open(:, :)
-      type(end_leaf_t) :: end
-      integer :: line, k, n, e
-      n = 0
-      e = 0
-      allocate (cut%segment(ndim, 2, sum([(size(cut%lines(line)%points, 2) - 1, line=1, size(cut%lines))])))
-      allocate (cut%side_of_ties(size(cut%segment, 3)))
-      allocate (cut%ends(sum([(count(cut%lines(line)%is_tip), line=1, size(cut%lines))])))
-      do line = 1, size(cut%lines)
-         points = cut%lines(line)%points
-         do k = 2, 1, -1
-            if (.not. cut%lines(line)%is_tip(k)) cycle
-            end = end_leaf_t(line, k)
-            if (k == 2) then
-               call move_end(forest, cut%lines(line)%face, points(:, size(points, 2) - 1), points(:, size(points, 2)), end)
-               if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, size(points, 2)), end)
-            else
-               call move_end(forest, cut%lines(line)%face, points(:, 2), points(:, 1), end)
-               if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, 1), end)
-            end if
-            if (cut%lines(line)%bonded(k) > 0) then
-               open = cut%lines(line)%open_part()
-               end%tip = open(:, merge(1, size(open, 2), k == 1))
-               end%direction = end%tip - open(:, merge(2, size(open, 2) - 1, k == 1))
-               end%direction = end%direction/norm2(end%direction)
-            end if
-            e = e + 1
-            cut%ends(e) = end
-         end do
-         do k = 2, size(points, 2)
-            n = n + 1
-            cut%segment(:, :, n) = points(:, k - 1:k)
-            if (allocated(cut%lines(line)%origin)) then
-               cut%side_of_ties(n) = side_of_ties(cut%lines(line)%origin(:, k) - cut%lines(line)%origin(:, k - 1))
-            else
-               cut%side_of_ties(n) = side_of_ties(points(:, k) - points(:, k - 1))
-            end if
-         end do
-      end do
-   end subroutine find_segments
-
-   !> The line up to its tips, without what is bonded ahead of them [m].
-   pure function open_part(self) result(points)
-      class(line_t), intent(in) :: self
-      real(dp), allocatable :: points(:, :)
-      points = shortened(shortened(self%points, self%bonded(2)), self%bonded(1), from_first=.true.)
-   end function open_part
-
-   !> The line from where a tip was at first to the end of the line that is nearest to it, in the direction in which the tip moves [m].
-   pure function new_part(self, end) result(points)
-      class(line_t), intent(in) :: self
-      integer, intent(in) :: end                 !! 1 its first, 2 its last point
-      real(dp), allocatable :: points(:, :)
-      real(dp) :: old
-      old = length_of(self%points) - self%bonded(end) - self%grown(end)
-      points = shortened(self%points, old, from_first=end == 2)
-      if (end == 1) points = points(:, size(points, 2):1:-1)
-   end function new_part
-
-   !> The part of the line whose faces hold each other by cohesion [m].
-   pure function held_part(self) result(points)
-      class(line_t), intent(in) :: self
-      real(dp), allocatable :: points(:, :)
-      points = shortened(shortened(self%points, length_of(self%points) - self%held(2)), self%held(1), from_first=.true.)
-   end function held_part
-
-   !> The line up to its tips, without what cohesion holds or has held [m].
-   pure function free_part(self) result(points)
-      class(line_t), intent(in) :: self
-      real(dp), allocatable :: points(:, :)
-      points = self%open_part()
-      if (self%cohesion > 0) points = shortened(self%points, length_of(self%points) - self%held(1))
-   end function free_part
-
-   !> Length of a polyline [m].
-   pure real(dp) function length_of(points) result(length)
-      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
-      integer :: k
-      length = sum([(norm2(points(:, k) - points(:, k - 1)), k=2, size(points, 2))])
-   end function length_of
-
-   !> A polyline without the last part of a length, or without the first [m].
-   pure function shortened(points, by, from_first) result(shorter)
-      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
-      real(dp), intent(in) :: by                 !! [m]
-      logical, intent(in), optional :: from_first
-      real(dp), allocatable :: shorter(:, :)
-      real(dp), parameter :: rounding = 1e-9_dp  ! part of a segment below which nothing of it is left: it would have no direction
-      real(dp) :: left, length
-      integer :: n
-      shorter = points
-      if (.not. by > 0) return
-      if (present(from_first)) then
-         if (from_first) shorter = points(:, size(points, 2):1:-1)
-      end if
-      left = by
-      n = size(shorter, 2)
-      do
-         length = norm2(shorter(:, n) - shorter(:, n - 1))
-         if (length*(1 - rounding) > left .or. n == 2) exit
-         left = max(0.0_dp, left - length)
-         n = n - 1
-      end do
-      shorter(:, n) = shorter(:, n) - min(left/length, 1 - epsilon(left))*(shorter(:, n) - shorter(:, n - 1))
-      shorter = shorter(:, :n)
-      if (present(from_first)) then
-         if (from_first) shorter = shorter(:, n:1:-1)
-      end if
-   end function shortened
-
-   !> Move an end to where its leaf ends, along the segment that comes from `from`.
-   pure subroutine move_end(forest, face, from, tip, end)
-      type(forest_t), intent(in) :: forest
-      integer, intent(in) :: face                !! which one has material
-      real(dp), intent(in) :: from(ndim)         !! [m]
-      real(dp), intent(inout) :: tip(ndim)       !! [m]
-      type(end_leaf_t), intent(inout) :: end
-      real(dp) :: direction(ndim), lower(ndim), ahead, behind
-      integer :: leaf, d
-      end%tip = tip
-      end%front = tip
-      direction = (tip - from)/norm2(tip - from)
-      end%direction = direction
-      leaf = forest%leaf_at(tip + nearly_none*forest%cell*(direction + into_half(direction, face)))
-      if (leaf == outside) return
-      lower = forest%position(forest%place_of(leaf))
-      ahead = huge(ahead)
-      behind = huge(behind)
-      do d = 1, ndim
-         if (abs(direction(d)) <= nearly_none) cycle
-         associate (to_lower => (tip(d) - lower(d))/abs(direction(d)), &
-                    to_upper => (lower(d) + forest%size_of(leaf) - tip(d))/abs(direction(d)))
-            ahead = min(ahead, merge(to_upper, to_lower, direction(d) > 0))
-            behind = min(behind, merge(to_lower, to_upper, direction(d) > 0))
-         end associate
-      end do
-      if (behind <= 2*nearly_none*forest%cell .and. count(abs(direction) > nearly_none) == 1) then
-         tip = tip - behind*direction
-         return
-      end if
-      end%leaf = leaf
-      end%front = tip + ahead*direction
-      tip = end%front
-   end subroutine move_end
-
-   !> Cut leaves ahead of the tip, one after the other, as long as of the edge at which the cut ends a node is behind the tip: both faces
-   !> share it, and hold the crack together there.
-   pure subroutine cut_ahead(forest, front, end)
-      type(forest_t), intent(in) :: forest
-      real(dp), intent(inout) :: front(ndim)     !! where the cut ends [m]
-      type(end_leaf_t), intent(inout) :: end
-      integer, parameter :: most = 4             ! leaves; a line meets no more before an edge across it
-      real(dp) :: lower(ndim), node(ndim), off(ndim), ahead
-      integer :: turn, leaf, d, across
-      if (end%leaf == 0) return
-      do turn = 1, most
-         lower = forest%position(forest%place_of(end%leaf))
-         associate (size => forest%size_of(end%leaf), direction => end%direction)
-            off = [(min(abs(front(d) - lower(d)), abs(front(d) - lower(d) - size)), d=1, ndim)]
-            if (all(off <= 2*nearly_none*forest%cell)) return ! at a node
-            across = minloc(off, dim=1)
-            node = front
-            node(ndim + 1 - across) = lower(ndim + 1 - across) + merge(0.0_dp, size, direction(ndim + 1 - across) > 0)
-            if (dot_product(node - end%tip, direction) >= 0) return
-            leaf = forest%leaf_at(front + nearly_none*forest%cell*direction)
-            if (leaf == outside .or. leaf == end%leaf) return
-            end%leaf = leaf
-         end associate
-         lower = forest%position(forest%place_of(leaf))
-         ahead = huge(ahead)
-         do d = 1, ndim
-            if (abs(end%direction(d)) <= nearly_none) cycle
-            ahead = min(ahead, (lower(d) + merge(forest%size_of(leaf), 0.0_dp, end%direction(d) > 0) - front(d))/end%direction(d))
-         end do
-         front = front + max(ahead, nearly_none*forest%cell)*end%direction
-         end%front = front
-      end do
-   end subroutine cut_ahead
-
-   !> Unit vector normal to a direction, towards the only face that has material; 0 where both have.
-   pure function into_half(direction, face) result(inward)
-      real(dp), intent(in) :: direction(ndim)    !! unit vector
-      integer, intent(in) :: face
-      real(dp) :: inward(ndim)
-      inward = 0
-      if (face == left_face) inward = [-direction(2), direction(1)]
-      if (face == right_face) inward = [direction(2), -direction(1)]
-   end function into_half
 
    !> Which components of a node at a place the growth of a crack on a symmetry plane has freed: the normal one, from where its tip
    !> was at first to where the cells that are cut end.
@@ -335,105 +97,6 @@ contains
          end associate
       end do
    end function freed_at
-
-   !> List the leaves near lines, and the segments that are near each.
-   pure subroutine find_leaves(forest, cut, leaf)
-      type(forest_t), intent(in) :: forest
-      type(cut_cells_t), intent(inout) :: cut
-      integer, allocatable, intent(out) :: leaf(:) !! of each entry
-      real(dp) :: lower(ndim), upper(ndim)
-      integer :: n, k, s
-      allocate (cut%entry(forest%leaf_count()), source=0)
-      do s = 1, size(cut%segment, 3)
-         call mark_along(forest, cut%segment(:, 1, s), cut%segment(:, 2, s), cut%entry)
-      end do
-      leaf = pack([(k, k=1, size(cut%entry))], cut%entry > 0)
-      n = size(leaf)
-      cut%entry(leaf) = [(k, k=1, n)]
-      allocate (cut%n_pieces(n), cut%first_near(n + 1), cut%near(0))
-      allocate (cut%piece(samples, samples, n), source=1)
-      do k = 1, n
-         cut%first_near(k) = size(cut%near) + 1
-         associate (width => forest%size_of(leaf(k)))
-            lower = forest%position(forest%place_of(leaf(k))) - width/2
-            upper = lower + 2*width
-         end associate
-         cut%near = [cut%near, pack([(s, s=1, size(cut%segment, 3))], &
-                                    [(all(minval(cut%segment(:, :, s), dim=2) <= upper) .and. &
-                                      all(maxval(cut%segment(:, :, s), dim=2) >= lower), s=1, size(cut%segment, 3))])]
-      end do
-      cut%first_near(n + 1) = size(cut%near) + 1
-   end subroutine find_leaves
-
-   !> Mark the leaves along a segment, and those that are very near to it.
-   pure subroutine mark_along(forest, from, to, marked)
-      type(forest_t), intent(in) :: forest
-      real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
-      integer, intent(inout) :: marked(:)        !! 1 for these, (leaves)
-      real(dp), parameter :: part = 0.125_dp     ! of a leaf, from one place to the next
-      real(dp) :: way, length, step, x(ndim), y(ndim)
-      integer :: leaf, i, j
-      length = norm2(to - from)
-      way = 0
-      do
-         x = from + min(way, length)/length*(to - from)
-         leaf = forest%leaf_at(x)
-         step = part*forest%cell
-         if (leaf /= outside) step = part*forest%size_of(leaf)
-         do j = -1, 1
-            do i = -1, 1
-               y = x + [i, j]*step
-               leaf = forest%leaf_at(y)
-               if (leaf /= outside) marked(leaf) = 1
-            end do
-         end do
-         if (way >= length) exit
-         leaf = forest%leaf_at(x)
-         way = way + merge(step, step/2, leaf /= outside)
-      end do
-   end subroutine mark_along
-
-   !> Find the pieces of a leaf.
-   pure subroutine find_pieces(forest, leaf, cut)
-      type(forest_t), intent(in) :: forest
-      integer, intent(in) :: leaf
-      type(cut_cells_t), intent(inout) :: cut
-      type(disjoint_sets_t) :: sets
-      integer :: number(samples*samples)
-      integer :: i, j, k
-      call singletons(size(number), sets)
-      do j = 1, samples
-         do i = 1, samples
-            if (i < samples) call link(cut, forest, leaf, [i, j], [i + 1, j], sets)
-            if (j < samples) call link(cut, forest, leaf, [i, j], [i, j + 1], sets)
-         end do
-      end do
-      number = 0
-      associate (entry => cut%entry(leaf))
-         cut%n_pieces(entry) = 0
-         do k = 1, size(number)
-            associate (least => sets%least_of(k))
-               if (number(least) == 0) then
-                  cut%n_pieces(entry) = cut%n_pieces(entry) + 1
-                  number(least) = cut%n_pieces(entry)
-               end if
-               j = 1 + (k - 1)/samples
-               cut%piece(k - samples*(j - 1), j, entry) = number(least)
-            end associate
-         end do
-      end associate
-   end subroutine find_pieces
-
-   !> Connect two samples, unless a line runs between them.
-   pure subroutine link(cut, forest, leaf, a, b, sets)
-      type(cut_cells_t), intent(in) :: cut
-      type(forest_t), intent(in) :: forest
-      integer, intent(in) :: leaf
-      integer, intent(in) :: a(ndim), b(ndim)
-      type(disjoint_sets_t), intent(inout) :: sets
-      if (.not. is_between(cut, leaf, sample(forest, leaf, a(1), a(2)), sample(forest, leaf, b(1), b(2)))) &
-         call sets%join(a(1) + samples*(a(2) - 1), b(1) + samples*(b(2) - 1))
-   end subroutine link
 
    !> Place of a sample [m].
    pure function sample(forest, leaf, i, j) result(x)

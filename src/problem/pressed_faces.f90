@@ -18,7 +18,7 @@ module hampm_pressed_faces
    use hampm_loads, only: load_t, note_hosts
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t, spacing_of
-   use hampm_splitting, only: is_half, middle_of_parent
+   use hampm_children, only: is_half, middle_of_parent
    implicit none
    private
    public :: press_faces

@@ -4,7 +4,7 @@ module hampm_output_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic
    use hampm_cracks, only: cracks_t, first_point, last_point
-   use hampm_cut_cells, only: both_faces
+   use hampm_crack_lines, only: both_faces
    use hampm_grid, only: grid_t
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
    use hampm_problem, only: problem_t

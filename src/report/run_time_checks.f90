@@ -9,7 +9,7 @@ module hampm_run_time_checks
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t
    use hampm_interface_points, only: is_pressed
-   use hampm_cut_cells, only: both_faces
+   use hampm_crack_lines, only: both_faces
    use hampm_face_jumps, only: faces, faces_at, turn_between
    use hampm_cracks, only: crack_t
    use hampm_domains, only: is_tangled

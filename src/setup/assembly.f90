@@ -8,12 +8,11 @@ module hampm_assembly
    use hampm_crack_placement, only: distance_in_material, body_at, is_other_within, held_ahead, domain_radii, face_normal
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, last_point
-   use hampm_cut_cells, only: left_face, right_face
    use hampm_domains, only: start_domains
    use hampm_explicit, only: explicit_t, reference_t
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
-   use hampm_grid, only: build_grid
+   use hampm_grid_building, only: build_grid
    use hampm_implicit, only: implicit_t
    use hampm_integrator, only: integrator_t
    use hampm_largest_step, only: time_between_outputs
@@ -37,6 +36,7 @@ module hampm_assembly
    use hampm_static, only: static_t
    use hampm_supports, only: check_supports
    use hampm_text, only: to_text
+   use hampm_crack_lines, only: left_face, right_face
    implicit none
    private
    public :: assemble, choose_integrator

@@ -9,10 +9,11 @@ module hampm_problem_checkpoint
    use hampm_body_contact, only: archive_body_contact
    use hampm_checkpoint, only: checkpoint_t
    use hampm_cracks, only: cracks_t
-   use hampm_cut_cells, only: line_t
+   use hampm_crack_lines, only: line_t
    use hampm_element_operators, only: archive_gains
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_loads, only: archive_loads
    use hampm_mass_solver, only: archive_solver
    use hampm_problem, only: problem_t, rebuild_on_grid, rebuild_operators

@@ -2,12 +2,12 @@
 module hampm_mesh_changes
    use hampm_kinds, only: long
    use hampm_crack_carrying, only: follow_cracks
-   use hampm_cut_cells, only: line_t
    use hampm_failure, only: failure_t
    use hampm_matching, only: adopt_lines
    use hampm_problem, only: update_particles
    use hampm_refinement, only: refine, follow_particles
    use hampm_simulation, only: simulation_t, rebuild_on_mesh, limit_time_step
+   use hampm_crack_lines, only: line_t
    implicit none
    private
    public :: adapt, adapt_static, carry_cracks, cut_anew, change_cut

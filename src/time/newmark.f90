@@ -52,7 +52,7 @@ module hampm_newmark
    use hampm_pass, only: pass_t
    use hampm_interface_points, only: stretch_interfaces, open_interfaces, kick_interfaces, interface_energy, ease_faces, &
                                      forces_of_firm_faces
-   use hampm_stiffness, only: local_of
+   use hampm_element_stiffness, only: local_of
    use hampm_supports, only: lift_by
    implicit none
    private

@@ -4,7 +4,7 @@ module hampm_quadratic_samples
    use hampm_bodies, only: fill_rectangle
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: build_grid
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check
    use hampm_mass_choice, only: mass_choice_t
    use hampm_material, only: new_material

@@ -2,11 +2,11 @@
 module hampm_samples
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: fill_rectangle
-   use hampm_cut_cells, only: line_t
+   use hampm_crack_lines, only: line_t
    use hampm_energy, only: kinetic_energy, strain_energy
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: build_grid
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check
    use hampm_mass_choice, only: mass_choice_t
    use hampm_material, only: material_t

@@ -5,7 +5,7 @@ program test_changing_cells
    use hampm_constraints, only: constrain_box
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: build_grid
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_material, only: new_material
    use hampm_problem, only: problem_t

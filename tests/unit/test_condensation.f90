@@ -9,7 +9,6 @@ program test_condensation
    use hampm_crack_tip_field, only: modes
    use hampm_cracked, only: build_cracked, add_pull, rest_of
    use hampm_cracks, only: crack_t, cracks_t
-   use hampm_cut_cells, only: left_face
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
    use hampm_material, only: new_material
@@ -17,6 +16,7 @@ program test_condensation
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t
    use hampm_stiffness, only: stiffness_t
+   use hampm_crack_lines, only: left_face
    implicit none
 
    real(dp), parameter :: cell = 0.5_dp, length = 8.0_dp, depth = 1.5_dp, tip = 4.0_dp, little = 1e-7_dp

@@ -4,7 +4,8 @@ program test_constraints
    use hampm_constraints, only: constraints_t, given_motion_t, constrain_box, hold
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish
    use hampm_time_history, only: time_history_t
    implicit none

@@ -7,12 +7,12 @@ program test_crack_closure
    use hampm_crack_closure, only: path_opening, stress_closure, nodal_force_closure
    use hampm_crack_tip_field, only: modes
    use hampm_cracks, only: cracks_t, last_point
-   use hampm_cut_cells, only: left_face, right_face
    use hampm_measurements, only: dcb_energy_release_rate, chi_foundation
    use hampm_extrapolation, only: extrapolate
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_mass_choice, only: new_mass_choice
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver
@@ -21,6 +21,7 @@ program test_crack_closure
    use hampm_patch, only: patch_t, patch_around, fitted_displacement, internal_force
    use hampm_quadratic_samples, only: fill_with_quadratic
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
+   use hampm_crack_lines, only: left_face, right_face
    implicit none
 
    real(dp), parameter :: no_factors(0) = 0

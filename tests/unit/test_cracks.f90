@@ -4,16 +4,17 @@ program test_cracks
    use hampm_assembly, only: assemble
    use hampm_crack_tip, only: crack_tip_t, upper, lower
    use hampm_cracks, only: crack_t, cracks_t, first_point
-   use hampm_cut_cells, only: line_t, left_face
    use hampm_estimators, only: estimators
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish
    use hampm_refinement, only: refinement_t
    use hampm_model, only: model_t
    use hampm_problem, only: problem_t
    use hampm_thickness, only: thickness_t
+   use hampm_crack_lines, only: line_t, left_face
    implicit none
 
    real(dp), parameter :: cell = 0.5_dp, x(ndim) = [1.0_dp, 0.0_dp], y(ndim) = [0.0_dp, 1.0_dp]

@@ -2,12 +2,13 @@
 !> hanging nodes stay where they are; with cells of four sizes, and lines along grid lines, through nodes, and with kinks.
 program test_cut_cells
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_cut_cells, only: line_t
+   use hampm_crack_lines, only: line_t
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, finish, repeat_random_numbers
    use hampm_refined, only: refine_box
    use hampm_text, only: to_text

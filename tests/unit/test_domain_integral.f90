@@ -4,7 +4,7 @@ program test_domain_integral
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip_field, only: modes, effective_modulus, tip_gradient, tip_stress
    use hampm_closed_faces, only: closed_faces_t
-   use hampm_cut_cells, only: line_t
+   use hampm_crack_lines, only: line_t
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t

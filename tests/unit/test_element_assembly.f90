@@ -12,7 +12,8 @@ program test_element_assembly
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_refined, only: refine_box

@@ -5,7 +5,7 @@ program test_element_operators
    use hampm_constraints, only: constrain_box
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: build_grid
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_time_history, only: time_history_t
    use hampm_loads, only: load_t, load_on_points

@@ -4,9 +4,9 @@ program test_expected_error
    use hampm_constraints, only: constrain_box
    use hampm_cracked, only: build_cracked, add_pull, rest_of
    use hampm_cracks, only: crack_t, cracks_t
-   use hampm_cut_cells, only: left_face
    use hampm_estimated_errors, only: relative_errors
-   use hampm_expected_error, only: static_crack_t, find_static_crack, displace, error_by_lengths
+   use hampm_expected_error, only: static_crack_t, find_static_crack, error_by_lengths
+   use hampm_missing_energy, only: displace
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
    use hampm_material, only: new_material
@@ -14,6 +14,7 @@ program test_expected_error
    use hampm_particles, only: particles_t
    use hampm_samples, only: rectangle_t, thickness
    use hampm_stiffness, only: stiffness_t
+   use hampm_crack_lines, only: left_face
    implicit none
 
    real(dp), parameter :: pi = acos(-1.0_dp), young = 1, poisson = 0.3_dp, force = 1e-6_dp

@@ -3,7 +3,8 @@ program test_grid
    use hampm_kinds, only: dp, ndim, corners
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_outline, only: outline_t, polygon_ring, circle_ring
    use hampm_random_forests, only: change_at_random

@@ -3,11 +3,12 @@
 program test_grid_lines
    use hampm_kinds, only: dp, ndim
    use hampm_constraints, only: constrain_box
-   use hampm_cut_cells, only: line_t
+   use hampm_crack_lines, only: line_t
    use hampm_energy, only: kinetic_energy
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish
    use hampm_interface_points, only: contact, interface_energy, overlap_of
    use hampm_loads, only: load_on_particles, load_on_points

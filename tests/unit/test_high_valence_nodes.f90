@@ -6,7 +6,8 @@ program test_high_valence_nodes
    use hampm_constraints, only: constrain_box
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_loads, only: load_on_particles
    use hampm_local_leapfrog, only: local_leapfrog_t

@@ -4,7 +4,8 @@ program test_nodal_rows
    use hampm_constraints, only: constraints_t
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_mass_choice, only: new_mass_choice
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, solve_mass

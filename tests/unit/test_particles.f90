@@ -6,7 +6,8 @@ program test_particles
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_forest, only: forest_t
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_particles, only: particles_t, new_particles, add_history
    use hampm_sorting, only: sorting_t, sort_into_cells

@@ -5,7 +5,8 @@ program test_refined_forest
    use hampm_kinds, only: dp, ndim, long
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, outside, level_width, deepest
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_random_forests, only: change_at_random
    use hampm_text, only: to_text

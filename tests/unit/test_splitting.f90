@@ -9,7 +9,8 @@ program test_splitting
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t, spacing_of
    use hampm_samples, only: rectangle_t, place_bodies
-   use hampm_splitting, only: start_families, split, recombine, times_split
+   use hampm_splitting, only: start_families, split, recombine
+   use hampm_children, only: times_split
    use hampm_tensors, only: identity
    implicit none
 

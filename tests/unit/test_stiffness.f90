@@ -4,7 +4,7 @@ program test_stiffness
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_gradients, inside_cell
    use hampm_constraints, only: constrain_box, hold
-   use hampm_cut_cells, only: line_t
+   use hampm_crack_lines, only: line_t
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers

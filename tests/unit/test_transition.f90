@@ -9,7 +9,8 @@ program test_transition
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, corner_offset, level_width
-   use hampm_grid, only: grid_t, build_grid
+   use hampm_grid, only: grid_t
+   use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_node_list, only: node_list_t
    use hampm_random_forests, only: change_at_random

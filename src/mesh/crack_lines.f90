@@ -1,0 +1,101 @@
+!> A polyline along which cells are cut: its points, its tips, and the parts of it that are open, new, held by cohesion or free.
+module hampm_crack_lines
+   use hampm_kinds, only: dp, ndim
+   implicit none
+   private
+   public :: line_t, length_of, both_faces, left_face, right_face
+
+   integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! which faces of a line have material
+
+   !> A polyline that cuts.
+   type :: line_t
+      real(dp), allocatable :: points(:, :)      !! [m], (ndim, 2 or more)
+      real(dp), allocatable :: origin(:, :)      !! the same in the reference configuration, where the material carries the line [m]
+      logical :: is_tip(2) = .false.             !! whether its first and its last point end inside the material
+      logical :: contact = .false.               !! whether its sides press on each other
+      real(dp) :: friction = 0                   !! coefficient [-]
+      real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point the tips are that grow in motion: cells
+                                                 !! are cut ahead of them, and bonds hold these [m]
+      real(dp) :: grown(2) = 0                   !! how far each of these tips has moved so far [m]
+      integer :: cohesion = 0                    !! number of the law by which its faces hold each other, 0 for none
+      real(dp) :: held(2) = 0                    !! ways from its first point from and to which they do [m]
+      integer :: face = both_faces               !! which faces have material: one on a symmetry plane
+      real(dp) :: began(ndim) = 0                !! on a symmetry plane: where the tip at its last point was at first [m]
+   contains
+      procedure :: open_part
+      procedure :: new_part
+      procedure :: held_part
+      procedure :: free_part
+   end type line_t
+
+contains
+
+   !> The line up to its tips, without what is bonded ahead of them [m].
+   pure function open_part(self) result(points)
+      class(line_t), intent(in) :: self
+      real(dp), allocatable :: points(:, :)
+      points = shortened(shortened(self%points, self%bonded(2)), self%bonded(1), from_first=.true.)
+   end function open_part
+
+   !> The line from where a tip was at first to the end of the line that is nearest to it, in the direction in which the tip moves [m].
+   pure function new_part(self, end) result(points)
+      class(line_t), intent(in) :: self
+      integer, intent(in) :: end                 !! 1 its first, 2 its last point
+      real(dp), allocatable :: points(:, :)
+      real(dp) :: old
+      old = length_of(self%points) - self%bonded(end) - self%grown(end)
+      points = shortened(self%points, old, from_first=end == 2)
+      if (end == 1) points = points(:, size(points, 2):1:-1)
+   end function new_part
+
+   !> The part of the line whose faces hold each other by cohesion [m].
+   pure function held_part(self) result(points)
+      class(line_t), intent(in) :: self
+      real(dp), allocatable :: points(:, :)
+      points = shortened(shortened(self%points, length_of(self%points) - self%held(2)), self%held(1), from_first=.true.)
+   end function held_part
+
+   !> The line up to its tips, without what cohesion holds or has held [m].
+   pure function free_part(self) result(points)
+      class(line_t), intent(in) :: self
+      real(dp), allocatable :: points(:, :)
+      points = self%open_part()
+      if (self%cohesion > 0) points = shortened(self%points, length_of(self%points) - self%held(1))
+   end function free_part
+
+   !> Length of a polyline [m].
+   pure real(dp) function length_of(points) result(length)
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
+      integer :: k
+      length = sum([(norm2(points(:, k) - points(:, k - 1)), k=2, size(points, 2))])
+   end function length_of
+
+   !> A polyline without the last part of a length, or without the first [m].
+   pure function shortened(points, by, from_first) result(shorter)
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
+      real(dp), intent(in) :: by                 !! [m]
+      logical, intent(in), optional :: from_first
+      real(dp), allocatable :: shorter(:, :)
+      real(dp), parameter :: rounding = 1e-9_dp  ! part of a segment below which nothing of it is left: it would have no direction
+      real(dp) :: left, length
+      integer :: n
+      shorter = points
+      if (.not. by > 0) return
+      if (present(from_first)) then
+         if (from_first) shorter = points(:, size(points, 2):1:-1)
+      end if
+      left = by
+      n = size(shorter, 2)
+      do
+         length = norm2(shorter(:, n) - shorter(:, n - 1))
+         if (length*(1 - rounding) > left .or. n == 2) exit
+         left = max(0.0_dp, left - length)
+         n = n - 1
+      end do
+      shorter(:, n) = shorter(:, n) - min(left/length, 1 - epsilon(left))*(shorter(:, n) - shorter(:, n - 1))
+      shorter = shorter(:, :n)
+      if (present(from_first)) then
+         if (from_first) shorter = shorter(:, n:1:-1)
+      end if
+   end function shortened
+end module hampm_crack_lines

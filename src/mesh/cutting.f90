@@ -1,0 +1,260 @@
+!> Finding the cells that lines cut, and their pieces (`hampm_cut_cells`).
+module hampm_cutting
+   use hampm_kinds, only: dp, ndim
+   use hampm_disjoint_sets, only: disjoint_sets_t, singletons
+   use hampm_forest, only: forest_t, outside
+   use hampm_crack_lines, only: line_t, left_face, right_face
+   use hampm_cut_cells, only: cut_cells_t, end_leaf_t, is_between, nearly_none, on_line, sample, samples, &
+                              side_of_ties
+   implicit none
+   private
+   public :: find_cut_cells
+
+contains
+
+   !> Find the leaves of a forest that lines cut, and their pieces.
+   pure subroutine find_cut_cells(forest, lines, goes_on, cut)
+      type(forest_t), intent(in) :: forest
+      type(line_t), intent(in) :: lines(:)
+      logical, intent(in) :: goes_on             !! whether leaves ahead of tips are cut where their faces share a node behind these: linear
+                                                 !! ones, as nodes in the middles of sides part the faces of quadratic ones
+      type(cut_cells_t), intent(out) :: cut
+      integer, allocatable :: leaf(:)            ! of each entry
+      integer :: k
+      cut%slack = on_line*forest%cell
+      allocate (cut%lines(size(lines)))
+      do k = 1, size(lines)                      ! as a whole it would leak in gfortran 12
+         cut%lines(k) = lines(k)
+      end do
+      call find_segments(forest, goes_on, cut)
+      if (.not. cut%are_there()) return
+      call find_leaves(forest, cut, leaf)
+      do k = 1, size(leaf)
+         call find_pieces(forest, leaf(k), cut)
+      end do
+   end subroutine find_cut_cells
+
+   !> The segments of all lines; ends at tips are moved.
+   pure subroutine find_segments(forest, goes_on, cut)
+      type(forest_t), intent(in) :: forest
+      logical, intent(in) :: goes_on             !! as in `find_cut_cells`
+      type(cut_cells_t), intent(inout) :: cut
+      real(dp), allocatable :: points(:, :), open(:, :)
+      type(end_leaf_t) :: end
+      integer :: line, k, n, e
+      n = 0
+      e = 0
+      allocate (cut%segment(ndim, 2, sum([(size(cut%lines(line)%points, 2) - 1, line=1, size(cut%lines))])))
+      allocate (cut%side_of_ties(size(cut%segment, 3)))
+      allocate (cut%ends(sum([(count(cut%lines(line)%is_tip), line=1, size(cut%lines))])))
+      do line = 1, size(cut%lines)
+         points = cut%lines(line)%points
+         do k = 2, 1, -1
+            if (.not. cut%lines(line)%is_tip(k)) cycle
+            end = end_leaf_t(line, k)
+            if (k == 2) then
+               call move_end(forest, cut%lines(line)%face, points(:, size(points, 2) - 1), points(:, size(points, 2)), end)
+               if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, size(points, 2)), end)
+            else
+               call move_end(forest, cut%lines(line)%face, points(:, 2), points(:, 1), end)
+               if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, 1), end)
+            end if
+            if (cut%lines(line)%bonded(k) > 0) then
+               open = cut%lines(line)%open_part()
+               end%tip = open(:, merge(1, size(open, 2), k == 1))
+               end%direction = end%tip - open(:, merge(2, size(open, 2) - 1, k == 1))
+               end%direction = end%direction/norm2(end%direction)
+            end if
+            e = e + 1
+            cut%ends(e) = end
+         end do
+         do k = 2, size(points, 2)
+            n = n + 1
+            cut%segment(:, :, n) = points(:, k - 1:k)
+            if (allocated(cut%lines(line)%origin)) then
+               cut%side_of_ties(n) = side_of_ties(cut%lines(line)%origin(:, k) - cut%lines(line)%origin(:, k - 1))
+            else
+               cut%side_of_ties(n) = side_of_ties(points(:, k) - points(:, k - 1))
+            end if
+         end do
+      end do
+   end subroutine find_segments
+
+   !> Move an end to where its leaf ends, along the segment that comes from `from`.
+   pure subroutine move_end(forest, face, from, tip, end)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: face                !! which one has material
+      real(dp), intent(in) :: from(ndim)         !! [m]
+      real(dp), intent(inout) :: tip(ndim)       !! [m]
+      type(end_leaf_t), intent(inout) :: end
+      real(dp) :: direction(ndim), lower(ndim), ahead, behind
+      integer :: leaf, d
+      end%tip = tip
+      end%front = tip
+      direction = (tip - from)/norm2(tip - from)
+      end%direction = direction
+      leaf = forest%leaf_at(tip + nearly_none*forest%cell*(direction + into_half(direction, face)))
+      if (leaf == outside) return
+      lower = forest%position(forest%place_of(leaf))
+      ahead = huge(ahead)
+      behind = huge(behind)
+      do d = 1, ndim
+         if (abs(direction(d)) <= nearly_none) cycle
+         associate (to_lower => (tip(d) - lower(d))/abs(direction(d)), &
+                    to_upper => (lower(d) + forest%size_of(leaf) - tip(d))/abs(direction(d)))
+            ahead = min(ahead, merge(to_upper, to_lower, direction(d) > 0))
+            behind = min(behind, merge(to_lower, to_upper, direction(d) > 0))
+         end associate
+      end do
+      if (behind <= 2*nearly_none*forest%cell .and. count(abs(direction) > nearly_none) == 1) then
+         tip = tip - behind*direction
+         return
+      end if
+      end%leaf = leaf
+      end%front = tip + ahead*direction
+      tip = end%front
+   end subroutine move_end
+
+   !> Cut leaves ahead of the tip, one after the other, as long as of the edge at which the cut ends a node is behind the tip: both faces
+   !> share it, and hold the crack together there.
+   pure subroutine cut_ahead(forest, front, end)
+      type(forest_t), intent(in) :: forest
+      real(dp), intent(inout) :: front(ndim)     !! where the cut ends [m]
+      type(end_leaf_t), intent(inout) :: end
+      integer, parameter :: most = 4             ! leaves; a line meets no more before an edge across it
+      real(dp) :: lower(ndim), node(ndim), off(ndim), ahead
+      integer :: turn, leaf, d, across
+      if (end%leaf == 0) return
+      do turn = 1, most
+         lower = forest%position(forest%place_of(end%leaf))
+         associate (size => forest%size_of(end%leaf), direction => end%direction)
+            off = [(min(abs(front(d) - lower(d)), abs(front(d) - lower(d) - size)), d=1, ndim)]
+            if (all(off <= 2*nearly_none*forest%cell)) return ! at a node
+            across = minloc(off, dim=1)
+            node = front
+            node(ndim + 1 - across) = lower(ndim + 1 - across) + merge(0.0_dp, size, direction(ndim + 1 - across) > 0)
+            if (dot_product(node - end%tip, direction) >= 0) return
+            leaf = forest%leaf_at(front + nearly_none*forest%cell*direction)
+            if (leaf == outside .or. leaf == end%leaf) return
+            end%leaf = leaf
+         end associate
+         lower = forest%position(forest%place_of(leaf))
+         ahead = huge(ahead)
+         do d = 1, ndim
+            if (abs(end%direction(d)) <= nearly_none) cycle
+            ahead = min(ahead, (lower(d) + merge(forest%size_of(leaf), 0.0_dp, end%direction(d) > 0) - front(d))/end%direction(d))
+         end do
+         front = front + max(ahead, nearly_none*forest%cell)*end%direction
+         end%front = front
+      end do
+   end subroutine cut_ahead
+
+   !> Unit vector normal to a direction, towards the only face that has material; 0 where both have.
+   pure function into_half(direction, face) result(inward)
+      real(dp), intent(in) :: direction(ndim)    !! unit vector
+      integer, intent(in) :: face
+      real(dp) :: inward(ndim)
+      inward = 0
+      if (face == left_face) inward = [-direction(2), direction(1)]
+      if (face == right_face) inward = [direction(2), -direction(1)]
+   end function into_half
+
+   !> List the leaves near lines, and the segments that are near each.
+   pure subroutine find_leaves(forest, cut, leaf)
+      type(forest_t), intent(in) :: forest
+      type(cut_cells_t), intent(inout) :: cut
+      integer, allocatable, intent(out) :: leaf(:) !! of each entry
+      real(dp) :: lower(ndim), upper(ndim)
+      integer :: n, k, s
+      allocate (cut%entry(forest%leaf_count()), source=0)
+      do s = 1, size(cut%segment, 3)
+         call mark_along(forest, cut%segment(:, 1, s), cut%segment(:, 2, s), cut%entry)
+      end do
+      leaf = pack([(k, k=1, size(cut%entry))], cut%entry > 0)
+      n = size(leaf)
+      cut%entry(leaf) = [(k, k=1, n)]
+      allocate (cut%n_pieces(n), cut%first_near(n + 1), cut%near(0))
+      allocate (cut%piece(samples, samples, n), source=1)
+      do k = 1, n
+         cut%first_near(k) = size(cut%near) + 1
+         associate (width => forest%size_of(leaf(k)))
+            lower = forest%position(forest%place_of(leaf(k))) - width/2
+            upper = lower + 2*width
+         end associate
+         cut%near = [cut%near, pack([(s, s=1, size(cut%segment, 3))], &
+                                    [(all(minval(cut%segment(:, :, s), dim=2) <= upper) .and. &
+                                      all(maxval(cut%segment(:, :, s), dim=2) >= lower), s=1, size(cut%segment, 3))])]
+      end do
+      cut%first_near(n + 1) = size(cut%near) + 1
+   end subroutine find_leaves
+
+   !> Mark the leaves along a segment, and those that are very near to it.
+   pure subroutine mark_along(forest, from, to, marked)
+      type(forest_t), intent(in) :: forest
+      real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
+      integer, intent(inout) :: marked(:)        !! 1 for these, (leaves)
+      real(dp), parameter :: part = 0.125_dp     ! of a leaf, from one place to the next
+      real(dp) :: way, length, step, x(ndim), y(ndim)
+      integer :: leaf, i, j
+      length = norm2(to - from)
+      way = 0
+      do
+         x = from + min(way, length)/length*(to - from)
+         leaf = forest%leaf_at(x)
+         step = part*forest%cell
+         if (leaf /= outside) step = part*forest%size_of(leaf)
+         do j = -1, 1
+            do i = -1, 1
+               y = x + [i, j]*step
+               leaf = forest%leaf_at(y)
+               if (leaf /= outside) marked(leaf) = 1
+            end do
+         end do
+         if (way >= length) exit
+         leaf = forest%leaf_at(x)
+         way = way + merge(step, step/2, leaf /= outside)
+      end do
+   end subroutine mark_along
+
+   !> Find the pieces of a leaf.
+   pure subroutine find_pieces(forest, leaf, cut)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      type(cut_cells_t), intent(inout) :: cut
+      type(disjoint_sets_t) :: sets
+      integer :: number(samples*samples)
+      integer :: i, j, k
+      call singletons(size(number), sets)
+      do j = 1, samples
+         do i = 1, samples
+            if (i < samples) call link(cut, forest, leaf, [i, j], [i + 1, j], sets)
+            if (j < samples) call link(cut, forest, leaf, [i, j], [i, j + 1], sets)
+         end do
+      end do
+      number = 0
+      associate (entry => cut%entry(leaf))
+         cut%n_pieces(entry) = 0
+         do k = 1, size(number)
+            associate (least => sets%least_of(k))
+               if (number(least) == 0) then
+                  cut%n_pieces(entry) = cut%n_pieces(entry) + 1
+                  number(least) = cut%n_pieces(entry)
+               end if
+               j = 1 + (k - 1)/samples
+               cut%piece(k - samples*(j - 1), j, entry) = number(least)
+            end associate
+         end do
+      end associate
+   end subroutine find_pieces
+
+   !> Connect two samples, unless a line runs between them.
+   pure subroutine link(cut, forest, leaf, a, b, sets)
+      type(cut_cells_t), intent(in) :: cut
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      integer, intent(in) :: a(ndim), b(ndim)
+      type(disjoint_sets_t), intent(inout) :: sets
+      if (.not. is_between(cut, leaf, sample(forest, leaf, a(1), a(2)), sample(forest, leaf, b(1), b(2)))) &
+         call sets%join(a(1) + samples*(a(2) - 1), b(1) + samples*(b(2) - 1))
+   end subroutine link
+end module hampm_cutting

@@ -1,0 +1,423 @@
+!> Building a grid from a forest: numbering its nodes, placing its elements, and finding on which nodes others hang.
+module hampm_grid_building
+   use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_basis, only: points_of_quadratic
+   use hampm_cut_cells, only: place_of_copy
+   use hampm_cutting, only: find_cut_cells
+   use hampm_crack_lines, only: line_t
+   use hampm_dofs, only: most_nodes_of_leaf
+   use hampm_forest, only: forest_t, outside, corner_offset, level_width
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_aggregated_nodes, only: find_aggregated_nodes
+   use hampm_outline, only: outline_t, least_part
+   use hampm_place_table, only: place_table_t
+   use hampm_grid, only: grid_t, side_corner, sides
+   implicit none
+   private
+   public :: build_grid
+
+contains
+
+   !> Build the grid of a forest, with or without lines that cut. Fails where the memory does
+   !> not suffice.
+   subroutine build_grid(forest, grid, failure, lines, bodies, velocity_fields, solids)
+      type(forest_t), intent(in) :: forest
+      type(grid_t), intent(out) :: grid
+      type(failure_t), intent(inout) :: failure
+      type(line_t), intent(in), optional :: lines(:)
+      type(outline_t), allocatable, intent(in), optional :: bodies(:) !! whose edges may cut cells
+      integer, allocatable, intent(in), optional :: velocity_fields(:) !! the sheet on which each body is, from 1 on
+      real(dp), allocatable, intent(in), optional :: solids(:, :, :)  !! see `grid_t`; where it is allocated, cells are quadratic
+      type(place_table_t) :: points
+      integer :: status, leaf
+      grid%forest = forest
+      if (present(solids)) then
+         if (allocated(solids)) then
+            allocate (grid%solids, source=solids)
+            grid%n_functions = points_of_quadratic
+         end if
+      end if
+      if (present(lines)) call find_cut_cells(forest, lines, .not. grid%is_quadratic(), grid%cut_cells)
+      if (present(bodies)) then
+         if (allocated(bodies)) then
+            allocate (grid%bodies, source=bodies)
+            call find_fills(grid)
+            if (.not. grid%is_quadratic()) call find_aggregated_nodes(forest, grid%cut_cells, bodies, grid%aggregated_nodes)
+         end if
+      end if
+      if (present(velocity_fields)) then
+         if (allocated(velocity_fields)) then
+            allocate (grid%field_of_body, source=velocity_fields)
+            grid%n_velocity_fields = maxval(velocity_fields)
+         end if
+      end if
+      associate (n_leaves => forest%leaf_count())
+         call points%reserve(merge(corners, 1, grid%is_quadratic())*grid%n_velocity_fields*expected_points(n_leaves), status)
+         if (status == 0) allocate (grid%leaf_element(n_leaves + 1), stat=status)
+         if (status == 0) then
+            call number_nodes(grid, points)
+            if (grid%is_quadratic()) call number_inner_nodes(grid, points)
+            grid%n_nodes = points%n
+            grid%leaf_element(1) = 1
+            do leaf = 1, n_leaves
+               grid%leaf_element(leaf + 1) = grid%leaf_element(leaf) &
+                                             + grid%all_pieces(leaf)*merge(corners, 1, is_divided(grid, points, leaf))
+            end do
+            grid%n_elements = grid%leaf_element(n_leaves + 1) - 1
+            allocate (grid%element_lower(ndim, grid%n_elements), grid%element_size(grid%n_elements), &
+                      grid%element_nodes(corners, grid%n_elements), grid%element_leaf(grid%n_elements), stat=status)
+         end if
+         if (status == 0) then
+            call place_elements(grid, points)
+            grid%n_points = points%n
+            call find_masters(grid, points)
+            call grid%dofs%connect(grid%element_nodes, status)
+         end if
+         if (status == 0) allocate (grid%node_position(ndim, grid%n_points), stat=status)
+      end associate
+      if (status /= 0) then
+         call failure%report(exit_computation, 'grid: not enough memory for this number of cells')
+         return
+      end if
+      grid%finest_cell = scale(forest%cell, -forest%finest_level())
+      call place_nodes(grid)
+   end subroutine build_grid
+
+   !> About how many nodes so many leaves have.
+   pure integer function expected_points(leaves)
+      integer, intent(in) :: leaves
+      expected_points = leaves + leaves/8 + 16
+   end function expected_points
+
+   !> Number the nodes: the corners of leaves, in the order of the leaves, but for outer nodes.
+   subroutine number_nodes(grid, points)
+      type(grid_t), intent(in) :: grid
+      type(place_table_t), intent(inout) :: points
+      integer :: leaf, piece, c, number
+      do leaf = 1, grid%forest%leaf_count()
+         do piece = 1, grid%all_pieces(leaf)
+            do c = 1, corners
+               if (grid%aggregated_nodes%are_there()) then
+                  if (grid%aggregated_nodes%number_at(corner_of_leaf(grid, leaf, piece, c)) > 0) cycle
+               end if
+               call points%enter(corner_of_leaf(grid, leaf, piece, c), number)
+            end do
+         end do
+      end do
+   end subroutine number_nodes
+
+   !> Number on, where cells are quadratic, the nodes in the middle of sides that do not hang, and those in the middle of leaves.
+   subroutine number_inner_nodes(grid, points)
+      type(grid_t), intent(in) :: grid
+      type(place_table_t), intent(inout) :: points
+      integer :: leaf, piece, side, coarser, of_coarser, number
+      do leaf = 1, grid%forest%leaf_count()
+         do piece = 1, grid%all_pieces(leaf)
+            do side = 1, sides
+               call find_coarser(grid, leaf, piece, side, coarser, of_coarser)
+               if (coarser == outside) call points%enter(middle_of_side(grid, leaf, piece, side), number)
+            end do
+            call points%enter(seen_from(grid, leaf, piece, grid%forest%place_of(leaf) &
+                                                           + level_width(grid%forest%level_of(leaf))/2), number)
+         end do
+      end do
+   end subroutine number_inner_nodes
+
+   !> The coarser leaf with material beside a side of a piece of a quadratic one, and the piece of it that is connected there; `outside`
+   !> where there is none, or a cut between them.
+   pure subroutine find_coarser(grid, leaf, piece, side, coarser, of_coarser)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf, piece, side
+      integer, intent(out) :: coarser, of_coarser
+      integer(long) :: place(ndim), middle(ndim)
+      integer :: normal, other, end
+      normal = (side + 1)/2
+      coarser = outside
+      of_coarser = 0
+      associate (forest => grid%forest, width => level_width(grid%forest%level_of(leaf)))
+         middle = forest%place_of(leaf) + width/2
+         middle(normal) = middle(normal) + (2*mod(side - 1, 2) - 1)*(width/2)
+         place = middle
+         if (mod(side, 2) == 1) place(normal) = place(normal) - 1
+         if (any(place < 0 .or. place >= forest%cells*level_width(0))) return
+         associate (next => forest%leaf_of(place))
+            if (forest%level_of(next) >= forest%level_of(leaf)) return
+            if (.not. is_solid(grid, next)) return
+            do other = 1, grid%all_pieces(next)
+               if (any(seen_from(grid, leaf, piece, middle) /= seen_from(grid, next, other, middle))) cycle
+               do end = 1, 2                     ! samples tell less of the ends than of the middle
+                  place = place_of_corner(grid, leaf, side_corner(side, end))
+                  if (any(seen_from(grid, leaf, piece, place) /= seen_from(grid, next, other, place))) exit
+               end do
+               if (end <= 2) cycle
+               coarser = next
+               of_coarser = other
+               return
+            end do
+         end associate
+      end associate
+   end subroutine find_coarser
+
+   !> Find which leaves bodies fill, and of which they have a part.
+   pure subroutine find_fills(grid)
+      type(grid_t), intent(inout) :: grid
+      real(dp) :: m(0:ndim), fill, largest
+      integer :: leaf, k
+      associate (n => grid%forest%leaf_count())
+         allocate (grid%is_full(n), grid%is_met(n))
+         do leaf = 1, n
+            fill = 0
+            largest = 0
+            associate (lower => grid%forest%position(grid%forest%place_of(leaf)), width => grid%forest%size_of(leaf))
+               do k = 1, size(grid%bodies)
+                  m = grid%bodies(k)%moments(lower, lower + width)/width**ndim
+                  fill = fill + max(m(0), 0.0_dp)
+                  largest = max(largest, m(0))
+               end do
+            end associate
+            grid%is_met(leaf) = fill > least_part
+            grid%is_full(leaf) = largest > 1 - 1e-9_dp
+         end do
+      end associate
+   end subroutine find_fills
+
+   !> Whether there is material in a leaf.
+   pure logical function is_solid(grid, leaf)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf
+      real(dp) :: x(ndim)
+      integer :: k
+      x = grid%forest%position(grid%forest%place_of(leaf)) + grid%forest%size_of(leaf)/2
+      is_solid = .false.
+      if (allocated(grid%is_met)) then
+         is_solid = grid%is_met(leaf)
+         return
+      end if
+      do k = 1, size(grid%solids, 3)
+         is_solid = is_solid .or. all(x > grid%solids(:, 1, k) .and. x < grid%solids(:, 2, k))
+      end do
+   end function is_solid
+
+   !> A place as a piece of a leaf, on its sheet, sees it: points at one place that are not the same have different ones. Those of
+   !> sheets but the first one are far outside the lattice.
+   pure function seen_from(grid, leaf, piece, place) result(seen)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf
+      integer, intent(in) :: piece               !! of all sheets
+      integer(long), intent(in) :: place(ndim)
+      integer(long) :: seen(ndim)
+      integer(long), parameter :: far = 2_long**48
+      integer :: velocity_field
+      velocity_field = (piece - 1)/grid%cut_cells%pieces_of(leaf)
+      seen = place
+      if (velocity_field == 0 .and. grid%cut_cells%are_there()) then
+         seen = place_of_copy(place, grid%cut_cells%copy_at(grid%forest, place, leaf, piece))
+      end if
+      seen(2) = seen(2) + velocity_field*far
+   end function seen_from
+
+   !> Place of a corner of a leaf, as a piece of it sees it.
+   pure function corner_of_leaf(grid, leaf, piece, corner) result(place)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf, piece, corner
+      integer(long) :: place(ndim)
+      place = seen_from(grid, leaf, piece, place_of_corner(grid, leaf, corner))
+   end function corner_of_leaf
+
+   !> Place of a corner of a leaf.
+   pure function place_of_corner(grid, leaf, corner) result(place)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf, corner
+      integer(long) :: place(ndim)
+      place = grid%forest%place_of(leaf) + corner_offset(corner)*level_width(grid%forest%level_of(leaf))
+   end function place_of_corner
+
+   !> Place of the middle of a side of a leaf, as a piece of it sees it: sides 1 and 2 are the lower and upper one in x, 3 and 4 in y.
+   pure function middle_of_side(grid, leaf, piece, side) result(place)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf, piece, side
+      integer(long) :: place(ndim)
+      integer :: normal
+      normal = (side + 1)/2
+      associate (lower => grid%forest%place_of(leaf), width => level_width(grid%forest%level_of(leaf)))
+         place = lower + width/2
+         place(normal) = place(normal) + (2*mod(side - 1, 2) - 1)*(width/2)
+         place = seen_from(grid, leaf, piece, place)
+      end associate
+   end function middle_of_side
+
+   !> Whether a leaf is stored as its quarters.
+   pure logical function is_divided(grid, nodes, leaf)
+      type(grid_t), intent(in) :: grid
+      type(place_table_t), intent(in) :: nodes
+      integer, intent(in) :: leaf
+      is_divided = grid%is_quadratic()
+      if (.not. is_divided) is_divided = has_mid_node(grid, nodes, leaf)
+   end function is_divided
+
+   !> Whether there is a node in the middle of any side of a leaf.
+   pure logical function has_mid_node(grid, nodes, leaf) result(has)
+      type(grid_t), intent(in) :: grid
+      type(place_table_t), intent(in) :: nodes
+      integer, intent(in) :: leaf
+      integer :: piece, side
+      has = .false.
+      if (grid%forest%is_uniform()) return
+      do piece = 1, grid%all_pieces(leaf)
+         do side = 1, sides
+            has = has .or. nodes%number_of(middle_of_side(grid, leaf, piece, side)) > 0
+         end do
+      end do
+   end function has_mid_node
+
+   !> Elements of the leaves, and the nodes at their corners, of which the new ones hang.
+   subroutine place_elements(grid, points)
+      type(grid_t), intent(inout) :: grid
+      type(place_table_t), intent(inout) :: points
+      integer(long) :: lower(ndim), width
+      integer :: leaf, piece, e, quarter, c
+      do leaf = 1, grid%forest%leaf_count()
+         width = level_width(grid%forest%level_of(leaf))
+         if (grid%is_transition(leaf)) width = width/2
+         e = grid%leaf_element(leaf) - 1
+         do piece = 1, grid%all_pieces(leaf)
+            do quarter = 1, grid%quarters_of(leaf)
+               e = e + 1
+               lower = grid%forest%place_of(leaf) + corner_offset(quarter)*width
+               grid%element_leaf(e) = leaf
+               grid%element_lower(:, e) = grid%forest%position(lower)
+               grid%element_size(e) = grid%forest%size_of(leaf)
+               if (grid%is_transition(leaf)) grid%element_size(e) = grid%element_size(e)/2
+               do c = 1, corners
+                  call points%enter(seen_from(grid, leaf, piece, lower + corner_offset(c)*width), grid%element_nodes(c, e))
+               end do
+            end do
+         end do
+      end do
+   end subroutine place_elements
+
+   !> Positions of the nodes, each by the first of its elements.
+   subroutine place_nodes(grid)
+      type(grid_t), intent(inout) :: grid
+      integer :: e, corner
+      do e = grid%n_elements, 1, -1
+         do corner = 1, corners
+            grid%node_position(:, grid%element_nodes(corner, e)) = grid%element_lower(:, e) &
+                                                                   + corner_offset(corner)*grid%element_size(e)
+         end do
+      end do
+   end subroutine place_nodes
+
+   !> The masters of the hanging nodes and their weights. What leaves without material let hang has none: it may be between outer nodes.
+   subroutine find_masters(grid, points)
+      type(grid_t), intent(inout) :: grid
+      type(place_table_t), intent(in) :: points
+      real(dp), allocatable :: weight(:, :)
+      integer, allocatable :: node(:, :), count_of(:)
+      integer :: leaf, piece, side, middle, k
+      integer :: mids(sides), ends(2, sides)
+      associate (n_nodes => grid%n_nodes, n_hanging => grid%n_points - grid%n_nodes)
+         allocate (weight(most_nodes_of_leaf, n_hanging), node(most_nodes_of_leaf, n_hanging), count_of(n_hanging))
+         count_of = 0
+         if (grid%is_quadratic()) then
+            do leaf = 1, grid%forest%leaf_count()
+               do piece = 1, grid%all_pieces(leaf)
+                  do side = 1, sides
+                     middle = points%number_of(middle_of_side(grid, leaf, piece, side)) - n_nodes
+                     if (middle > 0) call find_masters_of_side(grid, points, leaf, piece, side, count_of(middle), &
+                                                               node(:, middle), weight(:, middle))
+                  end do
+               end do
+            end do
+            call grid%dofs%set_masters(n_nodes, count_of, node, weight)
+            return
+         end if
+         do leaf = 1, grid%forest%leaf_count()
+            if (.not. grid%is_transition(leaf)) cycle
+            if (grid%aggregated_nodes%are_there()) then
+               if (.not. grid%is_met(leaf)) cycle
+            end if
+            do piece = 1, grid%all_pieces(leaf)
+               do side = 1, sides
+                  mids(side) = points%number_of(middle_of_side(grid, leaf, piece, side))
+                  ends(:, side) = [(points%number_of(corner_of_leaf(grid, leaf, piece, side_corner(side, k))), k=1, 2)]
+                  if (mids(side) <= n_nodes) cycle
+                  count_of(mids(side) - n_nodes) = 2
+                  node(:2, mids(side) - n_nodes) = ends(:, side)
+                  weight(:2, mids(side) - n_nodes) = 0.5_dp
+               end do
+               middle = grid%element_nodes(corners, grid%leaf_element(leaf) + (piece - 1)*corners) - n_nodes
+               count_of(middle) = 0
+               do side = 1, sides
+                  if (mids(side) <= n_nodes) then
+                     call add_master(mids(side), 0.25_dp)
+                  else
+                     call add_master(ends(1, side), 0.125_dp)
+                     call add_master(ends(2, side), 0.125_dp)
+                  end if
+               end do
+            end do
+         end do
+      end associate
+      if (grid%aggregated_nodes%are_there()) call add_aggregated_nodes()
+      call grid%dofs%set_masters(grid%n_nodes, count_of, node, weight)
+   contains
+      !> Let outer nodes hang on the corners of their hosts.
+      subroutine add_aggregated_nodes()
+         integer(long) :: place(ndim)
+         integer :: host, point, outer
+         do leaf = 1, grid%forest%leaf_count()
+            do k = 1, corners
+               place = corner_of_leaf(grid, leaf, 1, k)
+               outer = grid%aggregated_nodes%number_at(place)
+               if (outer == 0) cycle
+               host = grid%aggregated_nodes%host(outer)
+               point = points%number_of(place) - grid%n_nodes
+               count_of(point) = corners
+               node(:corners, point) = [(points%number_of(corner_of_leaf(grid, host, 1, side)), side=1, corners)]
+               weight(:corners, point) = grid%aggregated_nodes%weights(grid%forest, place)
+            end do
+         end do
+      end subroutine add_aggregated_nodes
+
+      !> Add to the weight of a master of the hanging node in the middle.
+      subroutine add_master(master, part)
+         integer, intent(in) :: master
+         real(dp), intent(in) :: part
+         integer :: j
+         do j = 1, count_of(middle)
+            if (node(j, middle) == master) exit
+         end do
+         if (j > count_of(middle)) then
+            count_of(middle) = j
+            node(j, middle) = master
+            weight(j, middle) = 0
+         end if
+         weight(j, middle) = weight(j, middle) + part
+      end subroutine add_master
+   end subroutine find_masters
+
+   !> The masters of the node in the middle of a side of a piece of a quadratic leaf beside a coarser one: the nodes of the side of that,
+   !> from the end that it has in common with the leaf on.
+   pure subroutine find_masters_of_side(grid, points, leaf, piece, side, n, master, weight)
+      type(grid_t), intent(in) :: grid
+      type(place_table_t), intent(in) :: points
+      integer, intent(in) :: leaf, piece, side
+      integer, intent(out) :: n
+      integer, intent(inout) :: master(:)
+      real(dp), intent(inout) :: weight(:)
+      integer(long) :: shared(ndim), own(ndim, corners)
+      integer :: coarser, of_coarser, opposite, k
+      call find_coarser(grid, leaf, piece, side, coarser, of_coarser)
+      opposite = side + 2*mod(side, 2) - 1
+      n = 3
+      weight(:n) = [0.375_dp, 0.75_dp, -0.125_dp]
+      master(1:3:2) = [(points%number_of(corner_of_leaf(grid, coarser, of_coarser, side_corner(opposite, k))), k=1, 2)]
+      master(2) = points%number_of(middle_of_side(grid, coarser, of_coarser, opposite))
+      do k = 1, corners
+         own(:, k) = place_of_corner(grid, leaf, k)
+      end do
+      shared = place_of_corner(grid, coarser, side_corner(opposite, 1))
+      if (.not. any([(all(own(:, k) == shared), k=1, corners)])) master(:n) = master(n:1:-1)
+   end subroutine find_masters_of_side
+end module hampm_grid_building

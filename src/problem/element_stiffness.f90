@@ -1,0 +1,297 @@
+!> The stiffness of an element, by the points at which its material is looked at: of its particles as they stand, or of four points where a particle is alone.
+!>
+!> Of axisymmetric material N_a/R is a third derivative of a shape function, by which displacements in direction 1 give H_33: displacement gradients and
+!> stresses then have a third column with that and stress_33 in direction 1.
+module hampm_element_stiffness
+   use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: inside_cell, points_of_quadratic
+   use hampm_law, only: most_columns
+   use hampm_material, only: material_t
+   use hampm_problem, only: problem_t
+   use hampm_tensors, only: identity, trace
+   implicit none
+   private
+   public :: stiff_points, gradient_at, derivatives_at, n_derivatives, local_of, change_of_stress, element_stiffness, forces_by, &
+             mean_gradient_in, strain_by
+
+contains
+
+   !> Stiffness of an element, by corner, its directions one after the other [N/m]. Particles of the same moduli, as those of a material
+   !> at small strain have, need only the sum of the products of their gradients.
+   pure subroutine element_stiffness(m, e, is_tangent, point, matrix)
+      type(problem_t), intent(in) :: m
+      integer, intent(in) :: e
+      logical, intent(in) :: is_tangent          !! whether of the present state, see `stiffness_kind_t`
+      real(dp), intent(in) :: point              !! squared frequency of soft interface points [1/s2]
+      real(dp), intent(out) :: matrix(:, :)
+      real(dp), allocatable :: gradient(:, :, :)
+      real(dp) :: products(n_derivatives(m)*m%grid%n_functions, n_derivatives(m)*m%grid%n_functions), h(ndim, ndim), hoop, &
+                  past(most_columns)
+      integer :: i, k
+      logical :: is_last
+      matrix = 0
+      if (is_tangent .and. shares_dilatation(m, e)) then
+         call tangent_by_means(m, e, matrix)
+         return
+      end if
+      if (is_tangent) allocate (gradient(m%grid%n_functions, n_derivatives(m), 1))
+      products = 0
+      h = 0
+      hoop = 0
+      past = 0
+      associate (p => m%particles, b => m%blocks)
+         do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+            if (is_tangent) then
+               gradient(:, :, 1) = derivatives_at(m, i)
+            else
+               call stiff_points(m, e, i, gradient)
+            end if
+            do k = 1, size(gradient, 3)
+               call sum_products(p%volume(i)/size(gradient, 3), gradient(:, :, k), products)
+            end do
+            do k = 1, size(matrix, 1)
+               matrix(k, k) = matrix(k, k) + point*p%mass(i)/m%grid%n_functions
+            end do
+            associate (material => m%materials(p%material(i)))
+               is_last = i == b%last_in(e) .or. is_tangent .and. .not. material%linear
+               if (.not. is_last) is_last = p%material(i + b%stride_in(e)) /= p%material(i)
+               if (.not. is_last) cycle
+               if (is_tangent) h = p%gradient_of(i)
+               if (is_tangent) hoop = p%hoop_of(i)
+               if (is_tangent) past = p%history_of(i)
+               call add_products(moduli_of(material, n_derivatives(m), h, past, hoop), products, matrix)
+               products = 0
+            end associate
+         end do
+      end associate
+   end subroutine element_stiffness
+
+   !> Whether particles of an element share their dilatation.
+   pure logical function shares_dilatation(m, e) result(shares)
+      type(problem_t), intent(in) :: m
+      integer, intent(in) :: e
+      shares = any(m%materials%mean_dilatation)
+      if (shares) shares = any(m%materials(m%particles%material(m%blocks%first_in(e):m%blocks%last_in(e): &
+                                                               m%blocks%stride_in(e)))%mean_dilatation)
+   end function shares_dilatation
+
+   !> Mean gradients of the shape functions over the particles of an element that share their dilatation [1/m].
+   pure function mean_gradient_in(m, e) result(mean)
+      type(problem_t), intent(in) :: m
+      integer, intent(in) :: e
+      real(dp) :: mean(m%grid%n_functions, n_derivatives(m)), volume
+      integer :: i
+      mean = 0
+      volume = 0
+      if (.not. shares_dilatation(m, e)) return
+      associate (p => m%particles, b => m%blocks)
+         do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+            if (.not. m%materials(p%material(i))%mean_dilatation) cycle
+            mean = mean + p%volume(i)*derivatives_at(m, i)
+            volume = volume + p%volume(i)
+         end do
+      end associate
+      mean = mean/volume
+   end function mean_gradient_in
+
+   !> Tangent of an element whose particles share their dilatation, as `element_stiffness`: forces by the displacement of each
+   !> corner in each direction.
+   pure subroutine tangent_by_means(m, e, matrix)
+      type(problem_t), intent(in) :: m
+      integer, intent(in) :: e
+      real(dp), intent(inout) :: matrix(:, :)
+      real(dp), dimension(m%grid%n_functions, n_derivatives(m)) :: gradient, mean
+      real(dp) :: moduli(ndim, n_derivatives(m), ndim, n_derivatives(m)), u(ndim, m%grid%n_functions), &
+                  stress(ndim, n_derivatives(m))
+      integer :: i, j, k, dofs
+      dofs = size(matrix, 1)
+      mean = mean_gradient_in(m, e)
+      associate (p => m%particles, b => m%blocks)
+         do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+            associate (material => m%materials(p%material(i)))
+               gradient = derivatives_at(m, i)
+               moduli = moduli_of(material, n_derivatives(m), p%gradient_of(i), p%history_of(i), p%hoop_of(i))
+               do k = 1, dofs
+                  u = reshape([(merge(1.0_dp, 0.0_dp, j == k), j=1, dofs)], [ndim, m%grid%n_functions])
+                  stress = product_of_moduli(moduli, strain_by(u, gradient, mean, material%mean_dilatation))
+                  matrix(:, k) = matrix(:, k) + p%volume(i)*reshape(forces_by(stress, gradient, mean, material%mean_dilatation), &
+                                                                    [dofs])
+               end do
+            end associate
+         end do
+      end associate
+   end subroutine tangent_by_means
+
+   !> Stress of moduli and a displacement gradient [Pa].
+   pure function product_of_moduli(moduli, h) result(stress)
+      real(dp), intent(in) :: moduli(:, :, :, :), h(:, :)
+      real(dp) :: stress(ndim, size(h, 2))
+      integer :: j, k
+      stress = 0
+      do k = 1, size(h, 2)
+         do j = 1, ndim
+            stress = stress + moduli(:, :, j, k)*h(j, k)
+         end do
+      end do
+   end function product_of_moduli
+
+   !> Displacement gradient at a particle by displacements of the corners, whose trace is the mean where it is shared [-].
+   pure function strain_by(u, gradient, mean, shares) result(h)
+      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, corners)
+      real(dp), intent(in) :: gradient(:, :), mean(:, :) !! [1/m], (corners, derivatives)
+      logical, intent(in) :: shares
+      real(dp) :: h(ndim, size(gradient, 2)), missing
+      integer :: c
+      h = 0
+      missing = 0
+      do c = 1, size(u, 2)
+         h = h + spread(u(:, c), 2, size(gradient, 2))*spread(gradient(c, :), 1, ndim)
+         missing = missing + dot_product(u(:, c), of_trace(mean(c, :) - gradient(c, :)))
+      end do
+      if (shares) h(:, :ndim) = h(:, :ndim) + missing/2*identity
+   end function strain_by
+
+   !> What the derivatives of a shape function give to the trace of H by a displacement in each direction [1/m].
+   pure function of_trace(derivatives) result(part)
+      real(dp), intent(in) :: derivatives(:)     !! [1/m]
+      real(dp) :: part(ndim)
+      part = derivatives(:ndim)
+      part(1) = part(1) + sum(derivatives(ndim + 1:))
+   end function of_trace
+
+   !> Forces on the corners by the stress at a particle, per volume [N/m3]: the transpose of `strain_by`.
+   pure function forces_by(stress, gradient, mean, shares) result(force)
+      real(dp), intent(in) :: stress(:, :)       !! [Pa], (ndim, derivatives)
+      real(dp), intent(in) :: gradient(:, :), mean(:, :) !! [1/m], (corners, derivatives)
+      logical, intent(in) :: shares
+      real(dp) :: force(ndim, size(gradient, 1))
+      integer :: c
+      do c = 1, size(gradient, 1)
+         force(:, c) = matmul(stress, gradient(c, :))
+         if (shares) force(:, c) = force(:, c) + trace(stress(:, :ndim))/2*of_trace(mean(c, :) - gradient(c, :))
+      end do
+   end function forces_by
+
+   !> Add the products V N_a,k N_b,l of the gradients at a point.
+   pure subroutine sum_products(volume, gradient, products)
+      real(dp), intent(in) :: volume             !! [m3]
+      real(dp), intent(in) :: gradient(:, :)     !! [1/m], (corners, derivatives)
+      real(dp), intent(inout) :: products(:, :)  !! by corner, the derivatives of a corner one after the other [m]
+      real(dp) :: by_corner(points_of_quadratic*(ndim + 1))
+      integer :: k, n
+      n = size(gradient, 2)
+      do k = 1, size(gradient, 1)
+         by_corner(n*(k - 1) + 1:n*k) = gradient(k, :)
+      end do
+      do k = 1, size(gradient)
+         products(:, k) = products(:, k) + (volume*by_corner(k))*by_corner(:size(gradient))
+      end do
+   end subroutine sum_products
+
+   !> Change of the stress, its components first, with those of the displacement gradient [Pa].
+   pure function moduli_of(material, n, h, past, hoop) result(moduli)
+      type(material_t), intent(in) :: material
+      integer, intent(in) :: n                   !! derivatives of a shape function
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), contiguous, intent(in) :: past(:) !! what the particle remembers
+      real(dp), intent(in) :: hoop               !! H_33 [-]
+      real(dp) :: moduli(ndim, n, ndim, n)
+      real(dp) :: unit(ndim, n)
+      integer :: j, k
+      do k = 1, n
+         do j = 1, ndim
+            unit = 0
+            unit(j, k) = 1
+            moduli(:, :, j, k) = change_of_stress(material, h, unit, past, hoop)
+         end do
+      end do
+   end function moduli_of
+
+   !> What a small change of H makes of the stress, both with a column of the hoop where material is axisymmetric, whose direction 2 has no part [Pa].
+   pure function change_of_stress(material, h, dh, past, hoop) result(change)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
+      real(dp), intent(in) :: dh(:, :)           !! its change [-], (ndim, derivatives)
+      real(dp), contiguous, intent(in) :: past(:) !! what the particle remembers
+      real(dp), intent(in) :: hoop               !! H_33 [-]
+      real(dp) :: change(ndim, size(dh, 2)), in_plane(ndim, ndim)
+      in_plane = dh(:, :ndim)
+      if (size(dh, 2) == ndim) then
+         change = material%first_piola_change(h, in_plane, past)
+      else
+         change(:, :ndim) = material%first_piola_change(h, in_plane, past, hoop, dh(1, ndim + 1))
+         change(:, ndim + 1) = 0
+         change(1, ndim + 1) = material%hoop_change(h, in_plane, past, hoop, dh(1, ndim + 1))
+      end if
+   end function change_of_stress
+
+   !> Add the stiffness of material of the same moduli: the force on corner a in direction i by a displacement of corner b in direction
+   !> j is the sum over k and l of moduli_ikjl times that of V N_a,k N_b,l.
+   pure subroutine add_products(moduli, products, matrix)
+      real(dp), intent(in) :: moduli(:, :, :, :)
+      real(dp), intent(in) :: products(:, :)     !! by corner, the derivatives of a corner one after the other [m]
+      real(dp), intent(inout) :: matrix(:, :)
+      integer :: i, j, k, l, n
+      n = size(moduli, 2)
+      do j = 1, ndim
+         do l = 1, n
+            do i = 1, ndim
+               do k = 1, n
+                  matrix(i::ndim, j::ndim) = matrix(i::ndim, j::ndim) + moduli(i, k, j, l)*products(k::n, l::n)
+               end do
+            end do
+         end do
+      end do
+   end subroutine add_products
+
+   !> Derivatives of the shape functions at the points by which a particle is stiff [1/m], (corners, derivatives, points): where it stands.
+   !> One particle alone in its cell does not feel how that is bent; four points near it keep the stiffness from being singular.
+   pure subroutine stiff_points(m, e, i, gradient)
+      type(problem_t), intent(in) :: m
+      integer, intent(in) :: e, i
+      real(dp), allocatable, intent(out) :: gradient(:, :, :)
+      real(dp), parameter :: near = 0.05_dp      ! in cells: a twenty-fifth of the stiffness of four particles in bending
+      real(dp), parameter :: around(ndim, 4) = near*reshape([-1, -1, 1, -1, -1, 1, 1, 1], [ndim, 4])
+      integer :: k
+      allocate (gradient(m%grid%n_functions, n_derivatives(m), &
+                         merge(4, 1, m%blocks%count_in(e) == 1 .and. .not. m%grid%is_quadratic())))
+      gradient(:, :, 1) = derivatives_at(m, i)
+      if (size(gradient, 3) == 1) return
+      do k = 1, 4
+         gradient(:, :ndim, k) = m%grid%gradients_in(e, inside_cell(local_of(m, i) + around(:, k)))
+         gradient(:, ndim + 1:, k) = gradient(:, ndim + 1:, 1)
+      end do
+   end subroutine stiff_points
+
+   !> Gradients of the shape functions at a particle [1/m].
+   pure function gradient_at(m, i) result(gradient)
+      type(problem_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp) :: gradient(m%grid%n_functions, ndim)
+      gradient = m%grid%gradients_in(m%particles%cell(i), local_of(m, i))
+   end function gradient_at
+
+   !> How many derivatives a shape function has: in axisymmetric material N/R is one.
+   pure integer function n_derivatives(m)
+      type(problem_t), intent(in) :: m
+      n_derivatives = merge(ndim + 1, ndim, m%particles%thickness%is_ring)
+   end function n_derivatives
+
+   !> The derivatives of the shape functions at a particle [1/m], (corners, derivatives).
+   pure function derivatives_at(m, i) result(derivatives)
+      type(problem_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp) :: derivatives(m%grid%n_functions, n_derivatives(m))
+      derivatives(:, :ndim) = gradient_at(m, i)
+      if (n_derivatives(m) > ndim) &
+         derivatives(:, ndim + 1) = m%grid%functions_in(m%particles%cell(i), local_of(m, i))/m%particles%reference(i, 1)
+   end function derivatives_at
+
+   !> Place of a particle in its cell, 0 to 1.
+   pure function local_of(m, i) result(xi)
+      type(problem_t), intent(in) :: m
+      integer, intent(in) :: i
+      real(dp) :: xi(ndim)
+      xi = inside_cell(m%grid%local_coordinate(m%particles%cell(i), m%particles%place_in_grid(i)))
+   end function local_of
+end module hampm_element_stiffness
