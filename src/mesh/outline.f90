@@ -5,6 +5,7 @@
 !> Holes, which lie inside the outer ring and apart from each other, are subtracted.
 module hampm_outline
    use hampm_kinds, only: dp, ndim
+   use hampm_ring_moments, only: clip, moments_of_circle, moments_of_polygon, sort_few
    implicit none
    private
    public :: outline_t, ring_t, edge_part_t, polygon_ring, circle_ring, least_part
@@ -211,122 +212,6 @@ contains
          points = self%points
       end if
    end function corners_of_ring
-
-   !> Cut off what of a polygon is on one side of a grid line (Sutherland & Hodgman 1974).
-   pure subroutine clip(points, d, at, keep_above)
-      real(dp), allocatable, intent(inout) :: points(:, :)
-      integer, intent(in) :: d                   !! direction of the coordinate
-      real(dp), intent(in) :: at                 !! its value on the line
-      logical, intent(in) :: keep_above
-      real(dp) :: kept(ndim, 2*size(points, 2) + 1)
-      logical :: is_in, was_in
-      integer :: i, before, n
-      n = 0
-      do i = 1, size(points, 2)
-         before = merge(size(points, 2), i - 1, i == 1)
-         associate (a => points(:, before), b => points(:, i))
-            is_in = (b(d) >= at) .eqv. keep_above
-            was_in = (a(d) >= at) .eqv. keep_above
-            if (is_in .neqv. was_in) then
-               n = n + 1
-               kept(:, n) = a + (b - a)*((at - a(d))/(b(d) - a(d)))
-               kept(d, n) = at
-            end if
-            if (is_in) then
-               n = n + 1
-               kept(:, n) = b
-            end if
-         end associate
-      end do
-      points = kept(:, :n)
-   end subroutine clip
-
-   !> Area and first moments around the origin of a polygon, anticlockwise, by Green's theorem.
-   pure function moments_of_polygon(points) result(m)
-      real(dp), intent(in) :: points(:, :)       !! (ndim, any number)
-      real(dp) :: m(0:ndim)
-      real(dp) :: twice
-      integer :: i, before
-      m = 0
-      do i = 1, size(points, 2)
-         before = merge(size(points, 2), i - 1, i == 1)
-         associate (a => points(:, before), b => points(:, i))
-            twice = a(1)*b(2) - b(1)*a(2)
-            m(0) = m(0) + twice/2
-            m(1:) = m(1:) + twice*(a + b)/6
-         end associate
-      end do
-   end function moments_of_polygon
-
-   !> Area of a circle around the origin in a box, and its first moments around the lower corner of the box: between places where an arc meets
-   !> a side of the box, what is inside is between arcs y = +-s(x), s = sqrt(r^2 - x^2), and the sides. Nothing is as large as the circle, of
-   !> which rounding would be much of a sliver.
-   pure function moments_of_circle(lower, upper, r) result(m)
-      real(dp), intent(in) :: lower(ndim), upper(ndim), r
-      real(dp) :: m(0:ndim)
-      real(dp) :: x(6), from, to, s(2), middle
-      integer :: k
-      m = 0
-      x(1) = min(max(lower(1), -r), r)
-      x(2) = min(max(upper(1), -r), r)
-      x(3:4) = [-1, 1]*sqrt(max(r**2 - lower(2)**2, 0.0_dp))
-      x(5:6) = [-1, 1]*sqrt(max(r**2 - upper(2)**2, 0.0_dp))
-      x(3:) = min(max(x(3:), x(1)), x(2))
-      call sort_few(x)
-      do k = 2, size(x)
-         from = x(k - 1)
-         to = x(k)
-         middle = sqrt(max(r**2 - ((from + to)/2)**2, 0.0_dp))
-         if (.not. (to > from .and. min(upper(2), middle) > max(lower(2), -middle))) cycle
-         s = sqrt(max(r**2 - [from, to]**2, 0.0_dp))
-         if (upper(2) < middle) then
-            m = m + below_chord([from, upper(2)] - lower, [to, upper(2)] - lower)
-         else
-            m = m + below_chord([from, s(1)] - lower, [to, s(2)] - lower) + segment([from, s(1)], [to, s(2)], r, lower)
-         end if
-         if (lower(2) <= -middle) &
-            m = m - below_chord([from, -s(1)] - lower, [to, -s(2)] - lower) + segment([to, -s(2)], [from, -s(1)], r, lower)
-      end do
-   end function moments_of_circle
-
-   !> Area between the x axis and a chord from a to b, and its first moments.
-   pure function below_chord(a, b) result(m)
-      real(dp), intent(in) :: a(ndim), b(ndim)
-      real(dp) :: m(0:ndim)
-      m = (b(1) - a(1))/6*[3*(a(2) + b(2)), a(1)*(2*a(2) + b(2)) + b(1)*(a(2) + 2*b(2)), a(2)**2 + a(2)*b(2) + b(2)**2]
-   end function below_chord
-
-   !> Area between a chord of a circle around the origin and the arc on its left, no more than half of the circle, and its first moments
-   !> around another place: r^2 (angle - sin(angle))/2, and around the middle of the circle (chord)^3/12.
-   pure function segment(a, b, r, place) result(m)
-      real(dp), intent(in) :: a(ndim), b(ndim), r, place(ndim)
-      real(dp) :: m(0:ndim)
-      real(dp) :: chord, angle, square, rest
-      chord = norm2(b - a)
-      angle = 2*atan2(chord, norm2(a + b))
-      square = angle**2
-      rest = angle - sin(angle)
-      if (angle < 0.5_dp) rest = angle*square/6*(1 - square/20*(1 - square/42*(1 - square/72*(1 - square/110*(1 - square/156)))))
-      m(0) = r**2*rest/2
-      m(1:) = chord**2*[a(2) - b(2), b(1) - a(1)]/12 - m(0)*place
-   end function segment
-
-   !> Put a few numbers into ascending order.
-   pure subroutine sort_few(x)
-      real(dp), intent(inout) :: x(:)
-      real(dp) :: next
-      integer :: i, k
-      do i = 2, size(x)
-         next = x(i)
-         k = i - 1
-         do while (k >= 1)
-            if (x(k) <= next) exit
-            x(k + 1) = x(k)
-            k = k - 1
-         end do
-         x(k + 1) = next
-      end do
-   end subroutine sort_few
 
    !> Whether there is an outline; a rectangle along the grid lines has none.
    pure logical function is_there(self)

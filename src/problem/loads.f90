@@ -8,21 +8,17 @@
 module hampm_loads
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
-   use hampm_basis, only: shape_functions
-   use hampm_domain_pass, only: find_corners
-   use hampm_domains, only: edges_of_domain, weights_in_domain
-   use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    use hampm_matter, only: matter_t
    use hampm_time_history, only: time_history_t
    use hampm_outline, only: edge_part_t
    use hampm_particles, only: particles_t
    use hampm_text, only: to_text
+   use hampm_load_sharing, only: nearest_particles, share_by_cell, share_by_corners
    implicit none
    private
-   public :: load_t, load_on_points, load_on_parts, load_on_particles, follow_sort, share_by_mass, place_loads, &
-             add_loads, add_load, book_work, book_work_late, work_of_step, force_at_node, factors_at, largest_factors, &
-                all_become_constant, &
+   public :: load_t, load_on_points, load_on_parts, load_on_particles, follow_sort, share_by_mass, place_loads, add_loads, &
+             add_load, book_work, book_work_late, work_of_step, force_at_node, factors_at, largest_factors, all_become_constant, &
              time_to_constant_value, note_hosts, archive_loads
 
    !> A load: its points, the particles on which they hang, and its history.
@@ -382,97 +378,6 @@ contains
          end do
       end do
    end function velocity_of_points
-
-   !> Nodes of the cells in which the corners of a domain stand, and their shape functions there times those of the corners at a
-   !> material place: the function of this place in the domain.
-   pure subroutine share_by_corners(p, grid, host, offset, node, shape)
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(in) :: grid
-      integer, intent(in) :: host
-      real(dp), intent(in) :: offset(ndim)       !! of the place from its host [m]
-      integer, intent(out) :: node(corners, corners)
-      real(dp), intent(out) :: shape(corners, corners)
-      real(dp) :: part(corners), local(ndim, corners)
-      integer :: c, element(corners)
-      part = weights_in_domain(offset, edges_of_domain(p, host))
-      element = outside
-      call find_corners(p, grid, host, element, local)
-      do c = 1, corners
-         node(:, c) = 1
-         shape(:, c) = 0
-         if (element(c) == outside) cycle        ! the next step will tell
-         node(:, c) = grid%element_nodes(:, element(c))
-         shape(:, c) = part(c)*shape_functions(local(:, c))
-      end do
-   end subroutine share_by_corners
-
-   !> Nodes of the host's cell, and their shape functions at a place; in quadratic cells their mean over its segment, by Gauss's rule of
-   !> three points, which is exact, on slanted segments too.
-   pure subroutine share_by_cell(p, grid, host, offset, half, node, shape)
-      type(particles_t), intent(in) :: p
-      type(grid_t), intent(in) :: grid
-      integer, intent(in) :: host
-      real(dp), intent(in) :: offset(ndim)       !! of the place from its host [m]
-      real(dp), intent(in) :: half(ndim)         !! of the segment [m]
-      integer, intent(out) :: node(:)
-      real(dp), intent(out) :: shape(:)
-      real(dp), parameter :: gauss = sqrt(0.6_dp)
-      real(dp) :: x(ndim), more
-      associate (e => p%cell(host))
-         x = p%place_in_grid(host) + offset
-         if (.not. p%total_frame) x = x + matmul(p%gradient_of(host), offset)
-         call grid%shape_functions_in(e, grid%local_coordinate(e, x), node, shape)
-         if (.not. grid%is_quadratic()) return
-         more = 0                                ! by which the circumference is longer at one of the points, over that in the middle
-         if (p%thickness%is_ring .and. x(1) > 0) more = gauss*half(1)/x(1)
-         shape = (8*shape + 5*(1 - more)*grid%functions_in(e, grid%local_coordinate(e, x - gauss*half)) &
-                  + 5*(1 + more)*grid%functions_in(e, grid%local_coordinate(e, x + gauss*half)))/18
-      end associate
-   end subroutine share_by_cell
-
-   !> The particles nearest to a place, all that are as near: rings of cells around it are searched until one ring more cannot help.
-   function nearest_particles(m, x) result(nearest)
-      type(matter_t), intent(in) :: m
-      real(dp), intent(in) :: x(ndim)            !! [m]
-      integer, allocatable :: nearest(:)
-      real(dp) :: distance, best
-      integer :: ring, home(ndim), offset(ndim), k, i, e, first, last
-      associate (forest => m%grid%forest, tolerance => m%grid%forest%tolerance())
-         home = min(max(int((x - forest%lower)/forest%cell), 0), forest%cells - 1)
-         allocate (nearest(0))
-         best = huge(best)
-         do ring = 0, maxval(forest%cells)
-            if (size(nearest) > 0 .and. best + tolerance <= (ring - 1)*forest%cell) exit
-            do k = 0, (2*ring + 1)**ndim - 1
-               offset = box_offset(k, ring)
-               if (maxval(abs(offset)) /= ring) cycle
-               if (any(home + offset < 0 .or. home + offset >= forest%cells)) cycle
-               call forest%leaves_of_root(home + offset, first, last)
-               do e = m%grid%leaf_element(first), m%grid%leaf_element(last + 1) - 1
-                  do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-                     distance = norm2(m%particles%position(i) - x)
-                     if (distance > best + tolerance) cycle
-                     if (distance < best - tolerance) nearest = [integer ::]
-                     nearest = [nearest, i]
-                     best = min(best, distance)
-                  end do
-               end do
-            end do
-         end do
-      end associate
-   end function nearest_particles
-
-   !> The `k`-th integer offset, from 0, within a box that reaches `ring` cells to each side.
-   pure function box_offset(k, ring) result(offset)
-      integer, intent(in) :: k, ring
-      integer :: offset(ndim)
-      integer :: d, rest
-      rest = k
-      do d = 1, ndim
-         offset(d) = mod(rest, 2*ring + 1) - ring
-         rest = rest/(2*ring + 1)
-      end do
-   end function box_offset
 
    !> Keep which particles carry the loads, and what booking their work needs.
    subroutine archive_loads(loads, archive)

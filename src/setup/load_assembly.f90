@@ -1,0 +1,181 @@
+!> From the loads of a model to what acts on its particles and on the faces of its cracks.
+module hampm_load_assembly
+   use hampm_kinds, only: dp, ndim
+   use hampm_bodies, only: points_along
+   use hampm_crack_placement, only: face_normal
+   use hampm_failure, only: failure_t, exit_input
+   use hampm_load_placement, only: is_on_faces, find_edge_normal, into_half
+   use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles
+   use hampm_outline, only: edge_part_t
+   use hampm_problem, only: problem_t
+   use hampm_placement, only: tolerance
+   use hampm_pressed_faces, only: press_faces
+   use hampm_model, only: model_t, load_spec_t, path_of
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: place_loads
+
+contains
+
+   !> Attach the loads to the particles. A pressure on a crack is several: one for each face along a grid line, or for each direction in which
+   !> edges of particles look.
+   subroutine place_loads(model, m, failure)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      type(load_t), allocatable :: loads(:)
+      integer :: k, n, i
+      allocate (loads(sum([(parts_of(model, model%loads(k)), k=1, size(model%loads))])))
+      n = 0
+      do k = 1, size(model%loads)
+         associate (parts => loads(n + 1:n + parts_of(model, model%loads(k))))
+            do i = 1, size(parts)
+               parts(i)%history = model%loads(k)%history
+            end do
+            call place_load(model, model%loads(k), m, parts)
+            n = n + size(parts)
+            if (.not. allocated(parts(1)%host)) cycle ! found below
+            if (size(parts(1)%host) == 0) call failure%report(exit_input, '&load('//to_text(k)// &
+                                           '): there is no particle within its box; give it a box that holds material')
+         end associate
+      end do
+      call move_alloc(loads, m%loads)
+      call press_faces(m)
+   end subroutine place_loads
+
+   !> The parts of the edges of polygons and circles, and of bodies with holes, on which a traction acts: those in its box.
+   pure function loaded_parts(spec, model) result(parts)
+      type(load_spec_t), intent(in) :: spec
+      type(model_t), intent(in) :: model
+      type(edge_part_t), allocatable :: parts(:)
+      integer :: k
+      allocate (parts(0))
+      do k = 1, size(model%bodies)
+         associate (body => model%bodies(k), tol => tolerance(model%grid))
+            if (body%outline%is_there()) &
+               parts = [parts, body%outline%parts_in_box(spec%lower - tol, spec%upper + tol, model%grid%lower, &
+                                                         model%grid%cell/body%points_per_cell)]
+         end associate
+      end do
+   end function loaded_parts
+
+   !> How many loads of the motion a load of the model is.
+   pure integer function parts_of(model, spec)
+      type(model_t), intent(in) :: model
+      type(load_spec_t), intent(in) :: spec
+      parts_of = 1
+      if (spec%kind == 'pressure' .and. .not. is_on_faces(spec)) then
+         if (size(loaded_parts(spec, model)) > 0) parts_of = ndim
+      end if
+      if (.not. is_on_faces(spec)) return
+      parts_of = merge(1, 2*ndim, model%is_half())
+   end function parts_of
+
+   !> Attach a load to the particles.
+   subroutine place_load(model, spec, m, parts)
+      type(model_t), intent(in) :: model
+      type(load_spec_t), intent(in) :: spec
+      type(problem_t), intent(in) :: m
+      type(load_t), intent(inout) :: parts(:)
+      type(edge_part_t), allocatable :: edge(:)
+      real(dp), parameter :: everywhere(ndim) = huge(1.0_dp)
+      real(dp), allocatable :: area(:)           ! in proportion to those of edges
+      real(dp) :: normal(ndim)
+      integer :: sides, k
+      associate (load => parts(1))
+         load%force = spec%force
+         select case (spec%kind)
+         case ('body')
+            call load_on_particles(m%particles, spec%lower, spec%upper, load)
+         case ('gravity')
+            call load_on_particles(m%particles, -everywhere, everywhere, load)
+            load%force = sum(m%particles%mass(load%host))*spec%acceleration
+         case ('pressure')
+            if (is_on_faces(spec)) then
+               call place_on_faces(model, spec, m, parts)
+            else if (size(parts) > 1) then
+               call press_parts(model, spec, m, parts)
+            else
+               call find_edge_normal(model, spec, normal, sides)
+               call press_segment(model, m, spec%lower, spec%upper, -normal, spec%pressure, load)
+            end if
+         case default
+            edge = loaded_parts(spec, model)
+            if (spec%kind == 'traction' .and. size(edge) > 0) then
+               area = [(norm2(edge(k)%half)*model%run%thickness%at(edge(k)%middle), k=1, size(edge))]
+               call load_on_parts(m%matter_t, edge, area/sum(area), load)
+            else
+               call load_on_segment(model, m, spec%lower, spec%upper, face_normal(model, spec), load)
+            end if
+         end select
+      end associate
+   end subroutine place_load
+
+   !> Let a pressure act on parts of slanted sides and arcs: a load for each component, whose parts go with the normals.
+   subroutine press_parts(model, spec, m, loads)
+      type(model_t), intent(in) :: model
+      type(load_spec_t), intent(in) :: spec
+      type(problem_t), intent(in) :: m
+      type(load_t), intent(inout) :: loads(ndim)
+      type(edge_part_t), allocatable :: edge(:)
+      integer :: d, k
+      edge = loaded_parts(spec, model)
+      do d = 1, ndim
+         loads(d)%force = 0
+         loads(d)%force(d) = -spec%pressure
+         call load_on_parts(m%matter_t, edge, [(2*norm2(edge(k)%half)*model%run%thickness%at(edge(k)%middle)*edge(k)%normal(d), &
+                                                k=1, size(edge))], loads(d))
+      end do
+   end subroutine press_parts
+
+   !> Let a pressure act on all faces of a crack.
+   subroutine place_on_faces(model, spec, m, parts)
+      type(model_t), intent(in) :: model
+      type(load_spec_t), intent(in) :: spec
+      type(problem_t), intent(in) :: m
+      type(load_t), intent(inout) :: parts(:)
+      integer :: k
+      if (.not. model%is_half()) then
+         do k = 1, size(parts)
+            parts(k)%line = path_of(model, spec%crack)
+            parts(k)%pressure = spec%pressure
+            parts(k)%into(1 + (k - 1)/2) = 3 - 2*(1 + mod(k - 1, 2))
+         end do
+         return
+      end if
+      associate (points => model%paths(1)%points)
+         call press_segment(model, m, points(:, 1), points(:, 2), into_half(model), spec%pressure, parts(1))
+      end associate
+   end subroutine place_on_faces
+
+   !> A pressure on a straight part of a surface: its resultant from its length, the unit vector into the material and the thickness.
+   subroutine press_segment(model, m, from, to, into, pressure, load)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(in) :: m
+      real(dp), intent(in) :: from(ndim), to(ndim) !! its ends [m]
+      real(dp), intent(in) :: into(ndim)
+      real(dp), intent(in) :: pressure           !! [Pa]
+      type(load_t), intent(inout) :: load
+      load%force = pressure*norm2(to - from)*model%run%thickness%at((from + to)/2)*into
+      call load_on_segment(model, m, from, to, into, load)
+   end subroutine press_segment
+
+   !> Attach a point load or a traction: at the point, or at the centres of equal parts of the segment, as many as the densest body has
+   !> particles along it.
+   subroutine load_on_segment(model, m, from, to, toward, load)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(in) :: m
+      real(dp), intent(in) :: from(ndim), to(ndim) !! its ends [m]
+      real(dp), intent(in) :: toward(ndim)       !! unit vector into the material at the face of a crack; 0 elsewhere
+      type(load_t), intent(inout) :: load
+      real(dp), allocatable :: x(:, :)
+      integer :: n, k
+      n = maxval(points_along(min(from, to), max(from, to), model%grid%cell, maxval(model%bodies%points_per_cell)))
+      allocate (x(ndim, n))
+      do k = 1, n
+         x(:, k) = from + (k - 0.5_dp)/n*(to - from)
+      end do
+      call load_on_points(m%matter_t, x, (to - from)/(2*n), load, toward)
+   end subroutine load_on_segment
+end module hampm_load_assembly
