@@ -365,16 +365,16 @@ contains
       !> Let outer nodes hang on the corners of their hosts.
       subroutine add_aggregated_nodes()
          integer(long) :: place(ndim)
-         integer :: host, point, outer
+         integer :: root_cell, point, aggregated
          do leaf = 1, grid%forest%leaf_count()
             do k = 1, corners
                place = corner_of_leaf(grid, leaf, 1, k)
-               outer = grid%aggregated_nodes%number_at(place)
-               if (outer == 0) cycle
-               host = grid%aggregated_nodes%host(outer)
+               aggregated = grid%aggregated_nodes%number_at(place)
+               if (aggregated == 0) cycle
+               root_cell = grid%aggregated_nodes%root_cell(aggregated)
                point = points%number_of(place) - grid%n_nodes
                count_of(point) = corners
-               node(:corners, point) = [(points%number_of(corner_of_leaf(grid, host, 1, side)), side=1, corners)]
+               node(:corners, point) = [(points%number_of(corner_of_leaf(grid, root_cell, 1, side)), side=1, corners)]
                weight(:corners, point) = grid%aggregated_nodes%weights(grid%forest, place)
             end do
          end do

@@ -1,6 +1,6 @@
 !> Splitting particles into children (`hampm_children`) and recombining these.
 !>
-!> The children carry u + H dX + t dx1 dx2 and v + L dx, and the parent's H with its change along dx that t gives. Here t is the twist of the
+!> The children carry u + H dX + t dx1 dx2 and v + L dx, and the parent's H with its change along dx that t gives. Here t is the hourglass of the
 !> bilinear displacement field of the coarse cell, its mixed second derivative: with it the children's strains are those of
 !> one displacement field that the finer cells can represent. Children that copied H would keep the steps between them for good, as
 !> initial strains that nothing removes. Mass, volume, linear momentum and the mean of H and u stay, and angular

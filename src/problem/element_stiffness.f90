@@ -26,7 +26,7 @@ contains
       real(dp), intent(out) :: matrix(:, :)
       real(dp), allocatable :: gradient(:, :, :)
       real(dp) :: products(n_derivatives(m)*m%grid%n_functions, n_derivatives(m)*m%grid%n_functions), h(ndim, ndim), hoop, &
-                  past(most_columns)
+                  old_state(most_columns)
       integer :: i, k
       logical :: is_last
       matrix = 0
@@ -38,7 +38,7 @@ contains
       products = 0
       h = 0
       hoop = 0
-      past = 0
+      old_state = 0
       associate (p => m%particles, b => m%blocks)
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             if (is_tangent) then
@@ -58,8 +58,8 @@ contains
                if (.not. is_last) cycle
                if (is_tangent) h = p%gradient_of(i)
                if (is_tangent) hoop = p%hoop_of(i)
-               if (is_tangent) past = p%history_of(i)
-               call add_products(moduli_of(material, n_derivatives(m), h, past, hoop), products, matrix)
+               if (is_tangent) old_state = p%history_of(i)
+               call add_products(moduli_of(material, n_derivatives(m), h, old_state, hoop), products, matrix)
                products = 0
             end associate
          end do
@@ -189,11 +189,11 @@ contains
    end subroutine sum_products
 
    !> Change of the stress, its components first, with those of the displacement gradient [Pa].
-   pure function moduli_of(material, n, h, past, hoop) result(moduli)
+   pure function moduli_of(material, n, h, old_state, hoop) result(moduli)
       type(material_t), intent(in) :: material
       integer, intent(in) :: n                   !! derivatives of a shape function
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in) :: past(:) !! what the particle remembers
+      real(dp), contiguous, intent(in) :: old_state(:) !! what the particle remembers
       real(dp), intent(in) :: hoop               !! H_33 [-]
       real(dp) :: moduli(ndim, n, ndim, n)
       real(dp) :: unit(ndim, n)
@@ -202,26 +202,26 @@ contains
          do j = 1, ndim
             unit = 0
             unit(j, k) = 1
-            moduli(:, :, j, k) = change_of_stress(material, h, unit, past, hoop)
+            moduli(:, :, j, k) = change_of_stress(material, h, unit, old_state, hoop)
          end do
       end do
    end function moduli_of
 
    !> What a small change of H makes of the stress, both with a column of the hoop where material is axisymmetric, whose direction 2 has no part [Pa].
-   pure function change_of_stress(material, h, dh, past, hoop) result(change)
+   pure function change_of_stress(material, h, dh, old_state, hoop) result(change)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(:, :)           !! its change [-], (ndim, derivatives)
-      real(dp), contiguous, intent(in) :: past(:) !! what the particle remembers
+      real(dp), contiguous, intent(in) :: old_state(:) !! what the particle remembers
       real(dp), intent(in) :: hoop               !! H_33 [-]
       real(dp) :: change(ndim, size(dh, 2)), in_plane(ndim, ndim)
       in_plane = dh(:, :ndim)
       if (size(dh, 2) == ndim) then
-         change = material%first_piola_change(h, in_plane, past)
+         change = material%first_piola_change(h, in_plane, old_state)
       else
-         change(:, :ndim) = material%first_piola_change(h, in_plane, past, hoop, dh(1, ndim + 1))
+         change(:, :ndim) = material%first_piola_change(h, in_plane, old_state, hoop, dh(1, ndim + 1))
          change(:, ndim + 1) = 0
-         change(1, ndim + 1) = material%hoop_change(h, in_plane, past, hoop, dh(1, ndim + 1))
+         change(1, ndim + 1) = material%hoop_change(h, in_plane, old_state, hoop, dh(1, ndim + 1))
       end if
    end function change_of_stress
 
