@@ -16,7 +16,7 @@ from pictures import COLOURS, DASHES, add_picture_options, add_time_unit, legend
 
 PARTS = ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "fracture_energy")
 WORDS = {"kinetic_energy": "kinetic energy", "strain_energy": "strain energy", "damping_loss": "taken by damping",
-         "numerical_loss": "lost by the method", "fracture_energy": "taken by new faces"}
+         "numerical_loss": "lost by the method", "fracture_energy": "dissipated by growth"}
 SOME_LACK = ("numerical_loss", "fracture_energy")
 LEAST = 1e-3  # loss to which the lower axis reaches at least [%]: rounding is not shown as if it were one
 

@@ -180,7 +180,7 @@ def extent(item):
     if "finest_cell" in history.columns:
         yield "smallest occupied cell", f"{item.last('finest_cell'):.4g} m"
     if (distance := history.distance_from_rest()) is not None:
-        yield "distance from rest, relative", f"{distance:.2g}"
+        yield "distance to equilibrium, relative", f"{distance:.2g}"
 
 
 def release_rates(item):
@@ -214,7 +214,7 @@ def growth(item):
 def price(item):
     """What growth took, and by what the loads are multiplied at the end."""
     history = item.history
-    for name, words in [("load_factor", "factor of the loads"), ("fracture_energy", "energy taken by new faces"),
+    for name, words in [("load_factor", "factor of the loads"), ("fracture_energy", "energy dissipated by growth"),
                         ("integral_of_G", "integral of G over their area")]:
         if name in history.columns:
             yield words, f"{history.columns[name][-1]:.5g}" + (f" {history.units[name]}" if history.units[name] != "1" else "")

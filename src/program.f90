@@ -206,7 +206,7 @@ contains
       report = solver_report(simulation)
       if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
       if (.not. options%quiet .and. simulation%distance_to_equilibrium >= 0) &
-         write (output_unit, '(a)') 'distance from rest: '//equilibrium_report(simulation)
+         write (output_unit, '(a)') 'distance to equilibrium: '//equilibrium_report(simulation)
       report = warnings(simulation)
       if (len(report) > 0) call print_message(report, kind='warning: ')
    end subroutine run_and_report

@@ -51,7 +51,7 @@ contains
       if (s%integrator%is_static .or. .not. all_become_constant(s%problem%loads)) return
       call find_lowest_frequency(s%problem, frequency)
       if (.not. frequency > 0) return
-      text = 'for rest        &damping rate = '//three_digits(2*frequency)//' (lowest frequency '// &
+      text = 'to equilibrium  &damping rate = '//three_digits(2*frequency)//' (lowest frequency '// &
              three_digits(frequency/two_pi)//' Hz), &run end_time = '// &
              three_digits(time_to_constant_value(s%problem%loads) + time_to_equilibrium(frequency))//new_line('a')
    end function equilibrium_proposal
@@ -158,11 +158,11 @@ contains
          if (allocated(values%j)) text = text//', J '//percent(errors%j%relative)//', K '// &
                                   percent(maxval(errors%intensity%relative))
          if (text /= '' .and. .not. errors%are_known) then
-            text = 'expected error  not known: what material that remembers makes of the cells is not estimated'//new_line('a')
+            text = 'expected error  not known: the error of cells of a history-dependent material is not estimated'//new_line('a')
             return
          end if
-         if (text /= '') text = 'expected error  '//text(3:)//'; the part '//percent(errors%of_tip)// &
-                                ' of it goes with the cells at the tip'//new_line('a')
+         if (text /= '') text = 'expected error  '//text(3:)//', of which '//percent(errors%of_tip)// &
+                                ' is due to the cells at the tip'//new_line('a')
       end associate
    end function error_summary
 

@@ -100,10 +100,10 @@ contains
       call list_points(m%grid%cut_cells%lines, origin, normal)
       call find_places(carried, m%particles, m%grid%cut_cells%slack, origin, normal, place, overlap)
       if (overlap > most_overlap*m%grid%finest_cell) then
-         call failure%report(exit_computation, m%state%when()//'the faces of a crack have gone through each other by '// &
+         call failure%report(exit_computation, m%state%when()//'the faces of a crack interpenetrate by '// &
                              to_text(overlap)//' m, more than half of a cell: in the updated frame both would be one body in '// &
                              'the cells beyond. Use &method frame = ''total'', with &crack contact = ''frictionless'' or '// &
-                             '''friction'' where faces are to press on each other')
+                             '''friction'' where faces come into contact')
          return
       end if
       behind = 0

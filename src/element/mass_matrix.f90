@@ -63,7 +63,7 @@ module hampm_mass_matrix
       real(dp), allocatable :: blend_apart(:)           !! `blend` of cells in which no bodies meet
       logical, allocatable :: may_hang(:)               !! which have nodes that may hang, (cells); not allocated where all is lumped
       real(dp), allocatable :: cell_inverse(:, :, :)    !! D_e M_e^-1 D_e by cells [kg], as `cell`; not allocated where
-                                                        !! no equations are solved with it
+                                                        !! lumped masses need no solution with it
       integer :: version = 0                            !! how often the rows have been summed
       logical :: assembled = .false.                    !! whether the rows are those of the cells
       type(pattern_t) :: pattern                        !! of the rows

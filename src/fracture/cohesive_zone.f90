@@ -49,7 +49,7 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(interfaces_t), intent(in) :: interfaces
       character(:), allocatable, intent(inout) :: message
-      character(*), parameter :: what = 'J leaves out what its cohesive zone takes outside of a disc'
+      character(*), parameter :: what = 'J leaves out the dissipation of its cohesive zone outside of an integration domain'
       integer :: k
       do k = 1, size(cracks%tips)
          associate (tip => cracks%tips(k))

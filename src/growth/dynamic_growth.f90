@@ -307,7 +307,7 @@ contains
                              tip%grown + zone*tip%nodes%spacing, taken, overload)
             if (overload > too_much) call growing%note_tip(k, 'is in cells that are too coarse for its toughness: '// &
                to_text(zone)//' cells ahead of it and more the material bears '//three_digits(overload)//' times the '// &
-               'traction at which its bonds let go. Its speed and fracture_energy may be off; take cells of '// &
+               'strength of its cohesive points. Its speed and fracture_energy may be off; take cells of '// &
                three_digits(tip%nodes%spacing/overload**2)//' m there', message)
          end if
          fastest = rayleigh_speed(material)
@@ -385,8 +385,8 @@ contains
          do step = 1, steps
             ahead = 4*step*least_radius(model)/steps
             if (body_at(model, tip%place + ahead*tip%axis(:, 1)) > 0) cycle
-            why = why//'. There are '//three_digits(ahead)//' m of material ahead of it: a real specimen would be in two here, '// &
-                  'this one is held together by these, and results from now on mean little'
+            why = why//'. There are '//three_digits(ahead)//' m of material ahead of it: a real specimen would have separated '// &
+                  'here, this one is still joined by it, and results from now on are of little use'
             return
          end do
       end associate

@@ -49,9 +49,9 @@ contains
             is_in = rows%needs_elasticity
           case ('estimators of isotropic material')
             is_in = rows%needs_isotropy
-          case ('estimators of free faces')
+          case ('estimators for traction-free faces')
             is_in = rows%needs_free_faces
-          case ('estimators of tips that rest')
+          case ('estimators for stationary tips')
             is_in = rows%needs_tip_at_rest
          end select
          allocate (names, source=pack(rows%name, is_in))

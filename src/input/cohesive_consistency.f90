@@ -23,9 +23,9 @@ contains
                call settings%complain(entry, 'crack', 'there is no &crack of this name')
             else if (path > 0) then
                if (any(model%growth%path == path)) &
-                  call settings%complain(entry, 'crack', 'must be another crack than that of a &growth: its tip goes on by itself')
+                  call settings%complain(entry, 'crack', 'is the crack of a &growth: choose another crack')
                if (any(model%cohesive(:k - 1)%path == path)) &
-                  call settings%complain(entry, 'crack', 'must be another crack than that of each other &cohesive')
+                  call settings%complain(entry, 'crack', 'is the crack of another &cohesive: choose another crack')
                if (model%cohesive(k)%from > max(length_of(model%paths(path)%points) - model%grid%cell, 0.0_dp)) &
                   call settings%complain(entry, 'from', 'must be less than the length of the crack, '// &
                                          to_text(length_of(model%paths(path)%points))//' m, by a cell at least')

@@ -38,7 +38,7 @@ module hampm_command_line
    end type option_t
 
    type(option_t), parameter :: known(*) = [ &
-      option_t('--check', .false., '--check', 'validate the scene and print it as it is understood; do not run it'), &
+      option_t('--check', .false., '--check', 'validate the model and print it as understood, without a run'), &
       option_t('--template', .false., '--template', 'print a complete namelist: every key, its default, unit and meaning'), &
       option_t('--keys', .false., '--keys', 'print the reference of all groups and keys as Markdown'), &
       option_t('--rules', .false., '--rules', 'print the rules between keys as Markdown'), &
@@ -96,7 +96,7 @@ contains
          i = i + 1
       end do
       if (options%resume /= '') call check_resume(options, errors)
-      if (options%json .and. .not. options%rules) call errors%add('--json goes with --rules only')
+      if (options%json .and. .not. options%rules) call errors%add('--json requires --rules')
       if (options%input == '' .and. options%resume == '' .and. errors%count == 0 .and. &
           .not. (options%help .or. options%version .or. options%template .or. options%keys .or. options%rules)) &
          call errors%add('which namelist file? Usage: hampm [options] case.nml; hampm --help explains')
@@ -109,7 +109,7 @@ contains
       type(input_errors_t), intent(inout) :: errors
       integer :: i
       if (options%input /= '') call errors%add('--resume and the namelist file '''//printable(options%input, 200)// &
-                                               ''': the checkpoint has its scene; give one of the two')
+                                               ''': the checkpoint has its model; give one of the two')
       if (options%check) call errors%add('--resume and --check: give one of the two')
       do i = 1, size(options%overrides)
          associate (text => options%overrides(i)%text)
@@ -227,13 +227,13 @@ contains
       character(:), allocatable :: text
       integer :: k
       text = line('Usage: hampm [options] case.nml')//line('       hampm [options] --resume CHECKPOINT')//line('') &
-             //line('Computes the motion of the scene that the namelist file describes and the energy release rate of') &
-             //line('its crack, by the material point method. hampm --template > case.nml gives a scene to start from.') &
+             //line('Computes the motion of the model that the namelist file describes and the energy release rate of') &
+             //line('its crack, by the material point method. hampm --template > case.nml gives a model to start from.') &
              //line('')
       do k = 1, size(known)
          text = text//line('  '//known(k)%synopsis(:24)//trim(known(k)%meaning))
       end do
-      text = text//line('')//line('Exit codes: 0 done; 2 a mistake on the command line or in the file; 3 the computation') &
+      text = text//line('')//line('Exit codes: 0 done; 2 an error on the command line or in the file; 3 the computation') &
              //line('failed; 4 a file could not be read or written, or an old result is there; 5 stopped before the end,') &
              //line('with a checkpoint to go on from.')
    end function usage_text

@@ -20,7 +20,7 @@ module hampm_conditions
       'cells that are cut', 'cracks that cut cells', 'tips at no nodes', 'several cracks', 'several bodies', &
       'edges that are no grid lines', 'growth by laws of both kinds', &
       'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
-      'a pressed path that grows in motion', 'samples at other times than load steps', 'a body of it', &
+      'a pressed path that grows in motion', 'samples apart from load steps', 'a body of it', &
       'another body of that part', 'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it']
 
    integer, parameter :: most_atoms = 6, most_choices = 8, word_len = 24
@@ -272,7 +272,7 @@ contains
                                .not. model%growth%is_quasi_static()) &
                            .and. .not. model%is_half()
          end do
-       case ('samples at other times than load steps')
+       case ('samples apart from load steps')
          has = model%method%time == 'static' .and. asks_for_other_samples(settings, settings%find('output', 1))
       end select
    end function has_feature

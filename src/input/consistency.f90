@@ -211,7 +211,7 @@ contains
          call settings%complain(settings%find('body', i), place_key(model%bodies(i)), &
                                 'the body must touch the others with &method '// &
                                 'frame = ''total'', not lie '//length_text(gap)//' m from the next: in that frame bodies never '// &
-                                'meet, and go through each other. Use frame = ''updated'', or a file for each body')
+                                'come into contact, and interpenetrate. Use frame = ''updated'', or a file for each body')
       end do
    end subroutine check_joints
 
@@ -342,7 +342,7 @@ contains
          particles = particles + particle_number(model, model%bodies(i))
       end do
       if (model%refine%max_particles < particles) call settings%complain(entry, 'max_particles', &
-         'must be at least the number of material points that the scene begins with, '//to_text(nint(particles)))
+         'must be at least the initial number of material points, '//to_text(nint(particles)))
    end subroutine check_room
 
    !> Check a model whose bodies meet; others have no use for the keys.
@@ -360,7 +360,7 @@ contains
       if (maxval(velocity_fields_of(model)) > most_velocity_fields) call settings%complain(contact, 'bodies', 'must be '// &
          '''joined'' where there are more than '//to_text(most_velocity_fields)// &
             ' bodies: each has a velocity field on the whole grid. '// &
-         'Give the same &body part to those that do not meet')
+         'Give the same &body part to those that are not in contact')
    end subroutine check_contact
 
    !> Cracks are those of the first velocity field: no straight part of one is in a body of another.
@@ -403,7 +403,7 @@ contains
                   call settings%complain(entry, 'points', 'must run along edges of the domains of particles with '// &
                                          '&method functions = ''cpdi'', which are rectangles with the edges '// &
                                          to_text(edges(1))//', '//to_text(edges(2))//' m from the lower corner of the body '// &
-                                         'on: a crack through a domain would not part it')
+                                         'on: a crack does not separate a domain')
                end associate
                cycle paths
             end do

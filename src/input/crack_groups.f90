@@ -12,7 +12,7 @@ module hampm_crack_groups
              fill_growth, energy_release_group, energy_release_keys, energy_release_t, fill_energy_release
 
    type(group_t), parameter :: crack_group = group_t('crack', repeats, is_optional, &
-      'a crack; without this group the scene has none. Those of the kinds line and path may be several')
+      'a crack; without this group the model has none. Those of the kinds line and path may be several')
 
    ! group, name, type, fewest values, most values, required, default, example, unit,
    !    allowed, meaning

@@ -104,7 +104,7 @@ contains
             call settings%complain(entry, 'crack', 'there is no &crack of this name')
             return
          else if (growth%is_quasi_static() .and. any(model%growth(:k - 1)%path == growth%path)) then
-            call settings%complain(entry, 'crack', 'must be another crack than that of each other &growth')
+            call settings%complain(entry, 'crack', 'is the crack of another &growth: choose another crack')
          end if
          if (.not. growth%is_quasi_static()) call check_keys_in_motion(model, settings, k)
          if (.not. has_bodies) return
@@ -115,7 +115,7 @@ contains
              growth%increment < least_radius(model) - tolerance(model%grid)) &
             call settings%complain(entry, 'increment', 'must be at least two of the finest cells, '// &
                                         to_text(least_radius(model))// &
-                                           ' m: between two kinks there is to be a radius of the domain '// &
+                                           ' m: a radius of the domain integral must fit between two kinks '// &
                                         'integral')
       end associate
       if (size(model%energy_release%radii) > 0 .and. model%growth(k)%is_quasi_static()) then

@@ -83,7 +83,8 @@ contains
       else if (history%kind == 'sine') then
          if (history%frequency*dt*good_steps <= 1) return
          line = name//': steps of '//three_digits(dt)//' s take '//three_digits(1/(history%frequency*dt))// &
-                ' points of a period of its sine of '//to_text(history%frequency)//' Hz: what is between them does not act. '// &
+                ' points of a period of its sine of '//to_text(history%frequency)// &
+                   ' Hz: load values between these points have no effect. '// &
                 'Take '//to_text(nint(good_steps))//' or more'
       else if (history%kind == 'table') then
          peak = missed_peak(history, dt, model%method%time == 'static')

@@ -110,7 +110,7 @@ contains
             if (do_touch(model, i, j) .or. .not. share_nodes(model, i, j)) cycle
             call add(text, 'bodies '//to_text(j)//' and '//to_text(i)//' are '//length_text(gap_between(model, i, j))// &
                      ' m apart, but no whole cell is free between them: they act on each other from the start, as if they '// &
-                     'touched. Use smaller &grid cell, &contact, or a &crack where they are to part')
+                     'touched. Use smaller &grid cell, &contact, or a &crack where they are to separate')
          end do
       end do
    end subroutine check_gaps
@@ -212,8 +212,8 @@ contains
             if (body > 0) around(k) = model%bodies(body)%material_index
          end do
          if (.not. any(around > 0 .and. .not. are_alike(model, around, maxval(around)))) cycle
-         call add(text, 'the tip of the crack is between two materials: the parts of modes I and II depend on the size of the '// &
-                  'cells there, and only their sum has a meaning; K is not recorded')
+         call add(text, 'the tip of the crack is between two materials: G of modes I and II depends on the size of the '// &
+                  'cells there, only their sum is valid; K is not recorded')
          return
       end do
    end subroutine check_interfaces
@@ -286,10 +286,10 @@ contains
          end do
       end do
       if (touching > most_named) pairs = pairs//' and '//to_text(touching - most_named)//' other pairs'
-      if (touching > 0) call add(text, 'bodies '//pairs//' touch: they are joined as one, but where a &crack parts them')
-      if (apart > 0 .and. model%method%frame == 'updated') call add(text, 'bodies that meet act on each other from about a '// &
+      if (touching > 0) call add(text, 'bodies '//pairs//' touch: they are bonded, except along a &crack')
+      if (apart > 0 .and. model%method%frame == 'updated') call add(text, 'bodies interact from about a '// &
          'cell apart ('//to_text(model%grid%cell)//' m) on, by the nodes that their cells have in common, and stick as long '// &
-         'as they are so near; smaller cells make both less, and &contact lets them meet where they are')
+         'as they are so near; smaller cells reduce both, and &contact resolves the gap')
    end subroutine check_bodies
 
    !> Bodies that have more points than they were given, as these would stand on grid lines.

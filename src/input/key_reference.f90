@@ -17,10 +17,10 @@ contains
    pure function reference_text() result(text)
       character(:), allocatable :: text
       integer :: g, k
-      text = line('# Groups and keys of a scene')//line('') &
-             //line('The output of `hampm --keys`, from the table by which scenes are validated. Units are SI. A real number is') &
+      text = line('# Groups and keys of a model')//line('') &
+             //line('The output of `hampm --keys`, from the table by which models are validated. Units are SI. A real number is') &
              //line('0 or in size from 1e-100 to 1e100. How keys depend on each other is in [key_rules.md](key_rules.md). The') &
-             //line('examples together, but for those of groups that are said to go with other choices, are a scene that runs;') &
+             //line('examples together, but for those of groups marked as requiring other choices, are a model that runs;') &
              //line('`hampm --template` prints one with every key.')
       do g = 1, size(groups)
          text = text//line('')//line('## &'//trim(groups(g)%name))//line('') &
@@ -41,7 +41,7 @@ contains
       if (group%presence == is_required) text = 'Must be given'
       if (group%presence == is_assumed) text = 'Where it is absent, its defaults hold'
       if (group%repeats) text = text//'; may stand several times'
-      if (group%is_apart) text = text//'; goes with other choices than the examples here'
+      if (group%is_apart) text = text//'; requires other choices than the examples here'
       text = text//'.'
    end function presence
 

@@ -171,7 +171,7 @@ contains
                                 ' must contain material of a body')
       else if (has_shapes(model)) then
          call settings%complain(entry, 'lower', 'the box up to '//point_text(load%upper)// &
-                                ' must hold a part of the edge of a body: a traction acts on an edge')
+                                ' must contain a segment of the edge of a body: a traction acts on an edge')
       else if (count(load%upper - load%lower <= tol) /= 1) then
          call settings%complain(entry, 'upper', 'must equal lower = '//point_text(load%lower)// &
                                 ' in exactly one direction: a '//trim(load%kind)//' acts on an edge')

@@ -88,7 +88,7 @@ contains
          if (.not. (settings%good(entry, 'young') .and. settings%good(entry, 'poisson'))) return
          mu = m%young/(2*(1 + m%poisson))
          if (sum(m%moduli) > (1 + decimals)*mu) call settings%complain(entry, 'moduli', 'must have a sum of at most '// &
-            to_text(mu)//' [Pa], the shear modulus at once, young/(2 (1 + poisson)); theirs is '//to_text(sum(m%moduli)))
+            to_text(mu)//' [Pa], the instantaneous shear modulus, young/(2 (1 + poisson)); theirs is '//to_text(sum(m%moduli)))
       end associate
    end subroutine check_viscous
 end module hampm_material_consistency

@@ -39,7 +39,7 @@ module hampm_material_group
       key_t('material', 'c01', type_real, 0, 1, may, '', '', 'Pa', &
             positive, 'of law = ''mooney_rivlin'': modulus of the second invariant; c10 = young/(4 (1 + poisson)) - c01'), &
       key_t('material', 'moduli', type_real, 0, most_branches, may, '', '', 'Pa', &
-            positive, 'of law = ''viscoelastic'': the parts of the shear modulus at once that relax, a Prony series'), &
+            positive, 'of law = ''viscoelastic'': the relaxing parts of the instantaneous shear modulus, a Prony series'), &
       key_t('material', 'relaxation_times', type_real, 0, most_branches, may, '', '', 's', &
             positive, 'of law = ''viscoelastic'': the time in which each of them falls to 1/e'), &
       key_t('material', 'dilatation', type_name, 1, 1, may, 'point', '', '', &

@@ -18,7 +18,7 @@ contains
    pure function template_text() result(text)
       character(:), allocatable :: text, start
       integer :: g, k
-      text = '! A scene for hampm, with every group and key. Numbers are in SI units. A comment gives: meaning [unit];'//line_feed &
+      text = '! A model for hampm, with every group and key. Numbers are in SI units. A comment gives: meaning [unit];'//line_feed &
              //'! what is allowed; the default. Keys and groups may stand in any order.'//line_feed
       do g = 1, size(groups)
          start = ''

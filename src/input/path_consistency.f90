@@ -93,7 +93,7 @@ contains
             return
          end if
          if (.not. enters(model, path%points)) then
-            call settings%complain(entry, trim(model%paths(k)%key), 'the crack must run through material: no part of it does')
+            call settings%complain(entry, trim(model%paths(k)%key), 'the crack is outside of the material')
             return
          end if
          if (any([(any(path%points(:, i) < 2*model%grid%lower - upper_corner(model%grid) .or. &
@@ -108,7 +108,7 @@ contains
             if (length_along(model, k, i, beside*model%grid%cell) <= near) cycle
             call settings%complain(entry, trim(model%paths(k)%key), 'the path runs along another one, that of &crack '// &
                                    to_text(i)//', for more than a cell, '//to_text(model%grid%cell)// &
-                                   ' m, and nearer to it than a tenth of one: nothing of what is between them would be modelled')
+                                   ' m, at less than a tenth of a cell: the material between them would not be modelled')
             return
          end do
          do end = first_end, last_end

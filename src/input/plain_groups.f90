@@ -128,7 +128,7 @@ module hampm_plain_groups
       key_t('method', 'courant', type_real, 1, 1, may, '0.0', '', '', &
             '[0, 1000]', 'time step over cell size / wave speed; 0: 0.9 of the limit, in the updated frame 0.1 or less'), &
       key_t('method', 'path', type_name, 1, 1, may, 'fastest', '', '', &
-            'fastest|reference', 'of explicit steps: the fastest one for the scene, or the step that is there to be read'), &
+            'fastest|reference', 'of explicit steps: the fastest one for the model, or the plain reference step'), &
       key_t('method', 'wave_speed', type_name, 1, 1, may, 'shear', '', '', &
             'shear|dilatational', 'which wave speed courant refers to'), &
       key_t('method', 'time_steps', type_name, 1, 1, may, 'global', '', '', &

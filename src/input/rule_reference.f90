@@ -23,17 +23,17 @@ contains
       character(:), allocatable :: text
       integer :: g
       text = line('# How keys depend on each other')//line('') &
-             //line('The output of `hampm --rules`, from the table by which scenes are validated (`src/input/rules.f90`);') &
+             //line('The output of `hampm --rules`, from the table by which models are validated (`src/input/rules.f90`);') &
              //line('`hampm --rules --json` has it for programs. [keys.md](keys.md) has what each key allows by itself,') &
-             //line('[places.md](places.md) where things have to be and which numbers go together. All mistakes are reported at') &
+             //line('[places.md](places.md) where things have to be and which numbers go together. All errors are reported at') &
              //line('once, and `hampm --check` looks for them without a run.')//line('') &
-             //line('A scene that breaks a rule with "requires" or "is not allowed with" is refused; one with "has no effect" or') &
+             //line('A model that breaks a rule with "requires" or "is not allowed with" is refused; one with "has no effect" or') &
              //line('"warning:" runs, and says so. A key has no effect only where it is given, and says something else than its') &
              //line('default. Where a rule is about another group of which there may be several, "requires" means all of these,') &
              //line('and every other word any of them. Only materials of which there is a body') &
              //line('and bodies that are no holes count there.')//line('') &
-             //line('Of '//to_text(size(rules))//' rules '//to_text(number(not_with) + number(requires))//' refuse a scene, '// &
-                    to_text(number(no_effect_with) + number(no_effect_without))//' tell of keys without effect, and '// &
+             //line('Of '//to_text(size(rules))//' rules '//to_text(number(not_with) + number(requires))//' refuse a model, '// &
+                    to_text(number(no_effect_with) + number(no_effect_without))//' are about keys without effect, and '// &
                     to_text(number(warned_with) + number(noted_with))//' warn.') &
              //line('The reason of '//to_text(count(rules%basis == mechanics))//' is one of mechanics, '// &
                     to_text(count(rules%basis == by_meaning))//' follow from what keys mean, and '// &

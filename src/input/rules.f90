@@ -49,26 +49,26 @@ module hampm_rules
    character(*), parameter :: for_any_strain = "&material law = 'neo_hookean' | 'mooney_rivlin'"
 
    ! Why nothing is kept at its toughness by J where material yields or creeps
-   character(*), parameter :: no_rate = "J is no energy release rate where energy is dissipated around a tip that grows"
+   character(*), parameter :: no_rate = "J is not the energy release rate where material around a growing tip dissipates energy"
 
    type(rule_t), parameter :: of_rings(*) = [ &
       rule_t("&method mass = 'lumped' | 'partial' | 'fmpm' | 'blend'", not_with, &
              "a mass matrix that acts and quadratic cells at an axis", mechanics, &
              "nodes on the axis have a lumped mass of 0", "&method mass = 'full'"), &
       rule_t("&run plane = 'axisymmetric'", not_with, "&run thickness", by_meaning, &
-             "that of a ring is its circumference", ""), &
+             "the thickness of a ring is its circumference", ""), &
       rule_t("&body spin", not_with, "&run plane = 'axisymmetric'", mechanics, &
-             "a ring that turned in the plane of its section would be turned inside out", ""), &
+             "a ring cannot rotate in the plane of its section", ""), &
       rule_t("&energy_release reference = 'dcb'", not_with, "&run plane = 'axisymmetric'", mechanics, &
              "a beam has no axis", ""), &
       rule_t("&run plane = 'axisymmetric'", not_with, "&method functions = 'cpdi'", not_built, &
-             "the corners of a domain tell no stretch around the axis", "&method functions = 'linear'")]
+             "corners of a domain do not give the hoop stretch", "&method functions = 'linear'")]
 
    type(rule_t), parameter :: of_grids(*) = [ &
       rule_t("&grid order = 2", not_with, "&method time = 'explicit' | 'implicit' and &growth law = 'prescribed' | 'toughness'", &
-             not_built, "only paths at rest grow through quadratic cells", "&grid order = 1"), &
+             not_built, "growth through quadratic cells is static only", "&grid order = 1"), &
       rule_t("&grid order = 2", not_with, "&crack kind = 'symmetry' and &growth", not_built, &
-             "the bonds ahead of the tip are between nodes of bilinear cells", "&grid order = 1"), &
+             "cohesive points ahead of the tip join nodes of bilinear cells", "&grid order = 1"), &
       rule_t("&grid order = 2", not_with, "&crack kind = 'symmetry' and &cohesive", not_built, "", "&grid order = 1")]
 
    type(rule_t), parameter :: of_materials(*) = [ &
@@ -81,7 +81,7 @@ module hampm_rules
              "&material young_1 and &material young_2 and &material shear_12 and &material poisson_12", by_meaning, "", ""), &
       rule_t("&material law = 'orthotropic' and &run plane = 'strain' | 'axisymmetric'", requires, &
              "&material young_3 and &material poisson_13 and &material poisson_23", mechanics, &
-             "the material is held across the plane", ""), &
+             "strain across the plane is constrained", ""), &
       rule_t("&material young", not_with, "&material law = 'orthotropic'", by_meaning, "", "young_1 and young_2"), &
       rule_t("&material poisson", not_with, "&material law = 'orthotropic'", by_meaning, "", "poisson_12"), &
       rule_t("&material young_3", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free", ""), &
@@ -100,22 +100,22 @@ module hampm_rules
       rule_t("&material moduli", requires, "&material law = 'viscoelastic'", by_meaning, "", ""), &
       rule_t("&material relaxation_times", requires, "&material law = 'viscoelastic'", by_meaning, "", ""), &
       rule_t("&material dilatation = 'cell'", not_with, "&method time = 'static' | 'implicit' and "//for_any_strain, not_built, &
-             "means of large strains have no tangent yet", "&material dilatation = 'point'"), &
+             "the mean of large strains has no tangent yet", "&material dilatation = 'point'"), &
       rule_t("&material dilatation = 'cell'", not_with, "&method functions = 'cpdi'", mechanics, &
-             "the corners of a domain tell one dilatation", "&material dilatation = 'point'"), &
+             "a domain has one dilatation", "&material dilatation = 'point'"), &
       rule_t("&material dilatation = 'cell'", no_effect_with, "&grid order = 2", mechanics, "quadratic cells do not lock", ""), &
       rule_t("&material dilatation = 'point'", warned_with, &
              "&material law = 'j2_plastic' and &run plane /= 'stress' and &grid order = 1", mechanics, &
-             "cells that yield and cannot thin are too stiff, loads go on rising where the material has a limit", &
+             "yielding cells lock: they are too stiff, and loads rise beyond the limit load", &
              "&material dilatation = 'cell'"), &
       rule_t(with_history, not_with, "&growth law = 'quasi_static'", mechanics, no_rate, ""), &
       rule_t(with_history, not_with, "&growth law = 'toughness' and &method time = 'implicit'", mechanics, no_rate, ""), &
       rule_t(with_history, not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", mechanics, &
-             "there are no stress intensity factors to turn by", "&growth direction = 'straight'"), &
+             "the direction needs stress intensity factors, which the law does not have", "&growth direction = 'straight'"), &
       rule_t("&material law = 'orthotropic'", not_with, "&growth law = 'prescribed' | 'toughness'", not_built, &
-             "K and the limits of the speed of a moving tip are known of isotropic material only", ""), &
+             "K and the limiting speed of a moving tip are known for isotropic material only", ""), &
       rule_t("&material law = 'orthotropic'", not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", &
-             mechanics, "where a crack goes hangs on the toughness in each direction, which is not known", &
+             mechanics, "the direction depends on the toughness in each direction, which is not known", &
              "&growth direction = 'straight'"), &
       rule_t("&material", no_effect_without, "a body of it", by_meaning, "", "")]
 
@@ -131,16 +131,16 @@ module hampm_rules
       rule_t("&body center", requires, "&body shape = 'circle'", by_meaning, "", ""), &
       rule_t("&body radius", requires, "&body shape = 'circle'", by_meaning, "", ""), &
       rule_t("&body part", requires, "&contact bodies = 'stick' | 'frictionless' | 'friction'", by_meaning, &
-             "parts are told apart by contact only", ""), &
+             "contact groups have an effect in contact only", ""), &
       rule_t("&body part", no_effect_without, "another body of that part", mechanics, &
-             "a body without a name is one by itself", ""), &
+             "a body without this key is a contact group by itself", ""), &
       rule_t("&body points_per_cell < 3", not_with, "&grid order = 2", mechanics, &
-             "with fewer than 3 some motions of the nodes strain no particle", "&body points_per_cell = 3"), &
-      rule_t("&body velocity", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &
-      rule_t("&body spin", not_with, "&method time = 'static'", mechanics, "what rests has none", ""), &
+             "fewer than 3 leave hourglass motions of the nodes without strain of a particle", "&body points_per_cell = 3"), &
+      rule_t("&body velocity", not_with, "&method time = 'static'", mechanics, "a static model has no velocity", ""), &
+      rule_t("&body spin", not_with, "&method time = 'static'", mechanics, "a static model has no velocity", ""), &
       rule_t("&body eigenstrain and a shear of the eigenstrain", not_with, "&crack kind = 'symmetry'", mechanics, &
              "the other half would have the opposite shear, the third value", ""), &
-      rule_t("&body eigenstrain", not_with, "&energy_release reference = 'dcb'", mechanics, "that is the closed form for forces", &
+      rule_t("&body eigenstrain", not_with, "&energy_release reference = 'dcb'", mechanics, "the closed form is for forces", &
              ""), &
       rule_t("&body eigenstrain and a fourth value of the eigenstrain", warned_with, "&run plane = 'stress'", mechanics, &
              "the fourth value has no effect, as the thickness is free", "")]
@@ -157,19 +157,19 @@ module hampm_rules
 
    type(rule_t), parameter :: of_constraints(*) = [ &
       rule_t("&constraint history", no_effect_without, "&constraint displacement or &constraint velocity", by_meaning, &
-             "it is that of a motion, and none is given", ""), &
+             "the factor applies to a prescribed motion, and none is given", ""), &
       rule_t("&constraint start", no_effect_without, "&constraint displacement or &constraint velocity", by_meaning, &
-             "it is that of a motion, and none is given", ""), &
+             "the factor applies to a prescribed motion, and none is given", ""), &
       rule_t("&constraint displacement and &constraint history = 'step'", not_with, "&method time = 'explicit' | 'implicit'", &
-             mechanics, "nodes would jump", "history = 'ramp', or a velocity"), &
+             mechanics, "prescribed prescribed prescribed nodes would jump", "history = 'ramp', or a velocity"), &
       rule_t("&constraint displacement", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, "", &
              "&method time_steps = 'global'"), &
       rule_t("&constraint velocity", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, "", &
              "&method time_steps = 'global'"), &
       rule_t("&constraint push_only = .true.", not_with, "&method time = 'explicit'", not_built, &
-             "in explicit steps faces of a crack with contact part and meet again", "&method time = 'implicit'"), &
+             "faces with contact separate and touch again in explicit steps", "&method time = 'implicit'"), &
       rule_t("&constraint push_only = .true.", not_with, "&growth", not_built, &
-             "loads are scaled, which is not what a support does", "")]
+             "growth scales the loads, but reactions of a support are not proportional to them", "")]
 
    type(rule_t), parameter :: of_loads(*) = [ &
       rule_t("&load kind = 'point' | 'traction' | 'body'", requires, "&load lower and &load upper and &load force", by_meaning, &
@@ -177,9 +177,10 @@ module hampm_rules
       rule_t("&load kind = 'pressure'", requires, "&load pressure", by_meaning, "", ""), &
       rule_t("&load kind = 'pressure' and &load on = 'edge'", requires, "&load lower and &load upper", by_meaning, "", ""), &
       rule_t("&load kind = 'gravity'", requires, "&load acceleration", by_meaning, "", ""), &
-      (rule_t("&load "//corners(k), not_with, "&load kind = 'gravity'", by_meaning, "it acts on all bodies", "kind = 'body'"), &
+      (rule_t("&load "//corners(k), not_with, "&load kind = 'gravity'", by_meaning, "gravity acts on all bodies", &
+              "kind = 'body'"), &
        rule_t("&load "//corners(k), not_with, "&load kind = 'pressure' and &load on = 'crack'", by_meaning, &
-              "it acts on the faces of the whole crack", ""), k=1, 2), &
+              "the pressure acts on both faces of the whole crack", ""), k=1, 2), &
       rule_t("&load force", not_with, "&load kind = 'pressure' | 'gravity'", by_meaning, "", ""), &
       rule_t("&load pressure", requires, "&load kind = 'pressure'", by_meaning, "", ""), &
       rule_t("&load acceleration", requires, "&load kind = 'gravity'", by_meaning, "", ""), &
@@ -188,110 +189,118 @@ module hampm_rules
       rule_t("&load face = 'left' | 'right'", not_with, "&load kind = 'pressure' | 'gravity'", by_meaning, "", ""), &
       rule_t("&load on = 'crack'", requires, "&crack", by_meaning, "", ""), &
       rule_t("&load crack", requires, "&crack kind = 'line' | 'path'", by_meaning, "other cracks are the only one", ""), &
-      rule_t("&load on = 'crack' and several cracks", requires, "&load crack", by_meaning, "it tells which is meant", ""), &
+      rule_t("&load on = 'crack' and several cracks", requires, "&load crack", by_meaning, "the name selects the crack", ""), &
       rule_t("&load on = 'crack'", not_with, "a pressed path that grows in motion", not_built, &
-             "bonds hold cells that are cut ahead of the tip, which must not be pressed", "law = 'quasi_static'"), &
+             "cohesive points join cells that are cut ahead of the tip; pressure must not act there", "law = 'quasi_static'"), &
       rule_t("&load start < 0", no_effect_with, "&load history = 'step'", by_meaning, &
-             "what begins before the run is there from its beginning", "")]
+             "a step load that begins before the run acts from its beginning", "")]
 
    type(rule_t), parameter :: of_contact(*) = [ &
       rule_t("&contact bodies = 'friction'", requires, "&contact friction > 0", by_meaning, "", &
              "&contact bodies = 'frictionless'"), &
       rule_t("&contact friction", requires, "&contact bodies = 'friction'", by_meaning, "", ""), &
       rule_t("&contact distance", requires, "&contact bodies = 'stick' | 'frictionless' | 'friction'", by_meaning, &
-             "joined bodies act on each other as soon as both have cells at a node", ""), &
+             "bonded bodies interact as soon as both have cells at a node", ""), &
       rule_t("&contact bodies = 'stick' | 'frictionless' | 'friction'", not_with, "&grid order = 2", not_built, "", &
              "&grid order = 1")]
 
    type(rule_t), parameter :: of_method(*) = [ &
       rule_t("&method time = 'static' | 'implicit'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", &
-             not_built, "whether bodies touch is found in each short step", "&method time = 'explicit'"), &
+             not_built, "contact of bodies is found step by step in explicit steps", "&method time = 'explicit'"), &
       rule_t("&method frame = 'total'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", mechanics, &
-             "in the total frame bodies never meet", "&method frame = 'updated'"), &
+             "bodies never come into contact in the total Lagrangian frame", "&method frame = 'updated'"), &
       rule_t("&method frame = 'updated'", not_with, "&method time = 'static'", not_built, &
-             "equilibrium is found from where the material was at first", "&method frame = 'total'"), &
+             "static equilibrium is found in the reference configuration", "&method frame = 'total'"), &
       rule_t("&method frame = 'updated'", not_with, "&method time = 'implicit'", not_built, &
-             "the nodes keep their motion from step to step, and so their material", "&method frame = 'total'"), &
-      rule_t("&method frame = 'updated'", not_with, "&grid order = 2", not_built, "particles stay where their weights are right", &
+             "nodes keep velocity and acceleration from step to step, so they must keep their material", &
+             "&method frame = 'total'"), &
+      rule_t("&method frame = 'updated'", not_with, "&grid order = 2", not_built, &
+             "quadrature weights of particles hold at their reference positions only", &
              "&method frame = 'total'"), &
       rule_t("&method frame = 'updated'", not_with, "&growth law = 'prescribed' | 'toughness'", not_built, &
-             "bonds ahead of a tip are between nodes that keep their material", "&method frame = 'total'"), &
+             "cohesive points ahead of a tip join nodes that keep their material", "&method frame = 'total'"), &
       rule_t("&method functions = 'cpdi'", requires, "&method frame = 'updated'", mechanics, &
-             "in the total frame particles stay in their cells, whose own functions are the better ones", ""), &
+             "particles stay in their cells in the total Lagrangian frame, where shape functions of cells are more accurate", ""), &
       rule_t("&method time_steps = 'local'", requires, "&method frame = 'total'", mechanics, &
-             "cells take their steps by mass matrices and moments that stay only where particles stay in their cells", ""), &
+             "local steps use mass matrices and moments of cells, which are constant only where particles stay in their cells", &
+             ""), &
       rule_t("&method time_steps = 'local'", requires, "&method scheme = 'musl'", not_built, &
-             "its coarse steps are of that scheme", ""), &
+             "coarse steps have that scheme", ""), &
       rule_t("&method time_steps = 'local'", requires, "&method mass = 'lumped'", not_built, &
-             "cells that step apart need masses of their own", ""), &
-      rule_t("&method time_steps = 'local'", not_with, "&method time = 'static'", mechanics, "all cells rest at once", &
+             "cells with different steps need masses of their own", ""), &
+      rule_t("&method time_steps = 'local'", not_with, "&method time = 'static'", mechanics, &
+             "equilibrium is found for all cells together", &
              "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&method time = 'implicit'", mechanics, &
-             "all nodes are solved for at once", "&method time_steps = 'global'"), &
+             "implicit steps solve for all nodes together", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&grid order = 2 and &method time = 'explicit' | 'implicit'", not_built, &
              "", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&material law /= 'linear_elastic' | 'orthotropic'", mechanics, &
-             "cells take their steps by a linear relation of forces to displacements", "&method time_steps = 'global'"), &
+             "local steps need a linear relation of forces to displacements", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&material dilatation = 'cell'", not_built, &
-             "fine steps are those of cells by moments of their volume", "&material dilatation = 'point'"), &
+             "fine steps use moments of the volume of cells", "&material dilatation = 'point'"), &
       rule_t("&method time_steps = 'local'", not_with, "&refine indicator = 'gradient' | 'zz'", mechanics, &
-             "where the mesh changes, vibrations of the small cells grow", "&method time_steps = 'global'"), &
+             "vibrations of small cells grow where the mesh changes", "&method time_steps = 'global'"), &
       (rule_t("&method time_steps = 'local'", not_with, with_forces(k), not_built, &
-              "forces act across faces between cells that step apart", "&method time_steps = 'global'"), k=1, 3), &
+              "forces across faces would join cells with different steps", "&method time_steps = 'global'"), k=1, 3), &
       rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'symmetry' and &growth law = 'prescribed' | 'toughness'", &
-             not_built, "bonds are let go in steps that are the same for all", "&method time_steps = 'global'"), &
+             not_built, "nodal release needs steps that are the same for all cells", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&energy_release estimators = 'energy_balance'", not_built, &
-             "the loss of the method is not known with them", "&method time_steps = 'global'"), &
-      rule_t("&method path = 'reference'", not_with, "&method time = 'static' | 'implicit'", by_meaning, "it is an explicit step", &
+             "the numerical loss of local steps is not known", "&method time_steps = 'global'"), &
+      rule_t("&method path = 'reference'", not_with, "&method time = 'static' | 'implicit'", by_meaning, &
+             "the reference step is explicit", &
              "&method time = 'explicit'"), &
-      rule_t("&method path = 'reference'", not_with, "&method time_steps = 'local'", by_meaning, "it is one step of all cells", &
+      rule_t("&method path = 'reference'", not_with, "&method time_steps = 'local'", by_meaning, &
+             "the reference step is one step of all cells", &
              "&method time_steps = 'global'"), &
       rule_t("&method path = 'reference'", not_with, "&method functions = 'cpdi'", not_built, &
-             "its particles are points of cells", "&method functions = 'linear'"), &
+             "particles of the reference step are points of cells", "&method functions = 'linear'"), &
       rule_t("&method path = 'reference'", not_with, "&method mass = 'full' | 'partial' | 'fmpm' | 'blend'", not_built, &
-             "it divides by the masses of nodes", "&method mass = 'lumped'"), &
+             "the reference step divides by lumped masses", "&method mass = 'lumped'"), &
       rule_t("&method path = 'reference'", not_with, "&material dilatation = 'cell'", not_built, &
-             "its particles have a dilatation each", "&material dilatation = 'point'"), &
-      rule_t("&constraint displacement", not_with, "&method path = 'reference'", not_built, "what it holds rests", &
+             "particles of the reference step have their own dilatation", "&material dilatation = 'point'"), &
+      rule_t("&constraint displacement", not_with, "&method path = 'reference'", not_built, &
+             "the reference step has no prescribed motion", &
              "&method path = 'fastest'"), &
-      rule_t("&constraint velocity", not_with, "&method path = 'reference'", not_built, "what it holds rests", &
+      rule_t("&constraint velocity", not_with, "&method path = 'reference'", not_built, &
+             "the reference step has no prescribed motion", &
              "&method path = 'fastest'"), &
       rule_t("&method path = 'reference'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
-             "it has one velocity field", "&contact bodies = 'joined'"), &
+             "the reference step has one velocity field", "&contact bodies = 'joined'"), &
       rule_t("&method path = 'reference'", not_with, "&crack contact = 'frictionless' | 'friction'", not_built, &
-             "its faces do not touch", "&crack contact = 'none'"), &
-      rule_t("&method path = 'reference'", not_with, "&growth", not_built, "its cracks stay", ""), &
+             "the reference step has no contact of faces", "&crack contact = 'none'"), &
+      rule_t("&method path = 'reference'", not_with, "&growth", not_built, "the reference step has no growth", ""), &
       rule_t("&method path = 'reference'", not_with, "&energy_release estimators = 'energy_balance'", not_built, &
-             "it books no losses of the method", ""), &
+             "the reference step does not record numerical losses", ""), &
       rule_t("&method mass = 'fmpm'", not_with, "&method time = 'implicit'", mechanics, &
-             "it is a series for the inverse, and these steps use the matrix", "&method mass = 'full'"), &
+             "fmpm is a series for the inverse, and implicit steps use the matrix", "&method mass = 'full'"), &
       rule_t("&method mass = 'lumped' | 'partial' | 'fmpm' | 'blend'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", mechanics, &
              "some nodes would have a lumped mass below 0", "&method mass = 'full'"), &
       rule_t("&method solver = 'cg'", not_with, &
              "a mass matrix that acts and quadratic cells at an axis", mechanics, &
-             "it begins with lumped masses, which nodes on the axis have not", "&method solver = 'direct'"), &
+             "cg is preconditioned by lumped masses, which are 0 on the axis", "&method solver = 'direct'"), &
       rule_t("&method solver = 'cg'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
-             "it begins with inverses of the mass matrices of cells, and pieces of these may have none", &
+             "cg is preconditioned by inverses of mass matrices of cells, and those of small cut cells may be singular", &
              "&method solver = 'direct'"), &
       rule_t("&method time_step", requires, "&method time = 'implicit'", by_meaning, &
-             "the step of 'explicit' is given by courant, those of 'static' by load_steps", ""), &
+             "courant gives the step of 'explicit', load_steps those of 'static'", ""), &
       rule_t("&method hht_alpha", requires, "&method time = 'implicit'", by_meaning, "", ""), &
       rule_t("&method time_step > 0", not_with, "&method time = 'implicit' and &method courant > 0", by_meaning, &
-             "both are the length of a step", "one of both"), &
+             "both give the time step", "one of both"), &
       rule_t("&method full_region = 'refined' and &method mass = 'partial'", requires, &
-             "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "it is full in the cells that are refined", ""), &
+             "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "the matrix is consistent in refined cells", ""), &
       rule_t("&method courant > 0", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit", &
              ""), &
       rule_t("&method scheme", no_effect_with, "&method time = 'static' | 'implicit'", mechanics, &
-             "it orders the parts of an explicit step", ""), &
+             "the scheme is the order of updates in an explicit step", ""), &
       rule_t("&method mass", no_effect_without, "a mass matrix that acts", mechanics, &
-             "what rests needs no mass, but to extrapolate stress", ""), &
+             "a static model needs mass to extrapolate stress only", ""), &
       rule_t("&method wave_speed", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit", &
              ""), &
       rule_t("&method wave_speed and &method time = 'explicit' | 'implicit'", no_effect_without, &
-             "&method courant or &method frame = 'updated'", by_meaning, "the step is a part of the largest that is stable", ""), &
+             "&method courant or &method frame = 'updated'", by_meaning, "the step is a fraction of the largest stable one", ""), &
       rule_t("&method load_steps", no_effect_without, "&method time = 'static'", by_meaning, "", ""), &
       rule_t("&method order", no_effect_without, "&method mass = 'fmpm' and a mass matrix that acts", by_meaning, &
              "", ""), &
@@ -302,31 +311,31 @@ module hampm_rules
       (rule_t("&method full_"//corners(k), no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
               by_meaning, "", ""), k=1, 2), &
       (rule_t("&method full_"//corners(k), no_effect_with, "&method mass = 'partial' and &method full_region = 'refined'", &
-              by_meaning, "the region is that of the cells that are refined", ""), k=1, 2), &
+              by_meaning, "the region consists of the refined cells", ""), k=1, 2), &
       rule_t("&method solver = 'direct'", no_effect_with, &
-             "&method time = 'explicit' and &method mass = 'lumped' | 'fmpm'", mechanics, "no equations are solved", ""), &
-      rule_t("&damping rate", no_effect_with, "&method time = 'static'", mechanics, "what rests is not damped", ""), &
-      rule_t("&output history_interval", no_effect_with, "samples at other times than load steps", by_meaning, &
-             "at rest a row of the history is a load step", ""), &
+             "&method time = 'explicit' and &method mass = 'lumped' | 'fmpm'", mechanics, "lumped masses need no solution", ""), &
+      rule_t("&damping rate", no_effect_with, "&method time = 'static'", mechanics, "a static model has no damping", ""), &
+      rule_t("&output history_interval", no_effect_with, "samples apart from load steps", by_meaning, &
+             "a row of a static history is a load step", ""), &
       rule_t("&method scheme = 'usf'", warned_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
-             "stresses are behind the tip of a crack that grows, J at a third of the speed of Rayleigh waves is 6 % low", &
+             "stresses lag behind a growing tip: J is 6 % low at a third of the speed of Rayleigh waves", &
              "&method scheme = 'musl'"), &
       rule_t("&method scheme = 'usavg'", warned_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
-             "stresses are behind the tip of a crack that grows, J at a third of the speed of Rayleigh waves is 3 % low", &
+             "stresses lag behind a growing tip: J is 3 % low at a third of the speed of Rayleigh waves", &
              "&method scheme = 'musl'"), &
       rule_t("&method mass = 'lumped'", noted_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
-             "K of a crack that grows at 0.6 of the speed of Rayleigh waves is up to 4 % low, and by its toughness it comes "// &
+             "K of a tip at 0.6 of the speed of Rayleigh waves is up to 4 % low, and a crack that grows by its toughness comes "// &
              "5 % less far", "&method mass = 'blend'")]
 
    type(rule_t), parameter :: of_refinement(*) = [ &
       rule_t("&refine indicator = 'tip'", requires, "&crack", by_meaning, "", ""), &
       rule_t("&refine indicator = 'gradient'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
-             "it takes all nodes of a cell for those of one body", "&refine indicator = 'zz'"), &
+             "the indicator takes all nodes of a cell for those of one body", "&refine indicator = 'zz'"), &
       rule_t("&refine indicator = 'zz' | 'gradient'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
-             "particles would have to be given to finer cells", "&refine indicator = 'tip'"), &
+             "particles would have to move to finer cells", "&refine indicator = 'tip'"), &
       rule_t("&refine max_level", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, &
-             "cells refine by an indicator", ""), &
+             "an indicator selects the cells to refine", ""), &
       (rule_t("&refine region_"//corners(k), no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", &
               ""), k=1, 2), &
       rule_t("&refine max_particles", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", ""), &
@@ -335,9 +344,9 @@ module hampm_rules
       (rule_t("&refine "//of_gradient(k), no_effect_without, "&refine indicator = 'gradient'", by_meaning, "", ""), &
        k=1, size(of_gradient)), &
       (rule_t("&refine "//of_looks(k), no_effect_without, "&refine indicator = 'zz' | 'gradient'", by_meaning, &
-              "by the distance to a tip cells refine before the first step", ""), &
+              "the indicator tip refines before the first step", ""), &
        rule_t("&refine "//of_looks(k), no_effect_with, "&method time = 'static' and &refine indicator = 'zz' | 'gradient'", &
-              mechanics, "cells refine between load steps", ""), k=1, 2)]
+              mechanics, "static refinement is between load steps", ""), k=1, 2)]
 
    type(rule_t), parameter :: of_cracks(*) = [ &
       rule_t("&crack kind = 'symmetry' | 'line'", requires, "&crack tip", by_meaning, "", ""), &
@@ -345,124 +354,131 @@ module hampm_rules
       rule_t("&crack points", requires, "&crack kind = 'path'", by_meaning, "", ""), &
       rule_t("&crack tip", not_with, "&crack kind = 'path'", by_meaning, "the ends of a path inside the material are its tips", &
              ""), &
-      rule_t("&crack name", no_effect_with, "&crack kind = 'symmetry'", by_meaning, "there is one crack, which needs no name", &
+      rule_t("&crack name", no_effect_with, "&crack kind = 'symmetry'", by_meaning, "the crack is the only one and needs no name", &
              ""), &
-      rule_t("&crack direction", no_effect_with, "&crack kind = 'path'", by_meaning, "its points tell where it goes", ""), &
+      rule_t("&crack direction", no_effect_with, "&crack kind = 'path'", by_meaning, "its points give its direction", ""), &
       rule_t("&crack kind = 'symmetry'", not_with, "several cracks", not_built, &
              "only cracks of the kinds line and path may be several", "a whole body and kind = 'line'"), &
       rule_t("&crack kind = 'symmetry'", not_with, "edges that are no grid lines", not_built, &
              "cells that edges cut are those of lines and paths", "a whole body and kind = 'line'"), &
       rule_t("&crack length", requires, "&crack kind = 'line'", by_meaning, &
-             "on a symmetry plane the constraints tell where a crack is, of a path its points", ""), &
+             "constraints give the place of a crack on a symmetry plane, points that of a path", ""), &
       rule_t("&crack contact = 'frictionless' | 'friction'", requires, "&crack kind = 'line' | 'path'", mechanics, &
-             "at a symmetry plane there is one face, and no other to press on", ""), &
+             "a symmetry plane has one face, which cannot be in contact with another", ""), &
       rule_t("&crack contact = 'frictionless'", no_effect_with, "cohesion all along it", mechanics, &
-             "faces that cohesion holds or has held press on each other", ""), &
+             "faces with a cohesive zone are in contact anyway", ""), &
       rule_t("&crack contact = 'friction'", requires, "&crack friction > 0", by_meaning, "", "&crack contact = 'frictionless'"), &
       rule_t("&crack friction", requires, "&crack contact = 'friction'", by_meaning, "", ""), &
       rule_t("&crack contact = 'friction'", not_with, "&growth and &method time = 'static'", not_built, &
-             "tips grow before the loads follow, and what slides meanwhile does not slide back", &
+             "growth precedes the scaling of loads, and slip meanwhile is not reversible", &
              "&method time = 'implicit'")]
 
    type(rule_t), parameter :: of_cohesion(*) = [ &
-      rule_t("&cohesive", requires, "&crack", by_meaning, "it tells how its faces hold each other", ""), &
+      rule_t("&cohesive", requires, "&crack", by_meaning, "the group is a law for the faces of a crack", ""), &
       rule_t("&cohesive crack", not_with, "&crack kind = 'symmetry'", by_meaning, "such a crack is the only one", ""), &
-      rule_t("&cohesive from", not_with, "&crack kind = 'symmetry'", by_meaning, "its tip tells it", ""), &
+      rule_t("&cohesive from", not_with, "&crack kind = 'symmetry'", by_meaning, "the tip of the crack gives it", ""), &
       rule_t("&cohesive strength_shear", no_effect_with, "&crack kind = 'symmetry'", mechanics, "its faces do not slide", ""), &
       rule_t("&cohesive toughness_shear", no_effect_with, "&crack kind = 'symmetry'", mechanics, "its faces do not slide", ""), &
-      rule_t("&cohesive and several cracks", requires, "&cohesive crack", by_meaning, "it tells which is meant", ""), &
+      rule_t("&cohesive and several cracks", requires, "&cohesive crack", by_meaning, "the name selects the crack", ""), &
       rule_t("&cohesive", requires, "&method frame = 'total'", not_built, &
-             "cells are cut anew as the faces move, and forget their damage", ""), &
+             "damage is lost where cells are cut again as faces move", ""), &
       rule_t("&cohesive", not_with, "&growth law = 'quasi_static'", mechanics, &
-             "loads are scaled as those of a linear body, which forgets them", ""), &
+             "growth scales loads as in a linear body, but cohesion depends on the history", ""), &
       rule_t("&cohesive law = 'linear' | 'bilinear'", requires, "&cohesive strength > 0 and &cohesive toughness > 0", by_meaning, &
              "", ""), &
       rule_t("&cohesive law = 'bilinear'", requires, "&cohesive opening > 0", by_meaning, "", ""), &
       rule_t("&cohesive law = 'table'", requires, "&cohesive openings and &cohesive tractions", by_meaning, "", ""), &
-      rule_t("&cohesive strength", requires, "&cohesive law = 'linear' | 'bilinear'", by_meaning, "the points tell it", ""), &
-      rule_t("&cohesive toughness", requires, "&cohesive law = 'linear' | 'bilinear'", by_meaning, "the points tell it", ""), &
+      rule_t("&cohesive strength", requires, "&cohesive law = 'linear' | 'bilinear'", by_meaning, &
+             "the points of the table give it", ""), &
+      rule_t("&cohesive toughness", requires, "&cohesive law = 'linear' | 'bilinear'", by_meaning, &
+             "the points of the table give it", ""), &
       rule_t("&cohesive opening", requires, "&cohesive law = 'bilinear'", by_meaning, "", ""), &
       rule_t("&cohesive openings", requires, "&cohesive law = 'table'", by_meaning, "", ""), &
       rule_t("&cohesive tractions", requires, "&cohesive law = 'table'", by_meaning, "", ""), &
       rule_t("&cohesive exponent", no_effect_without, "&cohesive toughness_shear or &cohesive strength_shear", by_meaning, &
-             "sliding takes what opening does", ""), &
+             "mode II has the values of mode I", ""), &
       rule_t("&cohesive mixed_mode", no_effect_without, "&cohesive toughness_shear or &cohesive strength_shear", by_meaning, &
-             "sliding takes what opening does", "")]
+             "mode II has the values of mode I", "")]
 
    type(rule_t), parameter :: of_growth(*) = [ &
       rule_t("&growth", requires, "&crack", by_meaning, "", ""), &
       rule_t("&growth", requires, "&energy_release estimators = 'domain_integral'", mechanics, &
              "a crack grows by G, K_I and K_II", ""), &
       rule_t("&growth crack", not_with, "&crack kind = 'symmetry'", by_meaning, "such a crack is the only one", ""), &
-      rule_t("&growth and several cracks", requires, "&growth crack", by_meaning, "it tells which is meant", ""), &
+      rule_t("&growth and several cracks", requires, "&growth crack", by_meaning, "the name selects the crack", ""), &
       rule_t("&growth law = 'quasi_static'", not_with, "growth by laws of both kinds", not_built, "", &
              "law = 'quasi_static' of each or of none"), &
       rule_t("&growth law = 'quasi_static'", requires, "&method time = 'static'", by_meaning, "", ""), &
       rule_t("&growth law = 'prescribed' | 'toughness'", requires, "&method time = 'explicit' | 'implicit'", by_meaning, &
-             "at rest there is no time", ""), &
+             "a static model has no time", ""), &
       rule_t("&growth law = 'quasi_static'", requires, "&growth increment > 0 and &growth toughness > 0", by_meaning, "", ""), &
       rule_t("&growth law = 'prescribed'", requires, "&growth speed > 0", by_meaning, "", ""), &
       rule_t("&growth law = 'toughness'", requires, "&growth toughness > 0", by_meaning, "", ""), &
       rule_t("&growth toughness", not_with, "&growth law = 'prescribed'", by_meaning, "its speed is given", ""), &
-      rule_t("&growth speed", requires, "&growth law = 'prescribed'", by_meaning, "else it follows from the toughness", ""), &
-      rule_t("&growth increment", requires, "&growth law = 'quasi_static'", by_meaning, "in motion tips go on step by step", ""), &
+      rule_t("&growth speed", requires, "&growth law = 'prescribed'", by_meaning, "the toughness gives the speed otherwise", ""), &
+      rule_t("&growth increment", requires, "&growth law = 'quasi_static'", by_meaning, &
+             "dynamic growth advances in each time step", ""), &
       rule_t("&growth limit_speed", requires, "&growth law = 'toughness'", by_meaning, "", ""), &
       rule_t("&growth exponent", no_effect_without, "&growth limit_speed > 0", by_meaning, "", ""), &
-      rule_t("&growth start", not_with, "&growth law = 'quasi_static'", by_meaning, "at rest there is no time", ""), &
-      rule_t("&growth end", not_with, "&growth law = 'quasi_static'", by_meaning, "at rest there is no time", ""), &
+      rule_t("&growth start", not_with, "&growth law = 'quasi_static'", by_meaning, "a static model has no time", ""), &
+      rule_t("&growth end", not_with, "&growth law = 'quasi_static'", by_meaning, "a static model has no time", ""), &
       rule_t("&growth direction = 'path'", requires, "&growth points", by_meaning, "", ""), &
       rule_t("&growth points", requires, "&growth direction = 'path'", by_meaning, "", ""), &
       rule_t("&growth direction = 'path'", not_with, "&growth law = 'quasi_static'", not_built, &
-             "at rest tips go where the criterion or their own line leads", ""), &
+             "static growth follows a criterion or the crack's own line", ""), &
       rule_t("&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy' | 'path'", not_with, &
-             "&crack kind = 'symmetry'", mechanics, "it stays on its plane", "&growth direction = 'straight'"), &
+             "&crack kind = 'symmetry'", mechanics, "the crack stays on its symmetry plane", "&growth direction = 'straight'"), &
       rule_t("&growth tips = 'last' | 'first'", not_with, "&growth law = 'quasi_static'", not_built, "", &
              "&growth tips = 'largest'"), &
       rule_t("&growth tips = 'largest'", requires, "&growth law = 'quasi_static'", not_built, "", "&growth tips = 'all'"), &
-      rule_t("&growth tips = 'first'", not_with, "&crack kind = 'symmetry'", by_meaning, "it has one tip, the last point", ""), &
-      rule_t("&growth tips = 'largest' | 'last'", no_effect_with, "&crack kind = 'symmetry'", mechanics, "it has one tip", "")]
+      rule_t("&growth tips = 'first'", not_with, "&crack kind = 'symmetry'", by_meaning, &
+             "the crack has one tip, its last point", ""), &
+      rule_t("&growth tips = 'largest' | 'last'", no_effect_with, "&crack kind = 'symmetry'", mechanics, &
+             "the crack has one tip", "")]
 
    type(rule_t), parameter :: of_energies(*) = [ &
       rule_t("&energy_release estimators = {estimators}", requires, "&crack", by_meaning, "", ""), &
       rule_t("&energy_release estimators = {estimators at nodes}", not_with, "tips at no nodes", mechanics, &
-             "by nodes these close a crack", "'domain_integral' or 'crack_closure'"), &
+             "virtual crack closure needs a tip at a node", "'domain_integral' or 'crack_closure'"), &
       rule_t("&energy_release estimators = {estimators at nodes}", not_with, "&growth and &crack kind = 'symmetry'", &
-             mechanics, "the tip leaves the nodes, by which these close a crack", "'domain_integral'"), &
+             mechanics, "virtual crack closure needs a tip at a node, and a growing tip is between nodes", "'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators at nodes}", not_with, "&cohesive", &
-             mechanics, "they take faces for free", "'domain_integral'"), &
+             mechanics, "virtual crack closure assumes traction-free crack faces", "'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators of elastic material}", not_with, with_history, mechanics, &
-             "closing a crack does not give back what its opening took", "'domain_integral'"), &
+             "the work of closing a crack is not that of opening it", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'stress_closure'", not_with, "&load on = 'crack'", mechanics, &
-             "it has free faces in its derivation", "'domain_integral'"), &
-      rule_t("&energy_release estimators = {estimators of free faces}", not_with, &
-             "&crack contact = 'frictionless' | 'friction'", mechanics, "it takes faces for free", "'domain_integral'"), &
+             "the derivation assumes traction-free crack faces", "'domain_integral'"), &
+      rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, &
+             "&crack contact = 'frictionless' | 'friction'", mechanics, "the estimator assumes traction-free crack faces", &
+                               "'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators of isotropic material}", not_with, "&material law = 'orthotropic'", &
-             not_built, "its fields are those of isotropic material", "'domain_integral'"), &
-      rule_t("&energy_release estimators = {estimators of free faces}", not_with, "&load on = 'crack'", mechanics, &
-             "it takes faces for free", "'domain_integral'"), &
-      rule_t("&energy_release estimators = {estimators of free faces}", not_with, "&load face = 'left' | 'right'", mechanics, &
-             "it takes faces for free", "'domain_integral'"), &
-      rule_t("&energy_release estimators = {estimators of free faces}", not_with, "&cohesive", mechanics, &
-             "it takes faces for free", "'domain_integral'"), &
-      rule_t("&energy_release estimators = {estimators of tips that rest}", not_with, "&growth", not_built, &
-             "it is for tips that rest", "'domain_integral'"), &
+             not_built, "the near-tip fields are those of isotropic material", "'domain_integral'"), &
+      rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, "&load on = 'crack'", mechanics, &
+             "the estimator assumes traction-free crack faces", "'domain_integral'"), &
+      rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, "&load face = 'left' | 'right'", &
+             mechanics, &
+             "the estimator assumes traction-free crack faces", "'domain_integral'"), &
+      rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, "&cohesive", mechanics, &
+             "the estimator assumes traction-free crack faces", "'domain_integral'"), &
+      rule_t("&energy_release estimators = {estimators for stationary tips}", not_with, "&growth", not_built, &
+             "the estimator is for stationary tips", "'domain_integral'"), &
       rule_t("&energy_release estimators = 'domain_integral'", warned_with, with_history, &
              mechanics, &
-             "where material yields or creeps J depends on its domain, K, modes and errors are not recorded; J_near_tip and "// &
+             "J depends on its domain where material yields or creeps; K, modes and errors are not recorded; J_near_tip and "// &
              "J_far_field are those of the smallest and the largest one", ""), &
       rule_t("&energy_release radii", no_effect_without, "&energy_release estimators = {estimators by radii}", &
              by_meaning, "", ""), &
       rule_t("&energy_release reference = 'value'", requires, "&energy_release reference_value > 0", by_meaning, "", ""), &
       rule_t("&energy_release reference_value", requires, "&energy_release reference = 'value'", by_meaning, "", ""), &
       rule_t("&energy_release reference = 'dcb'", requires, "&crack kind = 'symmetry' | 'line'", mechanics, &
-             "it is a closed form of a crack along the beam", ""), &
-      rule_t("&energy_release reference = 'dcb'", not_with, "several bodies", mechanics, "it is a closed form of one beam", &
+             "the closed form is for a crack along the beam", ""), &
+      rule_t("&energy_release reference = 'dcb'", not_with, "several bodies", mechanics, "the closed form is for one beam", &
              "reference = 'value'"), &
       rule_t("&energy_release reference = 'dcb'", not_with, "&material law = 'orthotropic'", mechanics, &
-             "it is a closed form of isotropic material", "reference = 'value'"), &
+             "the closed form is for isotropic material", "reference = 'value'"), &
       rule_t("&energy_release reference = 'dcb'", not_with, "&load kind = 'pressure' | 'gravity'", mechanics, &
-             "it is a closed form for forces", "reference = 'value'"), &
-      rule_t("&energy_release reference = 'dcb'", not_with, "&growth", mechanics, "it is a closed form of a crack that rests", "")]
+             "the closed form is for forces", "reference = 'value'"), &
+      rule_t("&energy_release reference = 'dcb'", not_with, "&growth", mechanics, "the closed form is for a stationary crack", "")]
 
    !> All rows.
    type(rule_t), parameter :: rules(*) = [ &

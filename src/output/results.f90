@@ -96,7 +96,7 @@ contains
       if (.not. fault%failed()) call old%get('/input/namelist', other, fault)
       call old%close(fault)
       if (.not. fault%failed()) then
-         if (other /= model) call fault%report(exit_file, path//': is the result of another scene than the checkpoint is of; '// &
+         if (other /= model) call fault%report(exit_file, path//': is the result of another model than the checkpoint; '// &
                                                'the result has to be where the checkpoint is')
       end if
       if (.not. fault%failed()) call copy_file(path, partial_name(path), fault)

@@ -161,8 +161,8 @@ contains
       type(failure_t), intent(inout) :: failure
       associate (x => m%grid%element_lower(:, m%interfaces%alone) + m%grid%leaf_size(m%interfaces%alone)/2)
          call failure%report(exit_computation, 'the material around ('//to_text(x(1))//', '//to_text(x(2))//') m is less than '// &
-                             to_text(enough_alone)//' of a quadratic cell wide, too little to move. Use smaller cells, &grid '// &
-                             'order = 1, or time = ''static''')
+                             to_text(enough_alone)//' of a quadratic cell wide, too narrow for dynamics. Use smaller cells, '// &
+                             '&grid order = 1, or time = ''static''')
       end associate
    end subroutine report_thin_piece
 
@@ -177,7 +177,7 @@ contains
             if (.not. m%interfaces%cohesion(point%cohesion)%turns_back(point%stiffness/(m%interfaces%thickness%at(point%place) &
                                                                                       *point%length))) cycle
             call failure%report(exit_computation, 'the cells around ('//to_text(point%place(1))//', '//to_text(point%place(2))// &
-                                ') m, '//to_text(point%cell)//' m wide, are too large for the cohesive zone: faces would jump '// &
+                                ') m, '//to_text(point%cell)//' m wide, are too large for the cohesive zone: faces would snap '// &
                                 'apart. Use smaller cells, or a lower &cohesive strength')
             return
          end associate

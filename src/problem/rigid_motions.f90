@@ -260,7 +260,7 @@ contains
                                                        rigid_constraints%direction == constraint%motion)
             if (abs(total) <= rounding) cycle
             call failure%report(exit_computation, 'the piece of body '//to_text(constraint%body)//' with the node at ('// &
-                                to_text(x(1))//', '//to_text(x(2))//') m does not come to rest: it '// &
+                                to_text(x(1))//', '//to_text(x(2))//') m has no equilibrium: it '// &
                                    motion_text(constraint, total)// &
                                 ', or use &method time = ''explicit''')
             return

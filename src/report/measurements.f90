@@ -273,7 +273,7 @@ contains
             call history%record('friction_loss', 'J', 'energy taken by friction', &
                                 problem%interfaces%loss - problem%interfaces%of_cohesion + problem%body_contact%friction_loss)
          if (problem%interfaces%n_cohesive > 0) &
-            call history%record('cohesive_energy', 'J', 'energy taken by faces that cohesion holds, as they part', &
+            call history%record('cohesive_energy', 'J', 'energy dissipated in cohesive zones', &
                                 problem%interfaces%of_cohesion)
          if (model%contact%is_wanted()) then
             call history%record('contact_loss', 'J', 'energy that bodies have lost by meeting', problem%body_contact%loss)
@@ -284,8 +284,8 @@ contains
             if (growing%is_static) call history%record('load_factor', '1', &
                                                        'by which all loads and prescribed motions are multiplied', &
                                                        growing%load_factor)
-            call history%record('fracture_energy', 'J', 'energy taken by new faces: at rest the integral of G over their area, '// &
-                                'in motion the work of the bonds that let go; on a symmetry plane half of it', &
+            call history%record('fracture_energy', 'J', 'energy dissipated by growth: static, the integral of G over the new '// &
+                                'area; dynamic, the work of nodal release; half of it on a symmetry plane', &
                                 problem%energies%fracture_energy)
             if (.not. (growing%is_static .or. any(problem%materials%has_history()))) &
                call history%record('integral_of_G', 'J', 'integral of G over the area of new faces, by rows; on a '// &

@@ -48,10 +48,10 @@ module hampm_run_time_checks
    real(dp), parameter :: largest_turn = 0.1_dp  !! of faces that press on each other, up to which their normals are right [rad]
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
                               slowed = 'the angular momentum has changed by ', &
-                              mixed = 'those of a linear material, and lose their meaning', &
-                              overlapped = ' have gone through each other, ', &
+                              mixed = 'valid for small strain only', &
+                              overlapped = ' interpenetrate, ', &
                               travelled = 'strained material has travelled through the cells', &
-                              unbalanced = 'the energy balance does not account for ', &
+                              unbalanced = 'the energy balance has an error of ', &
                               carried = 'the tip of a crack away from its node', &
                               crossed = 'stretched material has passed from cell to cell'
 
@@ -104,8 +104,8 @@ contains
          call check_travel(problem, measurements, now, warning)
          call check_angular_momentum(problem, measurements, now, warning)
          if (any(measurements%crack%has_left_node)) &
-            call warn(now//'the material has carried '//carried//', by which ''nodal_force'' and ''stress_closure'' close it: '// &
-                      'they are no numbers from now on. Use &energy_release estimators = ''domain_integral'' or '// &
+            call warn(now//'the material has carried '//carried//': ''nodal_force'' and ''stress_closure'' '// &
+                      'are not numbers from now on. Use &energy_release estimators = ''domain_integral'' or '// &
                       '''crack_closure'', or &method frame = ''total''', carried, warning)
       end if
       if (.not. problem%interfaces%are_bounded .and. .not. failure%failed()) call check_pieces(problem, now, failure)
@@ -138,7 +138,7 @@ contains
       if (time == 'explicit') then
          cause = 'the time step is near or beyond its limit; reduce &method courant'//other_scheme(problem)
       else                                       ! equilibrium, which knows no step: the work is not that of this mesh
-         cause = 'nodes of finer cells are held that had moved before they were there, or '// &
+         cause = 'new nodes of finer cells are constrained after they have moved, or '// &
                  'the load steps are too long for the law: the state is in balance, and external_work is not its work. '// &
                  'Give boxes of a &constraint that end on nodes, or more &method load_steps'
       end if
@@ -158,8 +158,8 @@ contains
       if (.not. problem%audit .or. time /= 'explicit') return ! at rest what is missing is booked as the loss
       residual = abs(energy_residual(problem, measurements))
       if (residual <= noticed_residual) return
-      call warn(now//unbalanced//three_digits(100*residual)//' % of the largest energy. Likely cause: a step has '// &
-                'strained some material by much; reduce &method courant'//other_scheme(problem), unbalanced, warning)
+      call warn(now//unbalanced//three_digits(100*residual)//' % of the largest energy. Likely cause: a step was '// &
+                'too long for some material; reduce &method courant'//other_scheme(problem), unbalanced, warning)
    end subroutine check_energy_balance
 
    !> Fail where the domain of a particle is turned over at a corner: its material would be in two places, and in one twice.
@@ -239,8 +239,8 @@ contains
       if (product <= far_and_strained*measurements%strain_energy) return
       call warn(now//travelled//', '//three_digits(product/measurements%strain_energy)//' cells times strain in the mean: '// &
                 'forces that are lost and gained at the edges of cells may make stresses, energies and displacements wrong by '// &
-                'several percent or more, and finer cells make it worse. Use &method frame = ''total'' where bodies do not '// &
-                'have to meet', travelled, warning)
+                'several percent or more, and finer cells make it worse. Use &method frame = ''total'' where bodies '// &
+                'do not have to come into contact', travelled, warning)
    end subroutine check_travel
 
    !> Distance between particles in the reference configuration over the size of the cell in which particle `i` stands [-].
@@ -278,7 +278,7 @@ contains
       off = sqrt(square/max(n, 1))
       if (off <= modest_strain) return
       call warn(problem%state%when()//'around the tip the strain has reached '//three_digits(100*off)// &
-                ' %: K_I, K_II, mode_mixity and the parts of J by modes are '//mixed//'; J itself keeps its own', mixed, warning)
+                ' %: K_I, K_II, mode_mixity and J by modes are '//mixed//'; J remains valid', mixed, warning)
    end subroutine check_modes
 
    !> Fail where faces of a path that press on each other have turned: contact keeps their first normals, and so would push and
@@ -298,9 +298,9 @@ contains
             if (any(elements == 0)) cycle
             turn = turn_between(problem%matter_t, elements, normal)
             if (abs(turn) <= largest_turn) cycle
-            call failure%report(exit_computation, problem%state%when()//'faces of a crack that press on each other '// &
+            call failure%report(exit_computation, problem%state%when()//'crack faces in contact '// &
                                 'at ('//to_text(x(1))//', '//to_text(x(2))//') m have turned by '// &
-                                three_digits(turn)//' rad, and &crack contact takes their normals to stay: forces between them '// &
+                                three_digits(turn)//' rad, and &crack contact has fixed normals: contact forces '// &
                                 'are wrong beyond '//to_text(largest_turn)//' rad. Keep the body from turning, or load it less')
             return
          end do
@@ -328,8 +328,8 @@ contains
             if (crack%kind == 'symmetry') remedy = 'a whole body with a &crack of kind = ''line'' and contact = '// &
                                                    '''frictionless'''
             call warn(which//overlapped//'by up to '//three_digits(overlap%overlap)//' m, '// &
-                      three_digits(100*overlap%overlap/overlap%largest_jump)//' % of their largest displacement against each '// &
-                      'other, at '//three_digits(overlap%time)//' s: then G and K are those of material that cannot be. Use '// &
+                      three_digits(100*overlap%overlap/overlap%largest_jump)//' % of their largest relative displacement'// &
+                      ', at '//three_digits(overlap%time)//' s: G and K then have no physical meaning. Use '// &
                       remedy, which//overlapped, warning)
          end associate
       end do
@@ -364,8 +364,8 @@ contains
       if (problem%particles%thickness%is_ring) return ! rings have none
       call angular_momentum(problem%particles, total, largest)
       if (abs(total - measurements%initial_angular_momentum) <= noticed_turn*largest) return
-      call warn(now//slowed//to_text(total - measurements%initial_angular_momentum)//' kg m2/s though nothing acts on '// &
-                'the material, more than a tenth of what its motion allows. Likely cause: a turning body has few cells for its '// &
+      call warn(now//slowed//to_text(total - measurements%initial_angular_momentum)//' kg m2/s without external forces, '// &
+                'more than a tenth of what the motion allows. Likely cause: a turning body has few cells for its '// &
                 'mass matrix; use smaller &grid cell or &method mass = ''full''', slowed, warning)
    end subroutine check_angular_momentum
 
@@ -472,8 +472,8 @@ contains
             call failure%report(exit_computation, now//'material in the cell around ('//to_text(x(1))//', '//to_text(x(2))// &
                                 ') m, of which a crack or an edge leaves '//three_digits(100*fill(e))//' %, has a strain of '// &
                                 three_digits(strain(e))//', '//three_digits(strain(e)/beside)//' times that of the cells '// &
-                                'beside it: hardly anything holds it. Move the crack, the edge or the load, or use smaller '// &
-                                '&grid cell')
+                                'beside it: the material there is almost unsupported. Move the crack, the edge or the load, '// &
+                                'or use smaller &grid cell')
          end associate
          return
       end do

@@ -171,7 +171,7 @@ contains
       if (stack_there_is() < least_stack) call failure%report(exit_input, 'the limit of the stack (ulimit -s) is '// &
                               bytes_text(stack_there_is())//': allow '//bytes_text(least_stack)//' or more; 8 MB are usual')
       if (.not. room_for_algebra()) call failure%report(exit_input, 'the limit of the address space (ulimit -v) leaves no room '// &
-                              'for the library of linear algebra: allow about 600 MB and what the scene needs, or set no limit')
+                              'for the library of linear algebra: allow about 600 MB and the memory of the model, or set no limit')
    end subroutine check_room
 
    !> Fail where a model needs more than there can be.
@@ -181,9 +181,9 @@ contains
       real(dp) :: memory
       if (resources%steps > most_steps) call failure%report(exit_input, 'the run would take '//rough(resources%steps)// &
                                   ' time steps, more than '//rough(most_steps)//': use a shorter &run end_time or a larger '// &
-                                  '&grid cell or &method courant; or &material young or density is mistaken')
+                                  '&grid cell or &method courant; or &material young or density is wrong')
       memory = memory_available()
-      if (resources%memory > memory) call failure%report(exit_input, 'the scene needs about '//bytes_text(resources%memory)// &
+      if (resources%memory > memory) call failure%report(exit_input, 'the model needs about '//bytes_text(resources%memory)// &
                                   ' of memory for '//rough(resources%particles)//' particles and '//rough(resources%cells)// &
                                   ' cells, and there are '//bytes_text(memory)// &
                                      ': use fewer &grid cells, a larger &grid cell or '// &

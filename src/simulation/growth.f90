@@ -206,7 +206,7 @@ contains
       end do
       if (attempt > most) then
          call failure%report(exit_computation, s%problem%state%when()//'no factor of the loads was found that '// &
-                             'brings G to the toughness: it hardly hangs on them, as where an eigenstrain drives the crack')
+                             'brings G to the toughness: G hardly depends on them, as where an eigenstrain opens the crack')
          return
       end if
       call book_fracture(s%growing, s%model, s%cracks, s%measurements%crack, s%problem)

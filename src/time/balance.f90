@@ -179,7 +179,8 @@ contains
          in_vain = merge(0, in_vain + 1, wrong < fewest)
          fewest = min(fewest, wrong)
       end do
-      call failure%report(exit_computation, 'which nodes of faces or supports touch could not be found')
+      call failure%report(exit_computation, 'the contact state of faces or supports was not found: the iteration of '// &
+                          'active nodes does not end')
    end subroutine with_contact
 
    !> Find how bodies are to be pinned: those with inertia need nothing to hold them.

@@ -108,7 +108,7 @@ contains
       class(equilibrium_t), intent(in) :: self
       character(:), allocatable :: text
       text = 'a limit point, beyond which the body buckles or snaps through, or a load too large for the material; '// &
-             '&method time = ''implicit'' or ''explicit'' follows such a motion'
+             '&method time = ''implicit'' or ''explicit'' computes such a motion'
    end function likely_cause
 
    !> Find equilibrium again at the present time, on another mesh, from the displacement that its nodes had on the last one or, where that
@@ -223,7 +223,7 @@ contains
       type(failure_t), intent(inout) :: failure
       if (.not. allocated(self%newton%predicted)) return
       if (norm2(moved - self%newton%predicted) > off_tangent*norm2(self%newton%predicted)) &
-         call failure%report(exit_computation, 'the equilibrium that was found is far from where the state before pointed to')
+         call failure%report(exit_computation, 'the equilibrium found is far from the prediction by the tangent before it')
    end subroutine check_step_size
 
    !> What drives it a part of the way from one to another.
@@ -271,7 +271,7 @@ contains
          call failure%report(exit_computation, 'the equilibrium that was found is not stable')
       else if (.not. relaxes .and. abs(work - stored) > off_path*max(abs(work), abs(stored), least)) then
          call failure%report(exit_computation, 'the loads have done work of '//three_digits(work)//' J, of which the material '// &
-                             'has stored '//three_digits(stored)//' J: no path of states at rest leads to this equilibrium')
+                             'has stored '//three_digits(stored)//' J: no path of equilibria leads to this state')
       end if
    end subroutine check_stability
 

@@ -157,7 +157,7 @@ contains
          self%energy_left = work_of(m, r, du)/2
       else if (.not. failure%failed()) then
          call failure%report(exit_computation, 'no equilibrium was found: after '//to_text(min(iteration, most))// &
-                             ' iterations a node'//place_of(m, r)//' is out of balance by '//three_digits(largest)//' N'// &
+                             ' iterations a node'//place_of(m, r)//' has a residual of '//three_digits(largest)//' N'// &
                              likely_cause(m))
       end if
    end subroutine balance
@@ -217,7 +217,7 @@ contains
             if (.not. stiffness > 0 .and. abs(force) <= rounding/sqrt(balanced)) cycle ! see `check_rigid_constraints`
             if (.not. stiffness > 0) then
                call failure%report(exit_computation, 'a piece of body '//to_text(rigid_constraints(k)%body)// &
-                                   ' does not come to rest: its '// &
+                                   ' has no equilibrium: its '// &
                                    'loads keep their direction and push it together more than they pull, which turns it '// &
                                    'around. Hold it by a &constraint, or use &method time = ''explicit''')
                return
@@ -252,9 +252,9 @@ contains
       character(:), allocatable :: text
       text = ''
       if (m%interfaces%n_cohesive > 0) then
-         text = ', as faces that cohesion holds jump apart: around them more is stored than they take (snap back)'
+         text = ', as cohesive faces snap back: the material around them stores more energy than they dissipate'
       else if (have_friction(m%interfaces)) then
-         text = '. Likely cause: what friction holds between faces of a crack and the pressure on them drive each other up '// &
+         text = '. Likely cause: friction and pressure between the faces of a crack increase each other '// &
                 'there; use a lower &crack friction, or finer cells'
       else if (m%interfaces%n_contact > 0) then
          return
@@ -262,7 +262,7 @@ contains
          text = '. Likely cause: a crack cuts off a piece of a cell with one or two particles there, which can move without '// &
                 'strain, and loads push it; move the crack or the load, use smaller &grid cell, or &method time = ''explicit'''
       else if (allocated(m%grid%bodies)) then
-         text = '. Likely cause: a body is much thinner there than a cell, which keeps it from some motions by nothing; use '// &
+         text = '. Likely cause: a body is much thinner there than a cell, which leaves some motions without stiffness; use '// &
                 'smaller &grid cell'
       end if
    end function likely_cause
@@ -419,7 +419,7 @@ contains
          du = du/2
          call displace(m, -du)
       end do
-      call failure%report(exit_computation, 'no equilibrium was found: every displacement on the way to it makes the forces '// &
+      call failure%report(exit_computation, 'no equilibrium was found: every correction makes the forces '// &
                           'less balanced')
    end subroutine displace_with_care
 
@@ -506,8 +506,8 @@ contains
          associate (e => m%blocks%occupied(k), at => m%grid%element_nodes(:, m%blocks%occupied(k)))
             do d = 1, ndim
                if (maxval(du(d, at)) - minval(du(d, at)) <= most*m%grid%element_size(e)) cycle
-               call failure%report(exit_computation, 'no equilibrium was found: on the way to it a cell would be strained by '// &
-                                   'more than one at once')
+               call failure%report(exit_computation, 'no equilibrium was found: a correction would strain a cell by '// &
+                                   'more than one')
                return
             end do
          end associate

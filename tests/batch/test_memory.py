@@ -13,7 +13,7 @@ from sweep import read_sweep
 @pytest.mark.parametrize("line, megabytes", [
     ("! memory          about 21 MB", 21),
     ("! memory          about 5.2 GB, 12 GB where cells refine to 409600 particles", 12e3),
-    ("hampm: the scene needs about 170 GB of memory for 900000000 particles and 400000000 cells, and there are 8.2 GB: use", 170e3),
+    ("hampm: the model needs about 170 GB of memory for 900000000 particles and 400000000 cells, and there are 8.2 GB: use", 170e3),
     ("hampm: --set method.mass=ful: must be 'lumped'", 0)])
 def test_the_most_that_hampm_says(line, megabytes):
     assert most_memory(f"! results         about 100 GB\n{line}\n") == megabytes

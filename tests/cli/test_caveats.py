@@ -72,7 +72,7 @@ def test_bodies_that_may_meet_are_told_when(hampm, tmp_path, lower, shares):
     scene = changed(with_second(lower, "0.1, 0.013"), "cells = 80, 9", "cells = 80, 12")
     result = check(hampm, tmp_path, in_frame(scene, "updated"))
     assert result.returncode == 0, result.stderr
-    assert any("bodies that meet act on each other from about a cell apart (0.00125 m) on" in note for note in notes(result))
+    assert any("bodies interact from about a cell apart (0.00125 m) on" in note for note in notes(result))
     assert ("they act on each other from the start" in result.stderr) == shares
 
 
@@ -81,7 +81,7 @@ def test_bodies_that_touch_are_told_to_be_joined(hampm, tmp_path, frame):
     scene = changed(with_second("0.0, 0.01", "0.1, 0.013"), "cells = 80, 9", "cells = 80, 12")
     result = check(hampm, tmp_path, in_frame(scene, frame))
     assert result.returncode == 0, result.stderr
-    assert notes(result) == ["bodies 1 and 2 touch: they are joined as one, but where a &crack parts them"]
+    assert notes(result) == ["bodies 1 and 2 touch: they are bonded, except along a &crack"]
 
 
 def test_bodies_joined_by_a_third_that_comes_later_are_one(hampm, tmp_path):
@@ -180,7 +180,7 @@ def test_notes_and_warnings_reach_who_runs(hampm, tmp_path):
     (tmp_path / "scene.nml").write_text(in_frame(scene, "updated"))
     result = hampm("scene.nml", "--set", "run.end_time=1e-6", "--set", "output.snapshot_interval=0")
     assert result.returncode == 0, result.stderr
-    assert "note: bodies that meet act on each other" in result.stdout
+    assert "note: bodies interact from" in result.stdout
     assert "hampm: warning: bodies 1 and 2 are 2.5e-4 m apart" in result.stderr
     quiet = hampm("scene.nml", "--set", "run.end_time=1e-6", "--set", "output.snapshot_interval=0", "--quiet", "--force")
     assert "note:" not in quiet.stdout
@@ -192,6 +192,6 @@ def test_growth_in_motion(hampm, tmp_path):
     text = (ROOT / "input/freund_growth.nml").read_text()
     assert "a crack that grows" not in check(hampm, tmp_path, text).stdout
     lumped = check(hampm, tmp_path, changed(text, "mass = 'blend'", "mass = 'lumped'"))
-    assert "&method mass = 'lumped' with &growth law = 'prescribed': K of a crack that grows at 0.6" in str(notes(lumped))
+    assert "&method mass = 'lumped' with &growth law = 'prescribed': K of a tip at 0.6" in str(notes(lumped))
     early = check(hampm, tmp_path, changed(text, "mass = 'blend'", "mass = 'blend'  scheme = 'usavg'"))
-    assert "stresses are behind the tip of a crack that grows" in early.stdout + early.stderr
+    assert "stresses lag behind a growing tip" in early.stdout + early.stderr

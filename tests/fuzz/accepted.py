@@ -39,7 +39,7 @@ def not_built(program):
 
 
 def refusals(program, scene, folder):
-    """The messages that refuse a scene, without its places; none where it is accepted."""
+    """The messages that refuse a model, without its places; none where it is accepted."""
     (folder / "case.nml").write_text(text_of(scene))
     run = subprocess.run([program, "--check", "case.nml"], cwd=folder, capture_output=True, text=True)
     if run.returncode == 0:

@@ -76,7 +76,7 @@ def look(folder, text):
                                         "friction_loss") if name in row)
     missing = np.max(np.abs(row["external_work"] - (inside - inside[0]))) / np.max(inside)
     # laws that remember: the second order in the step; full matrices of cells with few particles are nearly singular
-    if "does not account for" not in told and not missing < (0.02 if "viscoelastic" in text else 1e-3 if "'full'" in text else CLOSED):
+    if "has an error of" not in told and not missing < (0.02 if "viscoelastic" in text else 1e-3 if "'full'" in text else CLOSED):
         return f"{missing:.1e} of the energy is missing"
     if "&load" not in text and "&damping" not in text:
         mass = 2 * inside[0] / 0.02**2                       # at most

@@ -421,10 +421,10 @@ def another_scene(path, dcb):
     (lambda path, dcb: path.unlink(), "dcb.h5: cannot be read: "),
     (lambda path, dcb: path.write_text("text"), "dcb.h5: there is another file than hampm writes, which is not replaced"),
     (lambda path, dcb: path.write_bytes(b"\x89HDF\r\n\x1a\ntext"), "dcb.h5: cannot be read: it is no HDF5 file"),
-    (another_scene, "dcb.h5: is the result of another scene than the checkpoint is of"),
+    (another_scene, "dcb.h5: is the result of another model than the checkpoint"),
     (lambda path, dcb: dcb(*SHORT, "--force", "--steps", 20, "--output", "shorter") and shutil.copy("shorter/dcb.h5", path),
      "fewer entries of /history/time than there were"),
-], ids=["none", "text", "no HDF5", "another scene", "shorter"])
+], ids=["none", "text", "no HDF5", "another model", "shorter"])
 def test_a_checkpoint_without_its_result(stopped, hampm, dcb, monkeypatch, spoil, phrase):
     monkeypatch.chdir(stopped)
     checkpoint = (stopped / CHECKPOINT).read_bytes()
@@ -438,7 +438,7 @@ def test_a_checkpoint_without_its_result(stopped, hampm, dcb, monkeypatch, spoil
 
 
 @pytest.mark.parametrize(("words", "phrase"), [
-    (("case.nml",), "--resume and the namelist file 'case.nml': the checkpoint has its scene; give one of the two"),
+    (("case.nml",), "--resume and the namelist file 'case.nml': the checkpoint has its model; give one of the two"),
     (("--check",), "--resume and --check: give one of the two"),
     (("--set", "run.end_time=1"), "--set run.end_time=1: with --resume only output.checkpoint_interval and output.checkpoint_st"),
     (("--set", "output.checkpoint_steps=-1"), "&output checkpoint_steps = -1: must be an integer in [0, inf)"),

@@ -75,10 +75,10 @@ def test_outputs_that_have_a_time_in_common_leave_the_steps_equal(history, sampl
 
 @pytest.mark.parametrize(("setting", "phrase"), [
     ("output.snapshot_interval=3.14159265358979e-6", "requires an &output history_interval and snapshot_interval that are multiples of one time"),
-    ("method.frame=updated", "requires frame = 'total': cells take their steps by mass matrices"),
-    ("refine.indicator=gradient", "is not allowed with &refine indicator = 'gradient': where the mesh changes, vibrations of the small cells grow"),
+    ("method.frame=updated", "requires frame = 'total': local steps use mass matrices"),
+    ("refine.indicator=gradient", "is not allowed with &refine indicator = 'gradient': vibrations of small cells grow where the mesh changes"),
     ("refine.indicator=zz", "is not allowed with &refine indicator = 'zz'"),
-    ("material.law=neo_hookean", "law = 'neo_hookean': cells take their steps by a linear relation"),
+    ("material.law=neo_hookean", "law = 'neo_hookean': local steps need a linear relation"),
 ], ids=lambda text: text.split("=")[0])
 def test_what_is_refused(hampm, setting, phrase):
     words = [word for item in (*LOCAL, "method.courant=0", setting) for word in ("--set", item)]

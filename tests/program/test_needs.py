@@ -112,7 +112,7 @@ def test_results_of_a_refinement_that_runs_away_are_at_most_what_was_foretold(ha
 
 TOO_MUCH = [
     (("cell = 1e-3 cells = 151, 151", "cell = 1e-5 cells = 20000, 20000"),
-     r"the scene needs about \d+ GB of memory for 900000000 particles and 400000000 cells, and there are \S+ GB"),
+     r"the model needs about \d+ GB of memory for 900000000 particles and 400000000 cells, and there are \S+ GB"),
     (("cell = 1e-3 cells = 151, 151", "cell = 1e-5 cells = 30000, 30000"), "cells = 30000, 30000: they must have at most 5e8 nodes"),
     (("cell = 1e-3 cells = 151, 151", "cell = 1e-3 cells = 499999999, 1"), "cells = 499999999, 1: they must have at most 5e8 nodes"),
     (("end_time = 1e-7", "end_time = 1e9"), r"the run would take 3.2e16 time steps, more than 1.0e12: use a shorter &run end_time"),

@@ -263,7 +263,7 @@ PLAIN = scene(path(30), on_faces())
 @pytest.mark.parametrize(("text", "phrase"), [
     (scene("", on_faces()).replace("'domain_integral', ", ""), "on = 'crack' requires &crack"),
     (PLAIN.replace("on = 'crack'", "on = 'crack' crack = 'b'"), "crack = 'b': must be the name of a &crack"),
-    (scene(path(0, -0.02, key="name = 'a'") + path(0, 0.02, key="name = 'b'"), on_faces()), "with several cracks requires crack: it tells which is meant"),
+    (scene(path(0, -0.02, key="name = 'a'") + path(0, 0.02, key="name = 'b'"), on_faces()), "with several cracks requires crack: the name selects the crack"),
     (PLAIN.replace("on = 'crack'", "on = 'crack' lower = 0, 0"), "lower = 0, 0 is not allowed with kind = 'pressure' and on"),
     (PLAIN.replace("on = 'crack'", "on = 'edge'"), "requires lower and upper"),
     (PLAIN.replace("pressure = 1000000.0", "pressure = 0"), "kind = 'pressure' requires pressure"),

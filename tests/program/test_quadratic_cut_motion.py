@@ -362,4 +362,4 @@ def test_shapes_are_refused_with_other_mass_matrices(hampm, tmp_path):
 
 def test_bodies_thinner_than_their_cells_are_refused(hampm, tmp_path):
     corners = np.array([(-0.05, 1e-3), (0.05, 1e-3), (0.05, 4e-3), (-0.05, 4e-3)])
-    assert "too little to move" in run(hampm, tmp_path, moving(polygon(corners), EXPLICIT, 1e-5), code=3)
+    assert "too narrow for dynamics" in run(hampm, tmp_path, moving(polygon(corners), EXPLICIT, 1e-5), code=3)

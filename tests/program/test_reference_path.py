@@ -75,8 +75,8 @@ def test_results_are_those_of_the_fastest_path(hampm, tmp_path, name):
 
 
 @pytest.mark.parametrize("change, phrase", [
-    ("&method mass = 'full' /", "mass = 'full': it divides by the masses of nodes"), ("&method time = 'static' /", "it is an explicit step"),
-    ("&constraint lower = 0.0, 0.02  upper = 0.02, 0.02  fix = 'y'  velocity = 0.0, 1e-3 /", "what it holds rests"),
-    ("&energy_release estimators = 'energy_balance' /", "it books no losses of the method")])
+    ("&method mass = 'full' /", "mass = 'full': the reference step divides by lumped masses"), ("&method time = 'static' /", "the reference step is explicit"),
+    ("&constraint lower = 0.0, 0.02  upper = 0.02, 0.02  fix = 'y'  velocity = 0.0, 1e-3 /", "the reference step has no prescribed motion"),
+    ("&energy_release estimators = 'energy_balance' /", "the reference step does not record numerical losses")])
 def test_what_it_does_not_do_is_refused(hampm, tmp_path, change, phrase):
     assert phrase in results(hampm, tmp_path, scene(PLATE.format(2).replace("velocity = 0.3, -0.2  spin = 5.0", ""), change + "\n"), "reference", code=2)

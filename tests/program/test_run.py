@@ -50,7 +50,7 @@ def test_progress_in_a_pipe_is_whole_lines(dcb):
     *lines, ran, rest = result.stdout.splitlines()
     assert result.stderr == ""
     assert len(lines) >= 1 and re.fullmatch(r"ran \d+:\d\d:\d\d", ran)
-    assert re.match(r"distance from rest: 0\.\d+ of the displacements; G, J and energies are about twice", rest)
+    assert re.match(r"distance to equilibrium: 0\.\d+ of the displacements; G, J and energies are about twice", rest)
     for line in lines:
         assert re.match(PROGRESS, line) and len(line) <= 110
     assert lines[-1].startswith("100.0% 300.0000 us")

@@ -348,7 +348,7 @@ MISTAKES = [
     ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n&crack tip = 0.5, 0.2 kind = 'symmetry' /",
      "is not allowed with edges that are no grid lines"),
     ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n"
-     "&load kind = 'traction' lower = 0.1, 0.1 upper = 0.2, 0.2 force = 1, 0 /", "must hold a part of the edge"),
+     "&load kind = 'traction' lower = 0.1, 0.1 upper = 0.2, 0.2 force = 1, 0 /", "must contain a segment of the edge"),
     ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n"
      "&load kind = 'point' lower = 0.25, 0.25 upper = 0.25, 0.25 force = 1, 0 /", "must be in or on a body"),
     ("&body material = 's' shape = 'circle' center = 0.5, 0.5 radius = 0.3 /\n"
