@@ -81,8 +81,10 @@ contains
       associate (p => m%particles, leaf => m%grid%element_leaf(m%particles%cell(of)), blocks => m%blocks, &
                  width => m%grid%leaf_size(m%particles%cell(of)))
          do piece = m%grid%leaf_element(leaf), m%grid%leaf_element(leaf + 1) - 1, m%grid%quarters_of(leaf)
-            number = [([(i, i=blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e))], e=piece, m%grid%last_of_piece(piece))]
-            number = pack(number, [(p%body(number(i)) == p%body(of) .and. .not. is_on_crack(m, number(i)), i=1, size(number))])
+            associate (held => [([(i, i=blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e))], &
+                                 e=piece, m%grid%last_of_piece(piece))])
+               number = pack(held, [(p%body(held(i)) == p%body(of) .and. .not. is_on_crack(m, held(i)), i=1, size(held))])
+            end associate
             x = reshape([(p%place_in_grid(number(i)), i=1, size(number))], [ndim, size(number)])/width
             v = transpose(p%velocity(number, :))
             do d = 1, ndim

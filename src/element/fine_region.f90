@@ -90,7 +90,7 @@ contains
       integer, intent(in) :: force_interval(:), velocity_interval(:) !! by point of the grid
       integer, intent(in) :: largest
       integer :: force(size(points)), r, k
-      ordered%point = [integer ::]
+      allocate (ordered%point(0))
       allocate (ordered%forced(0:largest - 1), ordered%moved(0:largest - 1))
       force = min(force_interval(points), velocity_interval(points) + 1) ! a turn too many does no harm
       do r = 0, largest - 1

@@ -231,8 +231,9 @@ contains
       pure function force_at(node, applied) result(force)
          integer, intent(in) :: node
          real(dp), intent(in) :: applied(ndim, 2) !! force from outside on the part of each face [N]
-         real(dp) :: force(modes)
-         force = matmul(transmitted_force(tip, node, problem, p, applied), tip%axis(:, [2, 1]))
+         real(dp) :: force(modes), total(ndim)
+         total = transmitted_force(tip, node, problem, p, applied)
+         force = [dot_product(total, tip%axis(:, 2)), dot_product(total, tip%axis(:, 1))]
          if (.not. tip%has_layers) force = abs(force)
       end function force_at
 

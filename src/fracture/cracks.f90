@@ -89,7 +89,7 @@ contains
       real(dp), allocatable :: points(:, :)
       real(dp) :: outward(ndim)
       integer :: n
-      points = crack%open_part()
+      allocate (points, source=crack%open_part())
       if (end == last_point) then
          n = size(points, 2)
          tip%place = points(:, n)
@@ -115,7 +115,7 @@ contains
       real(dp), allocatable :: points(:, :)
       real(dp) :: to(ndim)
       associate (tip => self%tips(number))
-         points = self%crack(tip%crack)%points
+         allocate (points, source=self%crack(tip%crack)%points)
          to = tip%place + length*matmul(tip%axis, [cos(angle), sin(angle)])
          if (abs(angle) > epsilon(angle)) then
             if (tip%end == last_point) then
@@ -172,7 +172,7 @@ contains
       integer :: last
       real(dp) :: cosine
       associate (tip => self%tips(number))
-         points = self%crack(tip%crack)%points
+         allocate (points, source=self%crack(tip%crack)%points)
          if (tip%end == first_point) points = points(:, size(points, 2):1:-1)
          last = size(points, 2)
          associate (from => points(:, last), before => points(:, last - 1))
@@ -199,7 +199,7 @@ contains
          associate (crack => self%crack(tip%crack))
             other = crack%bonded(3 - tip%end)
             crack%bonded(3 - tip%end) = 0
-            points = crack%open_part()
+            allocate (points, source=crack%open_part())
             crack%bonded = 0
             crack%bonded(3 - tip%end) = other
          end associate
@@ -231,7 +231,7 @@ contains
       real(dp), allocatable :: points(:, :)
       integer :: at, before
       associate (tip => self%tips(number))
-         points = self%crack(tip%crack)%points
+         allocate (points, source=self%crack(tip%crack)%points)
          at = merge(size(points, 2), 1, tip%end == last_point)
          before = merge(at - 1, 2, tip%end == last_point)
          points(:, at) = points(:, before) + norm2(points(:, at) - points(:, before))*matmul(tip%axis, [cos(angle), sin(angle)])

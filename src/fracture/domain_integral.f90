@@ -204,8 +204,9 @@ contains
    pure function in_axes(self, vector)
       class(tip_domain_t), intent(in) :: self
       real(dp), intent(in) :: vector(ndim)
-      real(dp) :: in_axes(ndim)
-      in_axes = matmul(vector + matmul(vector, self%turn), frame_along(self%direction))
+      real(dp) :: in_axes(ndim), axes(ndim, ndim)
+      axes = frame_along(self%direction)
+      in_axes = matmul(vector + matmul(vector, self%turn), axes)
    end function in_axes
 
    !> Where a place in the grid is from the tip, in the axes of the crack [m].
@@ -479,7 +480,7 @@ contains
       of_cell = p%cell(host)
       if (domain%quadratic) of_cell = [grid%first_of_piece(of_cell(1)), grid%last_of_piece(of_cell(1))]
       n = sum(blocks%count_in(of_cell(1):of_cell(2)))
-      at_face = terms_at(offset)
+      allocate (at_face, source=terms_at(offset))
       allocate (term(n, size(at_face)), slopes(n, ndim))
       n = 0
       do e = of_cell(1), of_cell(2)

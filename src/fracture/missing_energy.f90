@@ -130,7 +130,9 @@ contains
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       integer, intent(in) :: i
-      real(dp) :: gradient(ndim, ndim)
-      gradient = matmul(u(:, m%grid%support_of(m%particles%cell(i))), gradient_at(m, i))
+      real(dp) :: gradient(ndim, ndim), of_support(ndim, m%grid%n_functions), slopes(m%grid%n_functions, ndim)
+      of_support = u(:, m%grid%support_of(m%particles%cell(i)))
+      slopes = gradient_at(m, i)
+      gradient = matmul(of_support, slopes)
    end function gradient_of
 end module hampm_missing_energy

@@ -119,7 +119,7 @@ contains
       integer, parameter :: looks = 720          ! around a circle
       real(dp), allocatable :: x(:, :)
       integer :: k
-      x = hole%corners(looks)
+      allocate (x, source=hole%corners(looks))
       if (body%outline%is_there()) then
          associate (outer => body%outline%rings(1))
             within = all([(outer%encloses(x(:, k)) .and. outer%distance(x(:, k)) > 0, k=1, size(x, 2))])

@@ -18,6 +18,7 @@ contains
       character(name_len), allocatable :: names(:)
       integer :: from, past, k
       expanded = trim(text)
+      list = ''
       do
          from = index(expanded, '{')
          if (from == 0) return

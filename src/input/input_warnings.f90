@@ -178,7 +178,7 @@ contains
       spacing = spacing_of(model, model%bodies(body))/2**level
       d = maxloc(abs(b - a)/spacing, dim=1)
       step = spacing(d)*norm2(b - a)/abs(b(d) - a(d)) ! along the segment from one column of particles to the next
-      last = -huge(last)/2
+      last = -2**30
       here = 0
       do c = ceiling((min(a(d), b(d)) - lower(d))/spacing(d) - 0.5_dp), floor((max(a(d), b(d)) - lower(d))/spacing(d) - 0.5_dp)
          x(d) = lower(d) + (c + 0.5_dp)*spacing(d)

@@ -40,7 +40,7 @@ module hampm_key_rows
       character(16) :: unit
       character(list_len) :: allowed               !! numbers: an interval; text: choices separated by `|`, or a set of
                                                    !! `hampm_choice_sets` in braces; '' for any text
-      character(112) :: meaning
+      character(120) :: meaning
    end type key_t
 
    character(*), parameter :: any_number = '(-inf, inf)', positive = '(0, inf)', not_negative = '[0, inf)'

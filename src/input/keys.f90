@@ -39,8 +39,8 @@ contains
       entry%group = group
       entry%name = groups(group)%name
       entry%location = location
+      allocate (entry%keys(key_count(group)), entry%settings(key_count(group)))
       entry%keys = keys(first:first + key_count(group) - 1)%name
-      allocate (entry%settings(key_count(group)))
    end function new_entry
 
    !> Row of a group in the table, 0 for an unknown name.

@@ -88,6 +88,7 @@ contains
       character(:), allocatable :: text, group_text
       integer :: g, entry, k
       text = ''
+      group_text = ''
       do g = 1, size(groups)
          do entry = 1, settings%count
             if (settings%entries(entry)%group /= g) cycle

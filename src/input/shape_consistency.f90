@@ -147,7 +147,7 @@ contains
       real(dp), intent(in) :: tolerance
       real(dp), allocatable :: x(:, :)
       integer :: k
-      x = inner%corners(looks)
+      allocate (x, source=inner%corners(looks))
       is_inside = all([(outer%encloses(x(:, k)) .or. outer%distance(x(:, k)) <= tolerance, k=1, size(x, 2))])
    end function is_inside
 

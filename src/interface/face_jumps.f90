@@ -90,8 +90,8 @@ contains
       real(dp) :: jump(ndim)
       real(dp) :: origin(ndim)
       integer, allocatable :: left(:), right(:)
-      left = particles_of(m, elements(1))
-      right = particles_of(m, elements(2))
+      allocate (left, source=particles_of(m, elements(1)))
+      allocate (right, source=particles_of(m, elements(2)))
       origin = x
       if (.not. m%particles%total_frame) origin = origin_of(m%particles, [left, right], x)
       jump = displacement_at(m%particles, left, origin) - displacement_at(m%particles, right, origin)
@@ -107,7 +107,7 @@ contains
       integer :: i
       first = [normal(2), -normal(1)]
       now = 0
-      list = [particles_of(m, elements(1)), particles_of(m, elements(2))]
+      allocate (list, source=[particles_of(m, elements(1)), particles_of(m, elements(2))])
       do i = 1, size(list)
          now = now + first + matmul(m%particles%gradient_of(list(i)), first)
       end do

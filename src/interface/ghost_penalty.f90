@@ -92,7 +92,6 @@ contains
       real(dp), dimension(m%grid%n_elements) :: fill, modulus, density, g
       logical :: moves(m%grid%n_points), is_held(m%grid%n_elements), is_filled(m%grid%n_elements), thin(m%grid%n_elements)
       type(disjoint_sets_t) :: held
-      integer, allocatable :: others(:)
       logical :: has_mass, is_in_steps
       integer :: cell, e, i, k, side
       has_mass = interfaces%are_moving .and. m%grid%is_quadratic()
@@ -126,16 +125,17 @@ contains
       call singletons(m%grid%n_elements, held)
       do e = 1, m%grid%n_elements, cell
          do side = 1, 2*ndim
-            others = beyond(m%grid, e, side)
-            do k = 1, size(others)
-               associate (other => others(k))
-                  if (.not. (max(g(e), g(other)) > 0 .and. is_held(e) .and. is_held(other))) cycle
-                  call held%join(e, other)
-                  call hold_side(interfaces, m%grid, max(g(e), g(other))*max(modulus(e), modulus(other)), &
-                                 merge(lightness, 1.0_dp, m%grid%is_quadratic())*max(g(e), g(other))* &
-                                 max(density(e), density(other)), e, other, side)
-               end associate
-            end do
+            associate (others => beyond(m%grid, e, side))
+               do k = 1, size(others)
+                  associate (other => others(k))
+                     if (.not. (max(g(e), g(other)) > 0 .and. is_held(e) .and. is_held(other))) cycle
+                     call held%join(e, other)
+                     call hold_side(interfaces, m%grid, max(g(e), g(other))*max(modulus(e), modulus(other)), &
+                                    merge(lightness, 1.0_dp, m%grid%is_quadratic())*max(g(e), g(other))* &
+                                    max(density(e), density(other)), e, other, side)
+                  end associate
+               end do
+            end associate
          end do
       end do
       interfaces%alone = 0

@@ -75,7 +75,7 @@ contains
       type(matter_t), intent(in) :: m
       type(interfaces_t) :: old
       integer :: k, faces
-      if (interfaces%n > 0) old = interfaces
+      old = interfaces
       if (.not. allocated(interfaces%list)) allocate (interfaces%list(64))
       interfaces%n = 0
       interfaces%n_contact = 0
@@ -141,7 +141,7 @@ contains
       real(dp), allocatable :: points(:, :)
       integer :: k
       associate (line => m%grid%cut_cells%lines(number))
-         points = line%held_part()
+         allocate (points, source=line%held_part())
          do k = 1, size(m%grid%cut_cells%ends)
             associate (end => m%grid%cut_cells%ends(k), last => points(:, size(points, 2)))
                if (end%line == number .and. end%end == 2 .and. line%bonded(2) > 0 .and. &
@@ -321,7 +321,7 @@ contains
       integer :: k
       associate (end => m%grid%cut_cells%ends(tip))
          associate (line => m%grid%cut_cells%lines(end%line))
-            points = line%new_part(end%end)
+            allocate (points, source=line%new_part(end%end))
             points(:, size(points, 2)) = end%front
             after = line%grown(end%end)
             do k = 1, old%n

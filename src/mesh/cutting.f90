@@ -39,7 +39,7 @@ contains
       type(forest_t), intent(in) :: forest
       logical, intent(in) :: goes_on             !! as in `find_cut_cells`
       type(cut_cells_t), intent(inout) :: cut
-      real(dp), allocatable :: points(:, :), open(:, :)
+      real(dp), allocatable :: points(:, :)
       type(end_leaf_t) :: end
       integer :: line, k, n, e
       n = 0
@@ -60,9 +60,10 @@ contains
                if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, 1), end)
             end if
             if (cut%lines(line)%bonded(k) > 0) then
-               open = cut%lines(line)%open_part()
-               end%tip = open(:, merge(1, size(open, 2), k == 1))
-               end%direction = end%tip - open(:, merge(2, size(open, 2) - 1, k == 1))
+               associate (open => cut%lines(line)%open_part())
+                  end%tip = open(:, merge(1, size(open, 2), k == 1))
+                  end%direction = end%tip - open(:, merge(2, size(open, 2) - 1, k == 1))
+               end associate
                end%direction = end%direction/norm2(end%direction)
             end if
             e = e + 1

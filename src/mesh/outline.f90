@@ -307,7 +307,7 @@ contains
       real(dp) :: a(ndim), b(ndim), normal(ndim), at
       type(edge_part_t) :: part
       integer :: i, d, k
-      corner = ring%corners(0)
+      allocate (corner, source=ring%corners(0))
       do i = 1, size(corner, 2)
          a = corner(:, merge(size(corner, 2), i - 1, i == 1))
          b = corner(:, i)

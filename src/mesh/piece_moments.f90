@@ -171,15 +171,15 @@ contains
       real(dp), intent(in) :: line(:, :, :)      !! in local coordinates, (ndim, 2, lines)
       real(dp), intent(inout) :: moments(:, :)
       type(outline_t), intent(in), optional :: body
-      real(dp), allocatable :: part(:, :)
       integer :: side
       if (size(line, 3) == 0) then
          call add_polygon(cut, forest, leaf, points, moments, body)
          return
       end if
       do side = -1, 1, 2
-         part = one_side(points, line(:, 1, 1), side*(line(:, 2, 1) - line(:, 1, 1)))
-         if (size(part, 2) > 2) call add_parts(cut, forest, leaf, part, line(:, :, 2:), moments, body)
+         associate (part => one_side(points, line(:, 1, 1), side*(line(:, 2, 1) - line(:, 1, 1))))
+            if (size(part, 2) > 2) call add_parts(cut, forest, leaf, part, line(:, :, 2:), moments, body)
+         end associate
       end do
    end subroutine add_parts
 

@@ -3,8 +3,7 @@
 !>
 !> Extents are in C's order: the last one is that of neighbours in memory. Source: HDF5 Reference Manual, The HDF Group.
 module hampm_hdf5_library
-   use, intrinsic :: iso_c_binding, only: c_bool, c_char, c_int, c_null_char, c_ptr, c_size_t
-   use hampm_kinds, only: long
+   use, intrinsic :: iso_c_binding, only: c_bool, c_char, c_int, c_null_char, c_ptr, c_size_t, long => c_int64_t
    implicit none
    public
    private :: c_bool, c_char, c_int, c_null_char, c_ptr, c_size_t, long

@@ -47,6 +47,7 @@ contains
       class(*), intent(in) :: value
       real(dp) :: number
       logical :: integer_valued
+      number = 0
       integer_valued = .true.
       select type (value)
        type is (real(dp))
@@ -67,14 +68,13 @@ contains
       character(*), intent(in) :: name, unit, meaning
       real(dp), intent(in) :: values(:)          !! by mode
       character(*), intent(in), optional :: behind
-      character(:), allocatable :: column
+      character(:), allocatable :: suffix
       integer :: mode
+      suffix = ''
+      if (present(behind)) suffix = behind
       do mode = 1, size(values)
-         if (is_new(self)) then
-            column = name//repeat('I', mode)
-            if (present(behind)) column = column//behind
-            call add_column(self, column, unit, meaning//', mode '//repeat('I', mode), integer_valued=.false.)
-         end if
+         if (is_new(self)) call add_column(self, name//repeat('I', mode)//suffix, unit, meaning//', mode '//repeat('I', mode), &
+                                           integer_valued=.false.)
          call put(self, values(mode))
       end do
    end subroutine record_modes
@@ -99,6 +99,7 @@ contains
       logical, intent(in), optional :: may_change
       character(:), allocatable :: radius
       integer :: i
+      radius = ''
       do i = 1, size(values)
          if (is_new(self)) then
             radius = ', radius '//length_text(radii(i))//' m'

@@ -13,7 +13,7 @@ module hampm_old_files
    private
    public :: refuse_files_of_others
 
-   character(*), parameter :: hdf5_mark = achar(137)//'HDF'//achar(13)//achar(10)//achar(26)//achar(10)
+   character(*), parameter :: hdf5_mark = char(137)//'HDF'//achar(13)//achar(10)//achar(26)//achar(10)
    character(*), parameter :: not_yet_written = repeat(achar(0), len(hdf5_mark))
 
 contains
@@ -52,7 +52,8 @@ contains
       integer :: unit, status, bytes
       reason = ''
       is_of_a_run = .true.
-      if (.not. file_exists(name) .or. is_folder(name)) return
+      if (.not. file_exists(name)) return
+      if (is_folder(name)) return
       is_of_a_run = .false.
       open (newunit=unit, file=name, access='stream', form='unformatted', action='read', status='old', iostat=status, iomsg=message)
       if (status /= 0) then

@@ -102,15 +102,17 @@ contains
          if (.not. m%grid%is_cut(leaf)) cycle
          if (.not. allocated(m%grid%correction)) &
             allocate (m%grid%correction(m%grid%n_functions, ndim, m%grid%n_elements/corners), source=0.0_dp)
-         bodies = bodies_in(m, leaf)
+         if (allocated(bodies)) deallocate (bodies)
+         allocate (bodies, source=bodies_in(m, leaf))
          if (size(bodies) == 0) cycle
-         moments = moments_of_body(m%grid, leaf, bodies(1))
+         allocate (moments, source=moments_of_body(m%grid, leaf, bodies(1)))
          do k = 2, size(bodies)
             moments = moments + moments_of_body(m%grid, leaf, bodies(k))
          end do
          do piece = 1, size(moments, 2)
             call correct_gradients(m, m%grid%leaf_element(leaf) + corners*(piece - 1), moments(:, piece))
          end do
+         deallocate (moments)
       end do
    end subroutine correct_points
 
@@ -145,7 +147,7 @@ contains
       integer, intent(in) :: leaf
       integer, allocatable :: bodies(:)
       integer :: k
-      bodies = bodies_in(m, leaf)
+      allocate (bodies, source=bodies_in(m, leaf))
       do k = 1, size(bodies)
          call fit_pieces(m, leaf, moments_of_body(m%grid, leaf, bodies(k)), bodies(k))
       end do
@@ -159,7 +161,7 @@ contains
       real(dp) :: missing(m%grid%n_functions, ndim), volume, x(ndim)
       integer, allocatable :: number(:)
       integer :: k
-      number = particles_in(m%blocks, first, first + corners - 1)
+      allocate (number, source=particles_in(m%blocks, first, first + corners - 1))
       if (size(number) == 0) return
       volume = sum(m%particles%volume(number))
       associate (lower => m%grid%element_lower(:, first), edge => m%grid%leaf_size(first))
@@ -187,7 +189,7 @@ contains
       integer, intent(in) :: leaf
       real(dp), intent(in) :: moments(:, :)      !! (polynomials, pieces)
       integer, intent(in) :: body
-      real(dp), allocatable :: at_points(:, :), w(:)
+      real(dp), allocatable :: at_points(:, :)
       integer, allocatable :: number(:), all(:)
       real(dp) :: held                           ! area of the pieces with particles, over that of the leaf [-]
       integer :: piece, k
@@ -203,10 +205,11 @@ contains
                do k = 1, size(number)
                   at_points(:, k) = polynomials_at((m%particles%reference(number(k), :) - lower)/edge)
                end do
-               w = fitted_weights(at_points, moments(:, piece))
-               do k = 1, size(number)
-                  call give_area(m, number(k), w(k)*edge**ndim)
-               end do
+               associate (w => fitted_weights(at_points, moments(:, piece)))
+                  do k = 1, size(number)
+                     call give_area(m, number(k), w(k)*edge**ndim)
+                  end do
+               end associate
             end associate
             deallocate (at_points)
             all = [all, number]

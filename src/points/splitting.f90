@@ -246,8 +246,10 @@ contains
       type(particles_t), intent(in) :: p
       real(dp), intent(in) :: vector(:, :)       !! (n, ndim)
       integer, intent(in) :: siblings(:)
-      real(dp) :: mean(ndim)
-      mean = matmul(p%weights_of(siblings), vector(siblings, :))
+      real(dp) :: mean(ndim), weight(size(siblings)), of_each(size(siblings), ndim)
+      weight = p%weights_of(siblings)
+      of_each = vector(siblings, :)
+      mean = matmul(weight, of_each)
    end function mean_of
 
    !> Make the first of some siblings what all are together.
@@ -255,7 +257,7 @@ contains
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: siblings(:)
       type(domain_t) :: domain
-      real(dp) :: momentum(ndim), mass, volume, gradient(ndim, ndim), displacement(ndim), widening, place(ndim), aside(ndim)
+      real(dp) :: momentum(ndim), mass, volume, gradient(ndim, ndim), displacement(ndim), place(ndim), aside(ndim)
       integer :: c
       mass = sum(p%mass(siblings))
       volume = sum(p%volume(siblings))
@@ -270,10 +272,9 @@ contains
       associate (k => siblings(1))
          aside = matmul(gradient/mass, place - mean_of(p, p%reference, siblings)) ! weights of a quadrature have another mean
          displacement = mean_of(p, p%displacement, siblings) + aside
-         if (allocated(p%widening)) widening = dot_product(p%weights_of(siblings), p%widening(siblings)) + aside(1)
+         if (allocated(p%widening)) p%widening(k) = dot_product(p%weights_of(siblings), p%widening(siblings)) + aside(1)
          p%reference(k, :) = place
          p%displacement(k, :) = displacement
-         if (allocated(p%widening)) p%widening(k) = widening
          p%velocity(k, :) = momentum/mass
          p%gradient(k, :, :) = gradient/mass
          if (allocated(p%history)) p%history(k, :) = matmul(p%mass(siblings), p%history(siblings, :))/mass

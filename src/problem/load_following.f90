@@ -85,10 +85,11 @@ contains
       real(dp), intent(in) :: half(ndim)
       real(dp), intent(in) :: tolerance          !! [m]
       type(particles_t), intent(in) :: p
-      real(dp) :: x(ndim), distance(first:last)
+      real(dp) :: x(ndim), distance(first:last), weight(first:last)
       logical :: is_nearest(first:last)
       integer :: c
-      x = matmul(p%weights_of([(c, c=first, last)]), p%reference(first:last, :)) + offset
+      weight = p%weights_of([(c, c=first, last)])
+      x = matmul(weight, p%reference(first:last, :)) + offset
       distance = [(norm2(x - p%reference(c, :)), c=first, last)]
       is_nearest = distance <= minval(distance) + tolerance
       do c = first, last

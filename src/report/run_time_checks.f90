@@ -315,6 +315,7 @@ contains
       character(:), allocatable, intent(inout) :: warning
       character(:), allocatable :: remedy, which
       integer :: k
+      remedy = ''
       do k = 1, size(cracks)
          associate (overlap => measurements%overlap(k), crack => cracks(k))
             if (crack%contact .or. .not. overlap%is_notable(is_static)) cycle

@@ -120,7 +120,7 @@ contains
       type(load_t), intent(inout) :: loads(ndim)
       type(edge_part_t), allocatable :: edge(:)
       integer :: d, k
-      edge = loaded_parts(spec, model)
+      allocate (edge, source=loaded_parts(spec, model))
       do d = 1, ndim
          loads(d)%force = 0
          loads(d)%force(d) = -spec%pressure

@@ -68,6 +68,7 @@ contains
       type(pace_t) :: pace
       character(:), allocatable :: warning
       logical :: is_over
+      warning = ''
       call begin_pace(s%growing, s%dt, pace)
       call update_particles(s%problem)
       do
@@ -92,7 +93,7 @@ contains
          s%cracks = cracks
          s%measurements = measurements
          if (allocated(s%warning)) deallocate (s%warning)
-         if (allocated(warning)) s%warning = warning
+         if (len(warning) > 0) s%warning = warning
          call s%integrator%go_to_start(s%problem)
       end do
    end subroutine advance_in_pace

@@ -27,8 +27,8 @@ contains
       integer, intent(in) :: n                   !! number of rows
       integer, intent(in) :: cliques(:, :)       !! members, 0 for none, (size of a clique, number of cliques)
       type(sparse_t), intent(out) :: matrix
-      integer, allocatable :: first_clique(:), next_clique(:, :), mark(:), row(:)
-      integer :: i, k, c, m, entries, length
+      integer, allocatable :: first_clique(:), next_clique(:, :), mark(:)
+      integer :: i, k, c, m, entries, first
       allocate (first_clique(n), next_clique(size(cliques, 1), size(cliques, 2)), mark(n))
       first_clique = 0
       do k = size(cliques, 2), 1, -1             ! for each row a chained list of (member, clique)
@@ -56,9 +56,8 @@ contains
             end do
             m = next_clique(m - size(cliques, 1)*(k - 1), k)
          end do
-         length = entries + 1 - matrix%row_start(i)
-         row = matrix%column(matrix%row_start(i):entries)
-         matrix%column(entries - length + 1:entries) = row(ascending(row))
+         first = matrix%row_start(i)
+         matrix%column(first:entries) = matrix%column(first - 1 + ascending(matrix%column(first:entries)))
       end do
       matrix%row_start(n + 1) = entries + 1
       matrix%column = matrix%column(:entries)
@@ -70,9 +69,9 @@ contains
       class(sparse_t), intent(in) :: self
       integer :: i, k, other
       part%n = self%n
-      part%row_start = self%row_start
-      part%column = self%column
-      part%value = self%value
+      allocate (part%row_start, source=self%row_start)
+      allocate (part%column, source=self%column)
+      allocate (part%value, source=self%value)
       do i = 1, self%n
          do k = self%row_start(i), self%row_start(i + 1) - 1
             associate (j => self%column(k))

@@ -230,8 +230,8 @@ contains
    pure type(loading_t) function between(first, last, part)
       type(loading_t), intent(in) :: first, last
       real(dp), intent(in) :: part
-      between%force = first%force + part*(last%force - first%force)
-      between%shift = first%shift + part*(last%shift - first%shift)
+      allocate (between%force, source=first%force + part*(last%force - first%force))
+      allocate (between%shift, source=first%shift + part*(last%shift - first%shift))
    end function between
 
    !> Whether two drives differ.

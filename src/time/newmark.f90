@@ -163,7 +163,7 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: r(:, :) !! condensed [N], (ndim, n_points)
       real(dp), allocatable :: inertia(:, :), of_faces(:, :)
-      of_faces = forces_of_firm_faces(m%interfaces, m%grid%n_points)
+      allocate (of_faces, source=forces_of_firm_faces(m%interfaces, m%grid%n_points))
       call internal_force(m, r)
       r = r - of_faces
       if (.not. self%is_carried) return

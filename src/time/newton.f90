@@ -87,6 +87,7 @@ contains
       most = merge(most_with_contact, most_iterations, m%interfaces%n_contact + m%interfaces%n_cohesive > 0)
       rubs = have_friction(m%interfaces)
       at_first = 0
+      scale = 0
       n_jumps = 0
       self%residuals = [real(dp) ::]
       when_held = huge(when_held)
@@ -467,6 +468,7 @@ contains
       integer :: trial
       short = 0
       of_short = 1
+      of_long = 0
       long = 1
       part = 1
       do trial = 1, most_trials

@@ -199,8 +199,10 @@ contains
       type(problem_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp), intent(in) :: x(:, :)            !! (ndim, n_points)
-      real(dp) :: value(ndim)
-      value = matmul(x(:, support(m, i)), functions(m, i))
+      real(dp) :: value(ndim), of_support(ndim, m%grid%n_functions), n(m%grid%n_functions)
+      of_support = x(:, support(m, i))
+      n = functions(m, i)
+      value = matmul(of_support, n)
    end function at_particle
 
    !> The nodes on which a particle acts.

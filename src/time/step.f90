@@ -216,21 +216,23 @@ contains
       type(failure_t) :: unsolved
       real(dp), allocatable :: prescribed(:, :), force(:, :)
       real(dp) :: damping_power, mapping_power, work, taken !! work that bodies lose by meeting [J]
+      logical :: moves                           ! whether the motion of nodes is given
+      moves = m%constraints%move()
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       if (size(m%loads) + m%interfaces%n > 0) m%fields%force = m%fields%force + m%fields%external
-      if (m%constraints%move()) then
+      if (moves) then
          prescribed = prescribed_acceleration(m%constraints, m%grid, m%state%time, dt, m%fields)
-         force = m%fields%force
+         allocate (force, source=m%fields%force)
          if (m%solver%by /= by_lumped) m%fields%force = force - by_mass(m%grid, m%fields%mass_matrix, prescribed)
       end if
       call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, dt, m%audit, m%fields, damping_power, mapping_power, &
                       unsolved)
-      if (m%constraints%move()) then
+      if (moves) then
          m%fields%force = force
          call move_prescribed(m%constraints, m%grid, dt, prescribed, m%fields)
       end if
       if (m%interfaces%n_at_end > 0) call add_forces_at_end(m, dt, unsolved)
-      if (m%constraints%move()) then
+      if (moves) then
          call find_work(m%constraints, m%grid, dt, m%damping_rate, m%fields, m%energies%prescribed, work)
          m%energies%external_work = m%energies%external_work + work
          if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + work
