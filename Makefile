@@ -80,7 +80,7 @@ structure:  ## count lines, arguments and uses between the folders of src/, and 
 	$(PYTHON) tools/structure.py --svg docs/rooms.svg
 
 test: setup  ## install what is missing, build, run all tests
-	@$(MAKE) -j$(JOBS) --no-print-directory program unit
+	@$(MAKE) -j$(JOBS) --no-print-directory program $(patsubst %,build/release/test_%,manufactured crossing_levels patch)
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked build/checked/bench_step
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests

@@ -25,15 +25,17 @@ def pytest_configure(config):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Mark the cases of tests that take long, but for the first ones."""
+    """Mark the cases of tests that take long, but for the first ones or those that are named."""
     seen = Counter()
     for item in items:
-        test = item.path.stem, getattr(item, "originalname", item.name)
-        if test[1] in CASES.get(test[0], ()) and not item.get_closest_marker("verify"):
-            seen[test] += 1
-            if seen[test] > CASES[test[0]][test[1]]:
+        file, test = item.path.stem, getattr(item, "originalname", item.name)
+        case = item.name.partition("[")[2]
+        kept = CASES.get(file, {}).get(test)
+        if kept is not None and not item.get_closest_marker("verify"):
+            seen[file, test] += 1
+            if not any(part in case for part in kept) if isinstance(kept, tuple) else seen[file, test] > kept:
                 item.add_marker("verify")
-        if item.name.partition("[")[2].startswith(PARTS.get(test[0], ())):
+        if case.startswith(PARTS.get(file, ())):
             item.add_marker("verify")
 
 
@@ -51,11 +53,12 @@ def run_hampm():
 
 @pytest.fixture
 def hampm(request, run_hampm, tmp_path):
-    """The program as a function, `hampm(*arguments, **options)`; it runs in the test's own folder. Without HAMPM it is of the checked build in some files."""
+    """The program as a function, `hampm(*arguments, **options)`; it runs in the test's own folder, `hampm.folder`. Without HAMPM it is of the checked build in some files."""
     of_file = CHECKED_PROGRAM if request.path.stem in CHECKED and "HAMPM" not in os.environ else PROGRAM
 
     def run(*arguments, cwd=tmp_path, program=of_file, **options):
         return run_hampm(*arguments, cwd=cwd, program=program, **options)
+    run.folder = tmp_path
     return run
 
 

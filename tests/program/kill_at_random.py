@@ -19,7 +19,7 @@ from pathlib import Path
 
 import h5py
 
-from results import differing
+from harness import differing
 
 ROOT = Path(__file__).resolve().parents[2]
 INPUT = ROOT / "input"

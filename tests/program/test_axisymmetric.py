@@ -3,34 +3,15 @@
 import csv
 import re
 
-import h5py
 import numpy as np
 import pytest
 
+from harness import run
 from paths import INPUT, PROGRAM, REFERENCE
 from snapshots import field, points, read_steps
 
 YOUNG, DENSITY, PRESSURE = 1e9, 1000.0, 1e6
 ORDERS = [(1, 2), (2, 3)]                                                  # order of the cells, particles in a cell and direction
-
-
-@pytest.fixture
-def hampm(hampm, tmp_path):
-    hampm.folder = tmp_path
-    return hampm
-
-
-def run(hampm, text, *settings, fails=0):
-    """Runs a scene, a text or a namelist; its history, columns and attributes."""
-    scene = hampm.folder / "scene.nml"
-    scene.write_text(text)
-    words = [word for setting in settings for word in ("--set", setting)]
-    result = hampm(scene, "--force", "--quiet", "--set", "output.file=out.h5", *words)
-    assert result.returncode == fails, result.stderr
-    if fails:
-        return result
-    with h5py.File(hampm.folder / "out.h5") as file:
-        return {name: column[:] for name, column in file["history"].items()} | dict(file["history"].attrs)
 
 
 def particles(hampm, *names):
@@ -361,7 +342,7 @@ def test_steps_at_their_limit_are_stable_at_the_axis(hampm, scheme, order, acros
     text = scene(order, 0.25, (6, 12), f"&body material = 'm'  lower = 0, 0  upper = 1, 1  points_per_cell = {across}  velocity = 0, 1e-3 /",
                  "&load kind = 'point'  lower = 1, 1  upper = 1, 1  force = 1, 3  history = 'sine'  frequency = 90 /\n&energy_release estimators = 'energy_balance' /", end=0.5 / order**2,
                  method=f"time = 'explicit'  scheme = '{scheme}'  wave_speed = 'dilatational'  courant = {{}}" + ("  mass = 'full'" if order == 2 else ""), lower="0, -1", poisson=0.45)
-    limit = float(re.search(r"must be at most ([0-9.]+), not", run(hampm, text.format(5), fails=2).stderr)[1])
+    limit = float(re.search(r"must be at most ([0-9.]+), not", run(hampm, text.format(5), code=2))[1])
     h = run(hampm, text.format(limit), "output.history_interval=0.025")
     energy = h["kinetic_energy"] + h["strain_energy"]
     assert np.max(energy) < 1.01 * energy[0]
@@ -375,7 +356,7 @@ def test_the_limit_of_quadratic_cells_at_the_axis_is_that_of_their_matrices(hamp
     for width, height, poisson in ((1, 4, 0.0), (3, 3, 0.0), (2, 4, 0.45)):
         text = scene(2, 0.25, (7, 8), f"&body material = 'm'  lower = 0, 0  upper = {width / 4}, {height / 4}  points_per_cell = {across}  velocity = 0, 1e-3 /", "",
                      method="time = 'explicit'  mass = 'full'  courant = {}", poisson=poisson)
-        limit = re.search(r"must be at most ([0-9.]+), not", run(hampm, text.format(5), fails=2).stderr)[1]
+        limit = re.search(r"must be at most ([0-9.]+), not", run(hampm, text.format(5), code=2))[1]
         (hampm.folder / "scene.nml").write_text(text.format(limit))
         longest = float(run_hampm(limit, "scene.nml", program=PROGRAM.with_name("eigenvalue_limit"), cwd=hampm.folder).stdout)
         print(width, height, poisson, longest)
@@ -388,4 +369,4 @@ def test_the_limit_of_quadratic_cells_at_the_axis_is_that_of_their_matrices(hamp
 def test_what_no_ring_has_is_refused(hampm, setting, message):
     text = scene(2, 0.25, (6, 5), "&body material = 'm'  lower = 0, 0  upper = 1, 1  points_per_cell = 3 /", "&load kind = 'gravity'  acceleration = 0, 1 /",
                  method="time = 'explicit'  mass = 'full'")
-    assert message in run(hampm, text, setting, fails=2).stderr
+    assert message in run(hampm, text, setting, code=2)

@@ -7,8 +7,8 @@ import h5py
 import numpy as np
 import pytest
 
+from harness import differing
 from paths import BENCH, CHECKED_PROGRAM, PROGRAM
-from results import differing
 
 sys.path.insert(0, str(BENCH))
 

@@ -2,9 +2,10 @@
 
 import math
 
-import h5py
 import numpy as np
 import pytest
+
+from harness import run_told
 
 HALF, CELL, LENGTH = 4e-3, 5e-4, 2e-3
 SPIN = 1e4
@@ -31,23 +32,15 @@ def block(turns, frame="updated", points=2, crack=True, spin=SPIN, velocity="0, 
     return text + f"&crack kind = 'path'  points = {-x!r}, {-y!r}, {x!r}, {y!r} /\n" * crack
 
 
-def run(hampm, tmp_path, text, code=0, name="carried"):
-    (tmp_path / f"{name}.nml").write_text(text)
-    result = hampm(f"{name}.nml", "--force", "--quiet")
-    assert result.returncode == code, result.stderr
-    with h5py.File(tmp_path / f"{name}.h5") as file:
-        return {column: values[:] for column, values in file["history"].items()}, result.stderr
-
-
 @pytest.mark.verify
-def test_a_block_with_a_crack_turns_as_one_without(hampm, tmp_path):
+def test_a_block_with_a_crack_turns_as_one_without(hampm):
     """Three turns while it flies through the cells: its kinetic energy and the audit. What it loses without a crack, by particles that
     cross the edges of cells, is what there is."""
     turns, speed = 3, 2.0
     way = speed * turns * 2 * math.pi / SPIN
     assert way > 5 * CELL
     scene = {crack: block(turns, crack=crack, velocity=f"{speed}, 0", cells="34, 26") for crack in (False, True)}
-    rows = {crack: run(hampm, tmp_path, scene[crack])[0] for crack in scene}
+    rows = {crack: run_told(hampm, scene[crack])[0] for crack in scene}
     lost = {crack: 1 - row["kinetic_energy"][-1] / row["kinetic_energy"][0] for crack, row in rows.items()}
     print(lost)
     assert lost[True] < 1.5 * lost[False]
@@ -56,11 +49,11 @@ def test_a_block_with_a_crack_turns_as_one_without(hampm, tmp_path):
     assert np.max(np.abs(residual)) < 1e-12 * row["kinetic_energy"][0]
 
 
-def test_the_stress_intensity_of_a_block_that_turns(hampm, tmp_path):
+def test_the_stress_intensity_of_a_block_that_turns(hampm):
     """By the forces of its own spin, in the mean over 54 degrees in which it vibrates. K_I follows that of the total frame as far as stress
     survives the cells' edges (docs/cracks.md has how far), and the modes do not mix: axes that stayed would turn K_I into K_II."""
-    total, _ = run(hampm, tmp_path, block(0.15, frame="total", points=4))
-    updated, _ = run(hampm, tmp_path, block(0.15, points=4))
+    total, _ = run_told(hampm, block(0.15, frame="total", points=4))
+    updated, _ = run_told(hampm, block(0.15, points=4))
     print(np.mean(updated["K_I"]) / np.mean(total["K_I"]) - 1)
     assert np.mean(updated["K_I"]) == pytest.approx(np.mean(total["K_I"]), rel=0.2)
     for row in (total, updated):
@@ -70,9 +63,9 @@ def test_the_stress_intensity_of_a_block_that_turns(hampm, tmp_path):
         assert row["mouth_opening_tip2"] == pytest.approx(row["mouth_opening"], rel=1e-6, abs=1e-9 * LENGTH)
 
 
-def test_velocity_does_not_enter_j(hampm, tmp_path):
+def test_velocity_does_not_enter_j(hampm):
     """In the mean over a quarter of a turn J is G by K, though there is a thousand times more kinetic than strain energy."""
-    row, _ = run(hampm, tmp_path, block(0.25, frame="total", points=4))
+    row, _ = run_told(hampm, block(0.25, frame="total", points=4))
     assert np.mean(row["J"]) == pytest.approx(np.mean(row["G"]), rel=0.08)
 
 
@@ -92,25 +85,25 @@ HALVES = """\
 @pytest.mark.parametrize("method", ["", "scheme = 'usf'", "mass = 'full'"])
 @pytest.mark.parametrize("below, above", [((0.0, 0.0), (0.0, 20.0)), ((-20.0, -20.0), (20.0, 20.0)), ((0.0, 20.0), (0.0, -20.0))],
                          ids=["away", "away and along", "through each other"])
-def test_halves_go_their_own_ways(hampm, tmp_path, below, above, method):
+def test_halves_go_their_own_ways(hampm, below, above, method):
     """A crack right through the block: its halves know nothing of each other as long as they part; where they go through each
     other by half of a cell the run ends, as beyond the cut cells they would be one body."""
     end = 1e-4
     text = HALVES.format(end=end, interval=end / 10, middle=0.0, left=0.0, right=0.0, method=method,
                          below=f"{below[0]}, {below[1]}", above=f"{above[0]}, {above[1]}")
     through = below[1] > above[1]
-    row, said = run(hampm, tmp_path, text, code=3 if through else 0)
+    row, said = run_told(hampm, text, code=3 if through else 0)
     assert row["kinetic_energy"][-1] == pytest.approx(row["kinetic_energy"][0], rel=1e-10)
     assert np.max(row["strain_energy"]) < 1e-10 * row["kinetic_energy"][0]
     assert ("interpenetrate" in said) == through, said
 
 
-def test_halves_along_a_slanted_crack(hampm, tmp_path):
+def test_halves_along_a_slanted_crack(hampm):
     """Through bodies, not between them: both are of the same velocity, that of the crack's faces is made by the halves' loads."""
     slope = 0.3
     text = HALVES.format(end=4e-5, interval=4e-6, middle=0.0, left=-5e-3 * slope, right=5e-3 * slope, method="", below="0, 0", above="0, 0")
     text += "".join(f"&load kind = 'traction'  lower = -3e-3, {y}  upper = 3e-3, {y}  force = 0, {f} /\n" for y, f in ((4e-3, 100.0), (-4e-3, -100.0)))
-    row, said = run(hampm, tmp_path, text)
+    row, said = run_told(hampm, text)
     # each half, of half of the mass, is pulled by 100 N: what they gain as rigid bodies
     mass = 1200 * 6e-3 * 8e-3 * 1e-3 / 2
     rigid = 2 * (100 * row["time"][-1])**2 / (2 * mass)

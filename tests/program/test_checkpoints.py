@@ -14,8 +14,8 @@ import pytest
 
 from history import History
 from kill_at_random import kill_runs, read_whole
+from harness import differing
 from paths import COARSE_DCB, CHECKED_PROGRAM, PROGRAM
-from results import differing
 
 SHORT = ("--set", "run.end_time=4e-5", "--set", "output.history_interval=1e-6", "--set", "output.snapshot_interval=1e-5")
 CHECKPOINT = "dcb.h5.checkpoint"

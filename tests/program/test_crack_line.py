@@ -274,7 +274,7 @@ SHORT_ARM = """\
 
 
 @pytest.mark.parametrize("length", [0.0, 20e-3])
-def test_the_mouth_is_where_the_shorter_arm_ends(hampm, columns_of, tmp_path, length):
+def test_the_mouth_is_where_the_shorter_arm_ends(hampm, columns_of, length):
     """With a length beyond that, the crack reaches the edge of the material all the same."""
     one = columns_of(SHORT_ARM.format(lower_end=10e-3, upper_end=0.0, length=length))
     other = columns_of(SHORT_ARM.format(lower_end=0.0, upper_end=10e-3, length=length))

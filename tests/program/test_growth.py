@@ -2,31 +2,21 @@
 
 import sys
 
-import h5py
 import numpy as np
 import pytest
 
+from harness import run_told
 from paths import BENCH
 
 sys.path.insert(0, str(BENCH))
 
 from crack_references import BEAM, DCB, deviations, load_errors, slanted_growth as plate  # noqa: E402
-from cracks import MODULUS, scene  # noqa: E402
+from cracks import scene  # noqa: E402
 
 
-def run(hampm, tmp_path, text, code=0, words=()):
-    (tmp_path / "growth.nml").write_text(text)
-    result = hampm("growth.nml", "--force", "--quiet", *words)
-    assert result.returncode == code, result.stderr
-    if code:
-        return result.stderr
-    with h5py.File(tmp_path / "growth.h5") as file:
-        return {name: values[:] for name, values in file["history"].items()}, result.stderr
-
-
-def test_a_path_by_local_symmetry(hampm, tmp_path):
+def test_a_path_by_local_symmetry(hampm):
     """One level around the tips: the path to a tenth of a coarse cell, directions to a degree, K_I to 1 % but for the first kink."""
-    row, said = run(hampm, tmp_path, plate(5))
+    row, said = run_told(hampm, plate(5))
     off = deviations(row, "p1_path_slanted_45.csv", "2", 1.6e-3)
     print(off)
     assert np.all(off[:, 0] < 0.1)
@@ -42,9 +32,9 @@ def test_a_path_by_local_symmetry(hampm, tmp_path):
     assert row["fracture_energy"][-1] == pytest.approx(100 * 5 * 3.2e-3 * 1e-3, rel=0.02)
 
 
-def test_a_path_in_a_bent_beam(hampm, tmp_path):
+def test_a_path_in_a_bent_beam(hampm):
     """From a notch beside the load: a tenth of a coarse cell, a degree, and K_I to 1 % in most rows, to 4 % in all."""
-    row, _ = run(hampm, tmp_path, BEAM)
+    row, _ = run_told(hampm, BEAM)
     off = deviations(row, "p4_path_three_point_bend.csv", "1", 1.5e-3)
     print(off)
     assert np.all(off[:, 0] < 0.1)
@@ -53,11 +43,11 @@ def test_a_path_in_a_bent_beam(hampm, tmp_path):
     assert np.all(off[:, 2] < 0.04)
 
 
-def test_a_double_cantilever_beam(hampm, tmp_path):
+def test_a_double_cantilever_beam(hampm):
     """From 5 to 7.5 arm depths D, beside the grid lines: the load by G = 12 P**2 (a + 0.6731 D)**2/(E B**2 D**3), where 0.6731 is of a strip
     (Foote & Buchwald 1985), to 0.5 % in the mean and 1.2 % in each row (docs/cracks.md has why K goes up and down there); the work that is not
     stored, Gc B (a - a0), to 2 %."""
-    row, _ = run(hampm, tmp_path, DCB)
+    row, _ = run_told(hampm, DCB)
     off = load_errors(row)
     print(off)
     assert np.all(np.abs(off) < 0.012) and abs(np.mean(off)) < 0.005
@@ -72,11 +62,11 @@ def straight(steps, levels, increment):
     return text + f"&growth direction = 'straight'  toughness = 100.0  increment = {increment} /\n"
 
 
-def test_work_goes_into_new_faces(hampm, tmp_path):
+def test_work_goes_into_new_faces(hampm):
     """Of a crack that grows straight, work less stored energy is the toughness times the area; the rest falls with the increments."""
     rest = []
     for steps, increment in ((2, 2e-3), (4, 1e-3)):
-        row, _ = run(hampm, tmp_path, straight(steps, 1, increment))
+        row, _ = run_told(hampm, straight(steps, 1, increment))
         taken = row["external_work"] - row["strain_energy"]
         assert row["fracture_energy"][-1] == pytest.approx(100 * 8e-3 * 1e-3, rel=1e-3)
         rest.append(abs(taken[-1] / row["fracture_energy"][-1] - 1))
@@ -86,22 +76,22 @@ def test_work_goes_into_new_faces(hampm, tmp_path):
 
 
 @pytest.mark.parametrize("indicator", ["tip", "zz"])
-def test_loads_are_those_of_the_toughness_on_the_mesh_of_their_row(hampm, tmp_path, indicator):
+def test_loads_are_those_of_the_toughness_on_the_mesh_of_their_row(hampm, indicator):
     """Also where the mesh refines by the error once the tip has moved."""
     text = plate(4, cell=2e-3, increment=3e-3).replace("indicator = 'tip'", f"indicator = '{indicator}'  tolerance = 0.08")
     assert f"'{indicator}'" in text
-    row, _ = run(hampm, tmp_path, text)
+    row, _ = run_told(hampm, text)
     assert np.all(np.diff(row["crack_length"]) > 0)
     assert indicator != "zz" or row["cells"][-1] > row["cells"][0]
     assert np.maximum(row["G"], row["G_tip2"]) == pytest.approx(100.0, rel=1e-9)
 
 
-def test_loads_that_rise_by_themselves_change_no_work(hampm, tmp_path):
+def test_loads_that_rise_by_themselves_change_no_work(hampm):
     """All loads are scaled to the toughness: what their own history does does not matter, but that there is no growth without a load."""
     text = straight(4, 0, 2e-3).replace("estimators = 'domain_integral'", "estimators = 'domain_integral', 'energy_balance'")
     assert "'energy_balance'" in text
-    step, _ = run(hampm, tmp_path, text)
-    ramp, _ = run(hampm, tmp_path, text.replace("force =", "history = 'ramp'  rise_time = 1.0  force =")
+    step, _ = run_told(hampm, text)
+    ramp, _ = run_told(hampm, text.replace("force =", "history = 'ramp'  rise_time = 1.0  force =")
                   .replace("load_steps = 4", "load_steps = 5"))
     for name in ("load_factor", "crack_length", "G", "external_work", "strain_energy", "fracture_energy", "numerical_loss"):
         scale = ramp["time"][1:] if name == "load_factor" else 1
@@ -109,12 +99,12 @@ def test_loads_that_rise_by_themselves_change_no_work(hampm, tmp_path):
     assert abs(ramp["numerical_loss"][-1]) < 0.03 * ramp["fracture_energy"][-1]
 
 
-def test_a_crack_stops(hampm, tmp_path):
+def test_a_crack_stops(hampm):
     """At its largest length, and before a surface."""
-    row, said = run(hampm, tmp_path, plate(3, levels=0, increment=2e-3, more="max_length = 0.0205"))
+    row, said = run_told(hampm, plate(3, levels=0, increment=2e-3, more="max_length = 0.0205"))
     assert row["crack_length"] == pytest.approx([16e-3, 20e-3, 20e-3, 20e-3])
     assert "the crack has its max_length" in said
-    row, said = run(hampm, tmp_path, straight(9, 0, 2e-3))
+    row, said = run_told(hampm, straight(9, 0, 2e-3))
     assert "there is no room for a radius" in said
     assert row["tip_x"][-1] == pytest.approx(17e-3)
 
@@ -125,8 +115,8 @@ def test_the_check_says_how_a_crack_grows(hampm, tmp_path):
     assert said.count("growth          local_symmetry, by 0.0016 m a load step, at 100.0 J/m2") == 2, said
 
 
-def test_only_the_tip_with_the_largest_rate_may_advance(hampm, tmp_path):
-    row, _ = run(hampm, tmp_path, plate(2, levels=0, increment=2e-3, more="tips = 'largest'"))
+def test_only_the_tip_with_the_largest_rate_may_advance(hampm):
+    row, _ = run_told(hampm, plate(2, levels=0, increment=2e-3, more="tips = 'largest'"))
     assert row["crack_length"] == pytest.approx([16e-3, 18e-3, 20e-3])
 
 
@@ -138,7 +128,7 @@ def test_only_the_tip_with_the_largest_rate_may_advance(hampm, tmp_path):
     (("'domain_integral'", "'energy_balance'"), "&growth requires &energy_release estimators = 'domain_integral'"),
     (("toughness = 100.0", ""), "requires increment > 0 and toughness > 0"),
 ])
-def test_what_growth_does_not_go_with(hampm, tmp_path, change, message):
+def test_what_growth_does_not_go_with(hampm, change, message):
     text = plate(2)
     assert change[0] in text
-    assert message in run(hampm, tmp_path, text.replace(*change), code=2)
+    assert message in run_told(hampm, text.replace(*change), code=2)

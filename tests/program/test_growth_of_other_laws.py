@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from results import run
+from harness import run
 
 YOUNG = 2e11
 ISOTROPIC = f"young = {YOUNG}  poisson = 0.3"
@@ -23,25 +23,25 @@ GIVEN = "law = 'prescribed'  speed = 800.0  start = 2e-6"
 BY_TOUGHNESS = "law = 'toughness'  toughness = 2e4"
 
 
-def strip(hampm, folder, law=f"law = 'linear_elastic'  {ISOTROPIC}", body="", growth=GIVEN, load=PULL):
-    return run(hampm, folder, STRIP.format(law=law, body=body, growth=growth, load=load))
+def strip(hampm, law=f"law = 'linear_elastic'  {ISOTROPIC}", body="", growth=GIVEN, load=PULL):
+    return run(hampm, STRIP.format(law=law, body=body, growth=growth, load=load))
 
 
 @pytest.mark.parametrize("growth", [GIVEN, BY_TOUGHNESS], ids=["given", "toughness"])
 @pytest.mark.parametrize("law", ["'j2_plastic'  yield_stress = 1e14", "'viscoelastic'  moduli = 1e-3  relaxation_times = 1e-6"], ids=["never yields", "never creeps"])
-def test_what_hardly_remembers_grows_as_what_is_elastic(hampm, tmp_path, law, growth):
+def test_what_hardly_remembers_grows_as_what_is_elastic(hampm, law, growth):
     """To the 1e-14 of its modulus that creeps."""
-    row, elastic = strip(hampm, tmp_path, f"law = {law}  {ISOTROPIC}", growth=growth), strip(hampm, tmp_path, growth=growth)
+    row, elastic = strip(hampm, f"law = {law}  {ISOTROPIC}", growth=growth), strip(hampm, growth=growth)
     assert elastic["crack_length"][-1] > elastic["crack_length"][0] + 2e-3
     for name in ("crack_length", "J", "fracture_energy", "external_work", "crack_opening"):
         assert np.max(np.abs(row[name] - elastic[name])) < 1e-9 * np.max(np.abs(elastic[name])), name
 
 
-def test_what_is_dissipated_around_a_tip_is_not_taken_by_its_faces(hampm, tmp_path):
+def test_what_is_dissipated_around_a_tip_is_not_taken_by_its_faces(hampm):
     """Bonds take the toughness times the way, which is shorter where material yields. All energies together are the work of the loads,
     to the second order in the steps. The default step lets the crack run 0.87 mm, a tenth of it 1.16 mm (2.14 mm where the bonds were made weaker for that step)."""
-    elastic = strip(hampm, tmp_path, growth=BY_TOUGHNESS)
-    row = strip(hampm, tmp_path, f"law = 'j2_plastic'  yield_stress = 6e8  hardening = 2e9  {ISOTROPIC}", growth=BY_TOUGHNESS)
+    elastic = strip(hampm, growth=BY_TOUGHNESS)
+    row = strip(hampm, f"law = 'j2_plastic'  yield_stress = 6e8  hardening = 2e9  {ISOTROPIC}", growth=BY_TOUGHNESS)
     assert "K_I" not in row and "integral_of_G" not in row
     ways = [one["crack_length"][-1] - one["crack_length"][0] for one in (row, elastic)]
     assert 5e-4 < ways[0] < 0.97 * ways[1]
@@ -50,7 +50,7 @@ def test_what_is_dissipated_around_a_tip_is_not_taken_by_its_faces(hampm, tmp_pa
     assert row["plastic_dissipation"][-1] > 0.2 * row["external_work"][-1]
     missing = []
     for courant in (0.3, 0.1):
-        row = strip(hampm, tmp_path, f"law = 'j2_plastic'  yield_stress = 6e8  hardening = 2e9  {ISOTROPIC}", growth=BY_TOUGHNESS, load=PULL + f"\n&method courant = {courant} /")
+        row = strip(hampm, f"law = 'j2_plastic'  yield_stress = 6e8  hardening = 2e9  {ISOTROPIC}", growth=BY_TOUGHNESS, load=PULL + f"\n&method courant = {courant} /")
         inside = sum(row[name] for name in ("kinetic_energy", "strain_energy", "plastic_dissipation", "numerical_loss", "fracture_energy"))
         missing.append(np.max(np.abs(row["external_work"] - inside)) / row["external_work"][-1])
     assert ways[0] == pytest.approx(row["crack_length"][-1] - row["crack_length"][0], rel=0.3)
@@ -58,10 +58,10 @@ def test_what_is_dissipated_around_a_tip_is_not_taken_by_its_faces(hampm, tmp_pa
     assert missing[1] < 1e-4 and missing[0] / missing[1] > 3**1.7
 
 
-def test_a_given_crack_of_strained_material_is_a_superposition(hampm, tmp_path):
+def test_a_given_crack_of_strained_material_is_a_superposition(hampm):
     """K by loads and by an eigenstrain add up, also while the tip runs; the energy is that of the eigenstrain and the work of the loads."""
     strained = "eigenstrain = 1e-3, 3e-3, 0.0"
-    both, loaded, free = strip(hampm, tmp_path, body=strained), strip(hampm, tmp_path), strip(hampm, tmp_path, body=strained, load="")
+    both, loaded, free = strip(hampm, body=strained), strip(hampm), strip(hampm, body=strained, load="")
     assert both["crack_length"][-1] > both["crack_length"][0] + 5e-3
     for name in ("K_I", "crack_opening", "mouth_opening"):
         assert np.max(np.abs(free[name])) > 0.03 * np.max(np.abs(both[name]))
@@ -72,32 +72,32 @@ def test_a_given_crack_of_strained_material_is_a_superposition(hampm, tmp_path):
 
 
 @pytest.mark.parametrize("time", ["explicit", "implicit"])
-def test_a_crack_that_is_longer_than_it_may_become_stays(hampm, tmp_path, time):
-    row = strip(hampm, tmp_path, growth=GIVEN + "  max_length = 5e-3", load=PULL + f"\n&method time = '{time}' /")
+def test_a_crack_that_is_longer_than_it_may_become_stays(hampm, time):
+    row = strip(hampm, growth=GIVEN + "  max_length = 5e-3", load=PULL + f"\n&method time = '{time}' /")
     assert row["crack_length"] == pytest.approx(7e-3, rel=1e-12)
 
 
-def test_loads_that_split_a_laminate_at_rest(hampm, tmp_path):
+def test_loads_that_split_a_laminate_at_rest(hampm):
     """J of the crack that has grown, by loads that are scaled to the toughness, is that of a scene of its own with the longer crack."""
     law = "law = 'orthotropic'  young_1 = 140e9  young_2 = 10e9  shear_12 = 5e9  poisson_12 = 0.3"
     load = "&load kind = 'traction'  lower = -10e-3, 0.0  upper = -10e-3, 8e-3  force = 0.0, 1e6 /\n&method time = 'static'  load_steps = {} /"
     growth = "law = 'quasi_static'  toughness = 5e3  increment = 2e-3"
-    row = strip(hampm, tmp_path, law, growth=growth, load=load.format(3))
+    row = strip(hampm, law, growth=growth, load=load.format(3))
     assert row["crack_length"][-1] == pytest.approx(13e-3, rel=1e-12)
     assert row["J"] == pytest.approx(5e3, rel=1e-9)
     text = STRIP.format(law=law, body="", growth="", load=load.format(1).replace("1e6", repr(1e6 * float(row["load_factor"][-1]))))
-    longer = run(hampm, tmp_path, text.replace("&growth direction = 'straight'   /", "").replace("-3e-3, 0.0", "3e-3, 0.0"))
+    longer = run(hampm, text.replace("&growth direction = 'straight'   /", "").replace("-3e-3, 0.0", "3e-3, 0.0"))
     assert longer["J"][-1] == pytest.approx(5e3, rel=1e-6)
 
 
-def test_a_way_that_makes_up_for_an_eigenstrain_at_rest(hampm, tmp_path):
+def test_a_way_that_makes_up_for_an_eigenstrain_at_rest(hampm):
     """A strip that is longer without stress by three times what opens its crack at the toughness: both ways add up, and so the root of J is linear in the factor of
     the loads, but far from proportional to it."""
     toughness, way, height = 5e3, 5e-5, 8e-3
     load = f"&constraint lower = -10e-3, 8e-3  upper = 10e-3, 8e-3  fix = 'y'  displacement = 0.0, {way} /\n&method time = 'static' /"
     growth = f"law = 'quasi_static'  toughness = {toughness}  increment = 2e-3"
-    plain = strip(hampm, tmp_path, growth=growth, load=load)
-    row = strip(hampm, tmp_path, body=f"eigenstrain = 0.0, {3 * plain['load_factor'][0] * way / height}, 0.0", growth=growth, load=load)
+    plain = strip(hampm, growth=growth, load=load)
+    row = strip(hampm, body=f"eigenstrain = 0.0, {3 * plain['load_factor'][0] * way / height}, 0.0", growth=growth, load=load)
     assert row["J"] == pytest.approx(toughness, rel=3e-6)
     assert row["load_factor"][0] == pytest.approx(4 * plain["load_factor"][0], rel=1e-6)
     assert row["load_factor"] - plain["load_factor"] == pytest.approx(3 * plain["load_factor"][0], rel=1e-5)

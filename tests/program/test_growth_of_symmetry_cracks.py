@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
+from harness import run_told
 from paths import BENCH
 
 sys.path.insert(0, str(BENCH))
@@ -16,16 +17,6 @@ import growth as bench  # noqa: E402
 CELL = 0.5e-3
 GIVEN = bench.given(1200.0)
 BY_TOUGHNESS = f"law = 'toughness'  toughness = {bench.exact_growth()[3]}"
-
-
-def run(hampm, tmp_path, text, code=0, words=(), name="growth"):
-    (tmp_path / f"{name}.nml").write_text(text)
-    result = hampm(f"{name}.nml", "--force", "--quiet", "--set", f"output.file={name}.h5", *words)
-    assert result.returncode == code, result.stderr
-    if code:
-        return result.stderr
-    with h5py.File(tmp_path / f"{name}.h5") as file:
-        return {name: values[:] for name, values in file["history"].items()}, result.stderr
 
 
 def residual(history):
@@ -89,10 +80,10 @@ SAME = [(GIVEN, {}, 1e-12), (BY_TOUGHNESS, {}, 1e-12), (GIVEN, {"mass": "lumped"
 
 
 @pytest.mark.parametrize(("growth", "more", "tolerance"), SAME)
-def test_half_a_body_is_half_of_the_whole_one(hampm, tmp_path, growth, more, tolerance):
+def test_half_a_body_is_half_of_the_whole_one(hampm, growth, more, tolerance):
     """To rounding; with refinement that follows to what particles make of it that split beside the plane."""
-    whole, _ = run(hampm, tmp_path, whole_plate(growth, **more), name="whole")
-    half, _ = run(hampm, tmp_path, half_plate(growth, **more), name="half")
+    whole, _ = run_told(hampm, whole_plate(growth, **more), name="whole")
+    half, _ = run_told(hampm, half_plate(growth, **more), name="half")
     assert half["crack_length"][-1] > 10e-3 + 2 * more.get("cell", CELL)
     assert list(half["step"]) == list(whole["step"])
     for name in ("K_I", "J", "crack_length", "tip_x", "tip_speed", "crack_opening"):
@@ -106,10 +97,10 @@ PLACES = [{"beyond": 0}, {"side": -1, "beyond": 0}, {"sense": -1}, {"turned": Tr
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_planes_on_any_side(hampm, tmp_path, place):
+def test_planes_on_any_side(hampm, place):
     """Along x or y, with the body on either side of them, at the edge of the grid or within it."""
-    base, _ = run(hampm, tmp_path, half_plate(poisson=0.2, levels=place.get("levels", 0)), name="base")
-    row, _ = run(hampm, tmp_path, half_plate(poisson=0.2, **place), name="other")
+    base, _ = run_told(hampm, half_plate(poisson=0.2, levels=place.get("levels", 0)), name="base")
+    row, _ = run_told(hampm, half_plate(poisson=0.2, **place), name="other")
     for name in ("K_I", "J", "fracture_energy", "crack_length"):
         assert off(row, base, name) < 1e-12, name
     assert residual(row) < 1e-12
@@ -118,21 +109,21 @@ def test_planes_on_any_side(hampm, tmp_path, place):
 def test_a_run_goes_on_from_a_checkpoint(hampm, tmp_path):
     """In the midst of a release, on either number of threads: the same bytes."""
     text = half_plate(BY_TOUGHNESS, levels=1)
-    row, _ = run(hampm, tmp_path, text, words=("--threads", "2"))
-    run(hampm, tmp_path, text, code=5, words=("--steps", str(int(0.8 * row["step"][-1])), "--threads", "1"), name="part")
+    row, _ = run_told(hampm, text, words=("--threads", "2"))
+    run_told(hampm, text, code=5, words=("--steps", str(int(0.8 * row["step"][-1])), "--threads", "1"), name="part")
     assert hampm("--resume", "part.h5.checkpoint", "--quiet", "--threads", "1").returncode == 0
     with h5py.File(tmp_path / "part.h5") as file:
         for name, values in row.items():
             assert np.array_equal(values, file["history"][name][:]), name
 
 
-def test_the_plane_is_held_to_somewhere(hampm, tmp_path):
+def test_the_plane_is_held_to_somewhere(hampm):
     """Where the constraint ends the tip stops, and says so; else before the surface."""
-    row, said = run(hampm, tmp_path, half_plate(bench.given(2000.0), held=4e-3, end=4.0))
+    row, said = run_told(hampm, half_plate(bench.given(2000.0), held=4e-3, end=4.0))
     assert "tip 1 no longer grows: a cell further there is no &constraint that holds its symmetry plane ahead of it" in said
     assert 1e-3 < row["tip_x"][-1] < 3e-3 and row["tip_speed"][-1] == 0
     assert residual(row) < 1e-12
-    row, said = run(hampm, tmp_path, half_plate(bench.given(2500.0), end=5.0))
+    row, said = run_told(hampm, half_plate(bench.given(2500.0), end=5.0))
     assert "tip 1 no longer grows: a cell further there is no room for a radius" in said
     assert residual(row) < 1e-12
 
@@ -158,10 +149,10 @@ BOTH = """&crack kind = 'path'  points = -20e-3, 0.0, -12e-3, 0.0 /
 
 
 @pytest.mark.parametrize("increment", [1e-3, 1.3e-3])
-def test_an_edge_crack_at_rest(hampm, tmp_path, increment):
+def test_an_edge_crack_at_rest(hampm, increment):
     """Tips at nodes, and within cells."""
-    whole, _ = run(hampm, tmp_path, REST.format(lower=-22e-3, rows=44, lower_edge=-20e-3, more=BOTH, increment=increment), name="whole")
-    half, _ = run(hampm, tmp_path, REST.format(lower=0.0, rows=22, lower_edge=0.0, more=UPPER, increment=increment), name="half")
+    whole, _ = run_told(hampm, REST.format(lower=-22e-3, rows=44, lower_edge=-20e-3, more=BOTH, increment=increment), name="whole")
+    half, _ = run_told(hampm, REST.format(lower=0.0, rows=22, lower_edge=0.0, more=UPPER, increment=increment), name="half")
     for name in ("load_factor", "K_I", "J", "G", "crack_length"):
         assert off(half, whole, name) < 1e-10, name
     for name in ("fracture_energy", "strain_energy", "external_work"):
@@ -185,9 +176,9 @@ REFUSED = [([("'straight'", "'hoop_stress'")], "direction = 'hoop_stress' is not
 
 
 @pytest.mark.parametrize(("changes", "message"), REFUSED)
-def test_what_growth_on_a_symmetry_plane_does_not_go_with(hampm, tmp_path, changes, message):
+def test_what_growth_on_a_symmetry_plane_does_not_go_with(hampm, changes, message):
     text = half_plate()
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
-    assert message in run(hampm, tmp_path, text, code=2)
+    assert message in run_told(hampm, text, code=2)

@@ -1,11 +1,13 @@
 """Implicit steps (docs/implicit.md), against closed forms of Newmark and of Hilber, Hughes and Taylor, and against other steps."""
 
+import functools
 import numpy as np
 import pytest
 
 from history import History, lowpass, read_curve
 from paths import REFERENCE, ROOT
-from results import differing
+import harness
+from harness import differing
 
 E, RHO, LENGTH, FORCE, SECTION = 70e9, 2700.0, 0.01, 1e3, 0.01 * 0.01
 STRETCHED = FORCE * LENGTH / (E * SECTION)  # by the force, at rest [m]
@@ -41,14 +43,9 @@ REFINED = ("refine.indicator=tip", "refine.max_level=2", "crack.kind=line", "cra
 
 
 @pytest.fixture
-def columns(hampm, tmp_path):
-    """`columns(scene, *settings)` runs it and returns the columns of its history."""
-    def run(scene, *settings, name="case"):
-        (tmp_path / f"{name}.nml").write_text(scene)
-        result = hampm(f"{name}.nml", "--quiet", "--force", *(word for item in settings for word in ("--set", item)))
-        assert result.returncode == 0, result.stderr
-        return History(tmp_path / f"{name}.h5").columns
-    return run
+def columns(hampm):
+    """`columns(model, *settings)` runs it: its row."""
+    return functools.partial(harness.run, hampm, name="case")
 
 
 def way(columns):

@@ -1,9 +1,10 @@
 """Time steps that fit the size of the cells by leapfrog steps, in the total frame: rest, work, and outputs of all kinds (docs/local_time_steps.md)."""
 
-import h5py
+import functools
 import numpy as np
 import pytest
 
+import harness
 from paths import REGRESSION
 
 BEAM = REGRESSION / "dcb_refined/case.nml"
@@ -29,15 +30,9 @@ PLATE = """\
 
 
 @pytest.fixture
-def history(hampm, tmp_path):
-    """`history(scene, *settings)`: the columns of the history of a run."""
-    def run(scene, *settings):
-        words = [word for setting in settings for word in ("--set", setting)]
-        result = hampm(scene, "--force", "--quiet", "--set", "output.file=out.h5", *words)
-        assert result.returncode == 0, result.stderr
-        with h5py.File(tmp_path / "out.h5") as file:
-            return {name: column[:] for name, column in file["history"].items()}
-    return run
+def history(hampm):
+    """`history(model, *settings)` runs it: its row."""
+    return functools.partial(harness.run, hampm)
 
 
 def test_a_beam_comes_to_the_rest_of_common_steps(history):

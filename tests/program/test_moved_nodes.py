@@ -7,6 +7,8 @@ import math
 import h5py
 import pytest
 
+import harness
+
 BAR = """
 &run plane = 'stress'  thickness = 0.01  end_time = {end_time} /
 &grid lower = 0.0, 0.0  cell = {cell}  cells = {nx}, {ny}  order = {order} /
@@ -22,15 +24,11 @@ SPEED, AREA, V = 1e3, 4e-5, 0.01
 TIME = 8e-5                                      # the wave has then run through four fifths of the bar
 
 
-def run(hampm, tmp_path, motion, **values):
+def run(hampm, motion, **values):
     values = {"end_time": TIME, "cell": 1e-3, "law": "linear_elastic", "frame": "total", "scheme": "musl", "courant": 0.3,
               "refine": "none", "levels": 0, "mass": "lumped", "audit": "'energy_balance'", "order": 1, "points": 2} | values
     cell = values["cell"]
-    (tmp_path / "bar.nml").write_text(BAR.format(motion=motion, nx=round(0.1 / cell) + 2, ny=round(0.004 / cell) + 1, **values))
-    result = hampm("bar.nml", "--force", "--quiet")
-    assert result.returncode == 0, result.stderr
-    with h5py.File(tmp_path / "bar.h5") as file:
-        return {name: column[-1] for name, column in file["history"].items()}
+    return harness.run(hampm, BAR.format(motion=motion, nx=round(0.1 / cell) + 2, ny=round(0.004 / cell) + 1, **values)).last()
 
 
 PULLED = "velocity = 0.01, 0.0"
@@ -44,8 +42,8 @@ WAYS = [({}, PULLED), ({"scheme": "usf"}, PULLED), ({"scheme": "usavg"}, PULLED)
 
 
 @pytest.mark.parametrize("values, motion", WAYS, ids=str)
-def test_a_bar_whose_end_is_pulled_away(hampm, tmp_path, values, motion):
-    row = run(hampm, tmp_path, motion, **values)
+def test_a_bar_whose_end_is_pulled_away(hampm, values, motion):
+    row = run(hampm, motion, **values)
     work = 1000 * SPEED * V**2 * AREA * TIME
     assert row["external_work"] == pytest.approx(work, rel=0.01)
     assert row["kinetic_energy"] == pytest.approx(work / 2, rel=0.02)
@@ -58,7 +56,7 @@ def test_a_bar_whose_end_is_pulled_away(hampm, tmp_path, values, motion):
     assert abs(row["reaction_end_y"]) < 1e-9
 
 
-def test_the_work_of_a_moved_end_converges(hampm, tmp_path):
+def test_the_work_of_a_moved_end_converges(hampm):
     """With the velocity v sin(pi t/T)**2, by a table of many points, nothing is sudden. What the work is more than the energies falls with
     the cells: particles beside the end are not as fast as that. What the time step adds to that falls with its square."""
     times = [TIME * k / 200 for k in range(201)]
@@ -66,7 +64,7 @@ def test_the_work_of_a_moved_end_converges(hampm, tmp_path):
              f"factors = {', '.join(f'{math.sin(math.pi * t / TIME)**2:.12g}' for t in times)}")
 
     def lost(courant, cell):
-        row = run(hampm, tmp_path, table, courant=courant, cell=cell, scheme="usavg")
+        row = run(hampm, table, courant=courant, cell=cell, scheme="usavg")
         return row["external_work"] / (row["kinetic_energy"] + row["strain_energy"]) - 1
     by_step = [lost(courant, 2e-3) for courant in (0.4, 0.2, 0.1)]
     order = math.log2((by_step[0] - by_step[1]) / (by_step[1] - by_step[2]))

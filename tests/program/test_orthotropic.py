@@ -7,25 +7,11 @@ import h5py
 import numpy as np
 import pytest
 
+from harness import run
 from paths import INPUT, REFERENCE
 
 E1, E2, G12, NU12, DENSITY = 140e9, 10e9, 5e9, 0.3, 1600.0
 LAMINATE = f"law = 'orthotropic'  young_1 = {E1}  young_2 = {E2}  shear_12 = {G12}  poisson_12 = {NU12}  density = {DENSITY}"
-
-
-def run(hampm, scene, *settings, options=()):
-    """The history of a run: columns and attributes."""
-    words = [word for setting in settings for word in ("--set", setting)]
-    result = hampm(scene, "--force", "--quiet", "--set", "output.file=out.h5", *words, *options)
-    assert result.returncode == 0, result.stderr
-    with h5py.File(hampm.folder / "out.h5") as file:
-        return {name: column[:] for name, column in file["history"].items()} | dict(file["history"].attrs)
-
-
-@pytest.fixture
-def hampm(hampm, tmp_path):
-    hampm.folder = tmp_path
-    return hampm
 
 
 def chi():
@@ -197,8 +183,8 @@ def test_a_resumed_run_and_threads_have_the_same_bytes(hampm):
 &refine indicator = 'zz'  tolerance = 0.1  max_level = 1 /
 &output history_interval = 1e-6 /
 """)
-    whole = run(hampm, "case.nml", options=("--threads", "1"))
-    two = run(hampm, "case.nml", options=("--threads", "2"))
+    whole = run(hampm, "case.nml", words=("--threads", "1"))
+    two = run(hampm, "case.nml", words=("--threads", "2"))
     stopped = hampm("case.nml", "--force", "--quiet", "--set", "output.file=part.h5", "--steps", "7")
     assert stopped.returncode == 5, stopped.stderr
     resumed = hampm("--resume", "part.h5.checkpoint", "--quiet")

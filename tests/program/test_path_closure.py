@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
+from harness import run
 from paths import BENCH
 
 sys.path.insert(0, str(BENCH))
@@ -25,21 +26,11 @@ def infinite(angle, mixity, levels, middle=(0.1e-3, 0.07e-3), estimators="'crack
     return text.replace("'domain_integral'", estimators)
 
 
-def run(hampm, tmp_path, text, code=0, words=()):
-    (tmp_path / "closure.nml").write_text(text)
-    result = hampm("closure.nml", "--force", "--quiet", *words)
-    assert result.returncode == code, result.stderr
-    if code:
-        return result.stderr
-    with h5py.File(tmp_path / "closure.h5") as file:
-        return {name: values[:] for name, values in file["history"].items()}
-
-
 @pytest.mark.parametrize("angle, mixity", [(17, 0), (203, 40), (118, -55)])
 @pytest.mark.parametrize("levels", [1, 2])
-def test_modes_in_an_infinite_plate(hampm, tmp_path, angle, mixity, levels):
+def test_modes_in_an_infinite_plate(hampm, angle, mixity, levels):
     """Sixteen and thirty-two cells to the half-length: each mode to 4 % of G at both tips; `places` of bench/cracks.py found 2.3 %."""
-    row = run(hampm, tmp_path, infinite(angle, mixity, levels))
+    row = run(hampm, infinite(angle, mixity, levels))
     whole = SIGMA**2 * np.pi * A / MODULUS
     asked = np.sign(direction(mixity)) * direction(mixity)**2 * whole
     for end in ("", "_tip2"):
@@ -57,10 +48,10 @@ def plate(crack, lower=-0.02, hold=""):
     return text.replace("'domain_integral'", "'domain_integral', 'crack_closure'") + crack + hold
 
 
-def test_cracks_along_grid_lines_have_g_of_a_path_there(hampm, tmp_path):
+def test_cracks_along_grid_lines_have_g_of_a_path_there(hampm):
     """A line with tips at nodes, and half of the plate on its symmetry plane; of an edge crack, which a plane has room for."""
     def g_of(*words):
-        return run(hampm, tmp_path, plate(*words))
+        return run(hampm, plate(*words))
     path = g_of("&crack kind = 'path' points = -0.03, 0.0, -4e-3, 0.0 /\n")
     line = g_of("&crack kind = 'line' tip = -4e-3, 0.0 /\n")
     half = g_of("&crack kind = 'symmetry' tip = -4e-3, 0.0 /\n", 0.0, "&constraint lower = -4e-3, 0.0 upper = 0.02, 0.0 fix = 'y' /\n"
@@ -78,9 +69,9 @@ def test_cracks_along_grid_lines_have_g_of_a_path_there(hampm, tmp_path):
     ("&method", "&growth toughness = 100.0  increment = 2e-3 /\n&method", "'crack_closure' is not allowed with &growth"),
     ("&energy_release", "&energy_release radii = 0.5e-3 ", "four of the finest cells, with 'crack_closure'"),
 ])
-def test_what_it_is_refused_with(hampm, tmp_path, old, new, message):
+def test_what_it_is_refused_with(hampm, old, new, message):
     text = infinite(30, 0, 1, estimators="'domain_integral', 'crack_closure'").replace(old, new)
-    assert message in run(hampm, tmp_path, text, 2)
+    assert message in run(hampm, text, code=2)
 
 
 TURNING = """\
@@ -97,11 +88,11 @@ TURNING = """\
 """
 
 
-def test_pressed_faces_that_turn_are_told(hampm, tmp_path):
+def test_pressed_faces_that_turn_are_told(hampm):
     """Contact keeps the normals that the faces had: a block that is sheared by a quarter is stopped, one by a
     twentieth is not."""
-    assert "have turned by" in run(hampm, tmp_path, TURNING.format(way=2.0), 3)
-    run(hampm, tmp_path, TURNING.format(way=0.4))
+    assert "have turned by" in run(hampm, TURNING.format(way=2.0), code=3)
+    run(hampm, TURNING.format(way=0.4))
 
 
 def test_a_tip_that_nothing_opens_waits_and_says_so(hampm, tmp_path):

@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from kill_at_random import read_whole
+from harness import differing
 from paths import COARSE_DCB, PROGRAM
-from results import differing
 
 NOBODY = {"user": 65534, "group": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
 SCENE = ("dcb.nml", *COARSE_DCB[1:], "--set", "output.snapshot_interval=1e-5", "--quiet")

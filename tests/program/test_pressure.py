@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from history import History
+import harness
 
 HALF, A, P, THICKNESS = 0.05, 0.01, 1e6, 0.01
 RAMP = "history = 'ramp' rise_time = {end}"
@@ -47,11 +47,8 @@ def from_afar(pressure=P, end=1.0, half=HALF):
     return loads
 
 
-def run(hampm, tmp_path, text, *options):
-    (tmp_path / "plate.nml").write_text(text)
-    result = hampm("plate.nml", "--quiet", "--force", *options)
-    assert result.returncode == 0, result.stderr
-    return History(tmp_path / "plate.h5").columns
+def run(hampm, text, *options):
+    return harness.run(hampm, text, *options, name="plate")
 
 
 def last(columns):
@@ -67,8 +64,8 @@ def last(columns):
     # those on a crack are split, and by pressed faces further
     (path(50, key="contact = 'frictionless'"), {})],
     ids=["slanted", "along the grid", "upright", "refined", "edge, kinked", "contact"])
-def test_pressed_faces_of_paths_are_a_remote_tension(hampm, tmp_path, crack, options):
-    faces, afar = (last(run(hampm, tmp_path, scene(crack, loads, **options))) for loads in (on_faces(), from_afar()))
+def test_pressed_faces_of_paths_are_a_remote_tension(hampm, crack, options):
+    faces, afar = (last(run(hampm, scene(crack, loads, **options))) for loads in (on_faces(), from_afar()))
     for name in [name for name in faces if re.fullmatch(r"(G|J|K_I|K_II|mouth_opening)(_tip2)?", name)]:
         assert faces[name] == pytest.approx(afar[name], rel=1e-9, abs=1e-9 * afar[name[0] + "_I" if name[0] == "K" else name]), name
     assert faces["external_work"] == pytest.approx(faces["strain_energy"], rel=1e-9)
@@ -81,8 +78,8 @@ ORTHOTROPIC = ("law = 'orthotropic' young_1 = 70e9 young_2 = 20e9 young_3 = 30e9
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_pressed_faces_in_layers_of_fibres(hampm, tmp_path, order):
-    faces, afar = (last(run(hampm, tmp_path, of_order(order, scene(path(30), loads, half=SMALL)).replace("young = 70e9 poisson = 0.3", ORTHOTROPIC)))
+def test_pressed_faces_in_layers_of_fibres(hampm, order):
+    faces, afar = (last(run(hampm, of_order(order, scene(path(30), loads, half=SMALL)).replace("young = 70e9 poisson = 0.3", ORTHOTROPIC)))
                    for loads in (on_faces(), from_afar(half=SMALL)))
     for name in ("G", "J", "K_I", "K_II", "mouth_opening"):
         print(name, faces[name] / afar[name] - 1)
@@ -99,17 +96,17 @@ def of_order(order, text):
 
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("law", ["'j2_plastic' yield_stress = 1e15", "'viscoelastic' moduli = 1e-3 relaxation_times = 1.0"])
-def test_j_of_pressed_faces_hangs_on_no_law(hampm, tmp_path, law, order):
+def test_j_of_pressed_faces_hangs_on_no_law(hampm, law, order):
     """The stress p I that takes the pressure off needs no strain of its own."""
-    remembers, elastic = (last(run(hampm, tmp_path, of_order(order, scene(path(30), on_faces(), half=SMALL)).replace("young", given + "young")))["J"]
+    remembers, elastic = (last(run(hampm, of_order(order, scene(path(30), on_faces(), half=SMALL)).replace("young", given + "young")))["J"]
                           for given in (f"law = {law} ", ""))
     assert remembers == pytest.approx(elastic, rel=1e-9)
 
 
-def test_j_of_pressed_faces_in_what_yields_is_that_of_any_disc(hampm, tmp_path):
+def test_j_of_pressed_faces_in_what_yields_is_that_of_any_disc(hampm):
     """At rest under a load that only rises, J of material that yields is that of one that is elastic beyond its limit, but near the tip."""
     law = "law = 'j2_plastic' yield_stress = 2e6 hardening = 35e9 "
-    values = last(run(hampm, tmp_path, scene(path(30), on_faces(1e6), half=SMALL, extra=HELD).replace("young", law + "young").replace("'energy_balance'", "'energy_balance' radii = 3e-3, 5e-3, 7e-3")))
+    values = last(run(hampm, scene(path(30), on_faces(1e6), half=SMALL, extra=HELD).replace("young", law + "young").replace("'energy_balance'", "'energy_balance' radii = 3e-3, 5e-3, 7e-3")))
     print(values["J"], values["J_spread"], values["plastic_dissipation"])
     assert values["plastic_dissipation"] > 0.01 * values["strain_energy"] and values["J_spread"] < 0.01 * values["J"]
 
@@ -117,29 +114,29 @@ def test_j_of_pressed_faces_in_what_yields_is_that_of_any_disc(hampm, tmp_path):
 HELD = f"&constraint lower = {-SMALL}, {-SMALL} upper = {SMALL}, {-SMALL} fix = 'xy' /\n"
 
 
-def test_pressed_faces_at_large_strain_are_those_of_small_strain_under_small_loads(hampm, tmp_path):
-    large, small = (last(run(hampm, tmp_path, scene(path(30), on_faces(1e4), half=SMALL, extra=HELD).replace("young", law + "young"))) for law in ("law = 'neo_hookean' ", ""))
+def test_pressed_faces_at_large_strain_are_those_of_small_strain_under_small_loads(hampm):
+    large, small = (last(run(hampm, scene(path(30), on_faces(1e4), half=SMALL, extra=HELD).replace("young", law + "young"))) for law in ("law = 'neo_hookean' ", ""))
     for name in ("G", "J", "K_I", "K_II", "J_error"):
         assert large[name] == pytest.approx(small[name], rel=1e-4), name
 
 
 @pytest.mark.parametrize("degrees", [0, 30])
-def test_a_crack_under_pressure_in_a_large_plate(hampm, tmp_path, degrees):
+def test_a_crack_under_pressure_in_a_large_plate(hampm, degrees):
     """K_I = p sqrt(pi a) (Griffith) in an infinite plate; in a square one of twelve half-lengths the finite width adds
     (a/b)**2 (0.6 for a long strip, about 1.2 for a square of two free pairs of edges), 0.8 % at most."""
     half = 0.12
-    values = last(run(hampm, tmp_path, scene(path(degrees), on_faces(), half=half, cell=half / 30,
+    values = last(run(hampm, scene(path(degrees), on_faces(), half=half, cell=half / 30,
                                              extra="&refine indicator = 'tip' max_level = 3 rings = 5 /")))
     for tip in ("", "_tip2"):
         assert values["K_I" + tip] == pytest.approx(1.004 * P * math.sqrt(math.pi * A), rel=0.01)
         assert abs(values["K_II" + tip]) < 0.005 * values["K_I" + tip]
 
 
-def test_cracks_by_name(hampm, tmp_path):
+def test_cracks_by_name(hampm):
     """Only the crack that is named is pressed; both pressed are both pulled."""
     two = path(0, -0.02, 0.0, "name = 'a'") + path(40, 0.02, 0.01, "name = 'b'")
     def k(loads):
-        values = last(run(hampm, tmp_path, scene(two, loads)))
+        values = last(run(hampm, scene(two, loads)))
         return np.array([values[name + tip] for tip in ("", "_tip2", "_tip3", "_tip4") for name in ("K_I", "K_II")])
     first, second = (k(on_faces(name=f"crack = '{name}'")) for name in "ab")
     assert first + second == pytest.approx(k(from_afar()), abs=1e-9 * P * math.sqrt(math.pi * A))
@@ -151,20 +148,20 @@ EDGE = "&crack kind = 'line' tip = -0.02, 0 direction = 1, 0 /\n"
 
 
 @pytest.mark.parametrize("crack", [LINE, EDGE], ids=["centre", "edge"])
-def test_pressed_faces_of_lines_are_a_remote_tension(hampm, tmp_path, crack):
-    faces, afar = (last(run(hampm, tmp_path, scene(crack, loads))) for loads in (on_faces(), from_afar()))
+def test_pressed_faces_of_lines_are_a_remote_tension(hampm, crack):
+    faces, afar = (last(run(hampm, scene(crack, loads))) for loads in (on_faces(), from_afar()))
     for name, tolerance in (("G", 1e-6), ("J", 1e-6), ("K_I", 2e-4)):
         assert faces[name] == pytest.approx(afar[name], rel=tolerance), name
 
 
-def test_pressed_faces_on_a_symmetry_plane(hampm, tmp_path):
+def test_pressed_faces_on_a_symmetry_plane(hampm):
     """Half of the plate with a centre line, whose estimators are those of the whole."""
     radii = ("'energy_balance' /", "'energy_balance' radii = 0.005, 0.008 /")
-    whole = last(run(hampm, tmp_path, scene(LINE, on_faces()).replace(*radii)))
+    whole = last(run(hampm, scene(LINE, on_faces()).replace(*radii)))
     half = scene("&crack kind = 'symmetry' tip = 0.01, 0 direction = 1, 0 /\n", on_faces()).replace(*radii).replace(
         f"lower = {-HALF}, {-HALF}", "lower = 0, 0").replace(f"lower = {-HALF - 2e-3}, {-HALF - 2e-3}", "lower = -2e-3, -2e-3")
     half += "&constraint lower = 0.01, 0 upper = 1, 0 fix = 'y' /\n&constraint lower = 0, 0 upper = 0, 1 fix = 'x' /\n"
-    half = last(run(hampm, tmp_path, half))
+    half = last(run(hampm, half))
     for name, tolerance in (("G", 1e-6), ("J", 1e-6), ("K_I", 2e-4)):
         assert half[name] == pytest.approx(whole[name], rel=tolerance), name
 
@@ -180,7 +177,7 @@ def test_the_audit_closes_in_motion(hampm, tmp_path, way):
                  extra="&refine indicator = 'tip' max_level = 1 rings = 3 /")
     if way == "implicit":
         text = text.replace(", 'energy_balance'", "")
-    columns = run(hampm, tmp_path, text, "--threads", "1")
+    columns = run(hampm, text, "--threads", "1")
     loss = columns.get("numerical_loss", np.zeros(len(columns["time"])))
     gone = columns["kinetic_energy"] + columns["strain_energy"] + loss
     assert columns["external_work"][-1] > 0
@@ -188,25 +185,25 @@ def test_the_audit_closes_in_motion(hampm, tmp_path, way):
     assert abs(loss[-1]) < 0.1 * columns["external_work"][-1]
     with h5py.File(tmp_path / "plate.h5") as f:
         once = {name: f["history"][name][:] for name in f["history"]}
-    run(hampm, tmp_path, text, "--threads", "2")
+    run(hampm, text, "--threads", "2")
     with h5py.File(tmp_path / "plate.h5") as f:
         assert all(np.array_equal(once[name], f["history"][name][:]) for name in once)
 
 
-def test_faces_are_pressed_alike_in_both_frames(hampm, tmp_path):
+def test_faces_are_pressed_alike_in_both_frames(hampm):
     """At strains of 1e-5 the frames differ by as much."""
     text = scene(path(30), on_faces(end=1e-5), time="mass = 'lumped' scheme = 'musl' courant = 0.3", end=1.5e-5, rows=3, half=SMALL, cell=2e-3,
                  extra="&refine indicator = 'tip' max_level = 1 rings = 3 /")
-    total, updated = run(hampm, tmp_path, text), run(hampm, tmp_path, text.replace("frame = 'total'", "frame = 'updated'"))
+    total, updated = run(hampm, text), run(hampm, text.replace("frame = 'total'", "frame = 'updated'"))
     for name in ("K_I", "K_I_tip2", "K_II", "J", "external_work", "strain_energy", "kinetic_energy"):
         assert updated[name] == pytest.approx(total[name], abs=1e-3 * max(abs(total[name])) if name != "K_II" else 1e-3 * max(total["K_I"])), name
     gone = updated["kinetic_energy"] + updated["strain_energy"] + updated["numerical_loss"]
     assert gone == pytest.approx(updated["external_work"], abs=1e-9 * updated["external_work"][-1])
 
 
-def test_a_damped_motion_comes_to_rest_where_statics_does(hampm, tmp_path):
-    rest = last(run(hampm, tmp_path, scene(path(30), on_faces(), cell=2e-3)))
-    moved = last(run(hampm, tmp_path, scene(path(30), on_faces(end=1e-4), cell=2e-3, time="", end=6e-4,
+def test_a_damped_motion_comes_to_rest_where_statics_does(hampm):
+    rest = last(run(hampm, scene(path(30), on_faces(), cell=2e-3)))
+    moved = last(run(hampm, scene(path(30), on_faces(end=1e-4), cell=2e-3, time="", end=6e-4,
                                             extra="&damping rate = 6e4 /")))
     for name in ("K_I", "K_I_tip2", "G"):
         assert moved[name] == pytest.approx(rest[name], rel=0.015 if name[0] == "K" else 0.03), name  # bonds are weaker in explicit steps
@@ -217,7 +214,7 @@ def test_resumed_runs_have_the_same_bytes(hampm, tmp_path, time):
     end = 1.0 if "static" in time else 2e-5
     text = scene(path(30), on_faces(end=end), time=time, end=end, rows=8, cell=2e-3,
                  extra="&refine indicator = 'tip' max_level = 1 rings = 3 /").replace("frame = 'total' frame", "frame")
-    run(hampm, tmp_path, text)
+    run(hampm, text)
     with h5py.File(tmp_path / "plate.h5") as f:
         once = {name: f["history"][name][:] for name in f["history"]}
     result = hampm("plate.nml", "--quiet", "--force", "--steps", "5")
@@ -228,20 +225,20 @@ def test_resumed_runs_have_the_same_bytes(hampm, tmp_path, time):
         assert all(np.array_equal(once[name], f["history"][name][:]) for name in once)
 
 
-def test_a_pressed_crack_grows(hampm, tmp_path):
+def test_a_pressed_crack_grows(hampm):
     """The pressure follows new faces: after growth K is that of a crack of that length from the start, and all is as under a remote
     tension, whose work pays for the new faces."""
     growth = "&growth law = 'quasi_static' toughness = 100 increment = 2e-3 /"
     columns = {}
     for loads in (on_faces(), from_afar()):
-        columns[loads] = run(hampm, tmp_path, scene(path(0), loads.replace(RAMP.format(end=1.0), ""), extra=growth,
+        columns[loads] = run(hampm, scene(path(0), loads.replace(RAMP.format(end=1.0), ""), extra=growth,
                                                     time="time = 'static' load_steps = 3"))
     faces, afar = columns.values()
     for name in ("load_factor", "K_I", "G", "fracture_energy"):
         assert faces[name] == pytest.approx(afar[name], rel=1e-6, abs=1e-6 * afar["fracture_energy"][-1]), name
     half = faces["crack_length"][-1] / 2
     assert half > 1.5 * A
-    fresh = last(run(hampm, tmp_path, scene(f"&crack kind = 'path' points = {-half}, 0, {half}, 0 /\n",
+    fresh = last(run(hampm, scene(f"&crack kind = 'path' points = {-half}, 0, {half}, 0 /\n",
                                             on_faces(faces["load_factor"][-1] * P))))
     assert faces["K_I"][-1] == pytest.approx(fresh["K_I"], rel=2e-4)     # the tip that has grown is beside its node by rounding
     assert faces["G"][-1] == pytest.approx(100, rel=1e-6)
@@ -250,9 +247,9 @@ def test_a_pressed_crack_grows(hampm, tmp_path):
     assert abs(faces["numerical_loss"][-1]) < 0.01 * faces["fracture_energy"][-1]
 
 
-def test_pressure_on_an_edge_is_a_traction(hampm, tmp_path):
+def test_pressure_on_an_edge_is_a_traction(hampm):
     """The stress below a plate that is pressed all around is -p in all directions."""
-    values = last(run(hampm, tmp_path, scene("", from_afar(-P)).replace("'domain_integral', ", "")))
+    values = last(run(hampm, scene("", from_afar(-P)).replace("'domain_integral', ", "")))
     energy = (1 - 0.3) * P**2 / 70e9 * (2 * HALF)**2 * THICKNESS
     assert values["strain_energy"] == pytest.approx(energy, rel=1e-9)
 

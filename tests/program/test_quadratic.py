@@ -4,9 +4,9 @@ import h5py
 import numpy as np
 import pytest
 
+from harness import differing, run
 from history import lowpass, read_curve
 from paths import INPUT, REFERENCE, REGRESSION
-from results import differing
 
 CONVERGED = 1.28737  # G/G_ref of the double cantilever beam at rest, tests/reference/dcb_static.csv
 QUADRATIC = ("grid.order=2", "method.time=static", "method.frame=total", "body.points_per_cell=3", "output.history_interval=0",
@@ -15,43 +15,35 @@ BEAM = "grid.cell=2.5e-3", "grid.cells=40,5", "output.snapshot_interval=0"
 TIP = "refine.indicator=tip", "refine.rings=4"
 
 
-def run(hampm, folder, scene, *settings, name="out.h5"):
-    words = [word for setting in settings for word in ("--set", setting)]
-    result = hampm(scene, "--force", "--quiet", "--set", f"output.file={name}", *words)
-    assert result.returncode == 0, result.stderr
-    with h5py.File(folder / name) as file:
-        return {key: column[:] for key, column in file["history"].items()} | dict(file["history"].attrs)
-
-
-def test_a_beam_with_a_graded_mesh_has_the_converged_value(hampm, tmp_path):
+def test_a_beam_with_a_graded_mesh_has_the_converged_value(hampm):
     """Eight levels around the tip, and three estimators that share nothing but the mesh."""
-    h = run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, *BEAM, *TIP, "refine.max_level=8")
+    h = run(hampm, INPUT / "dcb.nml", *QUADRATIC, *BEAM, *TIP, "refine.max_level=8")
     assert h["G_nodal_force_I"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-4)
     assert h["J"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-4)
     assert h["K_I"][-1] ** 2 / 70e9 / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-3)
     assert h["reaction_y"][-1] == pytest.approx(-1, rel=1e-9)
 
 
-def test_levels_around_the_tip_take_its_error_away_by_halves(hampm, tmp_path):
+def test_levels_around_the_tip_take_its_error_away_by_halves(hampm):
     """The singular tip leaves an error in proportion to the cells there: each two levels leave a quarter."""
-    j = [run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, *BEAM, *TIP, f"refine.max_level={level}")["J"][-1] for level in (1, 3, 5, 7)]
+    j = [run(hampm, INPUT / "dcb.nml", *QUADRATIC, *BEAM, *TIP, f"refine.max_level={level}")["J"][-1] for level in (1, 3, 5, 7)]
     ratios = np.diff(j)[1:] / np.diff(j)[:-1]
     assert ratios == pytest.approx(1 / 4, abs=0.02)
 
 
-def test_the_error_estimate_leads_to_the_converged_value(hampm, tmp_path):
+def test_the_error_estimate_leads_to_the_converged_value(hampm):
     """From two cells over the depth on, without a word of where the tip is; bilinear cells have 0.07 % with 16800 particles."""
-    h = run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, "grid.cell=5e-3", "grid.cells=20,3", "output.snapshot_interval=0",
+    h = run(hampm, INPUT / "dcb.nml", *QUADRATIC, "grid.cell=5e-3", "grid.cells=20,3", "output.snapshot_interval=0",
             "refine.indicator=zz", "refine.tolerance=0.005", "refine.max_level=12")
     assert h["J"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-4)
     assert h["particles"][-1] < 6000
 
 
 @pytest.mark.parametrize("points", [3, 4])
-def test_a_split_beam_has_g_of_both_modes_in_closed_form(hampm, tmp_path, points):
+def test_a_split_beam_has_g_of_both_modes_in_closed_form(hampm, points):
     """A moment M on one of two arms of depth h: J = 21 M**2/(4 E B**2 h**3), of which 4/7 is of mode I (Williams 1988). Pure bending is
     quadratic, so that coarse cells have it; K is of second order in the cells, with 0.2 % that Poisson's ratio changes in mode II."""
-    h = run(hampm, tmp_path, REGRESSION / "mixed_mode/case.nml", *QUADRATIC, "refine.indicator=none", f"body.points_per_cell={points}",
+    h = run(hampm, REGRESSION / "mixed_mode/case.nml", *QUADRATIC, "refine.indicator=none", f"body.points_per_cell={points}",
             "energy_release.radii=6e-3,7.5e-3,9e-3")
     j = 21 * 5e-3**2 / (4 * 70e9 * 0.01**2 * 0.01**3)
     assert h["J"][-1] == pytest.approx(j, rel=1e-4)
@@ -61,20 +53,20 @@ def test_a_split_beam_has_g_of_both_modes_in_closed_form(hampm, tmp_path, points
     assert h["K_II"][-1] ** 2 / 70e9 == pytest.approx(3 / 7 * j, rel=0.008)
 
 
-def test_explicit_motion_comes_to_the_same_rest(hampm, tmp_path):
+def test_explicit_motion_comes_to_the_same_rest(hampm):
     """Damped critically, with the default time step: G is that of equilibrium on the same mesh."""
     mesh = "grid.order=2", "body.points_per_cell=3", "method.frame=total", "grid.cell=5e-3", "grid.cells=20,3", \
         "energy_release.estimators=nodal_force", "output.snapshot_interval=0", "refine.indicator=tip", "refine.rings=1", "refine.max_level=1"
-    motion = run(hampm, tmp_path, INPUT / "dcb.nml", *mesh, "method.courant=0", "damping.rate=3.2e4", "run.end_time=1.2e-3",
+    motion = run(hampm, INPUT / "dcb.nml", *mesh, "method.courant=0", "damping.rate=3.2e4", "run.end_time=1.2e-3",
                  "output.history_interval=1e-5")
-    rest = run(hampm, tmp_path, INPUT / "dcb.nml", *mesh, "method.time=static")
+    rest = run(hampm, INPUT / "dcb.nml", *mesh, "method.time=static")
     assert motion["G_nodal_force_I"][-1] == pytest.approx(rest["G_nodal_force_I"][-1], rel=1e-4)
 
 
-def test_a_mesh_that_refines_while_it_runs_comes_to_rest_at_the_converged_value(hampm, tmp_path):
+def test_a_mesh_that_refines_while_it_runs_comes_to_rest_at_the_converged_value(hampm):
     """At 0.9 ms the beam is nearly at rest on two cells over the depth, 1.1 % off, and looks at its error for the first time. With `usl`, as
     for bilinear cells: `musl` keeps what a release leaves in the velocities of particles that no node feels."""
-    h = run(hampm, tmp_path, REGRESSION / "dcb_settled/case.nml", "grid.order=2", "body.points_per_cell=3", "method.frame=total",
+    h = run(hampm, REGRESSION / "dcb_settled/case.nml", "grid.order=2", "body.points_per_cell=3", "method.frame=total",
             "grid.cell=5e-3", "grid.cells=20,3", "method.courant=0", "method.scheme=usl", "load.history=ramp", "load.rise_time=0.4e-3",
             "energy_release.estimators=nodal_force,domain_integral,energy_balance", "refine.indicator=zz", "refine.start=0.9e-3",
             "refine.interval=400", "refine.tolerance=0.05", "refine.max_level=6", "output.history_interval=1e-5")
@@ -92,9 +84,9 @@ GRADIENT = "refine.indicator=gradient", "refine.field=stress_norm", "refine.r_cr
 NEAR_THE_TIP = "refine.region_lower=0.04,0", "refine.region_upper=0.06,0.01"
 
 
-def test_gradients_of_the_stress_lead_to_the_converged_value(hampm, tmp_path):
+def test_gradients_of_the_stress_lead_to_the_converged_value(hampm):
     """With these settings bilinear cells come to -0.7 % with half as many particles: they have as many cells."""
-    h = run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, "grid.cell=5e-3", "grid.cells=20,3", "output.snapshot_interval=0", *GRADIENT,
+    h = run(hampm, INPUT / "dcb.nml", *QUADRATIC, "grid.cell=5e-3", "grid.cells=20,3", "output.snapshot_interval=0", *GRADIENT,
             *NEAR_THE_TIP, "refine.max_level=6")
     assert h["J"][-1] / h["G_ref"] == pytest.approx(CONVERGED, rel=1e-3)
     assert h["particles"][-1] < 2500
@@ -105,7 +97,7 @@ def test_gradients_mark_cells_that_they_mark_in_bilinear_cells_of_the_same_size(
     """By stress fewer of them: the stress of bilinear cells, which is recovered by linear functions, has kinks where that of quadratic ones has
     none."""
     def refined(*settings):
-        run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, "grid.cell=1.25e-3", "grid.cells=80,9", "refine.indicator=gradient",
+        run(hampm, INPUT / "dcb.nml", *QUADRATIC, "grid.cell=1.25e-3", "grid.cells=80,9", "refine.indicator=gradient",
             f"refine.field={field}", f"refine.r_crit={r_crit}", f"refine.energy_floor={floor}", "refine.max_level=1", *settings)
         with h5py.File(tmp_path / "out.h5") as file:
             places = np.split(file["VTKHDF/particles/Points"][:], np.cumsum(file["VTKHDF/particles/NumberOfPoints"][:]))[-2][:, :2]
@@ -118,9 +110,9 @@ def test_gradients_mark_cells_that_they_mark_in_bilinear_cells_of_the_same_size(
     assert share * len(bilinear) < len(quadratic) <= len(bilinear)
 
 
-def test_gradients_refine_a_mesh_that_moves(hampm, tmp_path):
+def test_gradients_refine_a_mesh_that_moves(hampm):
     """As the error estimate does above: the beam that nearly is at rest stays there, and the audit closes."""
-    h = run(hampm, tmp_path, REGRESSION / "dcb_settled/case.nml", "grid.order=2", "body.points_per_cell=3", "method.frame=total",
+    h = run(hampm, REGRESSION / "dcb_settled/case.nml", "grid.order=2", "body.points_per_cell=3", "method.frame=total",
             "grid.cell=5e-3", "grid.cells=20,3", "method.courant=0", "method.scheme=usl", "load.history=ramp", "load.rise_time=0.4e-3",
             "energy_release.estimators=nodal_force,domain_integral,energy_balance", *GRADIENT, *NEAR_THE_TIP, "refine.max_level=3",
             "refine.start=0.9e-3", "refine.interval=100", "output.history_interval=1e-5")
@@ -148,7 +140,7 @@ PULSE = """\
 def test_fine_cells_go_with_a_pulse_and_recombine_behind_it(hampm, tmp_path):
     """The energy of a pulse in a bar is the integral of F**2/(A rho c) and half of it kinetic; cells that recombine take little of it, and the audit closes."""
     (tmp_path / "case.nml").write_text(PULSE)
-    h = run(hampm, tmp_path, tmp_path / "case.nml")
+    h = run(hampm, tmp_path / "case.nml")
     energy = 5e-6**2 * (4 / 3) / 0.5
     assert h["external_work"][-1] == pytest.approx(energy, rel=5e-3)
     assert h["finest_cell"][-1] == 0.125 and h["particles"][-1] < 0.9 * h["particles"].max()
@@ -174,7 +166,7 @@ BAR = """\
 def test_a_bar_under_its_weight_is_exact_on_cells_of_three_sizes(hampm, tmp_path):
     """Its displacement is quadratic: the energy is that of theory to rounding. The crack along the stress changes nothing."""
     (tmp_path / "bar.nml").write_text(BAR)
-    h = run(hampm, tmp_path, "bar.nml")
+    h = run(hampm, "bar.nml")
     assert h["finest_cell"][-1] == 1.25e-3
     assert h["reaction_y"][-1] == pytest.approx(2700 * 9.81 * 0.02 * 0.06 * 0.01, rel=1e-12)
     assert h["strain_energy"][-1] == pytest.approx((2700 * 9.81) ** 2 * 0.06**3 / (6 * 70e9) * 0.02 * 0.01, rel=1e-12)
@@ -200,7 +192,7 @@ def test_rubber_has_the_large_stretch_of_its_closed_form(hampm, tmp_path, time, 
     """As tests/regression/neo_hookean_bar: a stretch of 1.40 at a lateral one of 0.9, at rest and after a damped motion."""
     (tmp_path / "rubber.nml").write_text(RUBBER.format(held="", symmetry=AXIS, force="126.6523417818091, 0.0", time=time,
                                                        rate=0 if "static" in time else 500))
-    run(hampm, tmp_path, "rubber.nml")
+    run(hampm, "rubber.nml")
     with h5py.File(tmp_path / "out.h5") as file:
         particles = file["VTKHDF/particles"]
         places, moved = (np.split(particles[name][:], 2) for name in ("Points", "PointData/displacement"))
@@ -214,7 +206,7 @@ def test_rubber_has_the_large_stretch_of_its_closed_form(hampm, tmp_path, time, 
 def test_bent_rubber_has_the_energy_that_bilinear_cells_tend_to(hampm, tmp_path):
     """A cantilever that is bent by about its depth: two cells over the depth against eight and sixteen, extrapolated."""
     def energy(*settings):
-        return run(hampm, tmp_path, "rubber.nml", *settings)["strain_energy"][-1]
+        return run(hampm, "rubber.nml", *settings)["strain_energy"][-1]
     (tmp_path / "rubber.nml").write_text(RUBBER.format(held="y", symmetry="", force="0.0, 4.0", rate=0, time="time = 'static' load_steps = 5"))
     coarse, fine = (energy("grid.order=1", "body.points_per_cell=2", f"grid.cell={cell}", f"grid.cells={round(0.3 / cell)},{round(0.06 / cell)}")
                     for cell in (0.005, 0.0025))
@@ -227,17 +219,17 @@ MOVING = ("grid.order=2", "method.time=implicit", "method.courant=0", "method.ti
 
 
 @pytest.mark.parametrize("mass", ["lumped", "blend", "full"])
-def test_motion_keeps_its_energy(hampm, tmp_path, mass):
+def test_motion_keeps_its_energy(hampm, mass):
     """What the load does is kinetic or strain energy, to rounding: the step of Newmark with alpha = 0 takes none."""
-    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=2e-4", "method.hht_alpha=0", f"method.mass={mass}")
+    h = run(hampm, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=2e-4", "method.hht_alpha=0", f"method.mass={mass}")
     error = h["kinetic_energy"] + h["strain_energy"] - h["external_work"]
     assert np.max(np.abs(error)) < 1e-11 * np.max(h["external_work"])
 
 
 @pytest.mark.parametrize("mass", ["lumped", "blend", "full"])
-def test_the_beam_vibrates_as_converged_finite_elements_do(hampm, tmp_path, mass):
+def test_the_beam_vibrates_as_converged_finite_elements_do(hampm, mass):
     """G(t) below 50 kHz, rms over the peak, with four cells over the depth and steps of a 400th of the first period."""
-    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=0.7e-3", f"method.mass={mass}")
+    h = run(hampm, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "run.end_time=0.7e-3", f"method.mass={mass}")
     times, exact = read_curve(REFERENCE / "dcb_dynamic_undamped.csv", 1)
     t, g = h["time"], h["G_nodal_force_I"] / h["G_ref"]
     converged = np.interp(t, times, exact)
@@ -247,9 +239,9 @@ def test_the_beam_vibrates_as_converged_finite_elements_do(hampm, tmp_path, mass
 
 @pytest.mark.parametrize("scheme", ["musl", "usl", "usf", "usavg"])
 @pytest.mark.parametrize("mass", ["lumped", "blend", "full", "fmpm"])
-def test_the_audit_of_the_energy_closes_in_explicit_steps(hampm, tmp_path, mass, scheme):
+def test_the_audit_of_the_energy_closes_in_explicit_steps(hampm, mass, scheme):
     """With loss of the scheme, which the audit books particle by particle, on cells of three sizes."""
-    h = run(hampm, tmp_path, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "run.end_time=4e-6",
+    h = run(hampm, INPUT / "dcb.nml", *MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "run.end_time=4e-6",
             "energy_release.estimators=nodal_force,energy_balance", "damping.rate=1e4", f"method.mass={mass}", f"method.scheme={scheme}")
     error = h["kinetic_energy"] + h["strain_energy"] + h["damping_loss"] + h["numerical_loss"] - h["external_work"]
     assert np.max(np.abs(h["numerical_loss"])) > 1e-5 * np.max(h["external_work"])
@@ -257,11 +249,11 @@ def test_the_audit_of_the_energy_closes_in_explicit_steps(hampm, tmp_path, mass,
 
 
 @pytest.mark.parametrize(("mass", "scheme", "points"), [("lumped", "musl", 3), ("full", "usl", 3), ("blend", "usf", 4), ("fmpm", "usavg", 5)])
-def test_element_operators_do_what_the_passes_over_the_particles_do(hampm, tmp_path, mass, scheme, points):
+def test_element_operators_do_what_the_passes_over_the_particles_do(hampm, mass, scheme, points):
     """The audit of the energy asks for each particle in each pass: without it cells are passed by their operators."""
     settings = (*MOVING, *BEAM[:2], "method.time=explicit", "method.time_step=0", "run.end_time=1e-5", "damping.rate=1e4",
                 f"method.mass={mass}", f"method.scheme={scheme}", f"body.points_per_cell={points}")
-    both = [run(hampm, tmp_path, INPUT / "dcb.nml", *settings, f"energy_release.estimators={estimators}")
+    both = [run(hampm, INPUT / "dcb.nml", *settings, f"energy_release.estimators={estimators}")
             for estimators in ("nodal_force", "nodal_force,energy_balance")]
     for column in ("G_nodal_force_I", "kinetic_energy", "strain_energy", "external_work", "mouth_opening"):
         np.testing.assert_allclose(both[0][column], both[1][column], rtol=0, atol=1e-11 * np.max(np.abs(both[1][column])))
@@ -279,7 +271,7 @@ def test_element_operators_do_so_with_fibres_in_any_direction(hampm, tmp_path, m
     settings = ("grid.order=2", "method.frame=total", "method.courant=0", "output.snapshot_interval=0", "output.history_interval=1e-6",
                 "grid.cell=2.5e-3", "grid.cells=21,12", "run.end_time=1.2e-5", "refine.indicator=tip", "refine.rings=1", "refine.max_level=2",
                 f"method.mass={mass}", f"method.scheme={scheme}", f"body.points_per_cell={points}")
-    both = [run(hampm, tmp_path, "fibres.nml", *settings, f"energy_release.estimators={estimators}")
+    both = [run(hampm, "fibres.nml", *settings, f"energy_release.estimators={estimators}")
             for estimators in ("nodal_force", "nodal_force,energy_balance")]
     for column in ("G_nodal_force_I", "G_nodal_force_II", "kinetic_energy", "strain_energy", "external_work"):
         np.testing.assert_allclose(both[0][column], both[1][column], rtol=0, atol=1e-12 * np.max(np.abs(both[1][column])))
@@ -304,7 +296,7 @@ RESUMED = {
 @pytest.mark.parametrize("time", RESUMED)
 def test_a_resumed_run_has_the_same_bytes(hampm, tmp_path, time):
     settings = (*TIP, "refine.max_level=3", *RESUMED[time])
-    run(hampm, tmp_path, INPUT / "dcb.nml", *settings, name="whole.h5")
+    run(hampm, INPUT / "dcb.nml", *settings, name="whole")
     words = [word for setting in settings for word in ("--set", setting)]
     stopped = hampm(INPUT / "dcb.nml", "--force", "--quiet", "--set", "output.file=parts.h5", *words, "--steps", "2")
     assert stopped.returncode == 5, stopped.stderr
@@ -315,7 +307,7 @@ def test_a_resumed_run_has_the_same_bytes(hampm, tmp_path, time):
 
 def test_snapshots_have_biquadratic_cells(hampm, tmp_path):
     """VTK's own cell of nine nodes, 28: as its shape functions have it, the cells fill the grid, and the middle is the last node."""
-    run(hampm, tmp_path, INPUT / "dcb.nml", *QUADRATIC, *BEAM[:2], *TIP, "refine.max_level=2")
+    run(hampm, INPUT / "dcb.nml", *QUADRATIC, *BEAM[:2], *TIP, "refine.max_level=2")
     with h5py.File(tmp_path / "out.h5") as file:
         mesh = file["VTKHDF/mesh"]
         types, points, cells = mesh["Types"][:], mesh["Points"][:, :2], mesh["NumberOfCells"][-1]

@@ -1,6 +1,7 @@
 """Laws with a history, `j2_plastic` and `viscoelastic`, in whole runs: closed forms at rest and in motion, what is dissipated, and which
 numbers of cracks are left."""
 
+import functools
 import math
 
 import h5py
@@ -8,7 +9,8 @@ import numpy as np
 import pytest
 
 from paths import CHECKED_PROGRAM, PROGRAM
-from results import differing
+import harness
+from harness import differing
 from snapshots import field, points, read_steps
 
 E, NU = 200e9, 0.3
@@ -19,19 +21,9 @@ both_orders = pytest.mark.parametrize("cells", [(), QUADRATIC], ids=["bilinear",
 
 
 @pytest.fixture
-def run(hampm, tmp_path):
-    """`run(scene, *settings)`: the columns of the history, and what the run has warned of."""
-    def run(scene, *settings, name="case", options=()):
-        (tmp_path / f"{name}.nml").write_text(scene)
-        words = [word for setting in settings for word in ("--set", setting)]
-        result = hampm(f"{name}.nml", "--force", "--quiet", *words, *options)
-        assert result.returncode == 0, result.stderr
-        with h5py.File(tmp_path / f"{name}.h5") as file:
-            columns = {column: values[:] for column, values in file["history"].items()}
-            warnings = file["history"].attrs["warnings"]
-        columns["warnings"] = warnings.decode() if isinstance(warnings, bytes) else str(warnings)
-        return columns
-    return run
+def run(hampm):
+    """`run(model, *settings)` runs it: its row."""
+    return functools.partial(harness.run, hampm, name="case")
 
 
 # --- plasticity -------------------------------------------------------------------------------------------------------
@@ -381,8 +373,8 @@ def test_what_steps_miss_of_the_energy_falls_faster_than_they(run, settings):
 @pytest.mark.parametrize("law", ["j2_plastic", "viscoelastic"])
 def test_results_have_the_same_bytes_on_any_number_of_threads(run, tmp_path, law, settings):
     scene = TENSION[law]
-    run(scene, *settings, name="one", options=("--threads", 1))
-    run(scene, *settings, name="two", options=("--threads", 2))
+    run(scene, *settings, name="one", words=("--threads", 1))
+    run(scene, *settings, name="two", words=("--threads", 2))
     assert differing(tmp_path / "one.h5", tmp_path / "two.h5") == []
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import compare
+from harness import differing
 from history import History
 from paths import DCB, CHECKED_PROGRAM
-from results import differing
 
 OLD_RESULT = b"\x89HDF\r\n\x1a\nsomething else"
 PROGRESS = r" *\d+\.\d% \d+\.\d{4} us (\d+:\d\d:\d\d|-) left G/Gref -?\d\.\d{4} step \d+ cells 60 particles 160 level 0 energy "

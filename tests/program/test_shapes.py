@@ -7,8 +7,8 @@ import h5py
 import numpy as np
 import pytest
 
+from harness import differing
 from paths import INPUT, REFERENCE
-from results import differing
 
 STEEL = "&material name = 's' young = 200e9 poisson = 0.3 density = 8000 /\n"
 

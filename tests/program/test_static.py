@@ -7,25 +7,9 @@ import h5py
 import numpy as np
 import pytest
 
+from harness import run
 from paths import INPUT, REGRESSION
 from snapshots import field, points, read_steps
-
-
-def run(hampm, scene, *settings, fails=0):
-    """Run a scene; its history, columns and attributes, or the result of the program where it is to fail."""
-    words = [word for setting in settings for word in ("--set", setting)]
-    result = hampm(scene, "--force", "--quiet", "--set", "output.file=out.h5", *words)
-    assert result.returncode == fails, result.stderr
-    if fails:
-        return result
-    with h5py.File(hampm.folder / "out.h5") as file:
-        return {name: column[:] for name, column in file["history"].items()} | dict(file["history"].attrs)
-
-
-@pytest.fixture
-def hampm(hampm, tmp_path):
-    hampm.folder = tmp_path
-    return hampm
 
 
 STATIC = "method.time=static", "method.frame=total"
@@ -177,8 +161,8 @@ def test_a_column_is_followed_to_where_it_buckles(hampm, tmp_path, steps, most):
     euler = math.pi**2 * 12e6 * 0.02**3 / 12 / 4
     cell = 0.005
     (tmp_path / "column.nml").write_text(BEAM.format(cell=cell, nx=202, ny=6, force=f"{-4 * euler * most}, 0.0", steps=steps))
-    result = run(hampm, "column.nml", fails=3)
-    found = re.search(r"step (\d+), .*not stable. It was followed through (\S+) % of this load step.*limit point", result.stderr)
+    result = run(hampm, "column.nml", code=3)
+    found = re.search(r"step (\d+), .*not stable. It was followed through (\S+) % of this load step.*limit point", result)
     with h5py.File(tmp_path / "out.h5") as file:
         done = file["history/time"][-1]
     reached = (done + float(found[2]) / 100 / steps) * 4 * most
@@ -201,8 +185,8 @@ def test_two_columns_that_buckle_at_once(hampm, tmp_path):
 &constraint lower = -0.05, 0.0  upper = 0.0, 0.07  fix = 'xy' /
 {columns}&method time = 'static' /
 """)
-    result = run(hampm, "columns.nml", fails=3)
-    found = re.search(r"not stable. It was followed through (\S+) % of this load step.*limit point", result.stderr)
+    result = run(hampm, "columns.nml", code=3)
+    found = re.search(r"not stable. It was followed through (\S+) % of this load step.*limit point", result)
     assert float(found[1]) / 100 * 4 * 1.3 == pytest.approx(1.0, rel=0.08)
 
 
@@ -269,8 +253,8 @@ UNHELD = [("", "1.0, 0.0", r"moves along x, as the loads push with 1.0 N and no 
 @pytest.mark.parametrize("constraints, force, phrase", UNHELD)
 def test_what_nothing_holds_is_named(hampm, tmp_path, constraints, force, phrase):
     (tmp_path / "plate.nml").write_text(PLATE.format(constraints=constraints, force=force, more=""))
-    result = run(hampm, "plate.nml", fails=3)
-    assert phrase in result.stderr and "the piece of body 1" in result.stderr
+    result = run(hampm, "plate.nml", code=3)
+    assert phrase in result and "the piece of body 1" in result
 
 
 def test_loads_that_balance_each_other_need_no_constraint(hampm, tmp_path):
@@ -283,8 +267,8 @@ def test_loads_that_balance_each_other_need_no_constraint(hampm, tmp_path):
 def test_a_load_that_no_material_bears(hampm, tmp_path):
     text = BEAM.format(cell=0.01, nx=101, ny=3, force="0.0, 1e12", steps=1)
     (tmp_path / "beam.nml").write_text(text)
-    result = run(hampm, "beam.nml", fails=3)
-    assert "followed through" in result.stderr and "too large for the material" in result.stderr
+    result = run(hampm, "beam.nml", code=3)
+    assert "followed through" in result and "too large for the material" in result
 
 
 # --- one particle in a cell -------------------------------------------------------------------------------------------

@@ -6,6 +6,8 @@ import h5py
 import numpy as np
 import pytest
 
+import harness
+
 BEAM = """
 &run plane = 'stress'  thickness = 0.01  end_time = 1.0 /
 &grid lower = 0.0, 0.0  cell = {cell}  cells = {nx}, {ny}  order = {order} /
@@ -25,15 +27,10 @@ YIELDS = "yield_stress = 1e4  hardening = 1e9"
 CREEPS = "moduli = 5e9, 1e10  relaxation_times = 0.1, 1.0"
 
 
-def run(hampm, tmp_path, code=0, **values):
+def run(hampm, code=0, **values):
     values = VALUES | values
-    (tmp_path / "beam.nml").write_text(BEAM.format(nx=round(0.2 / values["cell"]), ny=round(0.01 / values["cell"]) + 1, points=1 + values["order"], **values))
-    result = hampm("beam.nml", "--force", "--quiet")
-    assert result.returncode == code, result.stderr
-    if code:
-        return result.stderr
-    with h5py.File(tmp_path / "beam.h5") as file:
-        return {name: column[:] for name, column in file["history"].items()}
+    text = BEAM.format(nx=round(0.2 / values["cell"]), ny=round(0.01 / values["cell"]) + 1, points=1 + values["order"], **values)
+    return harness.run(hampm, text, code=code)
 
 
 WAYS = [{}, {"steps": 4}, {"law": "neo_hookean"}, {"refine": "zz"}, {"solver": "cg"}, {"order": 2},
@@ -43,9 +40,9 @@ WAYS = [{}, {"steps": 4}, {"law": "neo_hookean"}, {"refine": "zz"}, {"solver": "
 
 
 @pytest.mark.parametrize("values", WAYS, ids=str)
-def test_a_beam_lifts_off_the_support_that_would_pull(hampm, tmp_path, values):
+def test_a_beam_lifts_off_the_support_that_would_pull(hampm, values):
     """A load between the first two of three supports: the third would pull the beam down."""
-    row = run(hampm, tmp_path, **values)
+    row = run(hampm, **values)
     assert row["reaction_a_y"][-1] == pytest.approx(5.0, rel=1e-5)        # what is deformed at equilibrium shifts it: neo-Hookean
     assert row["reaction_b_y"][-1] == pytest.approx(5.0, rel=1e-5)
     assert row["reaction_c_y"][-1] == 0
@@ -55,17 +52,17 @@ def test_a_beam_lifts_off_the_support_that_would_pull(hampm, tmp_path, values):
     assert row["external_work"][-1] == pytest.approx(row["strain_energy"][-1], rel=gone)
 
 
-def test_a_support_that_holds_pulls(hampm, tmp_path):
+def test_a_support_that_holds_pulls(hampm):
     """The same beam held at its end: the beam on three supports, moments 3/32 P L; shear, and the cells, change that a little."""
-    row = run(hampm, tmp_path, push=".false.", cell=1.25e-3)
+    row = run(hampm, push=".false.", cell=1.25e-3)
     assert row["reaction_c_y"][-1] == pytest.approx(-10 * 3 / 32, rel=0.03)
     assert row["reaction_a_y"][-1] == pytest.approx(10 * 13 / 32, rel=0.03)
 
 
-def test_a_support_that_comes_nearer_pushes_again(hampm, tmp_path):
+def test_a_support_that_comes_nearer_pushes_again(hampm):
     """The third support is raised by a history: it touches once it is where the free end is, and takes what the beam gives way."""
-    held = run(hampm, tmp_path, push=".false.", motion="displacement = 0.0, 1e-4 history = 'ramp' rise_time = 1.0", steps=8)
-    row = run(hampm, tmp_path, motion="displacement = 0.0, 1e-4 history = 'ramp' rise_time = 1.0", steps=8)
+    held = run(hampm, push=".false.", motion="displacement = 0.0, 1e-4 history = 'ramp' rise_time = 1.0", steps=8)
+    row = run(hampm, motion="displacement = 0.0, 1e-4 history = 'ramp' rise_time = 1.0", steps=8)
     pushes = held["reaction_c_y"] > 1e-6
     assert pushes.any()
     assert row["reaction_c_y"][pushes] == pytest.approx(held["reaction_c_y"][pushes], rel=1e-9)
@@ -73,8 +70,8 @@ def test_a_support_that_comes_nearer_pushes_again(hampm, tmp_path):
     assert np.all(row["reaction_c_y"] >= 0)
 
 
-def test_material_that_is_pulled_off_all_supports_is_named(hampm, tmp_path):
-    error = run(hampm, tmp_path, code=3, force=10.0)
+def test_material_that_is_pulled_off_all_supports_is_named(hampm):
+    error = run(hampm, code=3, force=10.0)
     assert "has no equilibrium" in error
 
 

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from history import History
+import harness
 from snapshots import field, points, read_steps
 
 E, POISSON, B = 70e9, 0.3, 0.01
@@ -15,11 +15,8 @@ both_orders = pytest.mark.parametrize("order", [(), QUADRATIC], ids=["bilinear",
 MATERIAL = "&material name = 'a' young = {young} poisson = {poisson} density = 2000 /\n"
 
 
-def run(hampm, tmp_path, text, *options):
-    (tmp_path / "case.nml").write_text(text)
-    result = hampm("case.nml", "--quiet", "--force", *options)
-    assert result.returncode == 0, result.stderr
-    return {name: values[-1] for name, values in History(tmp_path / "case.h5").columns.items()}
+def run(hampm, text, *options):
+    return harness.run(hampm, text, *options).last()
 
 
 def bodies(text, cells, lower, cell, *, plane="stress", time="time = 'static'", end=1.0, young=E, poisson=POISSON, estimators="",
@@ -37,7 +34,7 @@ def bodies(text, cells, lower, cell, *, plane="stress", time="time = 'static'", 
 
 def particles(tmp_path):
     """Particles of the last snapshot: places X in the reference configuration, displacements, and the data."""
-    grid = read_steps(tmp_path / "case.h5")[1][-1][0]
+    grid = read_steps(tmp_path / "out.h5")[1][-1][0]
     data = grid.GetPointData()
     u = field(data, "displacement")[:, :2]
     return points(grid)[:, :2] - u, u, data
@@ -63,7 +60,7 @@ def test_a_column_under_its_weight(hampm, tmp_path):
     (rho g)**2 l**3 A/6E an error of order 2."""
     errors = []
     for cell in (4e-3, 2e-3):
-        values = run(hampm, tmp_path, column(cell))
+        values = run(hampm, column(cell))
         errors.append(values["strain_energy"] / ((2000 * G)**2 * LENGTH**3 * WIDTH * B / (6 * YOUNG)) - 1)
         assert values["reaction_foot_y"] == pytest.approx(2000 * G * LENGTH * WIDTH * B, rel=1e-9)
         assert values["external_work"] == pytest.approx(values["strain_energy"], rel=1e-9)
@@ -75,18 +72,18 @@ def test_a_column_under_its_weight(hampm, tmp_path):
 
 
 @pytest.mark.parametrize("time", ["", "mass = 'full'", "time_steps = 'local'", "time = 'implicit' time_step = 2e-5", "scheme = 'usavg'"])
-def test_the_audit_closes_with_weight(hampm, tmp_path, time):
+def test_the_audit_closes_with_weight(hampm, time):
     end = 2e-3
     audited = not ("local" in time or "implicit" in time)
-    values = run(hampm, tmp_path, column(2e-3, time=time, end=end, rise=end, audited=audited))
+    values = run(hampm, column(2e-3, time=time, end=end, rise=end, audited=audited))
     gone = values["kinetic_energy"] + values["strain_energy"] + values.get("numerical_loss", 0)
     assert gone == pytest.approx(values["external_work"], rel=1e-9 if audited else 0.02)
 
 
-def test_gravity_of_free_bodies_makes_them_fall(hampm, tmp_path):
+def test_gravity_of_free_bodies_makes_them_fall(hampm):
     text = re.sub("&constraint.*\n", "", column(2e-3, time="frame = 'updated'", end=1e-3).replace("frame = 'total' ", "")).replace(
         "history = 'ramp' rise_time = 1.0", "").replace("lower = 0, 0 upper = 0.008, 0.04 /", "lower = 0, 0.001 upper = 0.008, 0.038 /")
-    values = run(hampm, tmp_path, text)
+    values = run(hampm, text)
     assert values["kinetic_energy"] == pytest.approx(2000 * WIDTH * 0.037 * B * (G * 1e-3)**2 / 2, rel=1e-6)
     half_a_step = values["numerical_loss"]     # between the velocities at the ends of a step (docs/theory.md)
     assert values["external_work"] == pytest.approx(values["kinetic_energy"] + half_a_step, rel=1e-6)
@@ -102,10 +99,10 @@ def hanging(a, cell):
                   "0.005, 0.008, 0.012")
 
 
-def test_a_crack_in_a_body_that_hangs(hampm, tmp_path):
+def test_a_crack_in_a_body_that_hangs(hampm):
     """J is the same on all discs, and the change of the energy with the length of the crack, both under weight."""
-    energy = [run(hampm, tmp_path, hanging(a, 5e-4))["strain_energy"] for a in (0.0155, 0.0165)]
-    values = run(hampm, tmp_path, hanging(0.016, 5e-4))
+    energy = [run(hampm, hanging(a, 5e-4))["strain_energy"] for a in (0.0155, 0.0165)]
+    values = run(hampm, hanging(0.016, 5e-4))
     assert values["J_spread"] < 1e-3 * values["J"]
     assert values["J"] == pytest.approx((energy[1] - energy[0]) / (1e-3 * B), rel=5e-3)
     assert math.hypot(values["K_I"], values["K_II"])**2 / 1e9 == pytest.approx(values["J"], rel=0.01)
@@ -121,7 +118,7 @@ def test_a_crack_in_a_body_that_hangs(hampm, tmp_path):
                                    "&crack kind = 'path' points = -0.001, 0.003, 0.02, 0.007 /\n"])
 def test_a_free_body_takes_its_eigenstrain(hampm, tmp_path, plane, eigenstrain, strain, extra, order):
     """Without stress; in plane strain nu eps_zz comes to the strain in the plane, and the energy of sigma_zz = -E eps_zz stays."""
-    values = run(hampm, tmp_path, bodies(f"&body material = 'a' lower = 0, 0 upper = 0.04, 0.012 eigenstrain = {eigenstrain} /\n{extra}",
+    values = run(hampm, bodies(f"&body material = 'a' lower = 0, 0 upper = 0.04, 0.012 eigenstrain = {eigenstrain} /\n{extra}",
                                          "26, 12", "-0.004, -0.004", 2e-3, plane=plane), *order)
     x, u, data = particles(tmp_path)
     found, *_ = np.linalg.lstsq(np.column_stack([x, np.ones(len(x))]), u, rcond=None)
@@ -149,7 +146,7 @@ def test_a_free_body_of_another_law_takes_its_eigenstrain(hampm, tmp_path, law, 
                   "26, 12", "-0.004, -0.004", 2e-3)
     elastic = "young = 70000000000.0 poisson = 0.3 density = 2000"
     assert elastic in text
-    run(hampm, tmp_path, text.replace(elastic, f"law = '{law}' " + (constants if law == "orthotropic" else elastic + constants)), *order)
+    run(hampm, text.replace(elastic, f"law = '{law}' " + (constants if law == "orthotropic" else elastic + constants)), *order)
     x, u, data = particles(tmp_path)
     found, *_ = np.linalg.lstsq(np.column_stack([x, np.ones(len(x))]), u, rcond=None)
     free, h = np.array([[strain, strain / 4], [strain / 4, -strain / 2]]), found[:2].T
@@ -164,7 +161,7 @@ def test_a_free_body_of_another_law_takes_its_eigenstrain(hampm, tmp_path, law, 
 def test_heat_in_fibres_that_are_held_across(hampm, tmp_path):
     """Plane strain: what is kept from the strain across the plane adds nu_i3 E_3/E_i of it along the axes, here turned by 30 degrees."""
     text = bodies("&body material = 'a' lower = 0, 0 upper = 0.04, 0.012 eigenstrain = 0, 0, 0, 1e-3 /\n", "26, 12", "-0.004, -0.004", 2e-3, plane="strain")
-    values = run(hampm, tmp_path, text.replace("young = 70000000000.0 poisson = 0.3 density = 2000", "law = 'orthotropic' angle = 30 " + LAWS["orthotropic"]))
+    values = run(hampm, text.replace("young = 70000000000.0 poisson = 0.3 density = 2000", "law = 'orthotropic' angle = 30 " + LAWS["orthotropic"]))
     x, u, _ = particles(tmp_path)
     found, *_ = np.linalg.lstsq(np.column_stack([x, np.ones(len(x))]), u, rcond=None)
     along, c, s = (0.2 * 20 / 70 * 1e-3, 0.25 * 20 / 30 * 1e-3), math.cos(math.pi / 6), math.sin(math.pi / 6)
@@ -182,7 +179,7 @@ CLAMPED = """&body material = 'a' lower = 0, 0 upper = 0.04, 0.012 eigenstrain =
 
 @both_orders
 def test_a_bar_between_walls(hampm, tmp_path, order):
-    values = run(hampm, tmp_path, bodies(CLAMPED, "26, 12", "-0.004, -0.004", 2e-3), *order)
+    values = run(hampm, bodies(CLAMPED, "26, 12", "-0.004, -0.004", 2e-3), *order)
     assert values["reaction_left_x"] == pytest.approx(E * 1e-3 * 0.012 * B, rel=1e-12)
     assert field(particles(tmp_path)[2], "stress_xx") == pytest.approx(-E * 1e-3, rel=1e-12)
 
@@ -190,23 +187,23 @@ def test_a_bar_between_walls(hampm, tmp_path, order):
 @both_orders
 @pytest.mark.parametrize("time", ["", "mass = 'full' scheme = 'usf'", "mass = 'blend'", "time = 'implicit' time_step = 2e-7",
                                   "scheme = 'usavg'"])
-def test_the_audit_closes_with_eigenstrain(hampm, tmp_path, time, order):
+def test_the_audit_closes_with_eigenstrain(hampm, time, order):
     """Suddenly there: the energy that it stores at first moves the bar, which swings around -E eps with the energy of no stress."""
     end = 2e-5
     audited = "implicit" not in time
-    values = run(hampm, tmp_path, bodies(CLAMPED, "26, 12", "-0.004, -0.004", 2e-3, time=time, end=end, audited=audited), *order)
+    values = run(hampm, bodies(CLAMPED, "26, 12", "-0.004, -0.004", 2e-3, time=time, end=end, audited=audited), *order)
     first = E / (1 - POISSON) * 1e-6 * 0.04 * 0.012 * B
     gone = values["kinetic_energy"] + values["strain_energy"] + values.get("numerical_loss", 0)
     assert values["kinetic_energy"] > 0.01 * first
     assert gone == pytest.approx(first, rel=1e-9)
 
 
-def test_a_damped_bar_and_local_time_steps(hampm, tmp_path):
+def test_a_damped_bar_and_local_time_steps(hampm):
     for time in ("", "time_steps = 'local'", "frame = 'updated'"):
         text = bodies(CLAMPED + "&damping rate = 3e5 /\n", "26, 12", "-0.004, -0.004", 2e-3, time=time, end=1e-4, audited=False)
         if "updated" in time:
             text = text.replace("frame = 'total' ", "")
-        values = run(hampm, tmp_path, text)
+        values = run(hampm, text)
         assert values["reaction_left_x"] == pytest.approx(E * 1e-3 * 0.012 * B, rel=5e-3), time
 
 
@@ -214,7 +211,7 @@ def test_a_damped_bar_and_local_time_steps(hampm, tmp_path):
 def test_a_strip_of_two_metals_bends(hampm, tmp_path, order):
     """Curvature 1.5 (mismatch)/h of two equal layers of one modulus, height h together (Timoshenko 1925), far from the ends."""
     mismatch, h, length = 1e-3, 8e-3, 0.08
-    run(hampm, tmp_path, bodies(f"""\
+    run(hampm, bodies(f"""\
 &body material = 'a' lower = 0, 0 upper = {length}, {h / 2} eigenstrain = {mismatch}, {mismatch}, 0 /
 &body material = 'a' lower = 0, {h / 2} upper = {length}, {h} /
 """, "84, 12", "-0.002, -0.002", 1e-3), *(option.replace("body.", f"body({k}).") for k in (1, 2) for option in order))
@@ -227,16 +224,16 @@ def test_a_strip_of_two_metals_bends(hampm, tmp_path, order):
 
 @pytest.mark.parametrize("crack", ["kind = 'line' tip = 0.01, 0 direction = 1, 0 length = 0.02",
                                    "kind = 'path' points = -0.009, -0.004, 0.009, 0.004"])
-def test_a_crack_in_a_cooled_plate_that_is_held(hampm, tmp_path, crack):
+def test_a_crack_in_a_cooled_plate_that_is_held(hampm, crack):
     """Held at all edges and cooled, the plate without a crack has sigma = E alpha dT/(1 - nu): K is that of this stress on the faces."""
     half, cell, strain = 0.04, 1e-3, 1e-3
     held = "".join(f"&constraint lower = {a}, {b} upper = {c}, {d} fix = 'xy' /\n" for a, b, c, d in (
         (-half, -half, half, -half), (-half, half, half, half), (-half, -half, -half, half), (half, -half, half, half)))
     body = f"&body material = 'a' lower = {-half}, {-half} upper = {half}, {half} "
     grid = ("84, 84", "-0.042, -0.042", cell)
-    cooled = run(hampm, tmp_path, bodies(body + f"eigenstrain = {-strain}, {-strain}, 0 /\n&crack {crack} /\n" + held, *grid,
+    cooled = run(hampm, bodies(body + f"eigenstrain = {-strain}, {-strain}, 0 /\n&crack {crack} /\n" + held, *grid,
                                          estimators=", 'domain_integral'"))
-    pressed = run(hampm, tmp_path, bodies(body + f"/\n&crack {crack} /\n" + held + "&load kind = 'pressure' on = 'crack' pressure = "
+    pressed = run(hampm, bodies(body + f"/\n&crack {crack} /\n" + held + "&load kind = 'pressure' on = 'crack' pressure = "
                                           f"{E * strain / (1 - POISSON)} /\n", *grid, estimators=", 'domain_integral'"))
     for name in ("K_I", "G", "J"):
         assert cooled[name] == pytest.approx(pressed[name], rel=2e-4), name
@@ -246,7 +243,7 @@ def test_a_crack_in_a_cooled_plate_that_is_held(hampm, tmp_path, crack):
 @pytest.mark.parametrize("crack", ["kind = 'line' tip = 0.01, 0 direction = 1, 0 length = 0.02",
                                    "kind = 'path' points = -0.009, -0.004, 0.009, 0.004"])
 @pytest.mark.parametrize(("law", "within"), [("linear_elastic", 1e-9), ("neo_hookean", 3e-3), ("orthotropic", 1e-9)])
-def test_a_plate_that_shrinks_between_its_sides_is_one_whose_sides_move_apart(hampm, tmp_path, crack, order, law, within):
+def test_a_plate_that_shrinks_between_its_sides_is_one_whose_sides_move_apart(hampm, crack, order, law, within):
     """The sides stay in line: displacements differ by the eigenstrain times the place, stress, K, G and J do not; with a law for any strain by some times that of
     1e-3."""
     half, cell, strain = 0.02, 2e-3, 1e-3
@@ -263,7 +260,7 @@ def test_a_plate_that_shrinks_between_its_sides_is_one_whose_sides_move_apart(ha
         text = bodies(text, "24, 24", "-0.024, -0.024", cell, estimators=", 'domain_integral'")
         of_law = LAWS[law] if law == "orthotropic" else "young = 70000000000.0 poisson = 0.3 density = 2000"
         of_law = of_law.replace("young_3 = 20e9", "").replace("poisson_13 = 0.2 poisson_23 = 0.25", "")
-        return run(hampm, tmp_path, text.replace("young = 70000000000.0 poisson = 0.3 density = 2000", f"law = '{law}' {of_law}"), *order)
+        return run(hampm, text.replace("young = 70000000000.0 poisson = 0.3 density = 2000", f"law = '{law}' {of_law}"), *order)
 
     shrinks, moves = plate(-strain, 0.0), plate(0.0, strain)
     assert moves["K_I"] > (0.3 if law == "orthotropic" else 0.7) * E / (1 - POISSON) * strain * math.sqrt(math.pi * 0.0095)
@@ -282,10 +279,10 @@ LAYERS = """&body material = 'a' lower = 0, 0 upper = 0.04, 0.014 /
 
 
 @pytest.mark.parametrize("crack", ["kind = 'path' points = -0.001, 0.0103, 0.02, 0.0103", "kind = 'line' tip = 0.02, 0.01"])
-def test_layers_along_a_crack_leave_j_independent_of_the_path(hampm, tmp_path, crack):
+def test_layers_along_a_crack_leave_j_independent_of_the_path(hampm, crack):
     """What expands beside a crack bends its arm open: discs that end within the layer of the tip have the J of those that reach beyond."""
     text = bodies(LAYERS + f"&crack {crack} /\n", "84, 52", "-0.001, -0.001", 5e-4, estimators=", 'domain_integral' radii = 2e-3, 3e-3, 6e-3, 8e-3")
-    row = run(hampm, tmp_path, text)
+    row = run(hampm, text)
     assert [row[f"J_{k}"] for k in (2, 3, 4)] == pytest.approx(3 * [row["J_1"]], rel=0.01) and row["J_1"] > 0
 
 
