@@ -25,7 +25,7 @@ from scene_fuzzer import try_scenes
 from paths import CHECKED_PROGRAM, PROGRAM
 
 DRIVER = CHECKED_PROGRAM.with_name("fuzz_driver")
-CASES = 800
+CASES = 400
 PROCESSES = 100
 RUNS = 30
 

@@ -78,13 +78,6 @@ def test_gnuplot_draws_an_svg_with_labels(tmp_path, dcb_file):
 
 
 @needs_gnuplot
-def test_gnuplot_draws_without_a_beam_value(tmp_path):
-    result = gnuplot(tmp_path / "g.svg", write_result(tmp_path / "a.h5", beam=None))
-    assert (result.returncode, result.stderr) == (0, "")
-    assert "foundation" not in (tmp_path / "g.svg").read_text()
-
-
-@needs_gnuplot
 @pytest.mark.parametrize("picture, file, code, words", [
     ("g.png", "none.h5", 4, "no such file"), ("g.doc", "none.h5", 2, "does not end in .png or .svg"),
     ("g.png", "no_g_ref.h5", 2, "no attribute G_ref")])
