@@ -5,7 +5,7 @@ module hampm_text
    implicit none
    private
    public :: string_t, to_text, lower_case, nearest_name, printable, did_you_mean, is_letter, is_digit, decimal, &
-             add_line, three_digits, without_rounding, length_text
+             line, add_line, three_digits, without_rounding, length_text
 
    !> Text of any length, so that arrays may hold texts of different lengths.
    type :: string_t
@@ -18,6 +18,13 @@ module hampm_text
    end interface to_text
 
 contains
+
+   !> A text as a line.
+   pure function line(text)
+      character(*), intent(in) :: text
+      character(:), allocatable :: line
+      line = text//new_line('a')
+   end function line
 
    !> An integer as text, without blanks.
    pure function integer_text(number) result(text)

@@ -3,7 +3,7 @@ module hampm_command_line
    use hampm_failure, only: failure_t
    use hampm_kinds, only: dp, long, name_len
    use hampm_settings, only: input_errors_t
-   use hampm_text, only: string_t, did_you_mean, lower_case, printable
+   use hampm_text, only: line, string_t, did_you_mean, lower_case, printable
    use hampm_values, only: parse_real, is_number
    implicit none
    private
@@ -237,11 +237,4 @@ contains
              //line('failed; 4 a file could not be read or written, or an old result is there; 5 stopped before the end,') &
              //line('with a checkpoint to go on from.')
    end function usage_text
-
-   !> A text as a line.
-   pure function line(text)
-      character(*), intent(in) :: text
-      character(:), allocatable :: line
-      line = text//new_line('a')
-   end function line
 end module hampm_command_line

@@ -8,7 +8,7 @@ module hampm_conditions
    use hampm_keys, only: keys, find_group, find_key, first_key, default_count, default_value, is_text
    use hampm_kinds, only: dp
    use hampm_model, only: model_t, cuts_cells, cracks_cut_cells, mass_acts, path_of
-   use hampm_settings, only: settings_t, setting_t
+   use hampm_settings, only: row_of, settings_t, setting_t
    use hampm_values, only: parse_real
    use hampm_load_placement, only: is_on_faces
    implicit none
@@ -135,20 +135,18 @@ contains
       if (settings%entries(entry)%name /= atom%group) return
       holds = atom%kind == is_present
       if (holds .or. .not. settings%good(entry, trim(atom%key))) return
-      associate (group => settings%entries(entry))
-         associate (setting => group%settings(findloc(group%keys == atom%key, .true., dim=1)))
-            select case (atom%kind)
-             case (is_set)
-               holds = setting%given .and. .not. is_default(setting, group%group, trim(atom%key))
-             case (is_one_of, is_none_of)
-               same = position(atom, setting) > 0
-               holds = same .eqv. atom%kind == is_one_of
-             case (is_above)
-               holds = any(setting%numbers > number(atom%values(1)))
-             case (is_below)
-               holds = any(setting%numbers < number(atom%values(1)))
-            end select
-         end associate
+      associate (setting => settings%entries(entry)%settings(row_of(settings%entries(entry), atom%key)))
+         select case (atom%kind)
+          case (is_set)
+            holds = setting%given .and. .not. is_default(setting, settings%entries(entry)%group, trim(atom%key))
+          case (is_one_of, is_none_of)
+            same = position(atom, setting) > 0
+            holds = same .eqv. atom%kind == is_one_of
+          case (is_above)
+            holds = any(setting%numbers > number(atom%values(1)))
+          case (is_below)
+            holds = any(setting%numbers < number(atom%values(1)))
+         end select
       end associate
    end function holds
 
@@ -211,16 +209,14 @@ contains
       if (entry == 0 .or. atom%kind == is_named) return
       text = '&'//settings%title(entry)
       if (atom%kind == is_present) return
-      associate (group => settings%entries(entry))
-         associate (setting => group%settings(findloc(group%keys == atom%key, .true., dim=1)))
-            k = 0
-            if (atom%kind == is_one_of) k = position(atom, setting)
-            if (k > 0 .and. setting%count > 1) then
-               text = text//' '//trim(atom%key)//' = '''//setting%values(k)%text//''''
-            else
-               text = text//' '//trim(atom%key)//' = '//setting%shown()
-            end if
-         end associate
+      associate (setting => settings%entries(entry)%settings(row_of(settings%entries(entry), atom%key)))
+         k = 0
+         if (atom%kind == is_one_of) k = position(atom, setting)
+         if (k > 0 .and. setting%count > 1) then
+            text = text//' '//trim(atom%key)//' = '''//setting%values(k)%text//''''
+         else
+            text = text//' '//trim(atom%key)//' = '//setting%shown()
+         end if
       end associate
    end function shown_atom
 
@@ -286,9 +282,7 @@ contains
       integer :: status
       asks = .false.
       if (.not. (settings%given(output, 'history_interval') .and. settings%good(output, 'history_interval'))) return
-      associate (group => settings%entries(output))
-         call parse_real(group%settings(findloc(group%keys == 'history_interval', .true., dim=1))%values(1)%text, wanted, status)
-      end associate
+      call parse_real(settings%text(output, 'history_interval'), wanted, status)
       asks = wanted > 0 .and. abs(wanted - settings%number(output, 'history_interval')) > alike*wanted
    end function asks_for_other_samples
 end module hampm_conditions

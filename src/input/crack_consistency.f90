@@ -110,27 +110,18 @@ contains
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_geometry        !! whether grid, bodies and crack are without mistakes
-      integer :: entry
+      integer :: entry, i
       entry = settings%find('energy_release', 1)
       if (settings%good(entry, 'estimators') .and. model%energy_release%needs_radii() .and. has_geometry .and. &
           settings%good(entry, 'radii') .and. surroundings_good(model, settings)) call check_path_radii(model, settings, entry)
-      if (model%energy_release%has('stress_closure') .and. has_geometry .and. any_on_faces(model)) &
+      if (model%energy_release%has('stress_closure') .and. has_geometry .and. &
+          any([(any(model%loads(i)%kind == ['traction', 'pressure']) .and. &
+                any(path_at(model, model%loads(i)%lower, model%loads(i)%upper) > 0), i=1, size(model%loads))])) &
          call settings%complain(entry, 'estimators', '''stress_closure'' is not defined with tractions on the faces '// &
                                 'of the crack; use ''nodal_force'' or ''domain_integral''')
       if (.not. settings%good(entry, 'reference')) return
       if (model%energy_release%reference == 'dcb') call check_dcb(model, settings, entry)
    end subroutine check_energy_release
-
-   !> Whether a traction acts on a face of the crack.
-   pure logical function any_on_faces(model) result(any_on)
-      type(model_t), intent(in) :: model
-      integer :: i
-      any_on = .false.
-      do i = 1, size(model%loads)
-         if (model%loads(i)%kind == 'traction' .or. model%loads(i)%kind == 'pressure') &
-            any_on = any_on .or. any(path_at(model, model%loads(i)%lower, model%loads(i)%upper) > 0)
-      end do
-   end function any_on_faces
 
    !> Whether it is known where all loads and constraints are, and what these hold.
    pure logical function surroundings_good(model, settings) result(good)

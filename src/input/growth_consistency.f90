@@ -61,8 +61,12 @@ contains
          if (mod(size(settings%numbers(entry, 'points')), ndim) /= 0) call settings%complain(entry, 'points', &
             'must be x, y of each point')
          do i = 1, size(model%materials)
-            rayleigh = rayleigh_of(model, i)
-            if (growth%law == 'prescribed' .and. growth%speed >= rayleigh) then
+            associate (of => model%materials(i))
+               if (growth%law /= 'prescribed' .or. .not. (of%young > 0 .and. of%density > 0 .and. of%poisson > -1 .and. &
+                                                          of%poisson < 0.5_dp)) cycle
+            end associate
+            rayleigh = rayleigh_speed(material_of(model, i))
+            if (growth%speed >= rayleigh) then
                call settings%complain(entry, 'speed', 'must be below the speed of Rayleigh waves, '//to_text(rayleigh)// &
                                       ' m/s: the energy release rate of a faster crack is negative')
                exit
@@ -77,17 +81,6 @@ contains
          end do
       end associate
    end subroutine check_keys_in_motion
-
-   !> Speed of Rayleigh waves in a material, huge where that is not known [m/s].
-   real(dp) function rayleigh_of(model, i) result(speed)
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: i
-      speed = huge(speed)
-      associate (of => model%materials(i))
-         if (of%young > 0 .and. of%density > 0 .and. of%poisson > -1 .and. of%poisson < 0.5_dp) &
-            speed = rayleigh_speed(material_of(model, i))
-      end associate
-   end function rayleigh_of
 
    !> Check the k-th one.
    subroutine check_one(model, settings, k, has_bodies)

@@ -3,12 +3,10 @@ module hampm_key_reference
    use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required, is_assumed
    use hampm_keys, only: groups, keys, first_key, key_count, joined_choices, is_text
    use hampm_namelist_text, only: example_list
-   use hampm_text, only: to_text
+   use hampm_text, only: line, to_text
    implicit none
    private
-   public :: reference_text, line
-
-   character, parameter :: line_feed = new_line('a')
+   public :: reference_text
 
 contains
 
@@ -96,11 +94,4 @@ contains
       character(:), allocatable :: sentence
       sentence = achar(iachar(text(1:1)) - iachar('a') + iachar('A'))//text(2:)//'.'
    end function sentence
-
-   !> A text as a line.
-   pure function line(text)
-      character(*), intent(in) :: text
-      character(:), allocatable :: line
-      line = text//line_feed
-   end function line
 end module hampm_key_reference

@@ -79,7 +79,7 @@ contains
          end do
          limit = step*chosen_speed(model)
          if (any(model%materials%law == 'orthotropic')) limit = limit*of_anisotropy
-         if (several_materials(model)) limit = limit*of_contrast
+         if (any(model%bodies%material_index /= model%bodies(1)%material_index)) limit = limit*of_contrast
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(model)) limit = limit*of_hanging_nodes
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. size(model%growth) > 0) limit = limit*of_growth
          if (method%time_steps == 'local') limit = limit*of_local_steps
@@ -101,15 +101,10 @@ contains
          if (method%frame == 'updated' .and. .not. method%has_domains()) &
             courant = min(courant, merge(crossing_full, crossing, method%mass == 'full' .or. method%mass == 'partial'))
       end associate
-      courant = rounded_down(min(courant, default_part*damping_limit(model), most))
+      if (model%damping%rate > 0) & ! which takes all of a velocity in a step at the limit
+         courant = min(courant, default_part*(most_damping_a_step/model%damping%rate/smallest_cell(model)*chosen_speed(model)))
+      courant = rounded_down(min(courant, most))
    end function default_courant
-
-   !> The courant number at which damping takes all of a velocity in a step.
-   real(dp) function damping_limit(model) result(limit)
-      type(model_t), intent(in) :: model
-      limit = huge(limit)
-      if (model%damping%rate > 0) limit = most_damping_a_step/model%damping%rate/smallest_cell(model)*chosen_speed(model)
-   end function damping_limit
 
    !> The wave speed that courant refers to, the largest of any material [m/s].
    real(dp) function chosen_speed(model) result(speed)
@@ -319,12 +314,6 @@ contains
                  .and. all(abs((a%upper - a%lower) - (b%upper - b%lower)) <= tolerance(model%grid)) &
                  .and. all(abs(place_in_cell(model, a) - place_in_cell(model, b)) <= grace)
    end function is_alike
-
-   !> Whether bodies are of several materials.
-   pure logical function several_materials(model) result(several)
-      type(model_t), intent(in) :: model
-      several = any(model%bodies%material_index /= model%bodies(1)%material_index)
-   end function several_materials
 
    !> Whether cells may refine.
    pure logical function refines(model)

@@ -136,9 +136,9 @@ contains
       type(load_spec_t), intent(in) :: load
       integer, intent(in) :: entry                 !! position of the group
       type(settings_t), intent(inout) :: settings
-      real(dp) :: tol
+      real(dp) :: tol, normal(ndim)
       logical :: found, misses
-      integer :: i
+      integer :: i, sides
       tol = tolerance(model%grid)
       call check_face(model, load, entry, settings, misses)
       if (misses) return
@@ -163,7 +163,10 @@ contains
       if (load%kind == 'point' .and. any(load%upper - load%lower > tol)) then
          call settings%complain(entry, 'upper', 'must equal lower = '//point_text(load%lower)//' for a point load')
       else if (found) then
-         if (load%kind == 'pressure') call check_edge(model, load, entry, settings)
+         sides = 1
+         if (load%kind == 'pressure') call find_edge_normal(model, load, normal, sides)
+         if (sides > 1) call settings%complain(entry, 'lower', 'the line up to '//point_text(load%upper)// &
+                                               ' is the edge of bodies on both sides: a pressure acts on a free edge')
       else if (load%kind == 'point') then
          call settings%complain(entry, 'lower', 'the point of a load must be in or on a body')
       else if (load%kind == 'body') then
@@ -180,19 +183,6 @@ contains
                                 ' must lie on one edge of a body: a '//trim(load%kind)//' acts on an edge')
       end if
    end subroutine check_place
-
-   !> The edge on which a pressure acts is one of a body on one side of it, and of no crack.
-   pure subroutine check_edge(model, load, entry, settings)
-      type(model_t), intent(in) :: model
-      type(load_spec_t), intent(in) :: load
-      integer, intent(in) :: entry                 !! position of the group
-      type(settings_t), intent(inout) :: settings
-      real(dp) :: normal(ndim)
-      integer :: sides
-      call find_edge_normal(model, load, normal, sides)
-      if (sides > 1) call settings%complain(entry, 'lower', 'the line up to '//point_text(load%upper)// &
-                                            ' is the edge of bodies on both sides: a pressure acts on a free edge')
-   end subroutine check_edge
 
    !> Look whether a load misses the face of a crack: a face is one of a crack with two, and what acts on the line of such a
    !> crack needs to say on which.

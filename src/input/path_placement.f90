@@ -2,14 +2,14 @@
 !> the checks of the input and for the assembly; in the run `cracks_t` knows where cracks are.
 module hampm_path_placement
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_lines, only: length_of
+   use hampm_crack_lines, only: distance_to_segment, length_of
    use hampm_crack_placement, only: is_covered, covered_radius, distance_to_loads, distance_to_constraints
    use hampm_placement, only: tolerance
    use hampm_model, only: model_t, path_spec_t
    implicit none
    private
    public :: path_tips, path_reaches, path_mouth, path_tip, path_direction, path_radius, clear_radius, held_part, to_surface, &
-             room_around, distance_to_cracks, distance_to_segment, length_along, is_inside, first_end, last_end
+             room_around, distance_to_cracks, length_along, is_inside, first_end, last_end
 
    integer, parameter :: first_end = 1, last_end = 2
    real(dp), parameter :: to_surface = 2         !! cells by which an end at a surface is continued
@@ -170,15 +170,6 @@ contains
          way = way - length
       end do
    end function place_along
-
-   !> Distance of a point from the segment between two others [m].
-   pure real(dp) function distance_to_segment(x, a, b) result(distance)
-      real(dp), intent(in) :: x(ndim), a(ndim), b(ndim) !! [m]
-      real(dp) :: t
-      t = 0
-      if (sum((b - a)**2) > 0) t = min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)
-      distance = norm2(x - a - t*(b - a))
-   end function distance_to_segment
 
    !> Distance of a point from all paths but one [m]; huge where there are no others.
    pure real(dp) function distance_to_cracks(model, x, but) result(distance)

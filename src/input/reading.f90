@@ -131,24 +131,20 @@ contains
       source = '--set '//printable(text, 60)
       equals = index(text, '=')
       dot = index(text(:max(equals, 1)), '.')
-      if (equals < 2 .or. dot < 2) then
-         call settings%errors%add(source// &
-                                  ': must have the form group.key=value, or group(2).key=value for the second of its name')
-         return
+      group = 0
+      key = 0
+      message = 'must have the form group.key=value, or group(2).key=value for the second of its name'
+      if (equals > 1 .and. dot > 1) then
+         call split_instance(trim(adjustl(text(:dot - 1))), name, instance)
+         group = find_group(name)
+         message = unknown_group(name)
       end if
-      call split_instance(trim(adjustl(text(:dot - 1))), name, instance)
-      group = find_group(name)
-      if (group == 0) then
-         call settings%errors%add(source//': '//unknown_group(name))
-         return
+      if (group > 0) then
+         name = lower_case(trim(adjustl(text(dot + 1:equals - 1))))
+         key = find_key(group, name)
+         message = unknown_key(group, name)
       end if
-      name = lower_case(trim(adjustl(text(dot + 1:equals - 1))))
-      key = find_key(group, name)
-      if (key == 0) then
-         call settings%errors%add(source//': '//unknown_key(group, name))
-         return
-      end if
-      call choose_entry(settings, group, instance, source, entry, message)
+      if (key > 0) call choose_entry(settings, group, instance, source, entry, message)
       if (message /= '') then
          call settings%errors%add(source//': '//message)
          return

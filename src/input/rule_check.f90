@@ -4,8 +4,8 @@ module hampm_rule_check
    use hampm_conditions, only: atom_t, parse_condition, holds, shown_atom
    use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, noted_with
    use hampm_model, only: model_t, fill_model
-   use hampm_settings, only: settings_t, setting_t
-   use hampm_keys, only: is_text, keys, find_group, find_key, first_key
+   use hampm_settings, only: row_of, settings_t, setting_t
+   use hampm_keys, only: is_text, keys, first_key
    use hampm_text, only: add_line
    use hampm_values, only: parse_real
    implicit none
@@ -28,7 +28,7 @@ module hampm_rule_check
    !> A place where a rule is broken.
    type :: breach_t
       integer :: rule = 0
-      integer :: entry = 0                       !! position of the group, 0 for none
+      integer :: entry = 0                       !! position of the group
    end type breach_t
 
 contains
@@ -40,6 +40,7 @@ contains
       character(:), allocatable, intent(inout) :: warnings, notes !! a line each
       type(breach_t), allocatable :: breaches(:)
       type(reading_t) :: reading
+      type(atom_t), allocatable :: atoms(:)
       character(:), allocatable :: message
       logical :: broken(size(rules))
       integer :: k
@@ -56,7 +57,7 @@ contains
             end if
             select case (rule%verdict)
              case (not_with, requires)
-               call settings%errors%add(location_of(reading%subject(1)%key, settings, breaches(k)%entry)//': '//message)
+               call settings%errors%add(settings%location(breaches(k)%entry, trim(reading%subject(1)%key))//': '//message)
              case (noted_with)
                call add_line(notes, message)
              case default
@@ -65,7 +66,11 @@ contains
          end associate
       end do
       do k = 1, size(breaches)
-         if (any(rules(breaches(k)%rule)%verdict == [not_with, requires])) call mark(breaches(k), settings)
+         associate (rule => rules(breaches(k)%rule), group => settings%entries(breaches(k)%entry))
+            call parse_condition(rule%subject, atoms)
+            if (any(rule%verdict == [not_with, requires]) .and. atoms(1)%key /= '') &
+               group%settings(row_of(group, atoms(1)%key))%good = .false.
+         end associate
       end do
    end subroutine check_rules
 
@@ -237,7 +242,7 @@ contains
       type(rule_t), intent(in) :: rule
       type(reading_t), intent(in) :: reading
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry               !! position of the group, 0 for none, here and below
+      integer, intent(in) :: entry               !! position of the group, here and below
       character(:), allocatable :: message, other
       integer :: i
       associate (subject => reading%subject, met_by => reading%met_by)
@@ -318,35 +323,6 @@ contains
       end do
    end function with_or
 
-   !> Where a rule is broken: the line of its first key.
-   pure function location_of(key, settings, entry) result(location)
-      character(*), intent(in) :: key            !! '' for none
-      type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry
-      character(:), allocatable :: location
-      integer :: row
-      location = settings%file
-      if (entry == 0) return
-      associate (group => settings%entries(entry))
-         location = group%location
-         if (key == '') return
-         row = findloc(group%keys == key, .true., dim=1)
-         if (allocated(group%settings(row)%location)) location = group%settings(row)%location
-      end associate
-   end function location_of
-
-   !> Mark the first key of a rule that refuses a model.
-   pure subroutine mark(breach, settings)
-      type(breach_t), intent(in) :: breach
-      type(settings_t), intent(inout) :: settings
-      type(atom_t), allocatable :: atoms(:)
-      integer :: row
-      call parse_condition(rules(breach%rule)%subject, atoms)
-      if (breach%entry == 0 .or. atoms(1)%key == '') return
-      row = findloc(settings%entries(breach%entry)%keys == atoms(1)%key, .true., dim=1)
-      settings%entries(breach%entry)%settings(row)%good = .false.
-   end subroutine mark
-
    !> Whether a model may take an advice: with it no rule refuses the model that did not before. Advice in words always may be taken.
    pure logical function is_allowed(advice, entry, settings, broken)
       character(*), intent(in) :: advice
@@ -367,11 +343,9 @@ contains
          do i = 1, size(atoms)
             associate (group => changed%entries(k))
                if (group%name /= atoms(i)%group .or. atoms(i)%choices == 0) cycle
-               if (entry > 0) then
-                  if (settings%entries(entry)%name == group%name .and. k /= entry) cycle
-               end if
-               row = findloc(group%keys == atoms(i)%key, .true., dim=1)
-               call give(group%settings(row), find_group(trim(atoms(i)%group)), trim(atoms(i)%key), trim(atoms(i)%values(1)))
+               if (settings%entries(entry)%name == group%name .and. k /= entry) cycle
+               row = row_of(group, atoms(i)%key)
+               call give(group%settings(row), is_text(keys(first_key(group%group) + row - 1)), trim(atoms(i)%values(1)))
             end associate
          end do
       end do
@@ -383,16 +357,16 @@ contains
    end function is_allowed
 
    !> Give a setting one value.
-   pure subroutine give(setting, group, name, value)
+   pure subroutine give(setting, of_text, value)
       type(setting_t), intent(inout) :: setting
-      integer, intent(in) :: group               !! row of its group
-      character(*), intent(in) :: name, value    !! of the key, and what it gets
+      logical, intent(in) :: of_text             !! whether its values are text
+      character(*), intent(in) :: value
       integer :: status
       setting%good = .true.
       setting%given = .true.
       if (setting%count < 1) return
       setting%count = 1
       setting%values(1)%text = value
-      if (.not. is_text(keys(first_key(group) + find_key(group, name) - 1))) call parse_real(value, setting%numbers(1), status)
+      if (.not. of_text) call parse_real(value, setting%numbers(1), status)
    end subroutine give
 end module hampm_rule_check

@@ -1,12 +1,11 @@
 !> The table of rules as text, which `--rules` prints: docs/key_rules.md is this text, and `--json` the same for programs.
 module hampm_rule_reference
    use hampm_choice_sets, only: expanded
-   use hampm_key_reference, only: line
    use hampm_keys, only: groups
    use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, &
                           mechanics, not_built, by_meaning
    use hampm_rule_check, only: required_text, with_or, words
-   use hampm_text, only: to_text
+   use hampm_text, only: line, to_text
    implicit none
    private
    public :: rules_text, rules_json
@@ -42,7 +41,6 @@ contains
       do g = 1, size(groups)
          text = text//section('## &'//trim(groups(g)%name), trim(groups(g)%name))
       end do
-      text = text//section('## Others', '')
    end function rules_text
 
    !> How many rules have a verdict.
@@ -51,26 +49,18 @@ contains
       number = count(rules%verdict == verdict)
    end function number
 
-   !> The rules whose message is about a group, or about none; '' where there are no such rules.
+   !> The rules whose message is about a group; '' where there are no such rules.
    pure function section(title, group) result(text)
       character(*), intent(in) :: title, group
       character(:), allocatable :: text
       integer :: k
       text = ''
       do k = 1, size(rules)
-         if (group_of(rules(k)) /= group) cycle
+         if (rules(k)%subject(2:index(rules(k)%subject, ' ') - 1) /= group) cycle
          if (text == '') text = line('')//line(title)//line('')
          text = text//line('- '//sentence(rules(k)))
       end do
    end function section
-
-   !> Name of the group that the message of a rule is about, '' for none.
-   pure function group_of(rule) result(group)
-      type(rule_t), intent(in) :: rule
-      character(:), allocatable :: group
-      group = ''
-      if (rule%subject(1:1) == '&') group = rule%subject(2:index(rule%subject, ' ') - 1)
-   end function group_of
 
    !> A rule as a sentence.
    pure function sentence(rule) result(text)

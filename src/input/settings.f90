@@ -8,7 +8,7 @@ module hampm_settings
    use hampm_failure, only: failure_t, exit_input
    implicit none
    private
-   public :: value_t, setting_t, group_entry_t, settings_t, input_errors_t
+   public :: row_of, value_t, setting_t, group_entry_t, settings_t, input_errors_t
 
    integer, parameter :: most_shown = 50           !! a file that is no namelist at all would fill the screen
 
@@ -72,6 +72,7 @@ module hampm_settings
       procedure :: set_text
       procedure :: title
       procedure :: complain
+      procedure :: location
    end type settings_t
 
 contains
@@ -309,15 +310,26 @@ contains
       integer, intent(in) :: entry
       character(*), intent(in) :: key
       character(*), intent(in) :: message
-      character(:), allocatable :: location, note
+      character(:), allocatable :: note
       associate (group => self%entries(entry), setting => self%entries(entry)%settings(row_of(self%entries(entry), key)))
-         location = group%location
-         if (allocated(setting%location)) location = setting%location
          note = ': '
          if (.not. setting%given) note = ' (default): '
-         call self%errors%add(location//': &'//trim(group%name)//' '//key//' = '//setting%shown()//note//message)
+         call self%errors%add(self%location(entry, key)//': &'//trim(group%name)//' '//key//' = '//setting%shown()//note//message)
       end associate
    end subroutine complain
+
+   !> Where a key of a group is set or, where it is not or has no name, where the group begins.
+   pure function location(self, entry, key)
+      class(settings_t), intent(in) :: self
+      integer, intent(in) :: entry
+      character(*), intent(in) :: key
+      character(:), allocatable :: location
+      location = self%entries(entry)%location
+      if (key == '') return
+      associate (setting => self%entries(entry)%settings(row_of(self%entries(entry), key)))
+         if (allocated(setting%location)) location = setting%location
+      end associate
+   end function location
 
    !> Note one mistake.
    pure subroutine add(self, message)

@@ -1,9 +1,9 @@
 !> Whether bodies and holes have the shapes that a model gives them: every key that a shape needs and none that it does not, lines without
 !> crossings, holes inside bodies.
 module hampm_shape_consistency
+   use hampm_crack_lines, only: distance_to_segment
    use hampm_kinds, only: dp, ndim
    use hampm_outline, only: outline_t, ring_t
-   use hampm_path_placement, only: distance_to_segment
    use hampm_placement, only: point_text
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t

@@ -3,7 +3,7 @@ module hampm_crack_lines
    use hampm_kinds, only: dp, ndim
    implicit none
    private
-   public :: line_t, length_of, both_faces, left_face, right_face
+   public :: line_t, length_of, distance_to_segment, both_faces, left_face, right_face
 
    integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! which faces of a line have material
 
@@ -69,6 +69,14 @@ contains
       integer :: k
       length = sum([(norm2(points(:, k) - points(:, k - 1)), k=2, size(points, 2))])
    end function length_of
+
+   !> Distance of a point from a segment [m].
+   pure real(dp) function distance_to_segment(x, a, b) result(distance)
+      real(dp), intent(in) :: x(ndim), a(ndim), b(ndim) !! and its ends, which may be the same [m]
+      associate (t => dot_product(x - a, b - a)/max(sum((b - a)**2), tiny(1.0_dp)))
+         distance = norm2(x - a - min(max(t, 0.0_dp), 1.0_dp)*(b - a))
+      end associate
+   end function distance_to_segment
 
    !> A polyline without the last part of a length, or without the first [m].
    pure function shortened(points, by, from_first) result(shorter)

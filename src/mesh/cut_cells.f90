@@ -15,7 +15,7 @@ module hampm_cut_cells
    use hampm_kinds, only: dp, ndim, long
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_forest, only: forest_t, outside, level_width
-   use hampm_crack_lines, only: both_faces, line_t
+   use hampm_crack_lines, only: both_faces, distance_to_segment, line_t
    implicit none
    private
    public :: cut_cells_t, end_leaf_t, place_of_copy, divides, side_of_ties, is_between, nearly_none, on_line, sample, &
@@ -368,7 +368,7 @@ contains
       if (self%pieces_of(leaf) < 2) return
       x = self%follow(origin)
       do k = self%first_near(self%entry(leaf)), self%first_near(self%entry(leaf) + 1) - 1
-         is_on_line = distance_to(self%segment(:, :, self%near(k)), x) <= self%slack
+         is_on_line = distance_to_segment(x, self%segment(:, 1, self%near(k)), self%segment(:, 2, self%near(k))) <= self%slack
          if (is_on_line) return
       end do
    end function is_on_line
@@ -387,7 +387,7 @@ contains
       last = 0
       do k = self%first_near(self%entry(leaf)), self%first_near(self%entry(leaf) + 1) - 1
          associate (a => self%segment(:, 1, self%near(k)), b => self%segment(:, 2, self%near(k)))
-            if (distance_to(self%segment(:, :, self%near(k)), x) > self%slack) cycle
+            if (distance_to_segment(x, self%segment(:, 1, self%near(k)), self%segment(:, 2, self%near(k))) > self%slack) cycle
             left = [a(2) - b(2), b(1) - a(1)]/norm2(b - a)
             if (last == 0) then
                normal = left
@@ -401,15 +401,6 @@ contains
          end associate
       end do
    end function normal_at
-
-   !> Distance of a point from a segment [m].
-   pure real(dp) function distance_to(segment, x) result(distance)
-      real(dp), intent(in) :: segment(ndim, 2)   !! its ends [m]
-      real(dp), intent(in) :: x(ndim)            !! [m]
-      associate (a => segment(:, 1), b => segment(:, 2))
-         distance = norm2(x - a - min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)*(b - a))
-      end associate
-   end function distance_to
 
    !> The sample in whose part of a leaf a point is.
    pure function sample_at(forest, leaf, x) result(at)

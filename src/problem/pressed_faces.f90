@@ -14,6 +14,7 @@
 !> faces as they were, in both frames.
 module hampm_pressed_faces
    use hampm_kinds, only: dp, ndim
+   use hampm_crack_lines, only: distance_to_segment
    use hampm_cut_cells, only: cut_cells_t, divides
    use hampm_loads, only: load_t, note_hosts
    use hampm_problem, only: problem_t
@@ -127,7 +128,7 @@ contains
          call find_rectangle(p, i, x, edges)
          edge = maxval(edges)
          do k = 2, size(points, 2)
-            is_near(i) = distance_to(x, points(:, k - 1), points(:, k)) < 3*edge
+            is_near(i) = distance_to_segment(x, points(:, k - 1), points(:, k)) < 3*edge
             if (is_near(i)) exit
          end do
          if (is_near(i)) width = max(width, edge)
@@ -135,14 +136,6 @@ contains
       width = 1.5_dp*width                       ! centroids of halves are aside of the middle of their rectangles
       near = pack([(i, i=1, p%n)], is_near)
    end subroutine list_near
-
-   !> Distance of a place from the segment between two others [m].
-   pure real(dp) function distance_to(x, a, b) result(distance)
-      real(dp), intent(in) :: x(ndim), a(ndim), b(ndim) !! [m]
-      real(dp) :: t
-      t = dot_product(x - a, b - a)/max(sum((b - a)**2), tiny(t))
-      distance = norm2(x - a - min(max(t, 0.0_dp), 1.0_dp)*(b - a))
-   end function distance_to
 
    !> Order numbers by their bins; those of a bin stay in their order.
    pure subroutine sort_into_bins(bin, n_bins, first, order)
