@@ -30,7 +30,7 @@ OWN = {"case": ("1", "name of the case"), "outcome": ("1", "how it ended"), "mes
        "starts": ("1", "number of times that it was started"), "cpu_seconds": ("s", "processor time of its runs"),
        "wall_seconds": ("s", "wall time of its runs"), "peak_megabytes": ("MB", "peak memory of its runs")}
 ATTRIBUTES = {"G_ref": ("J/m2", "reference value of G"), "G_beam_on_foundation": ("J/m2", "G of the beam on an elastic foundation"),
-              "distance_from_rest": ("1", "how far the last values are from those at rest, relative to these")}
+              "distance_to_equilibrium": ("1", "how far the last values are from those at rest, relative to these")}
 
 
 def main(arguments=None):

@@ -6,13 +6,13 @@ A sweep is a YAML file; docs/batches.md explains its keys:
     namelist: dcb.nml                 the scene, beside the sweep file
     output: ../results/sweep          folder of the cases and the table
     product:                          every value with every other one; keys are those of --set
-      method.mass: [lumped, full]
+      method.mass: [lumped, consistent]
       grid.cell, grid.cells:          keys that change together
         - [2.5e-3, [40, 5]]
         - [1.25e-3, [80, 9]]
     cases:                            a list of cases, beside the product or in its place
       - {method.scheme: usl, method.courant: 0.05}
-    columns: [G_nodal_force_I, J]     of the history, for the table: last values; default: all
+    columns: [G_vcct_I, J]     of the history, for the table: last values; default: all
     mean: 2e-4                        and means over so much time at the end [s]; default: none
     threads: 1                        of a case
     memory: 500                       of a case [MB]; default: what `hampm --check` says it needs
@@ -179,7 +179,7 @@ class Reader:
         value = self.items.get("columns", ["*"])
         value = value if isinstance(value, list) else [value]
         if not value or not all(isinstance(item, str) and item for item in value):
-            self.note(self.label("columns"), "columns: a list of names is needed, such as [G_nodal_force_I, J]")
+            self.note(self.label("columns"), "columns: a list of names is needed, such as [G_vcct_I, J]")
         return tuple(map(str, value))
 
     def cases(self):

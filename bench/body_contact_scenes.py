@@ -72,7 +72,7 @@ DROP = """
 &constraint lower = 0.08, 0.0 upper = 0.08, 0.0 fix = 'y' /
 &crack {crack} /
 &contact bodies = 'frictionless' /
-&method frame = 'updated' mass = 'blend' /
+&method frame = 'updated' mass = 'weighted' /
 &energy_release estimators = 'domain_integral' /
 &output history_interval = {sample} snapshot_interval = {end} /
 """

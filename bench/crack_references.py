@@ -111,13 +111,13 @@ def slip(arguments):
 
 
 def wave(arguments):
-    for mass in ("lumped", "blend"):
+    for mass in ("lumped", "weighted"):
         for tip, found in wave_errors(Histories(arguments)(wave_scene(0.25e-3, mass))).items():
             yield f"c4, {mass}, {tip} tip: K_I, K_II [%]", [rms(each) for each in found]
 
 
 def motion(arguments):
-    error, _ = benchmark_errors(Histories(arguments)(benchmark_scene(0.05, "blend")), 0.05)
+    error, _ = benchmark_errors(Histories(arguments)(benchmark_scene(0.05, "weighted")), 0.05)
     yield "c2, 1500 m/s: K_I, mean, scatter [%]", (f"{100 * np.mean(error):.2f}", f"{100 * np.std(error):.2f}")
     for part in (0.2, 0.4):
         speed = part * RAYLEIGH

@@ -412,7 +412,7 @@ def wave_errors(history):
 def wave(program, arguments):
     """The reflections from the edges come after the window, and the sides are held as in a plane wave."""
     out = [("mass", "cell", "tip", "K_I %", "K_II %")]
-    for mass, cell in (("lumped", 0.25e-3), ("lumped", 0.125e-3), ("blend", 0.25e-3), ("blend", 0.125e-3)):
+    for mass, cell in (("lumped", 0.25e-3), ("lumped", 0.125e-3), ("weighted", 0.25e-3), ("weighted", 0.125e-3)):
         program(wave_scene(cell, mass))
         with h5py.File(program.folder / "cracks.h5") as file:
             found = wave_errors({name: column[:] for name, column in file["history"].items()})

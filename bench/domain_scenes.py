@@ -16,13 +16,13 @@ SQUARE = """\
 &run end_time = {end!r}  plane = 'strain' /
 &grid lower = 0, 0  cell = {cell!r}  cells = {cells} /
 &body material = 'a'  lower = {lower}  upper = {upper}  points_per_cell = 2  spin = {spin!r}  velocity = {velocity} /
-&method frame = 'updated'  functions = '{functions}'  scheme = '{scheme}'  mass = '{mass}' {method} /
-&energy_release estimators = 'energy_balance' /
+&method frame = 'updated'  shape_functions = '{functions}'  scheme = '{scheme}'  mass = '{mass}' {method} /
+&energy_release energy_balance = .true. /
 &output history_interval = {interval!r}  snapshot_interval = {end!r} /
 """
 
 
-def square(turns, scheme="usl", mass="full", functions="cpdi", method="", cell=0.2, lower="0.63, 0.61", upper="1.63, 1.61",
+def square(turns, scheme="usl", mass="consistent", functions="cpdi", method="", cell=0.2, lower="0.63, 0.61", upper="1.63, 1.61",
            cells="12, 12", spin=2 * math.pi, velocity="0, 0"):
     """A square of 1 m somewhere in its cells. Where it turns once in a second its corners have a tenth of the speed of its waves, and the
     vibration with which it begins has a hundredth of its energy."""
@@ -73,7 +73,7 @@ BAR = """\
 &constraint lower = 0, {top}  upper = 1, {top}  fix = 'y' /
 &load kind = 'gravity'  acceleration = 0, {gravity!r}  history = 'ramp'  rise_time = {rise!r} /
 &damping rate = {rate!r} /
-&method frame = 'updated'  functions = 'cpdi'  scheme = 'usl'  mass = 'full' /
+&method frame = 'updated'  shape_functions = 'cpdi'  scheme = 'usl'  mass = 'consistent' /
 &output snapshot_interval = {end!r} /
 """
 

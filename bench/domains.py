@@ -1,4 +1,4 @@
-"""Particles with domains, functions = 'cpdi', beside bilinear functions: the tables of docs/domains.md.
+"""Particles with domains, shape_functions = 'cpdi', beside bilinear functions: the tables of docs/domains.md.
 
     turns        ten turns of a free square: angular momentum, energy, the audit
     cantilever   bent by 0.6 of its length, over the cell, against equilibrium in the total frame
@@ -19,17 +19,17 @@ from domain_scenes import change, deflection, elongation_error, energy, square
 from scene_runs import run_scene
 from tables import command_line, write
 
-DOMAINS = "frame = 'updated'  functions = 'cpdi'  scheme = 'usl'  mass = 'full'"
-LINEAR = "frame = 'updated'  functions = 'linear'  scheme = 'usl'  mass = 'lumped'"
+DOMAINS = "frame = 'updated'  shape_functions = 'cpdi'  scheme = 'usl'  mass = 'consistent'"
+LINEAR = "frame = 'updated'  shape_functions = 'linear'  scheme = 'usl'  mass = 'lumped'"
 DAMPED = {"end": 24.0, "rise": 6.0, "more": "&damping rate = 0.9 /\n"}
 
 
 def turns(program, folder):
     """The changes are the largest of ten turns."""
     yield "functions", "scheme", "mass", "turns", "angular momentum", "energy", "audit"
-    for functions, scheme, mass, count in (("cpdi", "usl", "full", 10), ("cpdi", "usf", "full", 10), ("cpdi", "usavg", "full", 10),
-                                           ("cpdi", "musl", "full", 10), ("cpdi", "usl", "blend", 10), ("cpdi", "usl", "fmpm", 10),
-                                           ("cpdi", "usl", "lumped", 10), ("linear", "musl", "lumped", 2), ("linear", "usf", "full", 2)):
+    for functions, scheme, mass, count in (("cpdi", "usl", "consistent", 10), ("cpdi", "usf", "consistent", 10), ("cpdi", "usavg", "consistent", 10),
+                                           ("cpdi", "musl", "consistent", 10), ("cpdi", "usl", "weighted", 10), ("cpdi", "usl", "fmpm", 10),
+                                           ("cpdi", "usl", "lumped", 10), ("linear", "musl", "lumped", 2), ("linear", "usf", "consistent", 2)):
         try:
             row, _ = run_scene(program, folder, square(count, spin=math.pi, functions=functions, scheme=scheme, mass=mass))
         except RuntimeError:
@@ -68,7 +68,7 @@ def bar(program, folder):
 def cost(program, folder, turns_of_each=3):
     """Medians of the ratios of runs in turn, without the start: differences of two lengths."""
     yield "scheme", "mass", "CPU a particle and step, ns: linear", "cpdi", "ratio", "ratio of the same motion"
-    for scheme, mass in (("musl", "lumped"), ("usf", "lumped"), ("usavg", "lumped"), ("musl", "full")):
+    for scheme, mass in (("musl", "lumped"), ("usf", "lumped"), ("usavg", "lumped"), ("musl", "consistent")):
         found = []
         for _ in range(turns_of_each):
             pair = []
@@ -82,7 +82,7 @@ def cost(program, folder, turns_of_each=3):
 
 def spent(program, folder, text):
     """Processor time and steps of a run."""
-    text = text.replace("&energy_release estimators = 'energy_balance' /\n", "")
+    text = text.replace("&energy_release energy_balance = .true. /\n", "")
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     history, _ = run_scene(program, folder, text, ["output.history_interval=4e-3"])
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -31,7 +31,7 @@ def main():
         for cell, points, poisson, plane in variants(part):
             history = at_rest(arguments.program, part, cell, points, poisson, plane)
             modulus = YOUNG / (1 - poisson**2) if plane == "strain" else YOUNG
-            errors = [abs(history[f"K_{m}"]) / np.sqrt(modulus * abs(history[f"G_nodal_force_{m}"])) - 1 for m in MODES[part]]
+            errors = [abs(history[f"K_{m}"]) / np.sqrt(modulus * abs(history[f"G_vcct_{m}"])) - 1 for m in MODES[part]]
             rows.append([cell, points, poisson, plane] + [f"{100 * error:.2f}" for error in errors])
         write(rows, part.replace(" ", "_"), arguments.output)
 

@@ -43,7 +43,7 @@ def columns_of(specimen):
     known = {"J": sum(specimen.g)}
     for mode, g in zip(("I", "II"), specimen.g):
         if g > 0:
-            known |= {f"G_nodal_force_{mode}": g, f"G_domain_{mode}": g, f"K_{mode}": sqrt(specimen.modulus * g)}
+            known |= {f"G_vcct_{mode}": g, f"G_domain_{mode}": g, f"K_{mode}": sqrt(specimen.modulus * g)}
     return known
 
 
@@ -93,7 +93,7 @@ def scene(width, height, tip, cell, loads, constraints, *, damping, end, plane="
 &method frame='total' courant={courant} scheme='musl' /
 &refine rings=4 max_level=2 /
 &crack {crack} tip={tip[0]}e-3,{tip[1]}e-3 /
-&energy_release estimators='nodal_force','domain_integral','stress_closure' /
+&energy_release estimators='vcct','domain_integral','stress_closure' /
 &output history_interval={end / 40} /
 {more}"""
 
@@ -246,7 +246,7 @@ def table(title, chosen, arguments, History):
             values = History(Path(folder) / "case.h5").columns
         mode = "I" if specimen.g[0] >= specimen.g[1] else "II"
         row = [name]
-        for column in ("J", f"G_nodal_force_{mode}", f"K_{mode}"):
+        for column in ("J", f"G_vcct_{mode}", f"K_{mode}"):
             known = columns_of(specimen)[column]
             error, estimate = abs(values[column][-1]) / known - 1, values[column + "_error"][-1] / known
             row += [f"{100 * error:+.2f}", f"{100 * estimate:.2f}", f"{estimate / abs(error):.1f}"]

@@ -16,8 +16,8 @@ sys.path.insert(0, str(ROOT / "postprocess"))
 from pictures import STYLE, plt  # noqa: E402
 
 LEAST, MOST = 1e-3, 1e2    # [%]
-COLOURS = {"J": "tab:blue", "G": "tab:orange", "K": "tab:green", "G_domain": "tab:grey", "G_nodal_force": "tab:red",
-           "G_crack_closure": "tab:purple"}
+COLOURS = {"J": "tab:blue", "G": "tab:orange", "K": "tab:green", "G_domain": "tab:grey", "G_vcct": "tab:red",
+           "G_series_fit": "tab:purple"}
 
 
 def family(row):

@@ -55,7 +55,7 @@ class Scene:
         lines.append(f"&method {self.method} /")
         if self.level or self.indicator != "tip":
             lines.append(f"&refine indicator='{self.indicator}' max_level={self.level} {self.refine} /")
-        estimators = ["'domain_integral'"] + ["'nodal_force'"] * self.nodal + ["'crack_closure'"] * self.closure
+        estimators = ["'domain_integral'"] + ["'vcct'"] * self.nodal + ["'series_fit'"] * self.closure
         lines.append(f"&energy_release estimators={','.join(estimators)} /")
         return "\n".join(lines) + "\n"
 
@@ -140,7 +140,7 @@ def make(kind, number):
         changes["loads"] = scene.loads
         scene.loads = [f"kind='pressure' on='crack' pressure={STRESS}"]
     if kind == "cpdi":
-        in_motion(scene, "frame='updated' functions='cpdi'")
+        in_motion(scene, "frame='updated' shape_functions='cpdi'")
     truths = []
     for extra in (2, 3):
         values = dict(poisson=0.3, plane="stress", law=Scene.law, points=3, order=2, indicator="tip", refine="rings=6", method="time='static'",

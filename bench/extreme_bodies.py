@@ -81,7 +81,7 @@ def meeting(runner):
 
     def judge(name, ratio, density, speed, gap, contact, functions):
         text = scene((24, 8), 0.0, min(40.0, 10.0 / speed + 20.0), 1.0,
-                     method_of(frame="updated", courant=0.2) | {"functions": f"'{functions}'"}, "neo_hookean")
+                     method_of(frame="updated", courant=0.2) | {"shape_functions": f"'{functions}'"}, "neo_hookean")
         text += group("material", name="'other'", law="'neo_hookean'", young=ratio, poisson=0.0, density=density)
         text += group("body", material="'m'", lower="5.3, 2.2", upper="9.3, 5.2", velocity=f"{speed!r}, 0")
         text += group("body", material="'other'", lower=f"{9.3 + gap!r}, 2.2", upper=f"{13.3 + gap!r}, 5.2", velocity="0, 0")

@@ -41,10 +41,7 @@ def square(cracks, method, loads=None, poisson=0.3, levels=0, end=MOTION, veloci
     text += group("output", history_interval=min(end / 2, 1.0))
     if levels:
         text += group("refine", indicator="'tip'", max_level=levels, rings=3)
-    if method.get("time") is None:
-        estimators = ", ".join(filter(None, (estimators, "'energy_balance'")))
-    if estimators:
-        text += group("energy_release", estimators=estimators)
+    text += group("energy_release", estimators=estimators, energy_balance=".true." if method.get("time") is None else ".false.")
     return text + "".join("&crack kind = 'path'  points = " + ", ".join(repr(float(x)) for point in crack for x in point) + contact + " /\n"
                           for crack in cracks)
 

@@ -32,7 +32,7 @@ HEAD = ("common: CPU [s]", "local", "ratio", "common: instructions", "local", "r
 
 def settings(steps, courant=0.5, interval=1e-5):
     return ["method.frame=total", f"method.time_steps={steps}", f"method.courant={courant}", f"output.history_interval={interval}",
-            "energy_release.estimators='nodal_force'", "output.file=local.h5"]
+            "energy_release.estimators='vcct'", "output.file=local.h5"]
 
 
 def history(program, scene, words):
@@ -45,8 +45,8 @@ def history(program, scene, words):
 def difference(columns, reference):
     """Root mean square difference of G(t) over that of the reference."""
     import numpy as np
-    reference = reference["G_nodal_force_I"]
-    return np.sqrt(np.mean((columns["G_nodal_force_I"] - reference)**2) / np.mean(reference**2))
+    reference = reference["G_vcct_I"]
+    return np.sqrt(np.mean((columns["G_vcct_I"] - reference)**2) / np.mean(reference**2))
 
 
 def count(folder, scene, words, ends):
@@ -75,7 +75,7 @@ def cost(program, repeats):
     for name, (beam, courant, ends) in BEAMS.items():
         words = {steps: [REST, *beam, *settings(steps, courant)] for steps in STEPS}
         columns, ratio = costs(program, CASE, words, repeats, ends)
-        last = {steps: history(program, CASE, words[steps])["G_nodal_force_I"][-1] for steps in STEPS}
+        last = {steps: history(program, CASE, words[steps])["G_vcct_I"][-1] for steps in STEPS}
         rows.append((name, courant, *columns, ASKED, "yes" if ratio <= ASKED else "NO", f"{last['local'] / last['global'] - 1:+.1e}"))
     return rows
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from tables import ROOT, command_line, write
 
 SCHEMES = ("usf", "usl", "usavg", "musl")
-KINDS = ("lumped", "fmpm 2", "fmpm 4", "blend 0.5", "partial", "full")  # partial: full in the left half
+KINDS = ("lumped", "fmpm 2", "fmpm 4", "weighted 0.5", "partial", "consistent")  # partial: consistent in the left half
 
 
 class Unstable(Exception):
@@ -58,22 +58,22 @@ class Program:
 
 
 def mass_settings(kind, box):
-    """Keys of &method of a kind such as 'fmpm 2'; `box` is where a partial one is full."""
+    """Keys of &method of a kind such as 'fmpm 2'; `box` is where a partial one is consistent."""
     mass, _, number = kind.partition(" ")
     settings = {"mass": f"'{mass}'"}
     if mass == "fmpm":
         settings["order"] = number
-    if mass == "blend":
-        settings["blend"] = number
+    if mass == "weighted":
+        settings["lumped_fraction"] = number
     if mass == "partial":
-        settings |= {"full_lower": f"{box[0]}, {box[1]}", "full_upper": f"{box[2]}, {box[3]}"}
+        settings |= {"consistent_lower": f"{box[0]}, {box[1]}", "consistent_upper": f"{box[2]}, {box[3]}"}
     return settings
 
 
 # --- cost -----------------------------------------------------------------------------------------------------------
 
 COST_KINDS = [("fmpm 2", None), ("fmpm 4", None)] + [
-    (kind, solver) for kind in ("blend 0.5", "partial", "full") for solver in ("cg", "direct")]
+    (kind, solver) for kind in ("weighted 0.5", "partial", "consistent") for solver in ("cg", "direct")]
 
 
 def target(kind, frame):
@@ -92,7 +92,7 @@ def dcb_settings(kind, solver, frame, cell, steps):
     method = mass_settings(kind, (0.0, 0.0, 0.05, 0.01)) | {"frame": f"'{frame}'", "courant": 0.1}
     if solver:
         method["solver"] = f"'{solver}'"
-    return [f"grid.cell={cell}", f"grid.cells={columns},{columns // 10 + 1}", "energy_release.estimators='nodal_force'",
+    return [f"grid.cell={cell}", f"grid.cells={columns},{columns // 10 + 1}", "energy_release.estimators='vcct'",
             "output.snapshot_interval=0", f"output.history_interval={end}", f"run.end_time={end}",
             "output.file='cost.h5'"] + [f"method.{key}={value}" for key, value in method.items()]
 
@@ -124,12 +124,12 @@ def memory(program):
     for cell in (1.25e-3, 0.625e-3, 0.3125e-3, 0.15625e-3):
         scene, columns = ROOT / "input/dcb.nml", round(0.1 / cell)
         nodes = (columns + 1) * (columns // 10 + 2)
-        peak = {kind: program(scene, dcb_settings(kind, None, "updated", cell, 10))[1] for kind in ("lumped", "full")}
+        peak = {kind: program(scene, dcb_settings(kind, None, "updated", cell, 10))[1] for kind in ("lumped", "consistent")}
         if min(peak.values()) <= resource.getrusage(resource.RUSAGE_SELF).ru_maxrss:
             print("memory: hidden by that of this script; run the part cost by itself")
-        growth = "" if last is None else f"{(peak['full'] - last[1]) / (nodes - last[0]):.2f}"
-        rows.append((f"{cell * 1e3:g}", nodes, f"{peak['lumped'] / 1024:.1f}", f"{peak['full'] / 1024:.1f}", growth))
-        last = nodes, peak["full"]
+        growth = "" if last is None else f"{(peak['consistent'] - last[1]) / (nodes - last[0]):.2f}"
+        rows.append((f"{cell * 1e3:g}", nodes, f"{peak['lumped'] / 1024:.1f}", f"{peak['consistent'] / 1024:.1f}", growth))
+        last = nodes, peak["consistent"]
     return rows
 
 
@@ -139,13 +139,13 @@ def group(title, /, **keys):
     return f"&{title}\n" + "".join(f"   {key} = {value}\n" for key, value in keys.items()) + "/\n"
 
 
-def scene(cells, poisson, end, interval, method, law="linear_elastic", estimators=""):
+def scene(cells, poisson, end, interval, method, law="linear_elastic", balance=False):
     """The groups that every scene needs, but for its bodies."""
     young = (1 + poisson) * (1 - 2 * poisson) / (1 - poisson)
     text = group("run", plane="'strain'", end_time=end) + group("grid", cell=1.0, cells=f"{cells[0]}, {cells[1]}")
     text += group("material", name="'m'", law=f"'{law}'", young=young, poisson=poisson, density=1.0)
     text += group("method", **method) + group("output", history_interval=interval)
-    return text + (group("energy_release", estimators=estimators) if estimators else "")
+    return text + (group("energy_release", energy_balance=".true.") if balance else "")
 
 
 def body(lower, upper, velocity=(0.0, 0.0)):
@@ -183,7 +183,7 @@ def bar_loss(program, kind, scheme, courant, amplitude, frame, periods):
         "scheme": f"'{scheme}'", "courant": courant, "wave_speed": "'dilatational'", "frame": f"'{frame}'"}
     law = "neo_hookean" if frame == "updated" else "linear_elastic"
     end, interval = (periods + 11) * period, courant * round(9.1 / courant)
-    text = scene((BAR + 2, 2), 0.0, end, interval, method, law, "'energy_balance'")
+    text = scene((BAR + 2, 2), 0.0, end, interval, method, law, True)
     text += body((0, 0), (BAR, 1)) + bar_is_held(BAR)
     text += group("load", kind="'body'", lower="0, 0", upper=f"{BAR}, 1", force=f"{force}, 0", history="'table'",
                   times=", ".join(map(str, times)), factors=", ".join(map(str, factors)))
@@ -282,7 +282,7 @@ def limit(program):
                     by = "usl" if scheme == "usl" else "musl"
                     if by not in anywhere:
                         anywhere[by] = min(b.limit(by, b.inverse(mass, **options)) for b in shifts)
-                    moving_default = default / 2 if mass in ("full", "partial") else default
+                    moving_default = default / 2 if mass in ("consistent", "partial") else default
                     row[8:] = [f"{anywhere[by]:.3f}", f"{anywhere[by] / moving_default:.2f}",
                                drift(program, kind, scheme, 0.1), drift(program, kind, scheme, 0.05)]
                 rows.append(tuple(row))

@@ -94,7 +94,7 @@ class Block:
         return np.block([[first, zero], [zero.T, second]])
 
     def inverse(self, mass, order=2, blend=0.5):
-        """The matrix A of a kind of mass matrix; 'partial' is full in the left half."""
+        """The matrix A of a kind of mass matrix; 'partial' is consistent in the left half."""
         if mass == "lumped":
             return np.linalg.inv(self.lumped)
         if mass == "fmpm":
@@ -103,7 +103,7 @@ class Block:
             return sum(np.linalg.matrix_power(rest, k) for k in range(order)) @ inverse
 
         def prepared(cell, part):
-            lumping = {"full": 0, "blend": blend, "partial": 0 if part[0] + 0.5 <= self.middle else 1}[mass]
+            lumping = {"consistent": 0, "weighted": blend, "partial": 0 if part[0] + 0.5 <= self.middle else 1}[mass]
             diagonal = np.diag(cell[1].sum(axis=1))
             matrix = (1 - lumping) * cell[1] + lumping * diagonal
             if np.linalg.eigvalsh(matrix - self.floor * diagonal)[0] <= 0:

@@ -24,7 +24,7 @@ PLATE = ROOT / "tests/regression/centre_crack/case.nml"
 CONVERGED = 1.28737  # G/G_ref at rest, tests/reference/dcb_static.csv
 ORDERS = {"quadratic": ["grid.order=2", "body.points_per_cell=3"], "bilinear": ["body.points_per_cell=2"]}
 STATIC = ["method.time=static", "method.frame=total", "damping.rate=0", "output.snapshot_interval=0", "output.history_interval=0",
-          "energy_release.estimators=nodal_force,domain_integral", "output.file=quadratic.h5"]
+          "energy_release.estimators=vcct,domain_integral", "output.file=quadratic.h5"]
 TURNS = 5
 
 
@@ -59,9 +59,9 @@ def beam(runs):
               "bilinear": [(4, 0, 0), (8, 0, 0), (16, 0, 0), (32, 0, 0), (8, 4, 4), (16, 4, 4), (24, 4, 4), (32, 4, 4), (48, 4, 4)]}
     for order, cases in meshes.items():
         for n, levels, rings in cases:
-            radii = [] if n > 2 or levels else ["energy_release.estimators=nodal_force"]
+            radii = [] if n > 2 or levels else ["energy_release.estimators=vcct"]
             h, unit, seconds = runs(BEAM, [*STATIC, *radii, *ORDERS[order], *beam_cells(n), *around_tip(levels, rings)], TURNS)
-            errors = [f"{100 * (h[name][-1] / unit / CONVERGED - 1):+.3f}" if name in h else "" for name in ("G_nodal_force_I", "J")]
+            errors = [f"{100 * (h[name][-1] / unit / CONVERGED - 1):+.3f}" if name in h else "" for name in ("G_vcct_I", "J")]
             rows.append((order, n, levels, rings, int(h["particles"][-1]), f"{seconds:.3f}", *errors))
     write(rows, "beam", runs.program.folder)
 
@@ -75,7 +75,7 @@ def levels(runs):
                 continue
             h, unit, _ = runs(BEAM, [*STATIC, *ORDERS["quadratic"], *beam_cells(n), *around_tip(level, n)])
             j = h["J"][-1] / unit
-            rows.append((n, level, int(h["particles"][-1]), f"{h['G_nodal_force_I'][-1] / unit:.7f}", f"{j:.7f}",
+            rows.append((n, level, int(h["particles"][-1]), f"{h['G_vcct_I'][-1] / unit:.7f}", f"{j:.7f}",
                          f"{j - last:.1e}" if last else ""))
             last = j
     write(rows, "levels", runs.program.folder)
@@ -89,7 +89,7 @@ def reference(runs):
         for n in (4, 8, 16):
             h, unit, _ = runs(BEAM, [*STATIC, "grid.order=2", f"body.points_per_cell={points}", *beam_cells(n), *around_tip(20, n)])
             j = h["J"][-1] / unit
-            rows.append((points, n, int(h["particles"][-1]), f"{h['G_nodal_force_I'][-1] / unit:.7f}", f"{j:.7f}",
+            rows.append((points, n, int(h["particles"][-1]), f"{h['G_vcct_I'][-1] / unit:.7f}", f"{j:.7f}",
                          f"{j + (j - last) / 15:.7f}" if last else ""))
             last = j
     write(rows, "reference", runs.program.folder)
@@ -110,7 +110,7 @@ def tension(runs):
         for cell, level, rings in cases:
             h, _, seconds = runs(PLATE, settings(order, cell, level, rings), TURNS)
             rows.append((order, cell, level, rings, int(h["particles"][-1]), f"{seconds:.3f}",
-                         *[f"{100 * (h[name][-1] / finest - 1):+.3f}" for name in ("G_nodal_force_I", "J")]))
+                         *[f"{100 * (h[name][-1] / finest - 1):+.3f}" for name in ("G_vcct_I", "J")]))
     write(rows, "tension", runs.program.folder)
 
 
@@ -136,7 +136,7 @@ def dispersion(runs):
     rows = [("points", "mass", "4 cells a wave", "8", "16", "order", "error/q^4", "elements: error/q^4", "limit of musl", "of usl")]
     for points in (3, 4):
         block = Block(5, 4, 0.3, held_left=False, order=2, points=points)
-        for name, blend in (("lumped", 1.0), ("blend 0.5", 0.5), ("blend 5/18", 5 / 18), ("blend 0.25", 0.25), ("full", 0.0)):
+        for name, blend in (("lumped", 1.0), ("weighted 0.5", 0.5), ("weighted 5/18", 5 / 18), ("weighted 0.25", 0.25), ("consistent", 0.0)):
             waves = 2 * np.pi / np.array([4, 8, 16])
             error = [frequency(q, blend, points) / q - 1 for q in waves]
             elements = frequency(waves[-1], blend, points, maps=False) / waves[-1] - 1
@@ -181,17 +181,17 @@ def motion(runs):
     cut, within = 5e4, 0.6e-3
     times, exact = read_curve(ROOT / "tests/reference/dcb_dynamic_undamped.csv", 1)
     undamped = ["damping.rate=0", "method.frame=total", "method.courant=0", "run.end_time=0.7e-3", "output.file=quadratic.h5",
-                "energy_release.estimators=nodal_force", "output.history_interval=2e-6", "output.snapshot_interval=0",
+                "energy_release.estimators=vcct", "output.history_interval=2e-6", "output.snapshot_interval=0",
                 "method.time=implicit"]
     rows = [("cells", "mass", "n", "levels", "rings", "dt [us]", "particles", "CPU [s]", "rms from converged finite elements [%]")]
     meshes = {"quadratic": [(2, 0, 0), (4, 0, 0), (2, 4, 1), (2, 4, 2), (4, 4, 2)], "bilinear": [(8, 0, 0), (16, 0, 0), (8, 1, 8), (8, 3, 4)]}
-    kinds = [("quadratic", "lumped"), ("quadratic", "blend"), ("quadratic", "full"), ("bilinear", "lumped")]
+    kinds = [("quadratic", "lumped"), ("quadratic", "weighted"), ("quadratic", "consistent"), ("bilinear", "lumped")]
     for order, mass in kinds:
         for n, level, rings in meshes[order]:
             for dt in (2e-6, 1e-6, 0.5e-6):
                 h, unit, seconds = runs(BEAM, [*undamped, *ORDERS[order], *beam_cells(n), *around_tip(level, rings),
                                                f"method.time_step={dt}", f"method.mass={mass}"])
-                t, g = h["time"], h["G_nodal_force_I"] / unit
+                t, g = h["time"], h["G_vcct_I"] / unit
                 converged = np.interp(t, times, exact)
                 error = (lowpass(t, g, cut) - lowpass(t, converged, cut))[t <= within]
                 rows.append((order, mass, n, level, rings, 1e6 * dt, int(h["particles"][-1]), f"{seconds:.2f}",
@@ -204,7 +204,7 @@ def wave(runs):
     from cracks import wave_errors, wave_scene
     rows = [("cells", "cell [mm]", "levels", "steps", "particles", "CPU [s]", *(f"{tip} tip: K_{mode} [%]" for tip in ("upper", "lower") for mode in ("I", "II")))]
     file = runs.program.folder / "wave.nml"
-    explicit, implicit = ["method.mass=full"], ["method.mass=full", "method.time=implicit", "method.time_step=1e-8"]
+    explicit, implicit = ["method.mass=consistent"], ["method.mass=consistent", "method.time=implicit", "method.time_step=1e-8"]
     for order, cell, levels, settings in (("quadratic", 1, 0, explicit), ("quadratic", 1, 2, implicit), ("quadratic", 0.5, 0, explicit),
                                           ("quadratic", 0.5, 0, implicit), ("bilinear", 0.25, 0, [])):
         file.write_text(wave_scene(cell * 1e-3, "lumped"))

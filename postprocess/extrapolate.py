@@ -140,8 +140,8 @@ def write(path, histories, times, columns):
         with h5py.File(path, "w") as file:
             group = file.create_group("history")
             group.attrs.update(source.attributes)
-            if known := [distance for h in histories if (distance := h.distance_from_rest()) is not None]:
-                group.attrs["distance_from_rest"] = max(known)
+            if known := [distance for h in histories if (distance := h.distance_to_equilibrium()) is not None]:
+                group.attrs["distance_to_equilibrium"] = max(known)
             for name, values in {"time": times, **columns}.items():
                 item = group.create_dataset(name, data=values)
                 item.attrs["units"] = source.units[name]

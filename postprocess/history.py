@@ -12,7 +12,9 @@ from collections import namedtuple
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+sys.path.append(str(Path(__file__).resolve().parent.parent / "tools"))
 from stored import UNREADABLE, USAGE, ResultError, opened, printable  # noqa: F401  (the scripts take them from here)
+from upgrade import ATTRIBUTES, column
 
 import numpy as np
 
@@ -56,7 +58,7 @@ def tell(message):
 def add_strict(parser):
     """The option of what gives static values."""
     parser.add_argument("--strict", action="store_true",
-                        help=f"exit with code 1 where a run is not at rest: distance_from_rest above {REST:g}")
+                        help=f"exit with code 1 where a run is not at rest: distance_to_equilibrium above {REST:g}")
 
 
 def tell_of_motion(histories, strict):
@@ -97,6 +99,8 @@ class History:
     long_names  name -> description
     is_static   whether its times only tell how large the loads are
     attributes  name -> value, of the group itself
+
+    Columns and attributes of version 1 have the names that they have now.
     """
 
     def __init__(self, path, may_be_empty=False):
@@ -111,14 +115,15 @@ class History:
             raise ResultError(f"{self.path}: has no group /history: not a result file", UNREADABLE)
         if not stored.has("history/time"):
             raise ResultError(f"{self.path}: has no dataset /history/time", UNREADABLE)
-        names = stored.names("history")
+        names = {column(name): name for name in stored.names("history")}
         self.is_static = stored.has("input/namelist") and bool(STATIC.search(stored.text("input/namelist")))
-        self.columns = {name: stored.numbers(f"history/{name}", finite=name == "time") for name in names}
-        described = {name: stored.attributes(f"history/{name}", texts=("units", "long_name")) for name in names}
+        self.columns = {name: stored.numbers(f"history/{old}", finite=name == "time") for name, old in names.items()}
+        described = {name: stored.attributes(f"history/{old}", texts=("units", "long_name")) for name, old in names.items()}
         self.units = {name: printable(found.get("units", "1")) for name, found in described.items()}
         self.long_names = {name: printable(found.get("long_name", name)) for name, found in described.items()}
         self.attributes = stored.attributes("history", texts=("ended", "warnings"),
-                                            numbers=("G_ref", "G_beam_on_foundation", "distance_from_rest"))
+                                            numbers=("G_ref", "G_beam_on_foundation", *ATTRIBUTES, *ATTRIBUTES.values()))
+        self.attributes = {column(name): value for name, value in self.attributes.items()}
         for name, values in self.columns.items():
             if values.size != self.times.size:
                 raise stored.wrong(f"history/{name}", f"has {values.size} samples, and /history/time has {self.times.size}")
@@ -172,18 +177,18 @@ class History:
         """Name of the column that holds the estimated error of another; None where there is none."""
         return error_name(name) if error_name(name) in self.columns else None
 
-    def distance_from_rest(self):
+    def distance_to_equilibrium(self):
         """How far the last values are from those at rest, relative; None where it is not known or has no meaning."""
-        value = self.attributes.get("distance_from_rest", math.nan)
+        value = self.attributes.get("distance_to_equilibrium", math.nan)
         return None if math.isnan(value) else value
 
     def is_moving(self):
         """Whether the last values are known not to be those at rest."""
-        return (self.distance_from_rest() or 0.0) > REST
+        return (self.distance_to_equilibrium() or 0.0) > REST
 
     def motion(self):
         """What there is to say of a run that is moving."""
-        return (f"not at rest: the last values differ from those at rest by {self.distance_from_rest():.2g} (relative), "
+        return (f"not at rest: the last values differ from those at rest by {self.distance_to_equilibrium():.2g} (relative), "
                 f"above the limit of {REST:g}")
 
     def beam_ratio(self):

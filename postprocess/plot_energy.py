@@ -3,7 +3,7 @@
 
 Above: the energy supplied (external work, and what the bodies had at the start), and what has become of it: kinetic and strain
 energy, the losses to damping and to the method. Below: the loss to the method, in percent of the largest energy supplied or stored.
-With the estimator `energy_balance` it is booked term by term and the title says what the sum misses; without, it is what the
+With `energy_balance` it is booked term by term and the title says what the sum misses; without, it is what the
 sum misses.
 """
 

@@ -32,7 +32,7 @@ def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file of hampm")
     parser.add_argument("--estimator", action="append", metavar="NAME",
-                        help="column of G to draw, such as G_nodal_force_I or nodal_force_I, * and ? allowed; "
+                        help="column of G to draw, such as G_vcct_I or vcct_I, * and ? allowed; "
                              "may be repeated (default: every G_* column)")
     parser.add_argument("--column", action="append", metavar="NAME",
                         help="draw columns such as K_I instead, in their own unit, * and ? allowed; may be repeated")
@@ -220,8 +220,8 @@ def coloured(parts, dashed=()):
 
 
 def words(estimator):
-    """G_nodal_force_I -> nodal force I."""
-    return (estimator if OF_TIP.sub("", estimator) == "G" else estimator.removeprefix("G_")).replace("_", " ")
+    """G_vcct_I -> VCCT I, G_stress_closure_I -> stress closure I."""
+    return (estimator if OF_TIP.sub("", estimator) == "G" else estimator.removeprefix("G_")).replace("_", " ").replace("vcct", "VCCT")
 
 
 if __name__ == "__main__":

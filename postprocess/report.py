@@ -30,7 +30,7 @@ from pictures import MM, STYLE, ending, names, plt, positive, save
 PART = 0.1      # last part of the run that the means are taken over
 SPREAD = 0.05   # of J over its domains, above which it is worth a notice
 LOSS = 0.1      # of the energy to the method, likewise
-OF_CRACK = re.compile(r"(J|J_spread|K_I|K_II)(_tip\d+)?$")  # columns that are tabulated beside G
+OF_CRACK = re.compile(r"(J|J_domain_dependence|K_I|K_II)(_tip\d+)?$")  # columns that are tabulated beside G
 WINDOW = 5      # half width of what is shown around a crack tip, in root cells
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
@@ -179,7 +179,7 @@ def extent(item):
             yield "load steps" if column == "step" and history.is_static else words, whole(last) if column == "step" else f"{whole(first)}, {whole(last)}"
     if "finest_cell" in history.columns:
         yield "smallest occupied cell", f"{item.last('finest_cell'):.4g} m"
-    if (distance := history.distance_from_rest()) is not None:
+    if (distance := history.distance_to_equilibrium()) is not None:
         yield "distance to equilibrium, relative", f"{distance:.2g}"
 
 
@@ -264,7 +264,7 @@ def notices(item):
     loss = item.balance.parts["numerical_loss"] / item.balance.largest
     if (worst := loss[np.argmax(np.abs(loss))]) and abs(worst) > LOSS:
         yield f"The method {'lost' if worst > 0 else 'gained'} {abs(worst):.0%} of the largest energy"
-    if "J_spread" in item.history.columns and abs(j := item.mean("J")) > 0 and (spread := item.mean("J_spread") / abs(j)) > SPREAD:
+    if "J_domain_dependence" in item.history.columns and abs(j := item.mean("J")) > 0 and (spread := item.mean("J_domain_dependence") / abs(j)) > SPREAD:
         yield f"J differs by {spread:.0%} between its domains: the field around the tip is not resolved, or the discs reach too far"
     if item.frames is None:
         yield "The file holds no snapshots (snapshot_interval in &output), so there are no pictures of mesh and fields"

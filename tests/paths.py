@@ -19,4 +19,4 @@ DCB = INPUT / "dcb.nml"
 
 # The double cantilever beam with coarse cells for a short time
 COARSE_DCB = (DCB, "--set", "grid.cell=5e-3", "--set", "grid.cells=20,3", "--set", "run.end_time=3e-4",
-              "--set", "energy_release.estimators=nodal_force,stress_closure,energy_balance")
+              "--set", "energy_release.estimators=vcct,stress_closure", "--set", "energy_release.energy_balance=.true.")

@@ -18,23 +18,23 @@ SUPPRESSED = {"sanitize": ROOT / "tools/leaks.supp", "memcheck": ROOT / "tools/v
 SHORT = ["--quiet", "--set", "grid.cell=5e-3", "--set", "grid.cells=20,3", "--set", "run.end_time=2e-5",
          "--set", "output.history_interval=1e-6", "--set", "output.snapshot_interval=5e-6"]
 DCB = ["input/dcb.nml", *SHORT]
-ALL_ESTIMATORS = "energy_release.estimators=nodal_force,stress_closure,energy_balance"
+ALL_ESTIMATORS = ["--set", "energy_release.estimators=vcct,stress_closure", "--set", "energy_release.energy_balance=.true."]
 STATIC = ["--set", "method.time=static", "--set", "method.frame=total"]
 CASES = {
     "template": ["--template"],
     "mistakes": ["input/dcb.nml", "--check", "--set", "material.yuong=1", "--set", "grid.cell=-1", "--set", "run=", "--nothing"],
     "check": ["input/dcb.nml", "--check"],
-    "plain": [*DCB, "--set", ALL_ESTIMATORS],
+    "plain": [*DCB, *ALL_ESTIMATORS],
     "two threads": [*DCB, "--threads", "2"],
     "total frame": [*DCB, "--set", "method.frame=total", "--set", "method.scheme=usavg"],
-    "full mass, cg": [*DCB, "--set", "method.mass=full", "--set", "method.solver=cg"],
-    "full mass, direct, total": [*DCB, "--set", "method.mass=full", "--set", "method.solver=direct", "--set", "method.frame=total"],
-    "full mass, direct": [*DCB, "--set", "method.mass=full", "--set", "method.solver=direct"],
+    "full mass, cg": [*DCB, "--set", "method.mass=consistent", "--set", "method.solver=cg"],
+    "full mass, direct, total": [*DCB, "--set", "method.mass=consistent", "--set", "method.solver=direct", "--set", "method.frame=total"],
+    "full mass, direct": [*DCB, "--set", "method.mass=consistent", "--set", "method.solver=direct"],
     "fmpm": [*DCB, "--set", "method.mass=fmpm"],
     "gradient": [*DCB, "--set", "refine.indicator=gradient", "--set", "refine.max_level=2", "--set", "refine.interval=5"],
     "error": [*DCB, "--set", "refine.indicator=zz", "--set", "refine.max_level=2", "--set", "refine.interval=5"],
     "tip, local time steps": [*DCB, "--set", "refine.indicator=tip", "--set", "refine.max_level=3",
-                              "--set", "method.time_steps=local", "--set", "energy_release.estimators=nodal_force"],
+                              "--set", "method.time_steps=local", "--set", "energy_release.estimators=vcct"],
     "neo-Hookean law": [*DCB, "--set", "material.law=neo_hookean", "--set", "method.frame=updated"],
     "line crack, contact": ["input/mixed_mode.nml", "--quiet", "--set", "grid.cell=2.5e-3", "--set", "grid.cells=21,12",
                             "--set", "run.end_time=2e-5", "--set", "output.history_interval=1e-6", "--set",
@@ -45,8 +45,8 @@ CASES = {
                              "material.law=neo_hookean", "--set", "crack.contact=frictionless", "--set", "output.snapshot_interval=0"],
     "no equilibrium": [*DCB, *STATIC, "--set", "load.force=1,1"],
     "moved": [*DCB, "--set", "method.frame=total", "--set", "constraint.velocity=0,1", "--set", "constraint.name=grip", "--set",
-              "energy_release.estimators=nodal_force", "--set", "crack.kind=symmetry"],
-    "stopped": [*DCB, "--steps", "20", "--set", "output.checkpoint_steps=7", "--set", "method.mass=full",
+              "energy_release.estimators=vcct", "--set", "crack.kind=symmetry"],
+    "stopped": [*DCB, "--steps", "20", "--set", "output.checkpoint_steps=7", "--set", "method.mass=consistent",
                 "--set", "refine.indicator=zz", "--set", "refine.max_level=2", "--set", "refine.interval=5"],
     "resumed": ["--resume", "{folder}/stopped/dcb.h5.checkpoint", "--quiet", "--steps", "20"],
     "no file": ["nothing.nml"],

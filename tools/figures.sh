@@ -112,9 +112,9 @@ draw_dcb_static() {
         run tests/regression/dcb_static/case.nml refined_$plane run.plane=$plane refine.indicator=tip \
             refine.rings=8 refine.max_level=2
     done
-    plot $out/uniform_stress.h5 $out/refined_stress.h5 --estimator nodal_force_I --estimator domain_I --converged 1.28737 \
+    plot $out/uniform_stress.h5 $out/refined_stress.h5 --estimator vcct_I --estimator domain_I --converged 1.28737 \
         --output $out/dcb_static_stress.png --title 'Plane stress, critically damped'
-    plot $out/uniform_strain.h5 $out/refined_strain.h5 --estimator nodal_force_I --estimator domain_I --converged 1.17150 \
+    plot $out/uniform_strain.h5 $out/refined_strain.h5 --estimator vcct_I --estimator domain_I --converged 1.17150 \
         --output $out/dcb_static_strain.png --title 'Plane strain, critically damped'
     "$python" postprocess/tabulate.py $out/uniform_stress.h5 $out/refined_stress.h5 --converged 1.28737
     "$python" postprocess/tabulate.py $out/uniform_strain.h5 $out/refined_strain.h5 --converged 1.17150
@@ -155,7 +155,7 @@ draw_freund() { intensity freund 100,51 128958 '$K_I(t) / K_I(2.6\,H/c_d)$' 'clo
 draw_mixed_mode() {
     run input/mixed_mode.nml mixed_mode
     run input/mixed_mode.nml mixed_mode_uniform refine.indicator=none energy_release.radii=5e-3,7e-3,9e-3
-    plot $out/mixed_mode.h5 $out/mixed_mode_uniform.h5 --estimator 'G_nodal_force_*' --estimator 'G_domain_*' --converged 0.5714 --output $out/mixed_mode_G.png
+    plot $out/mixed_mode.h5 $out/mixed_mode_uniform.h5 --estimator 'G_vcct_*' --estimator 'G_domain_*' --converged 0.5714 --output $out/mixed_mode_G.png
 }
 
 # Cracks that grow: two that pass each other at rest, one in a strip, and that of a plate that is hit

@@ -45,7 +45,7 @@ product:
   method.mass: [lumped, full]
   grid.cell: [2.5e-3]
   grid.cells: [[40, 5]]
-columns: [time, G_nodal_force_I, J, kinetic_energy]
+columns: [time, G_vcct_I, J, kinetic_energy]
 """
 SHORT = """\
 namelist: {scenes}/dcb.nml
@@ -57,7 +57,7 @@ product:
   grid.cell: [5e-3]
   grid.cells: [[20, 3]]
   run.end_time: [1e-4, 2e-4, 3e-4, 4e-4, 5e-4]
-columns: [time, G_nodal_force_I, kinetic_energy]
+columns: [time, G_vcct_I, kinetic_energy]
 """
 
 

@@ -6,13 +6,13 @@
     python tools/structure.py --velocity                   the files that one opens to follow a particle's velocity to G
 
 --velocity counts the files on the shortest chains of calls from the start of the program to each procedure that names the velocity,
-that is handed one, that names a column such as G_nodal_force_I, or whose own name then begins with `nodal_force`; and the files
+that is handed one, that names a column such as G_vcct_I, or whose own name then begins with `vcct`; and the files
 whose modules declare a velocity (the key of `&body`, a component of a type). With --executed it leaves out procedures that the last
 run of the coverage build did not enter: then it tells what a plain scene takes.
 
     make build=coverage program; rm -f build/coverage/*.gcda
     build/coverage/hampm input/dcb.nml --output results --force --set run.end_time=1e-4 --set output.snapshot_interval=0 \\
-        --set energy_release.estimators=nodal_force
+        --set energy_release.estimators=vcct
     python tools/structure.py --velocity --executed
 
 Calls are references by name, type-bound ones by the declared type; of a generic name all procedures count. What is called through a

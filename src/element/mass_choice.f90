@@ -23,8 +23,8 @@ module hampm_mass_choice
 
 contains
 
-   !> A mass matrix by name: 'lumped', 'full', 'partial' (full within the box, lumped elsewhere), 'fmpm' of an order, or
-   !> 'blend' with a lumped part.
+   !> A mass matrix by name: 'lumped', 'consistent', 'partial' (consistent within the box, lumped elsewhere), 'fmpm' of an order, or
+   !> 'weighted' with a lumped part.
    pure function new_mass_choice(mass, solver, order, blend, lower, upper, refined_only) result(choice)
       character(*), intent(in) :: mass
       character(*), intent(in) :: solver         !! 'cg' or 'direct'
@@ -40,7 +40,7 @@ contains
       case ('fmpm')
          choice%by = by_fmpm
          choice%order = order
-      case ('blend')
+      case ('weighted')
          choice%blend_inside = blend
          choice%blend_outside = blend
       case ('partial')

@@ -146,7 +146,7 @@ contains
             if (.not. (tip%has_layers .or. material%has_history())) call record_parts()
             call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))
             if (v%errors%are_known) call history%record('J_error', 'J/m2', 'estimated error of J', v%errors%j%now)
-            call history%record('J_spread', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
+            call history%record('J_domain_dependence', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
             if (material%has_history()) then
                call history%record('J_near_tip', 'J/m2', 'J integral of the smallest domain', v%j(1))
                call history%record('J_far_field', 'J/m2', 'J integral of the largest domain', v%j(size(v%j)))

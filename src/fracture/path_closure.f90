@@ -211,7 +211,7 @@ contains
          call dposv('L', fit%n, 1, matrix, most_terms, b, most_terms, info)
       end if
       if (info == 0) singular = b(:modes, 1)/scale(:modes)
-      if (info /= 0) call failure%report(exit_computation, 'crack_closure: only '//to_text(fit%rows/ndim)//' particles are '// &
+      if (info /= 0) call failure%report(exit_computation, 'series_fit: only '//to_text(fit%rows/ndim)//' particles are '// &
          'ahead of or behind a tip within the largest of &energy_release radii, too few to fit the fields there. Use larger '// &
          'radii, or smaller cells')
    end subroutine solve

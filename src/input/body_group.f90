@@ -39,7 +39,7 @@ module hampm_body_group
             any_number, 'initial angular velocity around its middle, anticlockwise'), &
       key_t('body', 'eigenstrain', type_real, 3, 4, may, '0.0, 0.0, 0.0', '', '', &
             '[-0.05, 0.05]', 'strain xx, yy, xy and zz (0) at which there is no stress; heat: alpha dT in xx, yy and zz'), &
-      key_t('body', 'part', type_text, 1, 1, may, '', '', '', &
+      key_t('body', 'contact_group', type_text, 1, 1, may, '', '', '', &
             '', 'with &contact: bodies of the same part are one; without a name a body is one by itself')]
 
    !> &body: a piece of material.
@@ -53,7 +53,7 @@ module hampm_body_group
       integer :: points_per_cell = 0             !! material points per cell and direction
       real(dp) :: velocity(ndim) = 0             !! initial velocity of its middle [m/s]
       real(dp) :: spin = 0                       !! initial angular velocity around that [rad/s]
-      character(name_len) :: part = ''           !! those of the same part are one, and do not slide on each other
+      character(name_len) :: contact_group = ''  !! those of the same group are one, and do not slide on each other
       real(dp) :: eigenstrain(4) = 0             !! components xx, yy, xy and zz of the strain without stress [-]
    end type body_t
 
@@ -229,7 +229,7 @@ contains
       body%points_per_cell = nint(settings%number(entry, 'points_per_cell'))
       body%velocity = settings%vector(entry, 'velocity')
       body%spin = settings%number(entry, 'spin')
-      body%part = settings%text(entry, 'part')
+      body%contact_group = settings%text(entry, 'contact_group')
       associate (numbers => settings%numbers(entry, 'eigenstrain'))
          body%eigenstrain(:size(numbers)) = numbers
       end associate

@@ -21,7 +21,7 @@ module hampm_conditions
       'edges that are no grid lines', 'growth by laws of both kinds', &
       'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
       'a pressed path that grows in motion', 'samples apart from load steps', 'a body of it', &
-      'another body of that part', 'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it']
+      'another body of that group', 'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it']
 
    integer, parameter :: most_atoms = 6, most_choices = 8, word_len = 24
    integer, parameter :: is_present = 1, is_set = 2, is_one_of = 3, is_none_of = 4, is_above = 5, is_below = 6, is_named = 7
@@ -255,8 +255,8 @@ contains
             if (model%cohesive(k)%path == 0 .or. model%cohesive(k)%from > 0) cycle
             has = has .or. settings%find('crack', model%cohesive(k)%path) == entry
          end do
-       case ('another body of that part')
-         has = count(model%bodies%part == settings%text(entry, 'part')) > 1
+       case ('another body of that group')
+         has = count(model%bodies%contact_group == settings%text(entry, 'contact_group')) > 1
        case ('a shear of the eigenstrain', 'a fourth value of the eigenstrain')
          strain = settings%numbers(entry, 'eigenstrain')
          k = merge(3, 4, name == 'a shear of the eigenstrain')

@@ -1,6 +1,6 @@
 !> Whether the keys of a model agree with each other: the grid, the bodies and their materials, the outputs; whether the constants of materials
 !> are those of solids; whether what tells cells to refine has a region with material in it and room for more particles; whether contact between
-!> bodies has cells and cracks with which it goes; and whether cracks run along the domains of particles of `functions = 'cpdi'`.
+!> bodies has cells and cracks with which it goes; and whether cracks run along the domains of particles of `shape_functions = 'cpdi'`.
 !> A check whose ingredients were already found to be wrong is passed over.
 module hampm_consistency
    use hampm_body_group, only: body_t, outline_of
@@ -56,7 +56,7 @@ contains
       call check_cohesive(model, settings)
       call check_growth(model, settings, has_bodies .and. settings%errors%count == before)
       call check_energy_release(model, settings, has_bodies .and. settings%errors%count == before)
-      if (has_grid .and. model%method%mass == 'partial' .and. model%method%full_region == 'box') &
+      if (has_grid .and. model%method%mass == 'partial' .and. model%method%consistent_region == 'box') &
          call check_full_box(model, settings, settings%find('method', 1))
       call check_contact(model, settings)
       call check_functions(model, settings)
@@ -84,11 +84,11 @@ contains
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry                 !! position of the group &method
-      if (.not. (settings%good(entry, 'full_lower') .and. settings%good(entry, 'full_upper'))) return
-      associate (grid => model%grid, lower => model%method%full_lower, upper => model%method%full_upper)
+      if (.not. (settings%good(entry, 'consistent_lower') .and. settings%good(entry, 'consistent_upper'))) return
+      associate (grid => model%grid, lower => model%method%consistent_lower, upper => model%method%consistent_upper)
          if (any(upper - lower < grid%cell) .or. any(upper < grid%lower + grid%cell) &
              .or. any(lower > grid%lower + (grid%cells - 1)*grid%cell)) &
-            call settings%complain(entry, 'full_upper', 'must give with full_lower a box of at least one cell '// &
+            call settings%complain(entry, 'consistent_upper', 'must give with consistent_lower a box of at least one cell '// &
                                    'within the grid, for mass = ''partial''')
       end associate
    end subroutine check_full_box
@@ -358,9 +358,9 @@ contains
                                 'bodies farther apart have no nodes in common')
       call check_cracks(model, settings)
       if (maxval(velocity_fields_of(model)) > most_velocity_fields) call settings%complain(contact, 'bodies', 'must be '// &
-         '''joined'' where there are more than '//to_text(most_velocity_fields)// &
+         '''bonded'' where there are more than '//to_text(most_velocity_fields)// &
             ' bodies: each has a velocity field on the whole grid. '// &
-         'Give the same &body part to those that are not in contact')
+         'Give the same &body contact_group to those that are not in contact')
    end subroutine check_contact
 
    !> Cracks are those of the first velocity field: no straight part of one is in a body of another.
@@ -392,7 +392,7 @@ contains
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer :: path, entry, k, j
-      if (.not. settings%good(settings%find('method', 1), 'functions') .or. .not. model%method%has_domains()) return
+      if (.not. settings%good(settings%find('method', 1), 'shape_functions') .or. .not. model%method%has_domains()) return
       paths: do path = 1, size(model%paths)
          entry = settings%find('crack', path)
          if (.not. settings%good(entry, 'points')) cycle
@@ -401,7 +401,7 @@ contains
                if (runs_along_domains(model, model%bodies(j), model%paths(path)%points(:, k - 1:k))) cycle
                associate (edges => spacing_of(model, model%bodies(j)))
                   call settings%complain(entry, 'points', 'must run along edges of the domains of particles with '// &
-                                         '&method functions = ''cpdi'', which are rectangles with the edges '// &
+                                         '&method shape_functions = ''cpdi'', which are rectangles with the edges '// &
                                          to_text(edges(1))//', '//to_text(edges(2))//' m from the lower corner of the body '// &
                                          'on: a crack does not separate a domain')
                end associate

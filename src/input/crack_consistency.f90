@@ -118,7 +118,7 @@ contains
           any([(any(model%loads(i)%kind == ['traction', 'pressure']) .and. &
                 any(path_at(model, model%loads(i)%lower, model%loads(i)%upper) > 0), i=1, size(model%loads))])) &
          call settings%complain(entry, 'estimators', '''stress_closure'' is not defined with tractions on the faces '// &
-                                'of the crack; use ''nodal_force'' or ''domain_integral''')
+                                'of the crack; use ''vcct'' or ''domain_integral''')
       if (.not. settings%good(entry, 'reference')) return
       if (model%energy_release%reference == 'dcb') call check_dcb(model, settings, entry)
    end subroutine check_energy_release

@@ -3,8 +3,8 @@ module hampm_crack_groups
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_estimator, only: estimator_t
    use hampm_estimators, only: estimators
-   use hampm_key_rows, only: group_t, key_t, type_real, type_name, type_text, may, repeats, is_optional, any_number, not_negative, &
-                             max_values, positive, once, is_assumed
+   use hampm_key_rows, only: group_t, key_t, type_logical, type_real, type_name, type_text, may, repeats, is_optional, any_number, &
+                             not_negative, max_values, positive, once, is_assumed
    use hampm_settings, only: settings_t
    implicit none
    private
@@ -117,9 +117,11 @@ module hampm_crack_groups
 
    type(key_t), parameter :: energy_release_keys(*) = [ &
       key_t('energy_release', 'estimators', type_name, 0, most_estimators, may, '', &
-            'nodal_force, stress_closure, domain_integral, energy_balance', '', &
-            '{estimators}|energy_balance', &
-            'what the history records of energy; none by default'), &
+            'vcct, stress_closure, domain_integral', '', &
+            '{estimators}', &
+            'of the energy release rate and of K, which the history records; none by default'), &
+      key_t('energy_release', 'energy_balance', type_logical, 1, 1, may, '.false.', '.true.', '', &
+            '', 'whether the history records the energy that the method itself loses, numerical_loss'), &
       key_t('energy_release', 'radii', type_real, 0, most_radii, may, '', '4.0e-3, 6.0e-3, 8.0e-3', 'm', &
             positive, 'of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more'), &
       key_t('energy_release', 'reference', type_name, 1, 1, may, 'none', 'dcb', '', &
@@ -130,7 +132,7 @@ module hampm_crack_groups
    !> &energy_release: what is recorded of energy.
    type :: energy_release_t
       logical, allocatable :: takes(:)           !! which estimators, in the order of their table
-      logical :: energy_balance = .false.
+      logical :: energy_balance = .false.        !! whether the loss of the method is recorded
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending [m]
       character(name_len) :: reference = ''      !! 'none', 'dcb' or 'value'
       real(dp) :: reference_value = 0            !! G_ref where reference = 'value' [J/m2]
@@ -272,7 +274,7 @@ contains
          energy_release%takes = [(settings%texts(entry, 'estimators', trim(rows(k)%name)), k=1, size(rows))]
       end associate
       energy_release%radii = settings%numbers(entry, 'radii')
-      energy_release%energy_balance = settings%texts(entry, 'estimators', 'energy_balance')
+      energy_release%energy_balance = settings%flag(entry, 'energy_balance')
       energy_release%reference = settings%text(entry, 'reference')
       energy_release%reference_value = settings%number(entry, 'reference_value')
    end subroutine fill_energy_release

@@ -122,7 +122,7 @@ contains
       integer :: body
       real(dp), allocatable :: tips(:, :), directions(:, :)
       integer :: k
-      if (.not. model%energy_release%has('nodal_force')) return
+      if (.not. model%energy_release%has('vcct')) return
       call list_tips(model, tips, directions)
       body = 0
       do k = 1, size(tips, 2)
@@ -133,7 +133,7 @@ contains
          body = 0
       end do
       if (body == 0) return
-      call add(text, 'G_nodal_force is 14 to 24 % off with points_per_cell = 1 around the tip of the crack; use 2, or the '// &
+      call add(text, 'G_vcct is 14 to 24 % off with points_per_cell = 1 around the tip of the crack; use 2, or the '// &
                'estimator ''domain_integral''')
    end subroutine check_particles_per_cell
 

@@ -130,9 +130,9 @@ contains
       if (.not. model%contact%is_wanted()) return
       do i = 1, size(velocity_field)
          velocity_field(i) = maxval([0, velocity_field(:i - 1)]) + 1
-         if (model%bodies(i)%part == '') cycle
+         if (model%bodies(i)%contact_group == '') cycle
          do j = 1, i - 1
-            if (model%bodies(j)%part == model%bodies(i)%part) velocity_field(i) = velocity_field(j)
+            if (model%bodies(j)%contact_group == model%bodies(i)%contact_group) velocity_field(i) = velocity_field(j)
          end do
       end do
    end function velocity_fields_of

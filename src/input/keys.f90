@@ -15,8 +15,8 @@ module hampm_keys
    use hampm_text, only: did_you_mean, printable
    implicit none
    private
-   public :: groups, keys, find_group, find_key, first_key, key_count, choices, joined_choices, default_count, default_value, &
-             unknown_group, unknown_key, is_text, new_entry
+   public :: groups, keys, renamed, find_group, find_key, first_key, key_count, choices, joined_choices, default_count, &
+             default_value, unknown_group, unknown_key, is_text, new_entry
 
    type(group_t), parameter :: groups(*) = [ &
       run_group, grid_group, material_group, body_group, constraint_group, load_group, damping_group, contact_group, &
@@ -27,7 +27,41 @@ module hampm_keys
       run_keys, grid_keys, material_keys, body_keys, constraint_keys, load_keys, damping_keys, contact_keys, &
       method_keys, refine_keys, crack_keys, cohesive_keys, growth_keys, energy_release_keys, output_keys]
 
+   !> A name of version 1.
+   type :: renamed_t
+      character(name_len) :: group = ''
+      character(name_len) :: key = ''            !! as it is called now where `value` is given, else the old name
+      character(name_len) :: value = ''          !! an old value of the key, '' where the key itself is meant
+      character(name_len) :: new = ''            !! what to write in its place
+   end type renamed_t
+
+   type(renamed_t), parameter :: renames(*) = [ &
+      renamed_t('material', 'dilatation', '', 'volumetric'), renamed_t('material', 'volumetric', 'point', '''standard'''), &
+      renamed_t('material', 'volumetric', 'cell', '''b_bar'''), &
+      renamed_t('material', 'kinematic', '', 'kinematic_hardening'), renamed_t('body', 'part', '', 'contact_group'), &
+      renamed_t('constraint', 'push_only', '', 'unilateral'), renamed_t('contact', 'bodies', 'joined', '''bonded'''), &
+      renamed_t('method', 'functions', '', 'shape_functions'), renamed_t('method', 'blend', '', 'lumped_fraction'), &
+      renamed_t('method', 'mass', 'full', '''consistent'''), renamed_t('method', 'mass', 'blend', '''weighted'''), &
+      renamed_t('method', 'full_region', '', 'consistent_region'), renamed_t('method', 'full_lower', '', 'consistent_lower'), &
+      renamed_t('method', 'full_upper', '', 'consistent_upper'), &
+      renamed_t('energy_release', 'estimators', 'nodal_force', '''vcct'''), &
+      renamed_t('energy_release', 'estimators', 'crack_closure', '''series_fit'''), &
+      renamed_t('energy_release', 'estimators', 'energy_balance', 'energy_balance = .true. beside the estimators')]
+
 contains
+
+   !> How a name of version 1 is written now, for complaints; '' for a name that never was.
+   pure function renamed(group, key, value) result(text)
+      character(*), intent(in) :: group, key       !! the key as it is called now where a value is meant
+      character(*), intent(in) :: value            !! '' for the key itself
+      character(:), allocatable :: text
+      integer :: row
+      text = ''
+      do row = 1, size(renames)
+         if (renames(row)%group /= group .or. renames(row)%key /= key .or. renames(row)%value /= value) cycle
+         text = '; it is called '//trim(renames(row)%new)//' now: tools/upgrade.py rewrites the file'
+      end do
+   end function renamed
 
    !> A group of which no key is set yet.
    pure function new_entry(group, location) result(entry)
@@ -188,6 +222,7 @@ contains
       do i = size(keys), 1, -1
          if (keys(i)%name == name) question = '; '''//name//''' is a key of &'//trim(keys(i)%group)
       end do
+      if (renamed(groups(group)%name, name, '') /= '') question = renamed(groups(group)%name, name, '')
       message = '&'//trim(groups(group)%name)//' has no key '''//printable(name, 40)//''''//question
    end function unknown_key
 end module hampm_keys

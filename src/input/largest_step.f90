@@ -71,7 +71,8 @@ contains
       real(dp) :: step
       integer :: k, j
       associate (method => model%method)
-         mass = new_mass_choice(method%mass, method%solver, method%order, method%blend, method%full_lower, method%full_upper)
+         mass = new_mass_choice(method%mass, method%solver, method%order, method%lumped_fraction, method%consistent_lower, &
+                                method%consistent_upper)
          step = huge(step)
          do k = 1, size(model%bodies)
             if (any([(is_alike(model, model%bodies(k), model%bodies(j)), j=1, k - 1)])) cycle
@@ -99,7 +100,7 @@ contains
       courant = default_part*courant_limit(model)
       associate (method => model%method)
          if (method%frame == 'updated' .and. .not. method%has_domains()) &
-            courant = min(courant, merge(crossing_full, crossing, method%mass == 'full' .or. method%mass == 'partial'))
+            courant = min(courant, merge(crossing_full, crossing, method%mass == 'consistent' .or. method%mass == 'partial'))
       end associate
       if (model%damping%rate > 0) & ! which takes all of a velocity in a step at the limit
          courant = min(courant, default_part*(most_damping_a_step/model%damping%rate/smallest_cell(model)*chosen_speed(model)))

@@ -53,7 +53,7 @@ module hampm_load_groups
              history_keys(i)%allowed, history_keys(i)%meaning), i=1, size(history_keys)), &
       key_t('constraint', 'name', type_text, 1, 1, may, '', 'grip', '', &
             '', 'gives the force of this constraint columns of its own: reaction_<name>_x and _y'), &
-      key_t('constraint', 'push_only', type_logical, 1, 1, may, '.false.', '', '', &
+      key_t('constraint', 'unilateral', type_logical, 1, 1, may, '.false.', '', '', &
             '', 'whether it holds what presses on it only: a support from which material may lift off')]
 
    !> &constraint: nodes that are held.
@@ -157,7 +157,7 @@ contains
             constraint%motion%velocity = settings%vector(entry, 'velocity')
             call fill_history(settings, entry, constraint%motion%history)
             constraint%name = settings%text(entry, 'name')
-            constraint%motion%push_only = settings%flag(entry, 'push_only')
+            constraint%motion%unilateral = settings%flag(entry, 'unilateral')
             constraint%fixed = [(index(fix, axis(d:d)) > 0, d=1, ndim)]
          end associate
       end do

@@ -34,7 +34,7 @@ module hampm_material_group
             not_negative, 'of law = ''j2_plastic'': by which it rises to a limit besides (Voce)'), &
       key_t('material', 'saturation_strain', type_real, 0, 1, may, '', '', '', &
             positive, 'the equivalent plastic strain at which 1 - 1/e of that is reached; required with saturation'), &
-      key_t('material', 'kinematic', type_real, 1, 1, may, '0.0', '', 'Pa', &
+      key_t('material', 'kinematic_hardening', type_real, 1, 1, may, '0.0', '', 'Pa', &
             not_negative, 'of law = ''j2_plastic'': by which the back stress rises with the plastic strain (Prager)'), &
       key_t('material', 'c01', type_real, 0, 1, may, '', '', 'Pa', &
             positive, 'of law = ''mooney_rivlin'': modulus of the second invariant; c10 = young/(4 (1 + poisson)) - c01'), &
@@ -42,8 +42,9 @@ module hampm_material_group
             positive, 'of law = ''viscoelastic'': the relaxing parts of the instantaneous shear modulus, a Prony series'), &
       key_t('material', 'relaxation_times', type_real, 0, most_branches, may, '', '', 's', &
             positive, 'of law = ''viscoelastic'': the time in which each of them falls to 1/e'), &
-      key_t('material', 'dilatation', type_name, 1, 1, may, 'point', '', '', &
-            'point|cell', 'each point has its own, or the mean of its cell, which does not lock where material keeps its volume'), &
+      key_t('material', 'volumetric', type_name, 1, 1, may, 'standard', '', '', &
+            'standard|b_bar', &
+            'each point has its own dilatation, or the mean of its cell, which does not lock at constant volume'), &
       key_t('material', 'young_1', type_real, 0, 1, may, '', '', 'Pa', &
             positive, 'of ''orthotropic'': Young''s modulus along axis 1 of the material'), &
       key_t('material', 'young_2', type_real, 0, 1, may, '', '', 'Pa', &
@@ -73,7 +74,7 @@ module hampm_material_group
       real(dp) :: young = 0                      !! [Pa]
       real(dp) :: poisson = 0                    !! [-]
       real(dp) :: density = 0                    !! [kg/m3]
-      character(name_len) :: dilatation = ''     !! 'point' or 'cell'
+      character(name_len) :: volumetric = ''     !! 'standard' or 'b_bar'
       real(dp) :: yield_stress = 0               !! of 'j2_plastic' [Pa]
       real(dp) :: hardening = 0                  !! the same [Pa]
       real(dp) :: saturation = 0                 !! the same [Pa]
@@ -107,12 +108,12 @@ contains
             material%young = settings%number(entry, 'young')
             material%poisson = settings%number(entry, 'poisson')
             material%density = settings%number(entry, 'density')
-            material%dilatation = settings%text(entry, 'dilatation')
+            material%volumetric = settings%text(entry, 'volumetric')
             material%yield_stress = settings%number(entry, 'yield_stress')
             material%hardening = settings%number(entry, 'hardening')
             material%saturation = settings%number(entry, 'saturation')
             material%saturation_strain = settings%number(entry, 'saturation_strain')
-            material%kinematic = settings%number(entry, 'kinematic')
+            material%kinematic = settings%number(entry, 'kinematic_hardening')
             material%c01 = settings%number(entry, 'c01')
             material%moduli = settings%numbers(entry, 'moduli')
             material%relaxation_times = settings%numbers(entry, 'relaxation_times')
@@ -160,7 +161,7 @@ contains
    pure logical function is_the_same_as(self, other) result(is)
       class(material_spec_t), intent(in) :: self
       type(material_spec_t), intent(in) :: other
-      is = self%law == other%law .and. self%dilatation == other%dilatation
+      is = self%law == other%law .and. self%volumetric == other%volumetric
       if (is) is = are_equal([self%young, self%poisson, self%density, self%yield_stress, self%hardening, self%saturation, &
                               self%saturation_strain, self%kinematic, self%c01], &
                              [other%young, other%poisson, other%density, other%yield_stress, other%hardening, other%saturation, &

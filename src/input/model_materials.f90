@@ -66,7 +66,7 @@ contains
                                     spec%yield_stress, spec%hardening, spec%moduli, spec%relaxation_times, spec%saturation, &
                                     spec%saturation_strain, spec%kinematic, spec%c01)
          end if
-         material%mean_dilatation = spec%dilatation == 'cell' .and. model%grid%order == 1
+         material%mean_dilatation = spec%volumetric == 'b_bar' .and. model%grid%order == 1
          material%is_ring = model%run%thickness%is_ring
       end associate
    end function material_of

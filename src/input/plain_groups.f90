@@ -18,9 +18,9 @@ module hampm_plain_groups
    ! group, name, type, fewest values, most values, required, default, example, unit,
    !    allowed, meaning
    type(key_t), parameter :: contact_keys(*) = [ &
-      key_t('contact', 'bodies', type_name, 1, 1, may, 'joined', '', '', &
-            'joined|stick|frictionless|friction', &
-            'joined: one velocity field, in which they stick; else one for each: those that touch stick, or slide'), &
+      key_t('contact', 'bodies', type_name, 1, 1, may, 'bonded', '', '', &
+            'bonded|stick|frictionless|friction', &
+            'bonded: one velocity field, in which they stick; else one for each: those that touch stick, or slide'), &
       key_t('contact', 'friction', type_real, 1, 1, may, '0.0', '', '', &
             not_negative, 'of bodies = ''friction'': coefficient'), &
       key_t('contact', 'distance', type_real, 1, 1, may, '0.0', '', 'm', &
@@ -28,7 +28,7 @@ module hampm_plain_groups
 
    !> &contact.
    type :: body_contact_spec_t
-      character(name_len) :: bodies = 'joined'   !! 'joined', 'stick', 'frictionless' or 'friction'
+      character(name_len) :: bodies = 'bonded'   !! 'bonded', 'stick', 'frictionless' or 'friction'
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: distance = 0                   !! gap at which they touch [m]
    contains
@@ -135,21 +135,21 @@ module hampm_plain_groups
             'global|local', 'one for all cells, that of the smallest, or longer ones for larger cells'), &
       key_t('method', 'frame', type_name, 1, 1, may, 'total', '', '', &
             'updated|total', 'shape functions at the present positions, for bodies that meet, or always at the initial ones'), &
-      key_t('method', 'functions', type_name, 1, 1, may, 'linear', '', '', &
+      key_t('method', 'shape_functions', type_name, 1, 1, may, 'linear', '', '', &
             'linear|cpdi', 'of a particle in frame = ''updated'': of its place, or the mean over the corners of its domain'), &
       key_t('method', 'mass', type_name, 1, 1, may, 'lumped', '', '', &
-            'lumped|full|partial|fmpm|blend', &
-            'mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a mean of both'), &
+            'lumped|consistent|partial|fmpm|weighted', &
+            'mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a weighted mean of both'), &
       key_t('method', 'order', type_integer, 1, 1, may, '2', '', '', &
             '[1, 100]', 'of mass = ''fmpm'': number of terms of the series; 1 is lumped'), &
-      key_t('method', 'blend', type_real, 1, 1, may, '0.2778', '', '', &
-            '[0, 1]', 'of mass = ''blend'': part that is lumped; 5/18 has the least dispersion in short steps'), &
-      key_t('method', 'full_region', type_name, 1, 1, may, 'box', '', '', &
-            'box|refined', 'of mass = ''partial'': it is full in a box, or in the cells that are refined'), &
-      key_t('method', 'full_lower', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
-            any_number, 'of full_region = ''box'': lower corner of the box in which mass = ''partial'' is full'), &
-      key_t('method', 'full_upper', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
-            any_number, 'of full_region = ''box'': upper corner of this box; needed there'), &
+      key_t('method', 'lumped_fraction', type_real, 1, 1, may, '0.2778', '', '', &
+            '[0, 1]', 'of mass = ''weighted'': weight of the lumped matrix; 5/18 has the least dispersion in short steps'), &
+      key_t('method', 'consistent_region', type_name, 1, 1, may, 'box', '', '', &
+            'box|refined', 'of mass = ''partial'': it is consistent in a box, or in the cells that are refined'), &
+      key_t('method', 'consistent_lower', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
+            any_number, 'of consistent_region = ''box'': lower corner of the box in which mass = ''partial'' is consistent'), &
+      key_t('method', 'consistent_upper', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
+            any_number, 'of consistent_region = ''box'': upper corner of this box; needed there'), &
       key_t('method', 'solver', type_name, 1, 1, may, 'auto', '', '', &
             'auto|cg|direct', &
             'of mass matrices that are not lumped and of equilibrium: iterative, or a factorisation; auto: cg, direct')]
@@ -166,13 +166,13 @@ module hampm_plain_groups
       character(name_len) :: wave_speed = ''     !! 'shear' or 'dilatational'
       character(name_len) :: time_steps = 'global' !! 'global' or 'local'
       character(name_len) :: frame = 'total'     !! 'updated' or 'total'
-      character(name_len) :: functions = 'linear' !! 'linear' or 'cpdi'
-      character(name_len) :: mass = 'lumped'     !! 'lumped', 'full', 'partial', 'fmpm' or 'blend'
+      character(name_len) :: shape_functions = 'linear' !! 'linear' or 'cpdi'
+      character(name_len) :: mass = 'lumped'     !! 'lumped', 'consistent', 'partial', 'fmpm' or 'weighted'
       integer :: order = 1                       !! of fmpm
-      real(dp) :: blend = 0                      !! lumped part [-]
-      character(name_len) :: full_region = 'box' !! of a partial mass matrix: 'box' or 'refined'
-      real(dp) :: full_lower(ndim) = 0           !! box in which it is full [m]
-      real(dp) :: full_upper(ndim) = 0           !! [m]
+      real(dp) :: lumped_fraction = 0            !! of 'weighted' [-]
+      character(name_len) :: consistent_region = 'box' !! of a partial mass matrix: 'box' or 'refined'
+      real(dp) :: consistent_lower(ndim) = 0     !! box in which it is consistent [m]
+      real(dp) :: consistent_upper(ndim) = 0     !! [m]
       character(name_len) :: solver = 'auto'     !! 'auto', 'cg' or 'direct'
    contains
       procedure :: has_domains
@@ -294,7 +294,7 @@ contains
    !> Whether particles have domains (`hampm_domains`).
    elemental logical function has_domains(self)
       class(method_t), intent(in) :: self
-      has_domains = self%functions == 'cpdi'
+      has_domains = self%shape_functions == 'cpdi'
    end function has_domains
 
    !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
@@ -313,13 +313,13 @@ contains
       method%wave_speed = settings%text(entry, 'wave_speed')
       method%time_steps = settings%text(entry, 'time_steps')
       method%frame = settings%text(entry, 'frame')
-      method%functions = settings%text(entry, 'functions')
+      method%shape_functions = settings%text(entry, 'shape_functions')
       method%mass = settings%text(entry, 'mass')
       method%order = nint(settings%number(entry, 'order'))
-      method%blend = settings%number(entry, 'blend')
-      method%full_region = settings%text(entry, 'full_region')
-      method%full_lower = settings%vector(entry, 'full_lower')
-      method%full_upper = settings%vector(entry, 'full_upper')
+      method%lumped_fraction = settings%number(entry, 'lumped_fraction')
+      method%consistent_region = settings%text(entry, 'consistent_region')
+      method%consistent_lower = settings%vector(entry, 'consistent_lower')
+      method%consistent_upper = settings%vector(entry, 'consistent_upper')
       method%solver = settings%text(entry, 'solver')
    end subroutine fill_method
 

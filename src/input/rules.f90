@@ -37,7 +37,7 @@ module hampm_rules
    ! Of rows that differ by one word alone
    character(*), parameter :: corners(*) = ['lower', 'upper']
    character(*), parameter :: acting(*) = ['&constraint', '&load      ']
-   character(*), parameter :: of_matter(*) = [character(11) :: 'material', 'velocity', 'spin', 'eigenstrain', 'part']
+   character(*), parameter :: of_matter(*) = [character(13) :: 'material', 'velocity', 'spin', 'eigenstrain', 'contact_group']
    character(*), parameter :: of_gradient(*) = [character(12) :: 'field', 'r_crit', 'r_coarsen', 'energy_floor']
    character(*), parameter :: of_looks(*) = ['start   ', 'interval']
    character(*), parameter :: with_forces(*) = [character(48) :: 'cracks that cut cells', &
@@ -52,17 +52,17 @@ module hampm_rules
    character(*), parameter :: no_rate = "J is not the energy release rate where material around a growing tip dissipates energy"
 
    type(rule_t), parameter :: of_rings(*) = [ &
-      rule_t("&method mass = 'lumped' | 'partial' | 'fmpm' | 'blend'", not_with, &
+      rule_t("&method mass = 'lumped' | 'partial' | 'fmpm' | 'weighted'", not_with, &
              "a mass matrix that acts and quadratic cells at an axis", mechanics, &
-             "nodes on the axis have a lumped mass of 0", "&method mass = 'full'"), &
+             "nodes on the axis have a lumped mass of 0", "&method mass = 'consistent'"), &
       rule_t("&run plane = 'axisymmetric'", not_with, "&run thickness", by_meaning, &
              "the thickness of a ring is its circumference", ""), &
       rule_t("&body spin", not_with, "&run plane = 'axisymmetric'", mechanics, &
              "a ring cannot rotate in the plane of its section", ""), &
       rule_t("&energy_release reference = 'dcb'", not_with, "&run plane = 'axisymmetric'", mechanics, &
              "a beam has no axis", ""), &
-      rule_t("&run plane = 'axisymmetric'", not_with, "&method functions = 'cpdi'", not_built, &
-             "corners of a domain do not give the hoop stretch", "&method functions = 'linear'")]
+      rule_t("&run plane = 'axisymmetric'", not_with, "&method shape_functions = 'cpdi'", not_built, &
+             "corners of a domain do not give the hoop stretch", "&method shape_functions = 'linear'")]
 
    type(rule_t), parameter :: of_grids(*) = [ &
       rule_t("&grid order = 2", not_with, "&method time = 'explicit' | 'implicit' and &growth law = 'prescribed' | 'toughness'", &
@@ -93,21 +93,21 @@ module hampm_rules
       rule_t("&material saturation", requires, "&material law = 'j2_plastic' and &material saturation_strain", by_meaning, "", &
              ""), &
       rule_t("&material saturation_strain", requires, "&material saturation", by_meaning, "", ""), &
-      rule_t("&material kinematic", requires, "&material law = 'j2_plastic'", by_meaning, "", ""), &
+      rule_t("&material kinematic_hardening", requires, "&material law = 'j2_plastic'", by_meaning, "", ""), &
       rule_t("&material law = 'mooney_rivlin'", requires, "&material c01", by_meaning, "", ""), &
       rule_t("&material c01", requires, "&material law = 'mooney_rivlin'", by_meaning, "", ""), &
       rule_t("&material law = 'viscoelastic'", requires, "&material moduli and &material relaxation_times", by_meaning, "", ""), &
       rule_t("&material moduli", requires, "&material law = 'viscoelastic'", by_meaning, "", ""), &
       rule_t("&material relaxation_times", requires, "&material law = 'viscoelastic'", by_meaning, "", ""), &
-      rule_t("&material dilatation = 'cell'", not_with, "&method time = 'static' | 'implicit' and "//for_any_strain, not_built, &
-             "the mean of large strains has no tangent yet", "&material dilatation = 'point'"), &
-      rule_t("&material dilatation = 'cell'", not_with, "&method functions = 'cpdi'", mechanics, &
-             "a domain has one dilatation", "&material dilatation = 'point'"), &
-      rule_t("&material dilatation = 'cell'", no_effect_with, "&grid order = 2", mechanics, "quadratic cells do not lock", ""), &
-      rule_t("&material dilatation = 'point'", warned_with, &
+      rule_t("&material volumetric = 'b_bar'", not_with, "&method time = 'static' | 'implicit' and "//for_any_strain, not_built, &
+             "the mean of large strains has no tangent yet", "&material volumetric = 'standard'"), &
+      rule_t("&material volumetric = 'b_bar'", not_with, "&method shape_functions = 'cpdi'", mechanics, &
+             "a domain has one dilatation", "&material volumetric = 'standard'"), &
+      rule_t("&material volumetric = 'b_bar'", no_effect_with, "&grid order = 2", mechanics, "quadratic cells do not lock", ""), &
+      rule_t("&material volumetric = 'standard'", warned_with, &
              "&material law = 'j2_plastic' and &run plane /= 'stress' and &grid order = 1", mechanics, &
              "yielding cells lock: they are too stiff, and loads rise beyond the limit load", &
-             "&material dilatation = 'cell'"), &
+             "&material volumetric = 'b_bar'"), &
       rule_t(with_history, not_with, "&growth law = 'quasi_static'", mechanics, no_rate, ""), &
       rule_t(with_history, not_with, "&growth law = 'toughness' and &method time = 'implicit'", mechanics, no_rate, ""), &
       rule_t(with_history, not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", mechanics, &
@@ -130,9 +130,9 @@ module hampm_rules
       rule_t("&body points", requires, "&body shape = 'polygon'", by_meaning, "", ""), &
       rule_t("&body center", requires, "&body shape = 'circle'", by_meaning, "", ""), &
       rule_t("&body radius", requires, "&body shape = 'circle'", by_meaning, "", ""), &
-      rule_t("&body part", requires, "&contact bodies = 'stick' | 'frictionless' | 'friction'", by_meaning, &
+      rule_t("&body contact_group", requires, "&contact bodies = 'stick' | 'frictionless' | 'friction'", by_meaning, &
              "contact groups have an effect in contact only", ""), &
-      rule_t("&body part", no_effect_without, "another body of that part", mechanics, &
+      rule_t("&body contact_group", no_effect_without, "another body of that group", mechanics, &
              "a body without this key is a contact group by itself", ""), &
       rule_t("&body points_per_cell < 3", not_with, "&grid order = 2", mechanics, &
              "fewer than 3 leave hourglass motions of the nodes without strain of a particle", "&body points_per_cell = 3"), &
@@ -166,9 +166,9 @@ module hampm_rules
              "&method time_steps = 'global'"), &
       rule_t("&constraint velocity", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, "", &
              "&method time_steps = 'global'"), &
-      rule_t("&constraint push_only = .true.", not_with, "&method time = 'explicit'", not_built, &
+      rule_t("&constraint unilateral = .true.", not_with, "&method time = 'explicit'", not_built, &
              "faces with contact separate and touch again in explicit steps", "&method time = 'implicit'"), &
-      rule_t("&constraint push_only = .true.", not_with, "&growth", not_built, &
+      rule_t("&constraint unilateral = .true.", not_with, "&growth", not_built, &
              "growth scales the loads, but reactions of a support are not proportional to them", "")]
 
    type(rule_t), parameter :: of_loads(*) = [ &
@@ -219,7 +219,7 @@ module hampm_rules
              "&method frame = 'total'"), &
       rule_t("&method frame = 'updated'", not_with, "&growth law = 'prescribed' | 'toughness'", not_built, &
              "cohesive points ahead of a tip join nodes that keep their material", "&method frame = 'total'"), &
-      rule_t("&method functions = 'cpdi'", requires, "&method frame = 'updated'", mechanics, &
+      rule_t("&method shape_functions = 'cpdi'", requires, "&method frame = 'updated'", mechanics, &
              "particles stay in their cells in the total Lagrangian frame, where shape functions of cells are more accurate", ""), &
       rule_t("&method time_steps = 'local'", requires, "&method frame = 'total'", mechanics, &
              "local steps use mass matrices and moments of cells, which are constant only where particles stay in their cells", &
@@ -237,15 +237,15 @@ module hampm_rules
              "", "&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&material law /= 'linear_elastic' | 'orthotropic'", mechanics, &
              "local steps need a linear relation of forces to displacements", "&method time_steps = 'global'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&material dilatation = 'cell'", not_built, &
-             "fine steps use moments of the volume of cells", "&material dilatation = 'point'"), &
+      rule_t("&method time_steps = 'local'", not_with, "&material volumetric = 'b_bar'", not_built, &
+             "fine steps use moments of the volume of cells", "&material volumetric = 'standard'"), &
       rule_t("&method time_steps = 'local'", not_with, "&refine indicator = 'gradient' | 'zz'", mechanics, &
              "vibrations of small cells grow where the mesh changes", "&method time_steps = 'global'"), &
       (rule_t("&method time_steps = 'local'", not_with, with_forces(k), not_built, &
               "forces across faces would join cells with different steps", "&method time_steps = 'global'"), k=1, 3), &
       rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'symmetry' and &growth law = 'prescribed' | 'toughness'", &
              not_built, "nodal release needs steps that are the same for all cells", "&method time_steps = 'global'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&energy_release estimators = 'energy_balance'", not_built, &
+      rule_t("&method time_steps = 'local'", not_with, "&energy_release energy_balance = .true.", not_built, &
              "the numerical loss of local steps is not known", "&method time_steps = 'global'"), &
       rule_t("&method path = 'reference'", not_with, "&method time = 'static' | 'implicit'", by_meaning, &
              "the reference step is explicit", &
@@ -253,12 +253,12 @@ module hampm_rules
       rule_t("&method path = 'reference'", not_with, "&method time_steps = 'local'", by_meaning, &
              "the reference step is one step of all cells", &
              "&method time_steps = 'global'"), &
-      rule_t("&method path = 'reference'", not_with, "&method functions = 'cpdi'", not_built, &
-             "particles of the reference step are points of cells", "&method functions = 'linear'"), &
-      rule_t("&method path = 'reference'", not_with, "&method mass = 'full' | 'partial' | 'fmpm' | 'blend'", not_built, &
+      rule_t("&method path = 'reference'", not_with, "&method shape_functions = 'cpdi'", not_built, &
+             "particles of the reference step are points of cells", "&method shape_functions = 'linear'"), &
+      rule_t("&method path = 'reference'", not_with, "&method mass = 'consistent' | 'partial' | 'fmpm' | 'weighted'", not_built, &
              "the reference step divides by lumped masses", "&method mass = 'lumped'"), &
-      rule_t("&method path = 'reference'", not_with, "&material dilatation = 'cell'", not_built, &
-             "particles of the reference step have their own dilatation", "&material dilatation = 'point'"), &
+      rule_t("&method path = 'reference'", not_with, "&material volumetric = 'b_bar'", not_built, &
+             "particles of the reference step have their own dilatation", "&material volumetric = 'standard'"), &
       rule_t("&constraint displacement", not_with, "&method path = 'reference'", not_built, &
              "the reference step has no prescribed motion", &
              "&method path = 'fastest'"), &
@@ -266,17 +266,17 @@ module hampm_rules
              "the reference step has no prescribed motion", &
              "&method path = 'fastest'"), &
       rule_t("&method path = 'reference'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
-             "the reference step has one velocity field", "&contact bodies = 'joined'"), &
+             "the reference step has one velocity field", "&contact bodies = 'bonded'"), &
       rule_t("&method path = 'reference'", not_with, "&crack contact = 'frictionless' | 'friction'", not_built, &
              "the reference step has no contact of faces", "&crack contact = 'none'"), &
       rule_t("&method path = 'reference'", not_with, "&growth", not_built, "the reference step has no growth", ""), &
-      rule_t("&method path = 'reference'", not_with, "&energy_release estimators = 'energy_balance'", not_built, &
+      rule_t("&method path = 'reference'", not_with, "&energy_release energy_balance = .true.", not_built, &
              "the reference step does not record numerical losses", ""), &
       rule_t("&method mass = 'fmpm'", not_with, "&method time = 'implicit'", mechanics, &
-             "fmpm is a series for the inverse, and implicit steps use the matrix", "&method mass = 'full'"), &
-      rule_t("&method mass = 'lumped' | 'partial' | 'fmpm' | 'blend'", not_with, &
+             "fmpm is a series for the inverse, and implicit steps use the matrix", "&method mass = 'consistent'"), &
+      rule_t("&method mass = 'lumped' | 'partial' | 'fmpm' | 'weighted'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", mechanics, &
-             "some nodes would have a lumped mass below 0", "&method mass = 'full'"), &
+             "some nodes would have a lumped mass below 0", "&method mass = 'consistent'"), &
       rule_t("&method solver = 'cg'", not_with, &
              "a mass matrix that acts and quadratic cells at an axis", mechanics, &
              "cg is preconditioned by lumped masses, which are 0 on the axis", "&method solver = 'direct'"), &
@@ -289,7 +289,7 @@ module hampm_rules
       rule_t("&method hht_alpha", requires, "&method time = 'implicit'", by_meaning, "", ""), &
       rule_t("&method time_step > 0", not_with, "&method time = 'implicit' and &method courant > 0", by_meaning, &
              "both give the time step", "one of both"), &
-      rule_t("&method full_region = 'refined' and &method mass = 'partial'", requires, &
+      rule_t("&method consistent_region = 'refined' and &method mass = 'partial'", requires, &
              "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "the matrix is consistent in refined cells", ""), &
       rule_t("&method courant > 0", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit", &
              ""), &
@@ -304,13 +304,14 @@ module hampm_rules
       rule_t("&method load_steps", no_effect_without, "&method time = 'static'", by_meaning, "", ""), &
       rule_t("&method order", no_effect_without, "&method mass = 'fmpm' and a mass matrix that acts", by_meaning, &
              "", ""), &
-      rule_t("&method blend", no_effect_without, "&method mass = 'blend' and a mass matrix that acts", by_meaning, &
+      rule_t("&method lumped_fraction", no_effect_without, "&method mass = 'weighted' and a mass matrix that acts", by_meaning, &
              "", ""), &
-      rule_t("&method full_region", no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
+      rule_t("&method consistent_region", no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
              by_meaning, "", ""), &
-      (rule_t("&method full_"//corners(k), no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
+      (rule_t("&method consistent_"//corners(k), no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
               by_meaning, "", ""), k=1, 2), &
-      (rule_t("&method full_"//corners(k), no_effect_with, "&method mass = 'partial' and &method full_region = 'refined'", &
+      (rule_t("&method consistent_"//corners(k), no_effect_with, &
+              "&method mass = 'partial' and &method consistent_region = 'refined'", &
               by_meaning, "the region consists of the refined cells", ""), k=1, 2), &
       rule_t("&method solver = 'direct'", no_effect_with, &
              "&method time = 'explicit' and &method mass = 'lumped' | 'fmpm'", mechanics, "lumped masses need no solution", ""), &
@@ -325,7 +326,7 @@ module hampm_rules
              "&method scheme = 'musl'"), &
       rule_t("&method mass = 'lumped'", noted_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
              "K of a tip at 0.6 of the speed of Rayleigh waves is up to 4 % low, and a crack that grows by its toughness comes "// &
-             "5 % less far", "&method mass = 'blend'")]
+             "5 % less far", "&method mass = 'weighted'")]
 
    type(rule_t), parameter :: of_refinement(*) = [ &
       rule_t("&refine indicator = 'tip'", requires, "&crack", by_meaning, "", ""), &
@@ -439,7 +440,7 @@ module hampm_rules
    type(rule_t), parameter :: of_energies(*) = [ &
       rule_t("&energy_release estimators = {estimators}", requires, "&crack", by_meaning, "", ""), &
       rule_t("&energy_release estimators = {estimators at nodes}", not_with, "tips at no nodes", mechanics, &
-             "virtual crack closure needs a tip at a node", "'domain_integral' or 'crack_closure'"), &
+             "virtual crack closure needs a tip at a node", "'domain_integral' or 'series_fit'"), &
       rule_t("&energy_release estimators = {estimators at nodes}", not_with, "&growth and &crack kind = 'symmetry'", &
              mechanics, "virtual crack closure needs a tip at a node, and a growing tip is between nodes", "'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators at nodes}", not_with, "&cohesive", &

@@ -3,7 +3,7 @@
 module hampm_validation
    use hampm_kinds, only: dp, ndim, name_len, path_len
    use hampm_key_rows, only: key_t, type_integer, type_real, type_logical, type_name, is_required, is_assumed
-   use hampm_keys, only: groups, keys, first_key, choices, default_count, default_value, is_text, new_entry
+   use hampm_keys, only: groups, keys, renamed, first_key, choices, default_count, default_value, is_text, new_entry
    use hampm_settings, only: settings_t, setting_t, group_entry_t, value_t
    use hampm_text, only: to_text, lower_case, did_you_mean, printable
    use hampm_values, only: parse_real, parse_integer, in_interval, is_number, is_extreme, is_no_number
@@ -181,11 +181,21 @@ contains
       else if (key%allowed /= '') then
          call choices(key, list)
          value%text = lower_case(value%text)
-         if (.not. any(list == value%text)) message = must_be(key)//did_you_mean(value%text, list)
+         if (.not. any(list == value%text)) message = must_be(key)//why_not(key, value%text, list)
       else if (key%required .and. value%text == '') then
          message = 'must not be empty'
       end if
    end subroutine validate_text
+
+   !> What else there is to say of a choice that a key does not have: its new name, or one like it.
+   pure function why_not(key, text, list) result(hint)
+      type(key_t), intent(in) :: key
+      character(*), intent(in) :: text
+      character(*), intent(in) :: list(:)
+      character(:), allocatable :: hint
+      hint = renamed(key%group, key%name, text)
+      if (hint == '') hint = did_you_mean(text, list)
+   end function why_not
 
    !> What a value of this key must be: `must be in (0, inf) [Pa]`, `must be 'stress' or 'strain'`.
    pure function must_be(key) result(text)

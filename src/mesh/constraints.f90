@@ -15,7 +15,7 @@ module hampm_constraints
       real(dp) :: displacement(ndim) = 0         !! by which where the factor is 1 [m]
       real(dp) :: velocity(ndim) = 0             !! and with which [m/s]
       type(time_history_t) :: history            !! of that factor
-      logical :: push_only = .false.             !! whether nothing keeps the material from leaving them
+      logical :: unilateral = .false.            !! whether nothing keeps the material from leaving them
    end type given_motion_t
 
    !> A box in which nodes are fixed.
@@ -127,7 +127,7 @@ contains
             held = box%components .and. .not. grid%cut_cells%freed_at(x)
             c%fixed(:, i) = c%fixed(:, i) .or. held
             where (held) c%box(:, i) = k
-            where (held) c%supported(:, i) = box%motion%push_only
+            where (held) c%supported(:, i) = box%motion%unilateral
          end associate
       end do
    end subroutine hold_in_box
@@ -189,7 +189,7 @@ contains
       only_push = .false.
       if (.not. allocated(self%boxes)) return
       do k = 1, size(self%boxes)
-         only_push = only_push .or. self%boxes(k)%motion%push_only
+         only_push = only_push .or. self%boxes(k)%motion%unilateral
       end do
    end function only_push
 

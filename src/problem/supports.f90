@@ -34,7 +34,7 @@ contains
             do d = 1, ndim
                if (.not. m%constraints%supported(d, node) .or. min(side(d, node), other(d, node)) <= 0) cycle
                x = without_rounding(m%grid%node_position(:, node), maxval(m%grid%forest%cells)*m%grid%forest%cell)
-               call failure%report(exit_input, '&constraint push_only: the node at ('//to_text(x(1))//', '//to_text(x(2))// &
+               call failure%report(exit_input, '&constraint unilateral: the node at ('//to_text(x(1))//', '//to_text(x(2))// &
                                    ') m has material on both sides in '//axis(d)//', so that the direction of its '// &
                                    'reaction is not known; a support must be at an edge normal to the component that it fixes')
                return

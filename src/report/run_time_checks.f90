@@ -104,9 +104,9 @@ contains
          call check_travel(problem, measurements, now, warning)
          call check_angular_momentum(problem, measurements, now, warning)
          if (any(measurements%crack%has_left_node)) &
-            call warn(now//'the material has carried '//carried//': ''nodal_force'' and ''stress_closure'' '// &
+            call warn(now//'the material has carried '//carried//': ''vcct'' and ''stress_closure'' '// &
                       'are not numbers from now on. Use &energy_release estimators = ''domain_integral'' or '// &
-                      '''crack_closure'', or &method frame = ''total''', carried, warning)
+                      '''series_fit'', or &method frame = ''total''', carried, warning)
       end if
       if (.not. problem%interfaces%are_bounded .and. .not. failure%failed()) call check_pieces(problem, now, failure)
    end subroutine check_state
@@ -367,7 +367,7 @@ contains
       if (abs(total - measurements%initial_angular_momentum) <= noticed_turn*largest) return
       call warn(now//slowed//to_text(total - measurements%initial_angular_momentum)//' kg m2/s without external forces, '// &
                 'more than a tenth of what the motion allows. Likely cause: a turning body has few cells for its '// &
-                'mass matrix; use smaller &grid cell or &method mass = ''full''', slowed, warning)
+                'mass matrix; use smaller &grid cell or &method mass = ''consistent''', slowed, warning)
    end subroutine check_angular_momentum
 
    !> Add a warning, unless one with the same phrase is there already.

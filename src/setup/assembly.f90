@@ -101,9 +101,9 @@ contains
       problem%audit = model%energy_release%energy_balance
       associate (method => model%method)
          call start_problem(problem, scheme_of(model), failure, new_mass_choice(mass_used(model), method%solver, method%order, &
-                                                                              method%blend, method%full_lower, &
-                                                                              method%full_upper, &
-                                                                              method%full_region == 'refined'))
+                                                                              method%lumped_fraction, method%consistent_lower, &
+                                                                              method%consistent_upper, &
+                                                                              method%consistent_region == 'refined'))
       end associate
    end subroutine assemble
 

@@ -126,7 +126,7 @@ contains
          bytes = bytes + of_cell*cells + of_full_cell*occupied
          fill = fill_of(occupied)
       end if
-      if (model%method%functions == 'cpdi') bytes = bytes + of_domain*particles
+      if (model%method%shape_functions == 'cpdi') bytes = bytes + of_domain*particles
       if (model%refine%indicator /= 'none' .and. model%refine%max_level > 0) &
          bytes = bytes + of_refined_particle*particles + of_refined_cell*cells
       if (model%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles &

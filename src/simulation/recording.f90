@@ -178,7 +178,7 @@ contains
          call s%results%add_attribute('/history', 'ended', 'done', failure)
          call s%results%add_attribute('/history', 'warnings', warnings(s), failure)
          if (s%distance_to_equilibrium >= 0) &
-            call s%results%add_attribute('/history', 'distance_from_rest', s%distance_to_equilibrium, failure)
+            call s%results%add_attribute('/history', 'distance_to_equilibrium', s%distance_to_equilibrium, failure)
       case (exit_computation)
          call s%results%add_attribute('/history', 'ended', failure%message, unwritten)
          call s%results%add_attribute('/history', 'warnings', warnings(s), unwritten)

@@ -14,7 +14,7 @@ from sweep import read_sweep
     ("! memory          about 21 MB", 21),
     ("! memory          about 5.2 GB, 12 GB where cells refine to 409600 particles", 12e3),
     ("hampm: the model needs about 170 GB of memory for 900000000 particles and 400000000 cells, and there are 8.2 GB: use", 170e3),
-    ("hampm: --set method.mass=ful: must be 'lumped'", 0)])
+    ("hampm: --set method.mass=consisten: must be 'lumped'", 0)])
 def test_the_most_that_hampm_says(line, megabytes):
     assert most_memory(f"! results         about 100 GB\n{line}\n") == megabytes
 
@@ -23,7 +23,7 @@ def test_what_a_case_asks_for(tmp_path):
     """Uniform, refined, too large for any machine, refused."""
     path = write_sweep(tmp_path, HEAD + "cases:\n- {run.title: a}\n"
                        "- {refine.indicator: gradient, refine.r_crit: 0.1, refine.max_level: 8, refine.field: speed}\n"
-                       "- {grid.cells: [15000, 15000], body.upper: [14000.25, 14000]}\n- {method.mass: ful}\n")
+                       "- {grid.cells: [15000, 15000], body.upper: [14000.25, 14000]}\n- {method.mass: consisten}\n")
     sweep = read_sweep(path)
     plain, refined, large, refused = (memory(sweep, name, PROGRAM) for name in sweep.cases)
     assert refused == 100 < plain < refined and large > 100e3

@@ -45,7 +45,7 @@ def outcome(folder):
 
 @pytest.mark.parametrize("settings, end, message", [
     ({}, "done", ""),
-    ({"method.mass": "ful"}, "refused", "did you mean 'full'?"),
+    ({"method.mass": "consisten"}, "refused", "did you mean 'consistent'?"),
     ({"body.velocity": "30000,0"}, "failed", "Likely cause: the run is unstable")])
 def test_an_end_that_would_come_again_is_an_outcome(case, folder, settings, end, message):
     result = run(case(settings))

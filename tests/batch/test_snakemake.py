@@ -140,7 +140,7 @@ def assert_table(path, sweep, slow):
 @pytest.mark.verify
 def test_cases_in_groups_as_on_a_cluster(tmp_path):
     """By an executor that takes the place of Slurm's; the rest is what the profile for Slurm says."""
-    path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0], [20, 0], [30, 0]], method.mass: [lumped, ful]}\n"
+    path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0], [20, 0], [30, 0]], method.mass: [lumped, consisten]}\n"
                        "memory: 100\nruntime: 7\nthreads: 2")
     process = start(path, "--profile", BATCH / "profiles/slurm", "--executor", "standin",
                     "--seconds-between-status-checks", "1", cores=4, PYTHONPATH=str(BATCH.parent / "tests/batch/plugins"))
@@ -159,16 +159,16 @@ def test_a_mistake_ends_before_any_case_is_run(tmp_path):
 
 
 def test_all_cases_are_checked_before_the_first_is_run(tmp_path):
-    path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0]], method.mass: [ful, lumped]}")
+    path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0]], method.mass: [consisten, lumped]}")
     out, messages = (process := start(path, cores=1)).communicate(timeout=300)
     first, bad = out.splitlines()[0], next(iter(read_sweep(path).cases))
-    assert first.startswith(f"will be refused: {bad}: ") and "did you mean 'full'?" in first
+    assert first.startswith(f"will be refused: {bad}: ") and "did you mean 'consistent'?" in first
     assert "1 of 2 cases will be refused; the others are run, and the exit code is 1" in out
     assert process.returncode == 1 and Counter(row["outcome"] for row in table(path)) == {"done": 1, "refused": 1}
 
 
 def test_failures_are_forgotten_when_asked_for(tmp_path):
-    path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0]], method.mass: [lumped, ful]}")
+    path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0]], method.mass: [lumped, consisten]}")
     sweep = read_sweep(path)
     run_cases(sweep)
     good, bad = sweep.cases

@@ -26,7 +26,7 @@ def settings(sweep):
 def test_a_product_is_every_value_with_every_other_one(declared):
     sweep = declared("product: {grid.cell: [1.0, 0.5], method.mass: [lumped, full, fmpm]}")
     assert settings(sweep) == [{"grid.cell": cell, "method.mass": mass}
-                               for cell in ("1.0", "0.5") for mass in ("lumped", "full", "fmpm")]
+                               for cell in ("1.0", "0.5") for mass in ("lumped", "consistent", "fmpm")]
 
 
 def test_keys_change_together(declared):
@@ -38,7 +38,7 @@ def test_keys_change_together(declared):
 
 def test_a_list_stands_beside_the_product(declared):
     sweep = declared("product: {method.mass: [lumped, full]}\ncases:\n- {method.scheme: usl}\n- {Body(1).Velocity: [1, -2]}")
-    assert settings(sweep) == [{"method.mass": "lumped"}, {"method.mass": "full"}, {"method.scheme": "usl"},
+    assert settings(sweep) == [{"method.mass": "lumped"}, {"method.mass": "consistent"}, {"method.scheme": "usl"},
                                {"body(1).velocity": "1,-2"}]
 
 
@@ -64,7 +64,7 @@ def test_names_are_names_of_files_whatever_the_value(value):
 
 
 def test_defaults(declared, tmp_path):
-    sweep = declared("cases: [{method.mass: full}]")
+    sweep = declared("cases: [{method.mass: consistent}]")
     assert (sweep.columns, sweep.mean, sweep.threads, sweep.memory, sweep.runtime, sweep.checkpoint) == \
         (("*",), None, 1, None, 60, 600)
     assert (sweep.namelist, sweep.output) == (tmp_path / "flight.nml", tmp_path / "out")
@@ -74,7 +74,7 @@ MISTAKES = {
     "key of the sweep": ("produkt: {a: b}", ":3: a sweep has no key 'produkt'; did you mean 'product'?"),
     "group": ("product: {gird.cell: [1]}", ":3: 'gird.cell': hampm has no group &gird; did you mean 'grid'?"),
     "namelist key": ("product:\n  grid.cel: [1]", ":4: 'grid.cel': &grid has no key 'cel'; did you mean 'cell'?"),
-    "namelist key of a case": ("cases:\n- {method.mass: full}\n- {method.mas: full}", ":5: 'method.mas': &method has no key 'mas'"),
+    "namelist key of a case": ("cases:\n- {method.mass: consistent}\n- {method.mas: consistent}", ":5: 'method.mas': &method has no key 'mas'"),
     "no group": ("product: {cell: [1]}", ":3: 'cell': a key is GROUP.KEY, such as grid.cell"),
     "result file": ("cases: [{output.file: a.h5}]", ":3: 'output.file': the results of a sweep are named by their folders"),
     "unequal lengths": ("product:\n  grid.cell, grid.cells: [[1.0, [8, 4]], [0.5]]",
@@ -85,11 +85,11 @@ MISTAKES = {
     "one key twice": ("product: {grid.cell: [1], 'grid.cell, grid.cells': [[1, 2]]}", ":3: product: 'grid.cell' stands in two"),
     "repeated key": ("product: {grid.cell: [1]}\nproduct: {grid.cells: [1]}", ":4: 'product' stands twice"),
     "no cases": ("columns: [J]", ":1: there are no cases: 'product' or 'cases' is needed"),
-    "duplicate": ("product: {method.mass: [full]}\ncases:\n- {method.mass: full}",
-                  ":5: the case method.mass=full is there already"),
-    "number": ("cases: [{method.mass: full}]\nthreads: two", ":4: threads: two: one whole number is needed, above 0"),
-    "negative": ("cases: [{method.mass: full}]\ncheckpoint: -1", ":4: checkpoint: -1: one number is needed, 0 or more"),
-    "columns": ("cases: [{method.mass: full}]\ncolumns: [[J]]", ":4: columns: a list of names is needed"),
+    "duplicate": ("product: {method.mass: [consistent]}\ncases:\n- {method.mass: consistent}",
+                  ":5: the case method.mass=consistent is there already"),
+    "number": ("cases: [{method.mass: consistent}]\nthreads: two", ":4: threads: two: one whole number is needed, above 0"),
+    "negative": ("cases: [{method.mass: consistent}]\ncheckpoint: -1", ":4: checkpoint: -1: one number is needed, 0 or more"),
+    "columns": ("cases: [{method.mass: consistent}]\ncolumns: [[J]]", ":4: columns: a list of names is needed"),
     "YAML": ("product: [", ": no YAML: "),
 }
 
@@ -111,7 +111,7 @@ def test_all_mistakes_are_named_at_once(declared):
 
 def test_what_is_missing_is_named(tmp_path):
     path = tmp_path / "sweep.yaml"
-    path.write_text("namelist: none.nml\ncases: [{method.mass: full}]\n")
+    path.write_text("namelist: none.nml\ncases: [{method.mass: consistent}]\n")
     with pytest.raises(ResultError) as error:
         read_sweep(path)
     assert "output: a path is needed" in str(error.value)
@@ -125,7 +125,7 @@ def test_what_is_missing_is_named(tmp_path):
 @pytest.mark.parametrize("link", [False, True])
 def test_a_sweep_does_not_replace_the_namelist(tmp_path, name, link):
     """Nor where its own name is that of a link to it."""
-    path = write_sweep(tmp_path, f"namelist: {name}\noutput: .\ncases: [{{method.mass: full}}]\n")
+    path = write_sweep(tmp_path, f"namelist: {name}\noutput: .\ncases: [{{method.mass: consistent}}]\n")
     (tmp_path / name).symlink_to(tmp_path / "flight.nml") if link else (tmp_path / "flight.nml").rename(tmp_path / name)
     with pytest.raises(ResultError, match="would be replaced by what the sweep writes"):
         read_sweep(path)
@@ -156,7 +156,7 @@ def test_keys_have_the_units_of_the_program(declared):
 def test_the_command_lists_the_cases(tmp_path):
     path = write_sweep(tmp_path, HEAD + "product: {method.mass: [lumped, full]}")
     result = subprocess.run([sys.executable, BATCH / "sweep.py", path], capture_output=True, text=True)
-    assert [line.split()[1:] for line in result.stdout.splitlines()] == [["method.mass=lumped"], ["method.mass=full"]]
+    assert [line.split()[1:] for line in result.stdout.splitlines()] == [["method.mass=lumped"], ["method.mass=consistent"]]
     path.write_text(HEAD)
     assert subprocess.run([sys.executable, BATCH / "sweep.py", path], capture_output=True).returncode == USAGE
 

@@ -10,7 +10,7 @@ ODD = ["K_II", "crack_sliding", "mouth_sliding"]
 
 @pytest.mark.parametrize("change", [
     {}, {"-0.001, -0.0012, ": "", "0.001, -0.0012, ": ""}, {"points_per_cell = 3": "points_per_cell = 4"},
-    {"time = 'explicit'": "time = 'implicit'  time_step = 6e-7"}, {"order = 2": "order = 1", "  mass = 'full'": ""}])
+    {"time = 'explicit'": "time = 'implicit'  time_step = 6e-7"}, {"order = 2": "order = 1", "  mass = 'consistent'": ""}])
 def test_k_of_mirror_images_in_motion(case, text_of, change):
     rows = []
     for name in ("quadratic_motion_mirror_a", "quadratic_motion_mirror_b"):

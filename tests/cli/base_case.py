@@ -54,7 +54,7 @@ GOOD = """\
   direction = 1.0, 0.0
 /
 &energy_release
-  estimators = 'nodal_force', 'stress_closure'
+  estimators = 'vcct', 'stress_closure'
   reference = 'dcb'
 /
 &output

@@ -65,8 +65,8 @@ VALUES = [
     ("'musl'", "7", "scheme", "scheme = 7: must be in quotes"),
     ("fix = 'y'", "fix = 'z'", "fix", "&constraint fix = 'z': must be 'x', 'y' or 'xy'"),
     ("plane = 'stress'", "plane = 'strian'", "plane", "did you mean 'strain'?"),
-    ("'nodal_force',", "'nodal_forces',", "estimators", "value 1 must be 'domain_integral', 'nodal_force', 'crack_closure'"),
-    ("'nodal_force',", "9*'nodal_force',", "estimators", "may have at most "),
+    ("'vcct',", "'nodal_forces',", "estimators", "value 1 must be 'domain_integral', 'vcct', 'series_fit'"),
+    ("'vcct',", "10*'vcct',", "estimators", "may have at most "),
     ("title = 'beam'", "title = '" + "x" * 1100 + "'", "title", "must not be longer than 1024 characters"),
     ("title = 'beam'", "title = 'a\x07b'", "title", "title = 'a?b': must not contain control characters"),
     ("name = 'aluminium'", "name = '" + "x" * 70 + "'", "name", "must not be longer than 64 characters"),
@@ -152,14 +152,14 @@ CONSISTENCY = [
     ("direction = 1.0, 0.0", "direction = 2*0.0", "direction", "must be along a grid line"),
     ("force = 0.0, 1.0", "force = 1.0, 0.0", "reference =", "'dcb' needs a &load with a force normal to the crack"),
     ("reference = 'dcb'", "reference = 'value'", "reference =", "&energy_release reference = 'value' requires reference_value > 0"),
-    ("'musl'", "'musl'\n  mass = 'partial'", "&method", "full_upper = 0.0, 0.0 (default): must give with full_lower a box of at least"),
+    ("'musl'", "'musl'\n  mass = 'partial'", "&method", "consistent_upper = 0.0, 0.0 (default): must give with consistent_lower a box of at least"),
     (
         "'musl'",
-        "'musl'\n  mass = 'partial'\n  full_region = 'refined'",
-        "full_region",
-        "full_region = 'refined' with mass = 'partial' requires &refine indicator = 'tip' or 'zz' or 'gradient'",
+        "'musl'\n  mass = 'partial'\n  consistent_region = 'refined'",
+        "consistent_region",
+        "consistent_region = 'refined' with mass = 'partial' requires &refine indicator = 'tip' or 'zz' or 'gradient'",
     ),
-    ("'musl'", "'musl' full_region = 'refind'", "full_region", "must be 'box' or 'refined'; did you mean 'refined'?"),
+    ("'musl'", "'musl' consistent_region = 'refind'", "consistent_region", "must be 'box' or 'refined'; did you mean 'refined'?"),
     ("history_interval = 1e-6", "history_interval = 1", "history_interval", "must be in [0, end_time = 0.0015] [s]"),
     ("history_interval = 1e-6", "history_interval = 1e-60", "history_interval", "must be at least a 1e-8 part of end_time"),
     ("snapshot_interval = 1e-4", "snapshot_interval = 2e-3", "snapshot", "must be in [0, end_time = 0.0015] [s]"),
@@ -262,7 +262,7 @@ def test_positions_are_shown_without_their_rounding(hampm, tmp_path):
 
 @pytest.mark.parametrize(("old", "new", "key", "phrase"), [
     ("'musl'", "'usf'\n  time_steps = 'local'", "time_steps", "requires scheme = 'musl'"),
-    ("'musl'", "'musl'\n  mass = 'full'\n  time_steps = 'local'", "time_steps", "requires mass = 'lumped'"),
+    ("'musl'", "'musl'\n  mass = 'consistent'\n  time_steps = 'local'", "time_steps", "requires mass = 'lumped'"),
     ("courant = 0.1", "time_steps = 'local'\n  courant = 0.96", "courant", "must be at most 0.9"),
 ])
 def test_what_local_time_steps_do_not_go_with(hampm, tmp_path, old, new, key, phrase):
@@ -276,7 +276,7 @@ def test_what_local_time_steps_do_not_go_with(hampm, tmp_path, old, new, key, ph
 PLASTIC = "law = 'j2_plastic'\n  yield_stress = 1e8"
 VISCOUS = "law = 'viscoelastic'\n  moduli = 1e9\n  relaxation_times = 1.0"
 ELASTIC = "law = 'linear_elastic'"
-NO_CLOSURE = "'stress_closure'", "'energy_balance'"
+NO_CLOSURE = "estimators = 'vcct', 'stress_closure'", "estimators = 'vcct'"
 AT_REST = ("courant = 0.1", "time = 'static'"), ("frame = 'updated'", "frame = 'total'"), NO_CLOSURE
 
 
@@ -290,10 +290,10 @@ AT_REST = ("courant = 0.1", "time = 'static'"), ("frame = 'updated'", "frame = '
     ("law = 'viscoelastic'", [NO_CLOSURE], "law = 'viscoelastic'", "requires moduli and relaxation_times"),
     (VISCOUS.replace("1e9", "1e9, 2e9"), [NO_CLOSURE], "relaxation_times = 1.0: ", "must be as many as moduli: 2"),
     (VISCOUS.replace("1e9", "3e10"), [NO_CLOSURE], "moduli = 3e10: ", "must have a sum of at most 2.6923076923076923e10 [Pa], the instantaneous shear modulus"),
-    (ELASTIC.replace("linear_elastic", "neo_hookean") + "\n  dilatation = 'cell'", AT_REST, "dilatation = 'cell' ",
+    (ELASTIC.replace("linear_elastic", "neo_hookean") + "\n  volumetric = 'b_bar'", AT_REST, "volumetric = 'b_bar' ",
      "is not allowed with &method time = 'static' and law = 'neo_hookean'"),
-    (ELASTIC + "\n  dilatation = 'cell'", [("'musl'", "'musl'\n  time_steps = 'local'"), ("'updated'", "'total'")], "time_steps = 'local' ",
-     "is not allowed with &material 'aluminium' dilatation = 'cell'"),
+    (ELASTIC + "\n  volumetric = 'b_bar'", [("'musl'", "'musl'\n  time_steps = 'local'"), ("'updated'", "'total'")], "time_steps = 'local' ",
+     "is not allowed with &material 'aluminium' volumetric = 'b_bar'"),
     (PLASTIC, [], "&energy_release estimators", "'stress_closure' is not allowed with &material 'aluminium' law = 'j2_plastic'"),
     (VISCOUS, [("'musl'", "'musl'\n  time_steps = 'local'"), ("'stress_closure'", "'domain_integral'")], "time_steps = 'local' ",
      "is not allowed with &material 'aluminium' law = 'viscoelastic'"),
@@ -346,12 +346,12 @@ MEETING = re.sub(r"&(crack|energy_release).*?\n/\n", "", GOOD, flags=re.DOTALL) 
 
 
 @pytest.mark.parametrize(("old", "new", "fragment", "phrase"), [
-    ("'frictionless'", "'sticky'", "&contact", "&contact bodies = 'sticky': must be 'joined', 'stick', 'frictionless' or 'friction'; did you mean 'stick'?"),
+    ("'frictionless'", "'sticky'", "&contact", "&contact bodies = 'sticky': must be 'bonded', 'stick', 'frictionless' or 'friction'; did you mean 'stick'?"),
     ("'frictionless'", "'friction'", "&contact", "&contact bodies = 'friction' requires friction > 0; use &contact bodies = 'frictionless'"),
     ("'frictionless'", "'stick' friction = 0.1", "&contact", "&contact friction = 0.1 requires bodies = 'friction'"),
     ("'frictionless'", "'friction' friction = -0.1", "&contact", "&contact friction = -0.1: must be in [0, inf)"),
     ("'frictionless'", "'stick' distance = 1e-3", "&contact", "&contact distance = 1e-3: must not be above half of a cell: bodies farther"),
-    ("'frictionless'", "'joined' distance = 1e-4", "&contact", "&contact distance = 1e-4 requires bodies = 'stick' or 'frictionless' or 'friction': bonded bodies interact"),
+    ("'frictionless'", "'bonded' distance = 1e-4", "&contact", "&contact distance = 1e-4 requires bodies = 'stick' or 'frictionless' or 'friction': bonded bodies interact"),
     ("frame = 'updated'", "frame = 'total'", "frame", "&method frame = 'total' is not allowed with &contact bodies = 'frictionless': bodies never come into contact"),
     ("frame = 'updated'", "frame = 'updated' time_steps = 'local'", "frame", "&method time_steps = 'local' requires frame = 'total'"),
     ("courant = 0.1", "time = 'static'", "'static'", "&method time = 'static' is not allowed with &contact bodies = 'frictionless'"),
@@ -360,10 +360,10 @@ MEETING = re.sub(r"&(crack|energy_release).*?\n/\n", "", GOOD, flags=re.DOTALL) 
     ("'frictionless' /", "'stick' /\n&body material = 'aluminium' lower = 0.0, 0.0105 upper = 0.01, 0.011 /\n"
      "&crack kind = 'path' points = 0.0, 0.0107, 0.004, 0.0107 /", "&crack",
      "&crack points = 0.0, 0.0107, 0.004, 0.0107: must be in the first &body, or in one of its part, with &contact bodies: put the body"),
-    ("'frictionless' /", "'joined' /\n&body material = 'aluminium' lower = 0.0, 0.0105 upper = 0.01, 0.011 part = 'a' /", "part = 'a'",
-     "&body(2) part = 'a' requires &contact bodies = 'stick' or 'frictionless' or 'friction'"),
+    ("'frictionless' /", "'bonded' /\n&body material = 'aluminium' lower = 0.0, 0.0105 upper = 0.01, 0.011 contact_group = 'a' /", "contact_group = 'a'",
+     "&body(2) contact_group = 'a' requires &contact bodies = 'stick' or 'frictionless' or 'friction'"),
     ("'frictionless' /", "'stick' /\n" + "".join(f"&body material = 'aluminium' lower = {k}e-3, 0.0105 upper = {k + 0.5}e-3, 0.011 /\n"
-                                                 for k in range(16)), "&contact", "must be 'joined' where there are more than 16 bodies"),
+                                                 for k in range(16)), "&contact", "must be 'bonded' where there are more than 16 bodies"),
 ])
 def test_what_contact_between_bodies_does_not_go_with(hampm, tmp_path, old, new, fragment, phrase):
     assert MEETING.count(old) == 1
@@ -373,9 +373,9 @@ def test_what_contact_between_bodies_does_not_go_with(hampm, tmp_path, old, new,
 
 
 def test_local_time_steps_do_not_go_with_the_energy_balance(hampm, tmp_path):
-    text = changed(("'musl'", "'musl'\n  time_steps = 'local'"), ("'stress_closure'", "'energy_balance'"))
+    text = changed(("'musl'", "'musl'\n  time_steps = 'local'"), ("estimators =", "energy_balance = .true.\n  estimators ="))
     (tmp_path / "case.nml").write_text(text)
-    assert_refused(hampm("case.nml"), 2, "&method time_steps = 'local' is not allowed with &energy_release estimators = 'energy_balance'")
+    assert_refused(hampm("case.nml"), 2, "&method time_steps = 'local' is not allowed with &energy_release energy_balance = .true.")
 
 
 @pytest.mark.parametrize(("old", "new", "fragment", "phrase"), REFINEMENT)
@@ -509,11 +509,11 @@ def test_refinement_by_the_distance_to_the_tip_needs_a_crack(hampm, tmp_path):
 
 
 def test_a_mass_matrix_that_is_full_where_cells_refine_needs_cells_that_do(hampm, tmp_path):
-    method = ("'musl'", "'musl'\n  mass = 'partial'\n  full_region = 'refined'")
+    method = ("'musl'", "'musl'\n  mass = 'partial'\n  consistent_region = 'refined'")
     text = changed(method, ("'gradient'", "'none'"), scene=GOOD + REFINE)
     (tmp_path / "case.nml").write_text(text)
-    line = line_of(text, "full_region")
-    assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: &method full_region = 'refined' with mass = 'partial' requires &refine indicator")
+    line = line_of(text, "consistent_region")
+    assert_refused(hampm("case.nml"), 2, f"case.nml:{line}: &method consistent_region = 'refined' with mass = 'partial' requires &refine indicator")
 
 
 def test_mistakes_of_other_groups_do_not_spread_to_refinement(hampm, tmp_path):
@@ -527,7 +527,7 @@ def test_mistakes_of_other_groups_do_not_spread_to_refinement(hampm, tmp_path):
 
 def test_a_wrong_indicator_is_one_mistake(hampm, tmp_path):
     """A mass matrix that is full where cells refine does not count it as no indicator."""
-    method = ("'musl'", "'musl' mass = 'partial' full_region = 'refined'")
+    method = ("'musl'", "'musl' mass = 'partial' consistent_region = 'refined'")
     (tmp_path / "case.nml").write_text(changed(method, ("'gradient'", "'gradent'"), scene=GOOD + REFINE))
     result = hampm("case.nml")
     assert_refused(result, 2, "&refine indicator = 'gradent'")

@@ -128,7 +128,7 @@ def test_a_constraint_in_the_cells_of_a_body_is_none(hampm, tmp_path):
 
 def test_one_particle_a_cell(hampm, tmp_path):
     result = check(hampm, tmp_path, changed(GOOD, "points_per_cell = 2", "points_per_cell = 1"))
-    assert "G_nodal_force is 14 to 24 % off with points_per_cell = 1" in result.stderr
+    assert "G_vcct is 14 to 24 % off with points_per_cell = 1" in result.stderr
 
 
 STEEL = "&material\n  name = 'steel'\n  young = 210e9\n  poisson = 0.3\n  density = 7850\n/\n&body"
@@ -138,7 +138,7 @@ STEEL = "&material\n  name = 'steel'\n  young = 210e9\n  poisson = 0.3\n  densit
 def test_a_tip_between_two_materials(hampm, tmp_path, stiffness, told):
     """The upper half of a beam with a crack along its middle, of another material or of one with another name only."""
     scene = changed(LINE, "&body", STEEL.replace("210e9", stiffness))
-    scene = re.sub(r"estimators = .*\n  radii.*", "estimators = 'nodal_force'", scene)
+    scene = re.sub(r"estimators = .*\n  radii.*", "estimators = 'vcct'", scene)
     assert ("the tip of the crack is between two materials" in upper_half(hampm, tmp_path, scene).stderr) == told
 
 
@@ -191,7 +191,7 @@ def test_growth_in_motion(hampm, tmp_path):
     """The mass matrix and the scheme matter at the tip of a fast crack."""
     text = (ROOT / "input/freund_growth.nml").read_text()
     assert "a crack that grows" not in check(hampm, tmp_path, text).stdout
-    lumped = check(hampm, tmp_path, changed(text, "mass = 'blend'", "mass = 'lumped'"))
+    lumped = check(hampm, tmp_path, changed(text, "mass = 'weighted'", "mass = 'lumped'"))
     assert "&method mass = 'lumped' with &growth law = 'prescribed': K of a tip at 0.6" in str(notes(lumped))
-    early = check(hampm, tmp_path, changed(text, "mass = 'blend'", "mass = 'blend'  scheme = 'usavg'"))
+    early = check(hampm, tmp_path, changed(text, "mass = 'weighted'", "mass = 'weighted'  scheme = 'usavg'"))
     assert "stresses lag behind a growing tip" in early.stdout + early.stderr

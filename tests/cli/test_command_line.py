@@ -130,15 +130,15 @@ def test_refinement_by_every_indicator(check, indicator):
 
 
 def test_the_mass_matrix_may_be_full_where_cells_refine(check):
-    method = ("'musl'", "'musl' mass = 'partial' full_region = 'refined'")
+    method = ("'musl'", "'musl' mass = 'partial' consistent_region = 'refined'")
     scene = check(changed(method, scene=GOOD + REFINE))
-    assert value_of(scene, "method", "full_region") == "'refined'"
-    assert value_of(check(GOOD), "method", "full_region") == "'box'"
+    assert value_of(scene, "method", "consistent_region") == "'refined'"
+    assert value_of(check(GOOD), "method", "consistent_region") == "'box'"
     assert check(scene) == scene
 
 
 def test_the_region_of_another_mass_matrix_has_no_effect(check):
-    check(changed(("'musl'", "'musl' full_region = 'refined'")), idle=["full_region"])
+    check(changed(("'musl'", "'musl' consistent_region = 'refined'")), idle=["consistent_region"])
 
 
 def test_refinement_has_defaults_and_no_region(check):
@@ -191,13 +191,13 @@ def test_smallest_scene_gets_the_defaults(check):
 
 
 @pytest.mark.parametrize(("mass", "frame", "courant"), [
-    ("lumped", "updated", "0.1"), ("fmpm", "updated", "0.1"), ("blend", "updated", "0.1"), ("full", "updated", "0.05"),
+    ("lumped", "updated", "0.1"), ("fmpm", "updated", "0.1"), ("weighted", "updated", "0.1"), ("consistent", "updated", "0.05"),
     ("partial", "updated", "0.05")])  # fmt: skip
 def test_the_time_step_is_safe_by_default(check, mass, frame, courant):
-    method = (f"--set method.mass={mass} --set method.frame={frame} --set method.full_lower=0,0 "
-              "--set method.full_upper=0.05,0.01").split()  # fmt: skip
+    method = (f"--set method.mass={mass} --set method.frame={frame} --set method.consistent_lower=0,0 "
+              "--set method.consistent_upper=0.05,0.01").split()  # fmt: skip
     left_out = changed(("  courant = 0.1\n", ""))
-    idle = [] if mass == "partial" else ["full_upper"]
+    idle = [] if mass == "partial" else ["consistent_upper"]
     assert value_of(check(left_out, *method, idle=idle), "method", "courant") == courant
     assert value_of(check(GOOD, *method, "--set", "method.courant=0", idle=idle), "method", "courant") == courant
     assert value_of(check(GOOD, *method, idle=idle), "method", "courant") == "0.1"
@@ -217,7 +217,7 @@ def test_the_time_step_is_safe_by_default(check, mass, frame, courant):
         ("velocity = 0.0, 0.0", "velocity = -0.0 0"),
         ("cells = 80, 9", "cells = 80 , 9"),
         ("'musl'", '"MUSL"'),
-        ("'nodal_force', 'stress_closure'", "'nodal_force' \"stress_closure\""),
+        ("'vcct', 'stress_closure'", "'vcct' \"stress_closure\""),
         ("&damping", "&DAMPING"),
         ("/\n&damping\n", "/ &damping "),
         ("  rate = 1e4\n/", "  rate = 1e4/"),
@@ -271,9 +271,9 @@ def test_the_last_set_wins(check):
 
 
 def test_set_takes_text_and_lists_without_quotes(check):
-    scene = check(GOOD, "--set", "run.title=a b, c/d", "--set", "energy_release.estimators=nodal_force,energy_balance")
+    scene = check(GOOD, "--set", "run.title=a b, c/d", "--set", "energy_release.estimators=vcct,domain_integral")
     assert value_of(scene, "run", "title") == "'a b, c/d'"
-    assert value_of(scene, "energy_release", "estimators") == "'nodal_force', 'energy_balance'"
+    assert value_of(scene, "energy_release", "estimators") == "'vcct', 'domain_integral'"
 
 
 def test_set_reaches_each_of_several_groups(check):
@@ -336,6 +336,6 @@ def test_a_crack_along_the_other_axis(check):
 &constraint lower = 0.0, -0.1 upper = 0.0, 0.0 fix = 'x' /
 &load kind = 'traction' lower = 0.0, 0.1 upper = 0.01, 0.1 force = 1.0, 0.0 /
 &crack tip = 0.0, 0.0 direction = 0.0, -2.0 /
-&energy_release estimators = 'nodal_force' reference = 'dcb' /
+&energy_release estimators = 'vcct' reference = 'dcb' /
 """
     assert value_of(check(text), "crack", "direction") in ("0.0, -1.0", "-0.0, -1.0")

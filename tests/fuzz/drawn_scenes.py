@@ -13,23 +13,23 @@ HISTORY_KEYS = ["history", "start", "rise_time", "frequency", "times", "factors"
 CHOICES = {
     "run": {"plane": ["stress", "strain", "axisymmetric"]},
     "grid": {"order": [1, 1, 2]},
-    "material": {"dilatation": ["point", "cell"]},
+    "material": {"volumetric": ["standard", "b_bar"]},
     "body": {"points_per_cell": [1, 2, 2, 3, 4]},
-    "constraint": {"push_only": [False, True], "fix": ["x", "y", "xy"]},
+    "constraint": {"unilateral": [False, True], "fix": ["x", "y", "xy"]},
     "load": {"face": ["none", "left", "right"]},
-    "contact": {"bodies": ["joined", "stick", "frictionless", "friction"]},
+    "contact": {"bodies": ["bonded", "stick", "frictionless", "friction"]},
     "method": {"time": ["explicit", "implicit", "static"], "scheme": ["musl", "usf", "usl", "usavg"], "wave_speed": ["shear", "dilatational"],
-               "time_steps": ["global", "global", "local"], "path": ["fastest", "reference"], "frame": ["total", "updated"], "functions": ["linear", "linear", "cpdi"],
-               "mass": ["lumped", "lumped", "full", "partial", "fmpm", "blend"], "solver": ["auto", "cg", "direct"],
-               "full_region": ["box", "refined"], "order": [1, 2, 3], "blend": [0.2778, 0.5], "hht_alpha": [0.0, -0.1], "courant": [0.0, 0.05, 0.1]},
+               "time_steps": ["global", "global", "local"], "path": ["fastest", "reference"], "frame": ["total", "updated"], "shape_functions": ["linear", "linear", "cpdi"],
+               "mass": ["lumped", "lumped", "consistent", "partial", "fmpm", "weighted"], "solver": ["auto", "cg", "direct"],
+               "consistent_region": ["box", "refined"], "order": [1, 2, 3], "lumped_fraction": [0.2778, 0.5], "hht_alpha": [0.0, -0.1], "courant": [0.0, 0.05, 0.1]},
     "refine": {"indicator": ["none", "tip", "zz", "gradient"], "field": ["energy_density", "stress_norm", "speed"], "max_level": [1, 2], "rings": [2, 3, 4],
                "tolerance": [0.05, 0.1, 0.2], "r_crit": [0.03, 0.1], "r_coarsen": [0.0, 0.01], "energy_floor": [1e-3, 0.1], "interval": [5, 20]},
     "crack": {"contact": ["none", "frictionless", "friction"], "kind": ["path", "line", "symmetry"]},
     "cohesive": {"law": ["linear", "bilinear", "table"], "mixed_mode": ["benzeggagh_kenane", "power"]},
     "growth": {"law": ["quasi_static", "prescribed", "toughness"], "direction": ["straight", "hoop_stress", "local_symmetry", "max_energy"],
                "tips": ["all", "largest", "last", "first"]},
-    "energy_release": {"estimators": [["domain_integral"], ["nodal_force"], ["stress_closure"], ["energy_balance"], ["crack_closure"], [],
-                                      ["domain_integral", "energy_balance"], ["domain_integral", "nodal_force"]]},
+    "energy_release": {"estimators": [["domain_integral"], ["vcct"], ["stress_closure"], ["series_fit"], [],
+                                      ["domain_integral", "vcct"]], "energy_balance": [False, True]},
 }
 REQUIRED = {"run", "grid", "material", "body"}
 
@@ -113,13 +113,13 @@ class Drawing:
             keys |= {"yield_stress": young * self.strain * chance.choice([0.2, 1.0, 5.0]), "hardening": young * chance.choice([0.0, 0.1])}
             if chance.random() < 0.5:
                 keys |= {"saturation": young * self.strain * chance.choice([0.1, 1.0]), "saturation_strain": self.strain * chance.choice([0.1, 1.0]),
-                         "kinematic": young * chance.choice([0.0, 0.05])}
+                         "kinematic_hardening": young * chance.choice([0.0, 0.05])}
         if law == "mooney_rivlin":
             keys["c01"] = young / (4 * (1 + self.poisson)) * min(1.0, self.poisson / (1 - 2 * self.poisson)) * chance.choice([0.1, 0.5, 1.0])
         if law == "viscoelastic":
             keys |= {"moduli": [0.1 * young, 0.05 * young], "relaxation_times": [self.end / 20, self.end]}
         if chance.random() < (0.3 if law in ("j2_plastic", "viscoelastic") else 0.1):
-            keys["dilatation"] = "cell"
+            keys["volumetric"] = "b_bar"
         return keys
 
     def motion(self, keys):
@@ -315,7 +315,7 @@ class Drawing:
         if kind in ("low", "moved", "push") and not symmetric:
             found.append(self.box(-1 if self.shaped else 0, -0.5 if self.shaped else 0, self.width + self.shaped, 1.2 if self.shaped else 0) | {"fix": chance.choice(["y", "xy", "xy"])})
             if kind == "push" and self.time != "explicit":
-                found[-1] |= {"fix": "y", "push_only": True}
+                found[-1] |= {"fix": "y", "unilateral": True}
         if kind == "corner" and not symmetric:
             found.append(self.box(0, 0, 0, 0) | {"fix": "xy"})
             found.append(self.box(w, 0, w, 0) | {"fix": "y"})
@@ -377,19 +377,19 @@ class Drawing:
         if self.time == "explicit" and chance.random() < 0.6:
             keys["scheme"] = chance.choice(["musl", "usf", "usl", "usavg"])
         if self.frame == "updated" and self.crack == "none" and chance.random() < 0.3:
-            keys["functions"] = "cpdi"
+            keys["shape_functions"] = "cpdi"
         if self.time == "explicit" and chance.random() < 0.1 and self.order == 1 and self.frame == "total":
             keys["time_steps"] = "local"
         if self.order == 2 and self.time != "static" and (self.shaped or self.crack in ("path", "line")):
-            keys |= {"mass": "full", "solver": "direct"}
+            keys |= {"mass": "consistent", "solver": "direct"}
         elif chance.random() < 0.5:
-            keys["mass"] = chance.choice(["lumped", "full", "partial", "fmpm", "blend"])
+            keys["mass"] = chance.choice(["lumped", "consistent", "partial", "fmpm", "weighted"])
             if keys["mass"] == "fmpm":
                 keys["order"] = chance.choice([1, 2, 3])
             if keys["mass"] == "partial":
                 box = self.box(1, 1, 5, 5)
-                keys |= {"full_lower": box["lower"], "full_upper": box["upper"]}
-            if keys["mass"] in ("full", "partial", "blend") or self.time != "explicit":
+                keys |= {"consistent_lower": box["lower"], "consistent_upper": box["upper"]}
+            if keys["mass"] in ("consistent", "partial", "weighted") or self.time != "explicit":
                 keys["solver"] = chance.choice(["auto", "cg", "direct"])
         return keys
 
@@ -422,14 +422,12 @@ class Drawing:
         if self.crack != "none" and (self.grows or chance.random() < 0.8):
             names.append("domain_integral")
         if self.crack in ("line", "symmetry") and not (self.grows or self.holds):
-            names += [name for name in ("nodal_force", "stress_closure") if chance.random() < 0.4]
+            names += [name for name in ("vcct", "stress_closure") if chance.random() < 0.4]
             if len(names) > 2:
-                names.append("crack_closure")
+                names.append("series_fit")
         if self.crack == "path" and not self.grows and chance.random() < 0.15:
-            names.append("crack_closure")
-        if chance.random() < 0.5:
-            names.append("energy_balance")
-        keys = {"estimators": names}
+            names.append("series_fit")
+        keys = {"estimators": names} | ({"energy_balance": True} if chance.random() < 0.5 else {})
         if "domain_integral" in names and chance.random() < 0.2:
             keys["radii"] = [2.0 * self.cell, 2.5 * self.cell]
         return keys

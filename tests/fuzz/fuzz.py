@@ -43,9 +43,9 @@ LINE = SMALL + """\
 """
 SMALL_SCENES = [
     SMALL, HALF, LINE,
-    HALF + "&refine indicator = 'tip' rings = 2 max_level = 3 /\n&energy_release estimators = 'nodal_force', 'stress_closure' /\n",
-    HALF + "&method mass = 'full' solver = 'direct' frame = 'total' /\n&output snapshot_interval = 1e-6 /\n",
-    HALF + "&method mass = 'partial' full_lower = 0.04, 0.0 full_upper = 0.06, 0.02 solver = 'direct' /\n",
+    HALF + "&refine indicator = 'tip' rings = 2 max_level = 3 /\n&energy_release estimators = 'vcct', 'stress_closure' /\n",
+    HALF + "&method mass = 'consistent' solver = 'direct' frame = 'total' /\n&output snapshot_interval = 1e-6 /\n",
+    HALF + "&method mass = 'partial' consistent_lower = 0.04, 0.0 consistent_upper = 0.06, 0.02 solver = 'direct' /\n",
     LINE + "&refine indicator = 'gradient' max_level = 2 region_lower = 0.0, 0.0 region_upper = 0.1, 0.02 /\n",
     LINE + "&method mass = 'fmpm' order = 3 /\n&energy_release estimators = 'domain_integral' radii = 0.01 /\n",
 ]

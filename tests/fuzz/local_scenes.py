@@ -51,7 +51,7 @@ def scene(chance):
         text += f"&constraint lower = {low[0]}, {low[1]}  upper = {low[0]}, {up[1]}  fix = 'xy' /\n"
     else:
         text += f"&refine indicator = 'tip'  rings = {chance.randint(1, 4)}  max_level = {levels} /\n"
-        text += "&energy_release estimators = 'nodal_force', 'domain_integral' /\n"
+        text += "&energy_release estimators = 'vcct', 'domain_integral' /\n"
     end = chance.uniform(5, 40) * max(wide, high) * cell / speed
     force = young[0] * cell**2 * 1e-4
     history = chance.choice(["", "", f"history = 'ramp'  rise_time = {end * 0.3}", f"history = 'sine'  frequency = {3 / end}"])

@@ -1,6 +1,6 @@
 """Plain scenes of the updated frame at random: bodies side by side that rest, fly and turn, each run twice.
 
-The steps of the first run are done in tiles, those of the second in stages, as the estimator `energy_balance` asks for. Both have to end with the same code, and where
+The steps of the first run are done in tiles, those of the second in stages, as `energy_balance` asks for. Both have to end with the same code, and where
 that is 0 with the same velocities, displacements and energies.
 
     .venv/bin/python tests/fuzz/plain_scenes.py --cases 1000 --seed 2 --program build/checked/hampm
@@ -67,7 +67,7 @@ def look(folder, text):
     program = Path(sys.argv[sys.argv.index("--program") + 1]).resolve() if "--program" in sys.argv else PROGRAM
     in_tiles = result(folder / "case.h5")
     (folder / "case.h5").unlink()
-    code, fault = try_run(program, folder, text + "&energy_release estimators = 'energy_balance' /\n", [])
+    code, fault = try_run(program, folder, text + "&energy_release energy_balance = .true. /\n", [])
     if fault or code:
         return fault or f"ends with {code} in stages"
     for name, one, other in zip(("velocity", "displacement", "energy"), in_tiles, result(folder / "case.h5")):

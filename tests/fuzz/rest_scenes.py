@@ -75,7 +75,7 @@ def scene(chance):
 &body material = 'a'  lower = {-side:.6g}e-3, {-side:.6g}e-3  upper = {side:.6g}e-3, {side:.6g}e-3  points_per_cell = {3 if order == 2 else 2} /
 &method time = 'static'  load_steps = {steps}  solver = '{chance.choice(["auto", "direct", "direct", "cg"])}' /
 &refine indicator = '{indicator}'  max_level = {chance.choice([1, 2])}  rings = 4  tolerance = 0.05  max_particles = 30000 /
-&energy_release estimators = 'domain_integral'{", 'energy_balance'" if chance.random() < 0.5 else ""} /
+&energy_release estimators = 'domain_integral'  energy_balance = {".true." if chance.random() < 0.5 else ".false."} /
 &output file = 'case.h5' /
 """
     edge = f"lower = {-side:.6g}e-3, {side:.6g}e-3  upper = {side:.6g}e-3, {side:.6g}e-3"
@@ -91,7 +91,7 @@ def scene(chance):
         if chance.random() < 0.3 and not symmetric:
             text += f"&load kind = 'traction'  {low}  force = {-force[0] * scale:g}, {-force[1] * scale:g}  {history} /\n"
     if not symmetric and chance.random() < 0.7:
-        push = "  push_only = .true." if chance.random() < 0.15 and order == 1 else ""
+        push = "  unilateral = .true." if chance.random() < 0.15 and order == 1 else ""
         text += f"&constraint {low}  fix = '{'y' if push else chance.choice(['y', 'xy'])}'{push} /\n"
     if "'path'" in text and "c1" not in text and chance.random() < 0.2:
         text += f"&load kind = 'pressure'  on = 'crack'  pressure = {chance.choice([1e6, -1e5])}  {history} /\n"

@@ -14,11 +14,11 @@ PRESSURE, SPEED, RATE, TOUGHNESS, FORCE = (1, -1, -2), (0, 1, -1), (0, 0, -1), (
 DIMENSIONS = {
     "run": {"thickness": LENGTH, "end_time": TIME}, "grid": {"lower": LENGTH, "cell": LENGTH},
     "material": {"density": (1, -3, 0), "relaxation_times": TIME}
-    | dict.fromkeys(("young", "yield_stress", "hardening", "saturation", "kinematic", "c01", "moduli", "young_1", "young_2", "young_3", "shear_12"), PRESSURE),
+    | dict.fromkeys(("young", "yield_stress", "hardening", "saturation", "kinematic_hardening", "c01", "moduli", "young_1", "young_2", "young_3", "shear_12"), PRESSURE),
     "body": dict.fromkeys(("lower", "upper", "points", "center", "radius"), LENGTH) | {"velocity": SPEED, "spin": RATE},
     "constraint": {"lower": LENGTH, "upper": LENGTH, "displacement": LENGTH, "velocity": SPEED},
     "load": {"lower": LENGTH, "upper": LENGTH, "force": FORCE, "pressure": PRESSURE, "acceleration": (0, 1, -2)},
-    "damping": {"rate": RATE}, "contact": {"distance": LENGTH}, "method": {"time_step": TIME, "full_lower": LENGTH, "full_upper": LENGTH},
+    "damping": {"rate": RATE}, "contact": {"distance": LENGTH}, "method": {"time_step": TIME, "consistent_lower": LENGTH, "consistent_upper": LENGTH},
     "refine": {"region_lower": LENGTH, "region_upper": LENGTH, "start": TIME}, "crack": {"tip": LENGTH, "length": LENGTH, "points": LENGTH},
     "cohesive": dict.fromkeys(("from", "opening", "openings"), LENGTH) | dict.fromkeys(("strength", "tractions", "strength_shear"), PRESSURE)
     | dict.fromkeys(("toughness", "toughness_shear"), TOUGHNESS),
@@ -56,7 +56,7 @@ def isometric(scene, q):
             keys["lower"] = list(np.minimum(moved(q, keys.get("lower", [0.0, 0.0])), moved(q, upper)))
             keys["lower"] = [float(x) for x in keys["lower"]]
             keys["cells"] = keys["cells"][::-1] if turns else keys["cells"]
-        for low, high in (("lower", "upper"), ("full_lower", "full_upper"), ("region_lower", "region_upper")):
+        for low, high in (("lower", "upper"), ("consistent_lower", "consistent_upper"), ("region_lower", "region_upper")):
             if name != "grid" and low in keys and high in keys:
                 a, b = moved(q, keys[low]), moved(q, keys[high])
                 keys[low], keys[high] = [min(pair) for pair in zip(a, b)], [max(pair) for pair in zip(a, b)]
@@ -218,8 +218,8 @@ def split_bodies(scene):
     middle = lower + cell * round((0.5 * (body["lower"][0] + body["upper"][0]) - lower) / cell)
     if not body["lower"][0] + 0.5 * cell < middle < body["upper"][0] - 0.5 * cell:
         return None
-    if groups(scene, "contact") and groups(scene, "contact")[0].get("bodies", "joined") != "joined":
-        body["part"] = body.get("part", "halves")
+    if groups(scene, "contact") and groups(scene, "contact")[0].get("bodies", "bonded") != "bonded":
+        body["contact_group"] = body.get("contact_group", "halves")
     other = {key: list(value) if isinstance(value, list) else value for key, value in body.items()}
     body["upper"] = [middle, body["upper"][1]]
     other["lower"] = [middle, other["lower"][1]]

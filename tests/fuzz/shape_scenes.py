@@ -71,9 +71,9 @@ def scene(chance):
     text = f"""&run plane = '{chance.choice(["strain", "stress"])}'  thickness = {THICKNESS}  end_time = {end} /
 &grid lower = {-half}e-3, {-half}e-3  cell = {cell}e-3  cells = {n}, {n} /
 &material name = 'a'  law = '{law}'  density = 8000  {keys} /
-&method time = '{time}'  frame = '{frame}'  scheme = '{chance.choice(["musl", "usf", "usl", "usavg"])}'  mass = '{chance.choice(["lumped", "lumped", "blend", "full", *(["fmpm"] if time != "implicit" else [])])}'
-        functions = '{chance.choice(["linear", "cpdi"]) if frame == "updated" else "linear"}' /
-&energy_release estimators = 'energy_balance' /
+&method time = '{time}'  frame = '{frame}'  scheme = '{chance.choice(["musl", "usf", "usl", "usavg"])}'  mass = '{chance.choice(["lumped", "lumped", "weighted", "consistent", *(["fmpm"] if time != "implicit" else [])])}'
+        shape_functions = '{chance.choice(["linear", "cpdi"]) if frame == "updated" else "linear"}' /
+&energy_release energy_balance = .true. /
 &output file = 'case.h5'  history_interval = {end / (2 if time == "static" else 10)}  snapshot_interval = {end} /
 """
     if chance.random() < 0.3:

@@ -17,7 +17,7 @@ def dcb(samples=1201, end=1.2e-3, factor=1.0):
         "time": t,
         "step": np.arange(samples, dtype=np.int32),
         "kinetic_energy": 1e-6 * np.sin(2 * np.pi * 2549.4 * t) ** 2,
-        "G_nodal_force_I": 0.99 * g,
+        "G_vcct_I": 0.99 * g,
         "G_stress_closure_I": 0.41 * g,
         "crack_opening": 1e-7 * k,
     }
@@ -33,14 +33,14 @@ def complete(**changes):
 
 
 def write_result(path, columns=None, g_ref=G_REF, beam=BEAM, distance=None):
-    """Write a result file; an attribute of /history, distance_from_rest among them, is left out where it is None."""
+    """Write a result file; an attribute of /history, distance_to_equilibrium among them, is left out where it is None."""
     with h5py.File(path, "w") as file:
         history = file.create_group("history")
         for name, values in (columns or dcb()).items():
             dataset = history.create_dataset(name, data=values)
             dataset.attrs["units"] = UNITS.get(name, "J/m2")
             dataset.attrs["long_name"] = name.replace("_", " ")
-        for name, value in {"G_ref": g_ref, "G_beam_on_foundation": beam, "distance_from_rest": distance}.items():
+        for name, value in {"G_ref": g_ref, "G_beam_on_foundation": beam, "distance_to_equilibrium": distance}.items():
             if value is not None:
                 history.attrs[name] = value
         file.create_group("input")["namelist"] = "&run title = 'synthetic' /\n"

@@ -23,7 +23,7 @@ def changed(name, values):
 
 def test_equal_results(against):
     result, rows = against(dcb())
-    assert result.returncode == 0 and rows["G_nodal_force_I"].endswith("equal")
+    assert result.returncode == 0 and rows["G_vcct_I"].endswith("equal")
     assert against(dcb(), "--exact")[0].returncode == 0
 
 
@@ -59,7 +59,7 @@ def test_a_column_may_have_its_own_tolerance(against):
     other = dcb(factor=1.05)
     assert against(other)[0].returncode == 1
     assert against(other, "--tolerance", "G_*=0.06")[0].returncode == 0
-    assert against(other, "--tolerance", "G_*=0.06", "--tolerance", "G_nodal_force_I=0,1e-9")[0].returncode == 1
+    assert against(other, "--tolerance", "G_*=0.06", "--tolerance", "G_vcct_I=0,1e-9")[0].returncode == 1
 
 
 def test_columns_may_be_chosen_or_ignored(against):

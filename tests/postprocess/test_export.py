@@ -14,11 +14,11 @@ from synthetic import BEAM, G_REF, dcb, write_result
 
 
 def test_text_has_a_header_and_every_digit(script, dcb_file):
-    result = script("export.py", dcb_file, "--columns", "G_nodal_force_I", "step")
+    result = script("export.py", dcb_file, "--columns", "G_vcct_I", "step")
     lines = result.stdout.splitlines()
-    assert lines[0] == "# time [s] G_nodal_force_I [J/m2] step [1]"
+    assert lines[0] == "# time [s] G_vcct_I [J/m2] step [1]"
     values = np.loadtxt(lines)
-    for column, name in zip(values.T, ["time", "G_nodal_force_I", "step"]):
+    for column, name in zip(values.T, ["time", "G_vcct_I", "step"]):
         np.testing.assert_array_equal(column, dcb()[name])
 
 
@@ -29,15 +29,15 @@ def test_output_goes_to_a_file_with_all_columns(script, dcb_file, tmp_path):
 
 
 def test_normalised_divides_g_alone(script, dcb_file):
-    result = script("export.py", dcb_file, "--columns", "G_nodal_force_I", "crack_opening", "--normalised")
-    assert result.stdout.startswith("# time [s] G_nodal_force_I [1] crack_opening [m]\n")
+    result = script("export.py", dcb_file, "--columns", "G_vcct_I", "crack_opening", "--normalised")
+    assert result.stdout.startswith("# time [s] G_vcct_I [1] crack_opening [m]\n")
     last = [float(word) for word in result.stdout.splitlines()[-1].split()]
-    assert last[1] == dcb()["G_nodal_force_I"][-1] / G_REF and last[2] == dcb()["crack_opening"][-1]
+    assert last[1] == dcb()["G_vcct_I"][-1] / G_REF and last[2] == dcb()["crack_opening"][-1]
 
 
 def test_names_and_attributes(script, dcb_file):
     assert script("export.py", dcb_file, "--columns", "G_*", "--list").stdout.split() == \
-        ["G_nodal_force_I", "G_stress_closure_I"]
+        ["G_stress_closure_I", "G_vcct_I"]
     beam = script("export.py", dcb_file, "--attribute", "G_beam_on_foundation", "--normalised").stdout
     assert float(beam) == BEAM / G_REF
 
@@ -71,9 +71,9 @@ def test_gnuplot_draws_a_png(tmp_path):
 @needs_gnuplot
 def test_gnuplot_draws_an_svg_with_labels(tmp_path, dcb_file):
     picture = tmp_path / "g.svg"
-    assert gnuplot(picture, dcb_file, HAMPM_ESTIMATOR="G_nodal*").returncode == 0
+    assert gnuplot(picture, dcb_file, HAMPM_ESTIMATOR="G_vcct*").returncode == 0
     text = picture.read_text()
-    assert "dcb: nodal force I" in text and "beam on elastic foundation: 1.284" in text
+    assert "dcb: VCCT I" in text and "beam on elastic foundation: 1.284" in text
     assert "stress closure" not in text and "converged" not in text
 
 

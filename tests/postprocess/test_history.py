@@ -24,10 +24,10 @@ def interior(values, cutoff):
 def test_history_gives_columns_units_and_ratios(dcb_file):
     history = History(dcb_file)
     assert history.stem == "dcb"
-    assert history.units["crack_opening"] == "m" and history.units["G_nodal_force_I"] == "J/m2"
-    np.testing.assert_allclose(history.g_ratio("G_nodal_force_I") * G_REF, dcb()["G_nodal_force_I"])
+    assert history.units["crack_opening"] == "m" and history.units["G_vcct_I"] == "J/m2"
+    np.testing.assert_allclose(history.g_ratio("G_vcct_I") * G_REF, dcb()["G_vcct_I"])
     assert history.beam_ratio() == pytest.approx(BEAM / G_REF)
-    assert history.select(["G_*"]) == ["G_nodal_force_I", "G_stress_closure_I"]
+    assert history.select(["G_*"]) == ["G_stress_closure_I", "G_vcct_I"]
 
 
 def test_attributes_written_as_arrays_of_one_element_are_read(tmp_path):
@@ -155,7 +155,7 @@ def test_modes_have_the_amplitudes_and_decays_put_in():
     (None, None, False), (np.nan, None, False), (0.0, 0.0, False), (0.01, 0.01, False), (0.02, 0.02, True), (np.inf, np.inf, True)])
 def test_distance_from_rest(tmp_path, distance, known, is_moving):
     history = History(write_result(tmp_path / "a.h5", distance=distance))
-    assert (history.distance_from_rest(), history.is_moving()) == (known, is_moving)
+    assert (history.distance_to_equilibrium(), history.is_moving()) == (known, is_moving)
 
 
 def test_patterns_mean_estimated_errors_where_they_say_so(tmp_path):
@@ -173,3 +173,12 @@ def test_reference_curves_that_are_none(tmp_path, text, words):
     (tmp_path / "a.csv").write_bytes(text.encode("latin-1"))
     with pytest.raises(ResultError, match=words):
         read_curve(tmp_path / "a.csv")
+
+
+def test_results_of_version_1_have_the_present_names(tmp_path):
+    old = {"time": dcb()["time"], "G_nodal_force_I": dcb()["G_vcct_I"], "G_nodal_force_I_error_tip2": dcb()["G_vcct_I"], "J_spread": dcb()["step"]}
+    with h5py.File(write_result(tmp_path / "old.h5", old, distance=None), "a") as file:
+        file["history"].attrs["distance_from_rest"] = 0.5
+    history = History(tmp_path / "old.h5")
+    assert set(history.columns) == {"time", "G_vcct_I", "G_vcct_I_error_tip2", "J_domain_dependence"} and history.is_moving()
+    assert history.select(["G_*"]) == ["G_vcct_I"] and history.units["G_vcct_I"] == "J/m2"

@@ -46,13 +46,13 @@ def test_texts_are_printed_without_what_terminals_obey(script, tmp_path):
     path = write_result(tmp_path / f"a{ESCAPES}.h5")
     with h5py.File(path, "a") as file:
         for key in ("units", "long_name"):
-            file["history/G_nodal_force_I"].attrs[key] = f"J/m2{ESCAPES}\nevil"
+            file["history/G_vcct_I"].attrs[key] = f"J/m2{ESCAPES}\nevil"
         file["history"].attrs["title"] = file["history"].attrs["warnings"] = f"evil {ESCAPES}"
     for words in [("tabulate.py", path), ("tabulate.py", path, "--csv"), ("export.py", path), ("export.py", path, "--attribute", "title"),
                   ("export.py", path, "--columns", "none")]:
         result = script(*words)
         assert not any(letter in result.stdout + result.stderr for letter in "\x1b\x07\u202e"), words
-    assert len(script("export.py", path, "--columns", "G_nodal_force_I").stdout.splitlines()) == 1202
+    assert len(script("export.py", path, "--columns", "G_vcct_I").stdout.splitlines()) == 1202
 
 
 @pytest.mark.parametrize("text", [r"$\frac$", "a$b$", "$", r"\$x$", "_hidden", r"$\undefined$"])
@@ -73,10 +73,10 @@ def test_texts_are_no_formulas(tmp_path, text):
 def test_a_table_has_one_unit_a_column(script, tmp_path):
     """Files with and without G_ref beside each other: all in J/m2, said; a converged ratio asks all for their G_ref."""
     files = [write_result(tmp_path / f"{name}.h5", g_ref=g_ref) for name, g_ref in (("with", 2.0), ("without", None))]
-    mixed = script("tabulate.py", *files, "--column", "G_nodal_force_I", "--csv")
+    mixed = script("tabulate.py", *files, "--column", "G_vcct_I", "--csv")
     first, second = (line.split(",")[1] for line in mixed.stdout.splitlines()[1:])
     assert first == second and "without.h5 has no G_ref: energy release rates are in J/m2" in mixed.stderr
-    ratio = script("tabulate.py", files[0], "--column", "G_nodal_force_I", "--csv").stdout.split(",")[-1]
+    ratio = script("tabulate.py", files[0], "--column", "G_vcct_I", "--csv").stdout.split(",")[-1]
     assert float(ratio) == pytest.approx(float(first) / 2, rel=1e-4)
     assert "[J/m2]" in script("tabulate.py", *files).stdout and "[1]" in script("tabulate.py", files[0]).stdout
     assert "[m]" in script("tabulate.py", files[0], "--column", "crack_opening").stdout

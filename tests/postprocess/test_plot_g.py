@@ -34,11 +34,11 @@ def test_labels_name_files_estimators_lines_and_units(script, dcb_file, tmp_path
     curve = tmp_path / "curve.csv"
     curve.write_text("# t_s, G\n0,0\n1e-3,1\n1.2e-3,0.5\n")
     picture = tmp_path / "g.svg"
-    result = script("plot_g.py", dcb_file, other, "--estimator", "nodal_force_I", "--converged", 1.28737, "--reference",
+    result = script("plot_g.py", dcb_file, other, "--estimator", "vcct_I", "--converged", 1.28737, "--reference",
                     curve, "--time-unit", "us", "--lowpass", 5e4, "--title", "Two beams", "--output", picture)
     assert result.returncode == 0, result.stderr
     text = picture.read_text()
-    for label in ["other/dcb: nodal force I", f"{tmp_path.name}/dcb: nodal force I", "reference: curve",
+    for label in ["other/dcb: VCCT I", f"{tmp_path.name}/dcb: VCCT I", "reference: curve",
                   "beam on elastic foundation: 1.284", "converged static value: 1.287", "Two beams, below 50 kHz", "µs"]:
         assert label in text
     assert "stress closure" not in text
@@ -49,7 +49,7 @@ def test_curves_are_g_over_g_ref_in_the_unit_of_time(dcb_file):
     axes = plot_g.draw([History(dcb_file)], options).axes[0]
     t, g = axes.lines[0].get_data()
     np.testing.assert_allclose(t, dcb()["time"] * 1e3)
-    np.testing.assert_allclose(g, dcb()["G_nodal_force_I"] / G_REF)
+    np.testing.assert_allclose(g, dcb()["G_stress_closure_I"] / G_REF)
 
 
 def test_another_column_and_its_reference_are_over_the_scale(dcb_file, tmp_path):
@@ -72,7 +72,7 @@ def drawn(files, *arguments):
 
 def test_g_without_a_reference_value_has_its_own_unit(tmp_path):
     axes, = drawn([write_result(tmp_path / "a.h5", g_ref=None, beam=None)]).axes
-    np.testing.assert_allclose(axes.lines[0].get_ydata(), 1e3 * dcb()["G_nodal_force_I"])
+    np.testing.assert_allclose(axes.lines[1].get_ydata(), 1e3 * dcb()["G_vcct_I"])
     assert axes.get_ylabel() == "energy release rate $G$ [mJ/m2]"
 
 
@@ -120,12 +120,12 @@ def test_long_labels_stay_within_the_picture(tmp_path):
 
 
 def test_errors_are_bands_and_no_curves(tmp_path):
-    columns = dcb() | {"G_nodal_force_I_error": np.full(1201, 0.2 * G_REF)}
+    columns = dcb() | {"G_vcct_I_error": np.full(1201, 0.2 * G_REF)}
     file = write_result(tmp_path / "a.h5", columns)
     axes, = drawn([file], "--errors").axes
-    assert [line.get_label() for line in axes.lines[:2]] == ["a: nodal force I", "a: stress closure I"] and len(axes.lines) == 3
+    assert [line.get_label() for line in axes.lines[:2]] == ["a: stress closure I", "a: VCCT I"] and len(axes.lines) == 3
     band, = axes.collections
-    middle = np.interp(0.6, 1e3 * columns["time"], columns["G_nodal_force_I"] / G_REF)
+    middle = np.interp(0.6, 1e3 * columns["time"], columns["G_vcct_I"] / G_REF)
     heights = [y for x, y in band.get_paths()[0].vertices if abs(x - 0.6) < 1e-9]
     np.testing.assert_allclose(sorted(heights), [middle - 0.2, middle + 0.2])
     assert not drawn([file]).axes[0].collections

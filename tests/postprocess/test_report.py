@@ -38,9 +38,9 @@ def test_a_run_with_snapshots_has_all_pictures_and_its_scene(report, refined_res
     text, pictures = report(refined_result, warning="not at rest")
     assert len(pictures) == 5 and "force = 0.0, 1.0" in text and "GCC" in text
     with h5py.File(refined_result) as file:
-        g, g_ref = file["history/G_nodal_force_I"][:], file["history"].attrs["G_ref"]
+        g, g_ref = file["history/G_vcct_I"][:], file["history"].attrs["G_ref"]
         late = file["history/time"][:] >= 0.9 * file["history/time"][-1]
-    assert re.search(rf"nodal force closure, mode I \[J/m2\]\s+{g[-1]:.5g} ± \S+\s.*?\s{np.mean(g[late]) / g_ref:.5g} ± ", text)
+    assert re.search(rf"virtual crack closure, mode I \[J/m2\]\s+{g[-1]:.5g} ± \S+\s.*?\s{np.mean(g[late]) / g_ref:.5g} ± ", text)
     assert "not accounted for" in text and "before its end_time" not in text
 
 
@@ -50,7 +50,7 @@ def test_a_run_without_snapshots_says_so(report, tmp_path):
 
 
 def test_what_a_reader_should_know_is_noticed(report, tmp_path):
-    columns = complete(numerical_loss=np.linspace(0, 0.25, 101), external_work=np.linspace(0, 0.25, 101), J=1.0, J_spread=0.08)
+    columns = complete(numerical_loss=np.linspace(0, 0.25, 101), external_work=np.linspace(0, 0.25, 101), J=1.0, J_domain_dependence=0.08)
     columns["crack_opening"][3] = np.nan
     path = set_scene(write_result(tmp_path / "a.h5", columns), "&run\n   title = 'a < b'\n   end_time = 2.4e-3\n/\n")
     with h5py.File(path, "a") as file:
@@ -63,20 +63,20 @@ def test_what_a_reader_should_know_is_noticed(report, tmp_path):
 
 
 def test_runs_are_compared_by_their_means(report, tmp_path):
-    files = [write_result(tmp_path / "a.h5", complete() | {"G_nodal_force_I": np.full(101, 1.25 * G_REF)}),
-             write_result(tmp_path / "b.h5", {name: values for name, values in complete().items() if name != "G_nodal_force_I"})]
+    files = [write_result(tmp_path / "a.h5", complete() | {"G_vcct_I": np.full(101, 1.25 * G_REF)}),
+             write_result(tmp_path / "b.h5", {name: values for name, values in complete().items() if name != "G_vcct_I"})]
     text, pictures = report(*files, "--title", "Two beams")
     assert len(pictures) == 5 and text.strip().startswith("Two beams")
-    assert re.search(r"\sa\s+1.25\s", text) and re.search(r"\sb\s+–\s", text)
+    assert re.search(r"\sa\s+\S+\s+1.25\s", text) and re.search(r"\sb\s+\S+\s+–\s", text)
 
 
 def test_peaks_have_values_and_times_and_estimated_errors(report, tmp_path):
     g = np.linspace(0, 1, 101)
     g[30] = -4.0
-    errors = {"G_nodal_force_I_error": np.full(101, 0.25), "K_I_tip2": np.full(101, 3.0)}
-    path = write_result(tmp_path / "a.h5", complete() | errors | {"G_nodal_force_I": g}, g_ref=None, beam=None)
+    errors = {"G_vcct_I_error": np.full(101, 0.25), "K_I_tip2": np.full(101, 3.0)}
+    path = write_result(tmp_path / "a.h5", complete() | errors | {"G_vcct_I": g}, g_ref=None, beam=None)
     text, pictures = report(path)
-    assert re.search(r"G nodal force I \[J/m2\]\s+1 ± 0.25\s+0.95\d* ± 0.25\s+–\s+-4 ± 0.25\s+0.00036\s", text)
+    assert re.search(r"G vcct I \[J/m2\]\s+1 ± 0.25\s+0.95\d* ± 0.25\s+–\s+-4 ± 0.25\s+0.00036\s", text)
     assert "error" not in text and re.search(r"K I tip2, tip 2 \[J/m2\]\s+3\s+3\s", text) and len(pictures) == 2
 
 

@@ -11,14 +11,14 @@ def settled(value, samples=101):
     """Columns that end at a value of G after a tenth of the run."""
     g = np.full(samples, value * G_REF)
     g[:80] = 0
-    return {"time": np.linspace(0, 1, samples), "G_nodal_force_I": g, "K_I": np.full(samples, 7.0)}
+    return {"time": np.linspace(0, 1, samples), "G_vcct_I": g, "K_I": np.full(samples, 7.0)}
 
 
 def test_values_are_means_over_the_end_of_the_run_over_g_ref(script, tmp_path):
     files = [write_result(tmp_path / f"{name}.h5", settled(value)) for name, value in [("a", 1.25), ("b", 1.30)]]
     result = script("tabulate.py", *files, "--converged", 1.25, "--csv")
     assert list(csv.reader(result.stdout.splitlines())) == [
-        ["file", "G_nodal_force_I", "[%]"], ["a", "1.25", "+0.00"], ["b", "1.3", "+4.00"]]
+        ["file", "G_vcct_I", "[%]"], ["a", "1.25", "+0.00"], ["b", "1.3", "+4.00"]]
 
 
 def test_other_columns_are_given_as_they_are(script, tmp_path):
@@ -38,11 +38,11 @@ def test_the_part_to_average(script, tmp_path):
 
 
 def test_estimated_errors_are_columns_beside_their_values(script, tmp_path):
-    errors = {"G_nodal_force_I_error": np.full(101, 0.01 * G_REF), "K_I_error": np.full(101, 0.5)}
+    errors = {"G_vcct_I_error": np.full(101, 0.01 * G_REF), "K_I_error": np.full(101, 0.5)}
     files = [write_result(tmp_path / "a.h5", settled(1.25) | errors), write_result(tmp_path / "b.h5", settled(1.30))]
     result = script("tabulate.py", *files, "--column", "G_*", "--column", "K_*", "--converged", 1.25, "--csv", "--errors")
     assert list(csv.reader(result.stdout.splitlines())) == [
-        ["file", "G_nodal_force_I", "[%]", "G_nodal_force_I_error", "K_I", "K_I_error"],
+        ["file", "G_vcct_I", "[%]", "G_vcct_I_error", "K_I", "K_I_error"],
         ["a", "1.25", "+0.00", "0.01", "7", "0.5"], ["b", "1.3", "+4.00", "-", "7", "-"]]
     named = script("tabulate.py", files[0], "--column", "K_I_error", "--column", "K_I", "--csv")
     assert named.stdout.splitlines() == ["file,K_I,K_I_error", "a,7,0.5"]

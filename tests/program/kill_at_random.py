@@ -32,8 +32,8 @@ MEETING = """\
 &body material = 'soft' shape = 'circle' center = 2.3, 2.0 radius = 1.0 velocity = 20, 0 /
 &body material = 'soft' shape = 'circle' center = 5.6, 2.2 radius = 1.0 velocity = -20, 0 /
 &contact bodies = 'friction' friction = 0.2 /
-&method courant = 0.1 frame = 'updated' functions = 'cpdi' /
-&energy_release estimators = 'energy_balance' /
+&method courant = 0.1 frame = 'updated' shape_functions = 'cpdi' /
+&energy_release energy_balance = .true. /
 &output history_interval = 2e-3 snapshot_interval = 10e-3 /
 """
 
@@ -51,7 +51,7 @@ SCENES = {
                   "run.end_time=1e-4", "energy_release.estimators=domain_integral", "method.frame=total",
                   "output.history_interval=1e-6", "output.snapshot_interval=1e-5"],
     "quadratic full": [INPUT / "dcb.nml", "grid.cell=2.5e-3", "grid.cells=40,5", "grid.order=2", "body.points_per_cell=3", "run.end_time=1.5e-4",
-                       "energy_release.estimators=domain_integral", "method.frame=total", "method.courant=0", "method.mass=full",
+                       "energy_release.estimators=domain_integral", "method.frame=total", "method.courant=0", "method.mass=consistent",
                        "refine.indicator=zz", "refine.tolerance=0.1", "refine.max_level=2", "refine.region_lower=0.04,0.0",
                        "refine.region_upper=0.06,0.005", "output.history_interval=1e-6", "output.snapshot_interval=1e-5"],
 }

@@ -14,7 +14,7 @@ sys.path.insert(0, str(BENCH))
 
 import body_contact_scenes as scenes  # noqa: E402
 
-CPDI = "method.functions='cpdi'"
+CPDI = "method.shape_functions='cpdi'"
 # Bodies that are not alike, none of them on the lines of the grid, meet and rub
 MEETING = """\
 &run plane = 'strain' end_time = 1.0 /
@@ -25,7 +25,7 @@ MEETING = """\
 &body material = 'n' shape = 'circle' center = 0.67, 0.45 radius = 0.2 velocity = -0.1, -0.05 /
 &contact bodies = 'friction' friction = 0.3 /
 &method frame = 'updated' /
-&energy_release estimators = 'energy_balance' /
+&energy_release energy_balance = .true. /
 &output history_interval = 0.05 snapshot_interval = 0.5 /
 """
 THIRD = "&body material = 'm' lower = 0.4, 0.05 upper = 0.8, 0.17 velocity = 0.0, 0.1 /\n"
@@ -49,8 +49,8 @@ def history(path):
 @pytest.mark.parametrize(("phase", "cells", "options"), [
     (0.0, 80, ()), (0.37, 64, ()), pytest.param(0.8, 64, (CPDI,), marks=pytest.mark.verify)], ids=str)
 def test_two_bars_meet_where_they_are_and_part_when_the_waves_are_back(tmp_path, phase, cells, options):
-    """The wave fronts have the least dispersion with the mass matrix 'blend'. Wherever the bars meet in a cell it is the same."""
-    found = scenes.bars(PROGRAM, tmp_path, cells=cells, phase=phase, options=("method.mass='blend'", *options))
+    """The wave fronts have the least dispersion with the mass matrix 'weighted'. Wherever the bars meet in a cell it is the same."""
+    found = scenes.bars(PROGRAM, tmp_path, cells=cells, phase=phase, options=("method.mass='weighted'", *options))
     print(found)
     assert found["onset"] == pytest.approx(0, abs=0.01)       # in cells; in one field they meet up to a cell early
     assert found["time"] == pytest.approx(1, rel=0.02)
@@ -133,10 +133,10 @@ def test_a_crack_in_any_direction_is_that_along_the_grid(tmp_path):
     assert path["K_I"] == pytest.approx(line["K_I"], rel=1e-9, abs=1e-9 * line["K_I"].max())
 
 
-@pytest.mark.parametrize("options", [(), ("method.scheme='usf'",), ("method.scheme='usavg'",), ("method.mass='full'",),
-                                     ("method.mass='blend'", "method.solver='direct'"), ("method.mass='fmpm'",),
+@pytest.mark.parametrize("options", [(), ("method.scheme='usf'",), ("method.scheme='usavg'",), ("method.mass='consistent'",),
+                                     ("method.mass='weighted'", "method.solver='direct'"), ("method.mass='fmpm'",),
                                      ("damping.rate=0.3",), ("contact.bodies='stick'", "contact.friction=0"), (CPDI,),
-                                     (CPDI, "method.mass='full'"), (CPDI, "method.scheme='usf'"),
+                                     (CPDI, "method.mass='consistent'"), (CPDI, "method.scheme='usf'"),
                                      ("refine.indicator='zz'", "refine.max_level=1", "refine.tolerance=0.1")], ids=str)
 @pytest.mark.parametrize("bodies", [MEETING, MEETING + THIRD], ids=["two", "three"])
 def test_momentum_is_kept_and_energy_is_booked(hampm, tmp_path, options, bodies):
@@ -174,8 +174,8 @@ def test_the_checked_build_finds_nothing(run_hampm, tmp_path):
 
 def test_bodies_of_one_part_are_one(hampm, tmp_path):
     """A body that runs into another of its part sticks to it and is strained, as in one field, and no contact is felt."""
-    bodies = MEETING.replace("spin = 0.2", "part = 'a'").replace("upper = 0.44, 0.61", "upper = 0.32, 0.61").replace("-0.1, -0.05", "0.2, 0.0")
-    written(tmp_path, bodies.replace("&contact", "&body material = 'm' lower = 0.34, 0.21 upper = 0.44, 0.61 part = 'a' /\n&contact"))
+    bodies = MEETING.replace("spin = 0.2", "contact_group = 'a'").replace("upper = 0.44, 0.61", "upper = 0.32, 0.61").replace("-0.1, -0.05", "0.2, 0.0")
+    written(tmp_path, bodies.replace("&contact", "&body material = 'm' lower = 0.34, 0.21 upper = 0.44, 0.61 contact_group = 'a' /\n&contact"))
     result = hampm("case.nml", "--force", "--quiet", "--set", "run.end_time=0.5")
     assert result.returncode == 0, result.stderr
     found = history(tmp_path / "case.h5")

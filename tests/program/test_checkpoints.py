@@ -32,7 +32,7 @@ FLIGHT = """\
 &damping rate = 1.0 /
 &load kind = 'traction' lower = 1.3, 1.2 upper = 1.3, 2.8 force = 1e3, 0 history = 'sine' frequency = 30 /
 &load kind = 'body' lower = 4.6, 1.0 upper = 5.6, 3.0 force = 1e3, 0 /
-&energy_release estimators = 'energy_balance' /
+&energy_release energy_balance = .true. /
 &output history_interval = 4e-3 snapshot_interval = 13e-3 /
 """
 # In the total frame bodies do not meet: they touch, and one pulls the other
@@ -48,7 +48,7 @@ CLOSED = """\
 &constraint lower = 0.05, -0.01 upper = 0.05, 0.01 fix = 'xy' /
 &load kind = 'traction' lower = 0.0, 0.0 upper = 0.0, 0.01 force = 0.0, -2000.0 /
 &crack kind = 'line' tip = 0.025, 0.0 contact = 'frictionless' /
-&energy_release estimators = 'nodal_force', 'domain_integral', 'energy_balance' /
+&energy_release estimators = 'vcct', 'domain_integral'  energy_balance = .true. /
 &output history_interval = 1e-6 snapshot_interval = 1e-5 /
 """
 # A crack with two tips, in a plate one end of which is pulled: the wave takes a while to come to the crack
@@ -60,7 +60,7 @@ TWO_TIPS = """\
 &constraint lower = 0.05, -0.01 upper = 0.05, 0.01 fix = 'xy' /
 &load kind = 'traction' lower = 0.0, 0.0 upper = 0.0, 0.01 force = 500.0, 2000.0 /
 &crack kind = 'line' tip = 0.035, 0.0 length = 0.01 /
-&energy_release estimators = 'nodal_force', 'stress_closure', 'domain_integral', 'energy_balance' radii = 5e-3, 7e-3 /
+&energy_release estimators = 'vcct', 'stress_closure', 'domain_integral'  energy_balance = .true. radii = 5e-3, 7e-3 /
 &output history_interval = 1e-6 snapshot_interval = 1e-5 /
 """
 # A block that turns, with a crack from its edge that it carries through the cells
@@ -70,7 +70,7 @@ CARRIED = """\
 &material name = 'a' law = 'neo_hookean' young = 3e9 poisson = 0.3 density = 1200 /
 &body material = 'a' lower = -3e-3, -3e-3 upper = 3e-3, 3e-3 velocity = 10, 5 spin = 1e4 /
 &crack kind = 'path' points = -4e-3, 1e-4, -1e-4, 1e-4, 1e-3, 1.1e-3 /
-&energy_release estimators = 'domain_integral', 'energy_balance' radii = 1.1e-3 /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. radii = 1.1e-3 /
 &method frame = 'updated' /
 &output history_interval = 2e-6 snapshot_interval = 1e-5 /
 """
@@ -97,7 +97,7 @@ HOLE = """\
 &body material = 'm0' lower = 0.0, 3.0 upper = 6.0, 9.0 /
 &body hole = .true. shape = 'circle' center = 2.33, 6.55 radius = 1.78 /
 &load kind = 'pressure' pressure = 4e6 lower = -1.0, 6.0 upper = 7.0, 10.0 history = 'table' times = 0.0, 1.9e-3, 4.8e-3 factors = 0.0, 1.0, -0.5 /
-&method mass = 'full' /
+&method mass = 'consistent' /
 &refine indicator = 'gradient' max_level = 1 interval = 20 r_coarsen = 0.02 region_lower = 1.0, 4.0 region_upper = 5.0, 8.0 /
 &output history_interval = 7e-4 /
 """
@@ -117,24 +117,24 @@ SCENES = {
     "recombined": (HOLE,),
     "lumped musl": (FLIGHT, "method.scheme=musl"),
     "total frame": (FLIGHT, "method.scheme=usavg", *TOTAL),
-    "full cg": (FLIGHT, "method.scheme=usf", "method.mass=full"),
-    "full direct": (FLIGHT, "method.mass=full", "method.solver=direct"),
-    "blend direct": (FLIGHT, "method.scheme=usavg", "method.mass=blend", "method.solver=direct"),
+    "full cg": (FLIGHT, "method.scheme=usf", "method.mass=consistent"),
+    "full direct": (FLIGHT, "method.mass=consistent", "method.solver=direct"),
+    "blend direct": (FLIGHT, "method.scheme=usavg", "method.mass=weighted", "method.solver=direct"),
     "fmpm": (FLIGHT, "method.scheme=usl", "method.mass=fmpm"),
-    "partial total": (FLIGHT, "method.mass=partial", "method.full_lower=0,0", "method.full_upper=4,4", *TOTAL),
+    "partial total": (FLIGHT, "method.mass=partial", "method.consistent_lower=0,0", "method.consistent_upper=4,4", *TOTAL),
     "refined lumped": (FLIGHT, *REFINED),
-    "refined full": (FLIGHT, "method.mass=full", "method.solver=direct", *REFINED),
+    "refined full": (FLIGHT, "method.mass=consistent", "method.solver=direct", *REFINED),
     "refined zz": (FLIGHT, "refine.indicator=zz", "refine.tolerance=0.1", "refine.max_level=2", "refine.interval=11",
-                   "method.mass=blend"),
+                   "method.mass=weighted"),
     "local steps": (TWO_TIPS, "method.time_steps=local", "refine.indicator=tip", "refine.max_level=3",
-                                      "energy_release.estimators='nodal_force'", "damping.rate=1e4", "output.history_interval=1e-6"),
+                                      "energy_release.estimators='vcct'", "damping.rate=1e4", "output.history_interval=1e-6"),
     "contact": (CLOSED,),
-    "contact full": (CLOSED, "method.mass=full", "method.frame=total"),
+    "contact full": (CLOSED, "method.mass=consistent", "method.frame=total"),
     "contact refined": (CLOSED, "refine.indicator=tip", "refine.max_level=2"),
     "two tips": (TWO_TIPS,),
     "two tips refined": (TWO_TIPS, "refine.indicator=tip", "refine.max_level=2"),
-    "implicit": (TWO_TIPS, "method.time=implicit", "method.time_step=1.6e-7", "energy_release.estimators='nodal_force'"),
-    "implicit full refined": (TWO_TIPS, "method.time=implicit", "method.mass=full", "refine.indicator=tip", "refine.max_level=2",
+    "implicit": (TWO_TIPS, "method.time=implicit", "method.time_step=1.6e-7", "energy_release.estimators='vcct'"),
+    "implicit full refined": (TWO_TIPS, "method.time=implicit", "method.mass=consistent", "refine.indicator=tip", "refine.max_level=2",
                               "energy_release.estimators='domain_integral'", "damping.rate=1e4", "method.hht_alpha=-0.1",
                               "constraint.velocity=1,0", "constraint.history=ramp", "constraint.rise_time=1e-5"),
     "tiles": (MANY_CELLS,),
@@ -143,18 +143,18 @@ SCENES = {
     "turning usl": (TURNING, "method.scheme=usl", "output.history_interval=1e-6"),
     "turning usavg": (TURNING, "method.scheme=usavg", "output.history_interval=5e-7", "body(1).velocity=3,2"),
     "refined without particles": (CLOSED, "method.frame=total", "refine.indicator=tip", "refine.max_level=2",
-                                  "energy_release.estimators='nodal_force'"),
+                                  "energy_release.estimators='vcct'"),
     "static": (CLOSED, "method.time=static", "method.load_steps=40", "load.history=sine", "load.frequency=1.1e5"),
     "static refined": (CLOSED, "method.time=static", "method.load_steps=30", "load.history=ramp", "load.rise_time=1e-5",
                        "material.law=neo_hookean", "refine.indicator=zz", "refine.max_level=2", "refine.tolerance=0.1"),
-    "moved": (CLOSED, "constraint.velocity=2,1", "energy_release.estimators=nodal_force"),
+    "moved": (CLOSED, "constraint.velocity=2,1", "energy_release.estimators=vcct"),
     "carried crack": (CARRIED,),
-    "carried crack refined": (CARRIED, "refine.indicator=tip", "refine.max_level=1", "refine.rings=3", "method.mass=blend"),
+    "carried crack refined": (CARRIED, "refine.indicator=tip", "refine.max_level=1", "refine.rings=3", "method.mass=weighted"),
     "growth": (GROWTH,),
-    "domains": (FLIGHT, "method.functions=cpdi", "method.mass=full", "method.scheme=usl"),
-    "domains refined": (FLIGHT, "method.functions=cpdi", "method.mass=fmpm", "method.scheme=usavg", *REFINED),
-    "domains carried crack": (CARRIED.replace("-1e-4, 1e-4, 1e-3, 1.1e-3", "1e-3, 0").replace("-4e-3, 1e-4", "-4e-3, 0"), "method.functions=cpdi", "refine.indicator=tip", "refine.max_level=1", "refine.rings=3"),
-    "checked build": (FLIGHT, "method.mass=full", "method.solver=direct", *REFINED),
+    "domains": (FLIGHT, "method.shape_functions=cpdi", "method.mass=consistent", "method.scheme=usl"),
+    "domains refined": (FLIGHT, "method.shape_functions=cpdi", "method.mass=fmpm", "method.scheme=usavg", *REFINED),
+    "domains carried crack": (CARRIED.replace("-1e-4, 1e-4, 1e-3, 1.1e-3", "1e-3, 0").replace("-4e-3, 1e-4", "-4e-3, 0"), "method.shape_functions=cpdi", "refine.indicator=tip", "refine.max_level=1", "refine.rings=3"),
+    "checked build": (FLIGHT, "method.mass=consistent", "method.solver=direct", *REFINED),
 }
 
 

@@ -19,7 +19,7 @@ BAR = """&run plane = 'stress'  thickness = 1e-3  end_time = 1.0 /
 &method time = 'static'  load_steps = 50 /
 &crack kind = 'path'  name = 'a'  points = 5.5e-3, -1e-3, 5.5e-3, 5e-3 /
 &cohesive crack = 'a'  {law} /
-&energy_release estimators = 'energy_balance' /
+&energy_release energy_balance = .true. /
 &output file = 'out.h5' /
 """
 LAWS = {"linear": "law = 'linear'  strength = 1e6  toughness = 20.0", "bilinear": "law = 'bilinear'  strength = 1e6  toughness = 20.0  opening = 4e-6",
@@ -58,7 +58,7 @@ def beam(loads, law, cell=0.75e-3, length=99e-3, a=22e-3, method="time = 'static
 {loads}&method {method} /
 &crack kind = 'path'  name = 'a'  points = -1e-3, 0.0, {length - 6e-3}, 0.0  {contact} /
 &cohesive crack = 'a'  from = {a}  {law} /
-&energy_release estimators = 'domain_integral', 'energy_balance'  radii = {radii} /
+&energy_release estimators = 'domain_integral'  energy_balance = .true.  radii = {radii} /
 {more}
 &output file = 'out.h5'  {output} /
 """
@@ -198,7 +198,7 @@ def test_faces_that_have_parted_rub(hampm, how):
 {RUBS[how][1]}
 &crack kind = 'path'  name = 'a'  points = -1e-3, 2.3e-3, 11e-3, 2.3e-3  contact = 'friction'  friction = 0.3 /
 &cohesive crack = 'a'  strength = 1e6  toughness = 20.0 /
-&energy_release estimators = 'energy_balance' /
+&energy_release energy_balance = .true. /
 &output file = 'out.h5' /
 """
     row = run(hampm, text)
@@ -302,7 +302,7 @@ def test_beside_a_crack_that_grows(hampm, method):
 &crack kind = 'path'  name = 'h'  points = 0.7e-3, -4.1e-3, 8.2e-3, -3.4e-3 /
 &growth crack = 'g'  law = 'toughness'  toughness = 30  limit_speed = 2000 /
 &cohesive crack = 'h'  from = 3e-3  strength = 300e6  toughness = 100 /
-&energy_release estimators = 'domain_integral', 'energy_balance'  radii = 2e-3 /
+&energy_release estimators = 'domain_integral'  energy_balance = .true.  radii = 2e-3 /
 &output file = 'out.h5'  history_interval = 2e-7 /
 """
     row = run(hampm, text)

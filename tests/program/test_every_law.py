@@ -111,13 +111,13 @@ LAWS = {
     "neo_hookean": (ISOTROPIC, 0.4, elastic(piola(neo_hookean)), 1e-6),
     "mooney_rivlin": (ISOTROPIC + f"  c01 = {C01}", 0.4, elastic(piola(mooney_rivlin)), 1e-6),
     "j2_plastic": (ISOTROPIC + f"  yield_stress = {YIELD}  hardening = {HARDENING}  saturation = {SATURATION}  saturation_strain = {AT}  "
-                   f"kinematic = {KINEMATIC}", 0.01, in_time(np.concatenate([STIFFNESS, np.zeros((4, 3))]), plastic), 1e-3),
+                   f"kinematic_hardening = {KINEMATIC}", 0.01, in_time(np.concatenate([STIFFNESS, np.zeros((4, 3))]), plastic), 1e-3),
     "viscoelastic": (ISOTROPIC + f"  moduli = {', '.join(str(g) for g, _ in PRONY)}  relaxation_times = {', '.join(str(t) for _, t in PRONY)}",
                      0.01, in_time(np.concatenate([STIFFNESS, *(2*g*DEVIATOR for g, _ in PRONY)]), viscoelastic), 1e-5),
 }
 FREE = {"strain": [0], "stress": [0, 2], "axisymmetric": [0, 2]}
-METHODS = {"static": "time = 'static'  load_steps = {steps}", "implicit": "time = 'implicit'  time_step = 1e-3  hht_alpha = -0.1  mass = 'full'",
-           "explicit": "time = 'explicit'  mass = 'full'"}
+METHODS = {"static": "time = 'static'  load_steps = {steps}", "implicit": "time = 'implicit'  time_step = 1e-3  hht_alpha = -0.1  mass = 'consistent'",
+           "explicit": "time = 'explicit'  mass = 'consistent'"}
 ORDERS = {1: 2, 2: 4}                                                     # points in a cell and direction
 COMBINATIONS = [("static", 1), ("implicit", 1), ("static", 2), ("explicit", 1), ("implicit", 2)]
 # Each law in each plane once, then with the next of these, and last with what takes longest
@@ -195,7 +195,7 @@ def test_newton_converges_quadratically(hampm, tmp_path, law, plane, method, ord
     """Four large steps. What is out of balance is at most ten times the square of what was, until rounding; where forces are linear it is gone at once, and implicit steps are one
     solution, without an iteration."""
     pull, end = LAWS[law][1], END/2
-    method_keys = {"static": "time = 'static'  load_steps = 4", "implicit": f"time = 'implicit'  time_step = {end/4}  mass = 'full'"}[method]
+    method_keys = {"static": "time = 'static'  load_steps = 4", "implicit": f"time = 'implicit'  time_step = {end/4}  mass = 'consistent'"}[method]
     (tmp_path / "block.nml").write_text(scene(SHEARED, law, plane, method_keys, order, end=end, left=0.0, inner=0.5, outer=1.5, density=DENSITY, pull=pull, shear=pull/2, interval=end/4))
     result = hampm("block.nml", program=PROGRAM.with_name("newton_steps"))
     assert result.returncode == 0, result.stderr

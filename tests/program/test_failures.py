@@ -100,8 +100,8 @@ def test_a_body_that_leaves_the_grid(hampm, tmp_path, program):
     assert history.times[-1] == pytest.approx((4.0 - 2.05) / 3000, abs=2e-6)
 
 
-@pytest.mark.parametrize("mass", [[], ["--set", "method.mass=full"],
-                                  ["--set", "method.mass=full", "--set", "method.solver=direct"]], ids=["lumped", "cg", "direct"])
+@pytest.mark.parametrize("mass", [[], ["--set", "method.mass=consistent"],
+                                  ["--set", "method.mass=consistent", "--set", "method.solver=direct"]], ids=["lumped", "cg", "direct"])
 def test_a_crushed_body(hampm, tmp_path, mass):
     (tmp_path / "case.nml").write_text(CRUSHED)
     result = hampm("case.nml", *mass)
@@ -152,7 +152,7 @@ def test_a_full_standard_output(arguments):
 SCENES_IN_LITTLE_ROOM = {
     "explicit": COARSE_DCB, "static": [INPUT / "edge_crack.nml"], "refined": [*COARSE_DCB, "--set", "refine.indicator=gradient",
                                                                               "--set", "refine.max_level=2"],
-    "full mass": [*COARSE_DCB, "--set", "method.mass=full", "--set", "method.solver=direct", "--set", "run.end_time=1e-6"]}
+    "full mass": [*COARSE_DCB, "--set", "method.mass=consistent", "--set", "method.solver=direct", "--set", "run.end_time=1e-6"]}
 
 
 @pytest.mark.parametrize("megabytes", [330, 400, 460, 520, 600, 700, 900])

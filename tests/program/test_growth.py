@@ -88,8 +88,8 @@ def test_loads_are_those_of_the_toughness_on_the_mesh_of_their_row(hampm, indica
 
 def test_loads_that_rise_by_themselves_change_no_work(hampm):
     """All loads are scaled to the toughness: what their own history does does not matter, but that there is no growth without a load."""
-    text = straight(4, 0, 2e-3).replace("estimators = 'domain_integral'", "estimators = 'domain_integral', 'energy_balance'")
-    assert "'energy_balance'" in text
+    text = straight(4, 0, 2e-3).replace("estimators = 'domain_integral'", "estimators = 'domain_integral'  energy_balance = .true.")
+    assert "energy_balance" in text
     step, _ = run_told(hampm, text)
     ramp, _ = run_told(hampm, text.replace("force =", "history = 'ramp'  rise_time = 1.0  force =")
                   .replace("load_steps = 4", "load_steps = 5"))
@@ -125,7 +125,7 @@ def test_only_the_tip_with_the_largest_rate_may_advance(hampm):
     (("increment = 0.0016", "increment = 1e-4"), "two of the finest cells"),
     (("&growth ", "&growth crack = 'b' "), "there is no &crack of this name"),
     (("toughness = 100.0", "toughness = 0.0"), "requires increment > 0 and toughness > 0"),
-    (("'domain_integral'", "'energy_balance'"), "&growth requires &energy_release estimators = 'domain_integral'"),
+    (("estimators = 'domain_integral'", "energy_balance = .true."), "&growth requires &energy_release estimators = 'domain_integral'"),
     (("toughness = 100.0", ""), "requires increment > 0 and toughness > 0"),
 ])
 def test_what_growth_does_not_go_with(hampm, change, message):

@@ -15,7 +15,7 @@ STRIP = """&run plane = 'stress'  end_time = 1.2e-5 /
 &crack kind = 'symmetry'  tip = -3e-3, 0.0 /
 &growth direction = 'straight'  {growth} /
 {load}
-&energy_release estimators = 'domain_integral', 'energy_balance' /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. /
 &output file = 'out.h5'  history_interval = 1e-6 /
 """
 PULL = "&load kind = 'traction'  lower = -10e-3, 8e-3  upper = 10e-3, 8e-3  force = 0.0, 4e6 /"

@@ -15,7 +15,7 @@ SCENE = """&run plane = 'stress'  end_time = 1.0 /
 &constraint lower = -10e-3, -12e-3  upper = 10e-3, -12e-3  fix = 'xy' /
 &load kind = 'traction'  lower = -10e-3, 12e-3  upper = 10e-3, 12e-3  force = {force[0]!r}, {force[1]!r} /
 &method time = 'static'  load_steps = 2 /
-&energy_release estimators = 'domain_integral', 'energy_balance' /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. /
 &output file = 'out.h5' /
 """
 GROWTH = "&growth law = 'quasi_static'  direction = 'straight'  toughness = 5e3  increment = 2e-3 /"

@@ -1,4 +1,4 @@
-"""One dilatation a cell, `&material dilatation = 'cell'`, of every law, in every integrator and frame: a beam that hardly changes its volume."""
+"""One dilatation a cell, `&material volumetric = 'b_bar'`, of every law, in every integrator and frame: a beam that hardly changes its volume."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def run(hampm):
     """`run(material, force, *settings)`: the history of a beam that is held at one end and drawn down at the other."""
     def run(material, force, *settings, cell=0.05):
         return harness.run(hampm, f"""
-            &material name = 'a'  density = 1000  dilatation = 'cell'  {material} /
+            &material name = 'a'  density = 1000  volumetric = 'b_bar'  {material} /
             &run plane = 'strain'  thickness = 1.0  end_time = 1.0 /
             &grid lower = {-cell}, -1.0  cell = {cell}  cells = {round(1.25/cell)}, {round(1.5/cell)} /
             &body material = 'a'  lower = 0.0, 0.0  upper = 1.0, 0.25 /
@@ -32,7 +32,7 @@ def run(hampm):
             &load kind = 'traction'  lower = 1.0, 0.0  upper = 1.0, 0.25  force = 0.0, {-force}  history = 'ramp'  rise_time = 0.2 /
             &damping rate = 0.0 /
             &method frame = 'total' /
-            &energy_release estimators = 'energy_balance' /""", *settings)
+            &energy_release energy_balance = .true. /""", *settings)
     return run
 
 
@@ -40,9 +40,9 @@ def test_a_beam_that_keeps_its_volume_does_not_lock(run):
     """Poisson's ratio 0.4999 at rest, beside quadratic cells, an independent discretisation that does not lock either."""
     at_rest = "method.time=static", "run.plane=strain"
     material = LAWS["linear_elastic"], 4.0, *at_rest, "material.poisson=0.4999"
-    reference = run(*material, "material.dilatation=point", "grid.order=2", "body.points_per_cell=3", cell=0.0125)["strain_energy"][-1]
+    reference = run(*material, "material.volumetric=standard", "grid.order=2", "body.points_per_cell=3", cell=0.0125)["strain_energy"][-1]
     shared = [run(*material, cell=cell)["strain_energy"][-1]/reference for cell in (0.05, 0.025, 0.0125)]
-    own = run(*material, "material.dilatation=point", cell=0.0125)["strain_energy"][-1]/reference
+    own = run(*material, "material.volumetric=standard", cell=0.0125)["strain_energy"][-1]/reference
     print("\nenergy over that of quadratic cells:", *(f"{value:.4f}" for value in shared), f"without it {own:.4f}")
     assert own < 0.5
     assert shared[-1] == pytest.approx(1, abs=0.01)
@@ -52,7 +52,7 @@ def test_a_beam_that_keeps_its_volume_does_not_lock(run):
 def test_quadratic_cells_have_no_use_for_it(run):
     """With them the key is without effect, of which a warning tells."""
     quadratic = LAWS["linear_elastic"], 4.0, "method.time=static", "grid.order=2", "body.points_per_cell=3"
-    assert run(*quadratic)["strain_energy"][-1] == run(*quadratic, "material.dilatation=point")["strain_energy"][-1]
+    assert run(*quadratic)["strain_energy"][-1] == run(*quadratic, "material.volumetric=standard")["strain_energy"][-1]
 
 
 @pytest.mark.parametrize("time", ["static", "implicit time_step=1e-3", "explicit courant=0.1"])
@@ -65,7 +65,7 @@ def test_isotropic_constants_make_the_orthotropic_law_the_linear_one(run, time):
     settings = f"method.time={time}", "run.end_time=0.3", "output.history_interval=0.01", *(f"method.{key}" for key in step)
     got = [run(material, 4.0, *settings, cell=0.125)["strain_energy"][-1] for material in (isotropic, orthotropic)]
     assert got[1] == pytest.approx(got[0], rel=1e-10)
-    assert abs(run(orthotropic, 4.0, *settings, "material.dilatation=point", cell=0.125)["strain_energy"][-1] / got[0] - 1) > 0.05
+    assert abs(run(orthotropic, 4.0, *settings, "material.volumetric=standard", cell=0.125)["strain_energy"][-1] / got[0] - 1) > 0.05
 
 
 @every_law
@@ -102,7 +102,7 @@ def test_rubber_bends_far_in_both_frames(run, law):
     of this size add to the error of the updated frame."""
     large = LAWS[law], 2500.0, "material.poisson=0.49"
     settled = "damping.rate=12.0", "run.end_time=1.2", "output.history_interval=0.1"
-    expected = run(*large, "material.dilatation=point", "method.time=static", "method.load_steps=10", "grid.order=2",
+    expected = run(*large, "material.volumetric=standard", "method.time=static", "method.load_steps=10", "grid.order=2",
                    "body.points_per_cell=3")["strain_energy"][-1]
     for frame in "total", "updated":
         got = run(*large, f"method.frame={frame}", *settled)["strain_energy"][-1]/expected

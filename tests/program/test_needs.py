@@ -21,7 +21,7 @@ SCENE = """\
 PLAIN = SCENE.format(151, 151, 150, 2)
 CRACK = "&constraint lower = 0.05, 0.0 upper = 0.1, 0.0 fix = 'y' /\n&crack tip = 0.05, 0.0 /\n"
 PLAIN_METHOD = "&method courant = 0.1 /\n"
-MASS = "&method courant = 0.1 mass = 'full' solver = '{}' frame = 'total' /\n"
+MASS = "&method courant = 0.1 mass = 'consistent' solver = '{}' frame = 'total' /\n"
 SCENES = {
     "particles": SCENE.format(151, 151, 150, 4),
     "cells": SCENE.format(500, 500, 20, 2),
@@ -37,12 +37,12 @@ SCENES = {
     "quadratic_fmpm": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /").replace(PLAIN_METHOD,
                                                                                                "&method courant = 0.1 mass = 'fmpm' /\n"),
     "quadratic_implicit": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /").replace(
-        PLAIN_METHOD, "&method time = 'implicit' time_step = 5e-8 mass = 'full' /\n"),
+        PLAIN_METHOD, "&method time = 'implicit' time_step = 5e-8 mass = 'consistent' /\n"),
     "quadratic_points": SCENE.format(101, 101, 100, 6).replace("101 /", "101 order = 2 /"),
     "quadratic_refined": SCENE.format(61, 61, 60, 3).replace("61 /", "61 order = 2 /") + CRACK.replace("0.05", "0.03").replace("0.1,", "0.06,")
     + "&refine indicator = 'tip' rings = 20 max_level = 4 /\n",
     "quadratic_snapshots": SCENE.format(101, 101, 100, 3).replace("101 /", "101 order = 2 /") + "&output snapshot_interval = 1e-8 /\n",
-    "domains": PLAIN.replace(PLAIN_METHOD, "&method courant = 0.1 functions = 'cpdi' frame = 'updated' /\n"),
+    "domains": PLAIN.replace(PLAIN_METHOD, "&method courant = 0.1 shape_functions = 'cpdi' frame = 'updated' /\n"),
     "snapshots": PLAIN + "&output snapshot_interval = 1e-8 /\n",
 }
 # A process begins with the peak of the one that started it: that must be a small one.

@@ -16,7 +16,7 @@ PLATE = """
 &load kind = 'traction'  lower = 0, 0.05  upper = 0.1, 0.05  force = 0, 1e5  history = 'ramp'  rise_time = 1e-4 /
 &refine indicator = '{indicator}'  max_level = 2 /
 &method time = '{time}'  frame = '{frame}' /
-&energy_release estimators = 'domain_integral', 'energy_balance' /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. /
 """
 
 

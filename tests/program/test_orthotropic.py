@@ -35,7 +35,7 @@ def test_a_laminate_beam_has_the_rate_of_the_closed_form(hampm):
     """Beams on a foundation with shear; 12 P^2 (a + chi h)^2/(B^2 E1 h^3) is known to be good to about 1 %."""
     found = run(hampm, INPUT / "laminate_dcb.nml")
     expected = 12 * 5.0**2 * (30e-3 + chi() * 2e-3) ** 2 / (1e-6 * E1 * 2e-3**3)
-    for name in ("G_nodal_force_I", "J", "G"):
+    for name in ("G_vcct_I", "J", "G"):
         assert found[name][-1] == pytest.approx(expected, rel=0.01)
         assert found[name][-1] == pytest.approx(306.2, rel=0.005)  # tests/reference/orthotropic/laminates.csv
     assert found["K_I"][-1] == pytest.approx(math.sqrt(306.2 / rate(0)[0, 0]), rel=0.005)
@@ -46,7 +46,7 @@ def test_an_end_notched_laminate_has_the_rate_of_finer_cells(hampm):
     """tests/reference/orthotropic/laminates.csv; the closed form 9 P^2 (a + 0.42 chi h)^2/(16 B^2 E1 h^3) is 1.5 % higher."""
     found = run(hampm, INPUT / "laminate_enf.nml")
     assert found["J"][-1] == pytest.approx(139.75, rel=0.01)
-    assert -found["G_nodal_force_II"][-1] == pytest.approx(139.75, rel=0.01)
+    assert -found["G_vcct_II"][-1] == pytest.approx(139.75, rel=0.01)
     assert found["J"][-1] == pytest.approx(9 * 20.0**2 * (25e-3 + 0.42 * chi() * 2e-3) ** 2 / (16e-6 * E1 * 2e-3**3), rel=0.02)
     assert abs(found["K_II"][-1]) == pytest.approx(math.sqrt(139.75 / rate(0)[1, 1]), rel=0.005)
     assert abs(found["J"][-1] - 139.75) < found["J_error"][-1]
@@ -132,7 +132,7 @@ def test_a_turned_body_of_turned_material_has_the_same_cracks(hampm):
 &load kind = 'traction'  lower = {a}  upper = {b}  force = {up} /
 &load kind = 'traction'  lower = {c}  upper = {d}  force = {down} /
 &crack kind = 'line'  tip = {tip}  direction = {direction} /
-&energy_release estimators = 'nodal_force', 'domain_integral' /
+&energy_release estimators = 'vcct', 'domain_integral' /
 &method frame = 'total' courant = 0.3 /
 &output history_interval = 1e-5 /
 """
@@ -144,7 +144,7 @@ def test_a_turned_body_of_turned_material_has_the_same_cracks(hampm):
     for words in (along, up):
         (hampm.folder / "case.nml").write_text(beam.format(material=LAMINATE, **words))
         results.append(run(hampm, "case.nml"))
-    for name in ("K_I", "K_II", "J", "G_nodal_force_I", "G_nodal_force_II", "strain_energy", "crack_opening"):
+    for name in ("K_I", "K_II", "J", "G_vcct_I", "G_vcct_II", "strain_energy", "crack_opening"):
         unit = np.max(np.abs(results[0][name]))
         assert unit > 0
         assert np.max(np.abs(results[0][name] - results[1][name])) < 1e-8 * unit, name
@@ -244,14 +244,14 @@ def test_mixed_mode_bending_has_the_rates_of_finite_elements_and_nearly_those_of
         rows = [[float(value) for value in line.split(",")] for line in file.readlines()[2:]]
     modes = [2 * fine - coarse for coarse, fine in zip(rows[-2][1:], rows[-1][1:])]
     found = run(hampm, INPUT / "laminate_mmb.nml")
-    print(modes, found["J"][-1], found["G_nodal_force_I"][-1], found["G_nodal_force_II"][-1])
+    print(modes, found["J"][-1], found["G_vcct_I"][-1], found["G_vcct_II"][-1])
     assert found["J"][-1] == pytest.approx(sum(modes), rel=0.01)
-    for name in ("G_nodal_force", "G_domain"):
+    for name in ("G_vcct", "G_domain"):
         assert found[f"{name}_I"][-1] == pytest.approx(modes[0], rel=0.01)
         assert -found[f"{name}_II"][-1] == pytest.approx(modes[1], rel=0.01)
     p, c, span, h, a = 8.0, 45e-3, 50e-3, 2e-3, 25e-3
     closed = (3 * p**2 * (3 * c - span) ** 2 * (a + chi() * h) ** 2 / (4 * span**2 * 1e-6 * h**3 * E1),
               9 * p**2 * (c + span) ** 2 * (a + 0.42 * chi() * h) ** 2 / (16 * span**2 * 1e-6 * h**3 * E1))
-    assert found["G_nodal_force_I"][-1] == pytest.approx(closed[0], rel=0.01)
-    assert -found["G_nodal_force_II"][-1] == pytest.approx(closed[1], rel=0.025)
+    assert found["G_vcct_I"][-1] == pytest.approx(closed[0], rel=0.01)
+    assert -found["G_vcct_II"][-1] == pytest.approx(closed[1], rel=0.025)
     assert abs(found["J"][-1] - sum(modes)) < found["J_error"][-1]

@@ -1,4 +1,4 @@
-"""Estimator crack_closure at tips of paths: against infinite plates, at any angle and in mixed modes, and what it is refused with. Faces
+"""Estimator series_fit at tips of paths: against infinite plates, at any angle and in mixed modes, and what it is refused with. Faces
 that turn while they press on each other, and tips that nothing opens, are told."""
 
 import math
@@ -18,7 +18,7 @@ from cracks import MODULUS, SIGMA, cut_out, direction, scene, traction  # noqa: 
 A, CELL = 4e-3, 0.5e-3
 
 
-def infinite(angle, mixity, levels, middle=(0.1e-3, 0.07e-3), estimators="'crack_closure'"):
+def infinite(angle, mixity, levels, middle=(0.1e-3, 0.07e-3), estimators="'series_fit'"):
     """A crack in an infinite plate, under tension across it and shear along it."""
     middle, half = np.array(middle), 5 * A
     loads = cut_out(half, 10, A, middle, angle, *(SIGMA * direction(mixity)))
@@ -34,18 +34,18 @@ def test_modes_in_an_infinite_plate(hampm, angle, mixity, levels):
     whole = SIGMA**2 * np.pi * A / MODULUS
     asked = np.sign(direction(mixity)) * direction(mixity)**2 * whole
     for end in ("", "_tip2"):
-        found = np.array([row["G_crack_closure_I" + end][-1], row["G_crack_closure_II" + end][-1]])
+        found = np.array([row["G_series_fit_I" + end][-1], row["G_series_fit_II" + end][-1]])
         print(angle, mixity, levels, end, (found - asked) / whole)
         assert np.max(np.abs(found - asked)) < 0.04 * whole
         assert row["G" + end][-1] == pytest.approx(np.sum(np.abs(found)), rel=1e-12)
-        assert np.all([row[f"G_crack_closure_{mode}_error{end}"][-1] > 0 for mode in ("I", "II")])
+        assert np.all([row[f"G_series_fit_{mode}_error{end}"][-1] > 0 for mode in ("I", "II")])
 
 
 def plate(crack, lower=-0.02, hold=""):
     """A plate under tension with a crack along a grid line in its middle, or its upper half."""
     text = scene([], 1e-3, (0.02, 0.02), 1, loads=[traction((-0.02, y), (0.02, y), (0, math.copysign(SIGMA, y))) for y in (0.02, -0.02) if y >= lower])
     text = text.replace("lower = -0.02, -0.02  upper", f"lower = -0.02, {lower}  upper").replace("lower = -0.021, -0.021", f"lower = -0.021, {lower - 1e-3}")
-    return text.replace("'domain_integral'", "'domain_integral', 'crack_closure'") + crack + hold
+    return text.replace("'domain_integral'", "'domain_integral', 'series_fit'") + crack + hold
 
 
 def test_cracks_along_grid_lines_have_g_of_a_path_there(hampm):
@@ -56,21 +56,21 @@ def test_cracks_along_grid_lines_have_g_of_a_path_there(hampm):
     line = g_of("&crack kind = 'line' tip = -4e-3, 0.0 /\n")
     half = g_of("&crack kind = 'symmetry' tip = -4e-3, 0.0 /\n", 0.0, "&constraint lower = -4e-3, 0.0 upper = 0.02, 0.0 fix = 'y' /\n"
                 "&constraint lower = 0.02, 0.0 upper = 0.02, 0.0 fix = 'x' /\n")
-    whole = path["G_crack_closure_I"][-1]
-    assert line["G_crack_closure_I"][-1] == pytest.approx(whole, rel=1e-9)
-    assert half["G_crack_closure_I"][-1] == pytest.approx(whole, rel=1e-6)
-    assert abs(line["G_crack_closure_II"][-1]) < 1e-9 * whole and "G_crack_closure_II" not in half
+    whole = path["G_series_fit_I"][-1]
+    assert line["G_series_fit_I"][-1] == pytest.approx(whole, rel=1e-9)
+    assert half["G_series_fit_I"][-1] == pytest.approx(whole, rel=1e-6)
+    assert abs(line["G_series_fit_II"][-1]) < 1e-9 * whole and "G_series_fit_II" not in half
     for row in (line, half):
-        assert abs(row["G_crack_closure_I"][-1] - row["J"][-1]) < row["G_crack_closure_I_error"][-1] + row["J_error"][-1]
+        assert abs(row["G_series_fit_I"][-1] - row["J"][-1]) < row["G_series_fit_I_error"][-1] + row["J_error"][-1]
 
 
 @pytest.mark.parametrize("old, new, message", [
-    ("kind = 'path'", "contact = 'frictionless'  kind = 'path'", "'crack_closure' is not allowed with &crack contact"),
-    ("&method", "&growth toughness = 100.0  increment = 2e-3 /\n&method", "'crack_closure' is not allowed with &growth"),
-    ("&energy_release", "&energy_release radii = 0.5e-3 ", "four of the finest cells, with 'crack_closure'"),
+    ("kind = 'path'", "contact = 'frictionless'  kind = 'path'", "'series_fit' is not allowed with &crack contact"),
+    ("&method", "&growth toughness = 100.0  increment = 2e-3 /\n&method", "'series_fit' is not allowed with &growth"),
+    ("&energy_release", "&energy_release radii = 0.5e-3 ", "four of the finest cells, with 'series_fit'"),
 ])
 def test_what_it_is_refused_with(hampm, old, new, message):
-    text = infinite(30, 0, 1, estimators="'domain_integral', 'crack_closure'").replace(old, new)
+    text = infinite(30, 0, 1, estimators="'domain_integral', 'series_fit'").replace(old, new)
     assert message in run(hampm, text, code=2)
 
 

@@ -18,8 +18,8 @@ from snapshots import field, field_names, points, read_steps
 COLUMNS = {
     "time": "s", "step": "1", "dt": "s", "particles": "1", "cells": "1", "finest_cell": "m", "kinetic_energy": "J",
     "strain_energy": "J", "external_work": "J", "damping_loss": "J", "momentum_x": "kg m/s", "momentum_y": "kg m/s",
-    "angular_momentum": "kg m2/s", "numerical_loss": "J", "G_nodal_force_I": "J/m2",
-    "G_nodal_force_I_error": "J/m2", "G_stress_closure_I": "J/m2", "G_stress_closure_I_error": "J/m2", "G": "J/m2",
+    "angular_momentum": "kg m2/s", "numerical_loss": "J", "G_vcct_I": "J/m2",
+    "G_vcct_I_error": "J/m2", "G_stress_closure_I": "J/m2", "G_stress_closure_I_error": "J/m2", "G": "J/m2",
     "G_error": "J/m2", "crack_opening": "m", "mouth_opening": "m", "tip_cell": "m", "reaction_x": "N", "reaction_y": "N"}
 PARTICLE_FIELDS = ["body", "displacement", "energy_density", "id", "stress_xx", "stress_xy", "stress_yy", "velocity"]
 MASS = 2700 * 0.1 * 0.01 * 0.01
@@ -118,7 +118,7 @@ def test_compare_tells_equal_from_different(dcb, dcb_result, tmp_path, capsys):
 
 
 def test_export_writes_every_sample(dcb_result, tmp_path):
-    export.main([str(dcb_result), "--columns", "G_nodal_force_I", "--normalised", "--output", str(tmp_path / "g.txt")])
+    export.main([str(dcb_result), "--columns", "G_vcct_I", "--normalised", "--output", str(tmp_path / "g.txt")])
     history = History(dcb_result)
     table = np.loadtxt(tmp_path / "g.txt")
-    np.testing.assert_array_equal(table, np.column_stack([history.times, history.g_ratio("G_nodal_force_I")]))
+    np.testing.assert_array_equal(table, np.column_stack([history.times, history.g_ratio("G_vcct_I")]))

@@ -14,9 +14,9 @@ BEAM = """
 &material name = 'a'  young = 70e9  poisson = 0.3  density = 2700  law = '{law}' {more} /
 &body material = 'a'  lower = 0.0, 0.0  upper = 0.2, 0.01  points_per_cell = {points} /
 &constraint lower = 0.0, 0.0  upper = 0.0, 0.0  fix = 'x' /
-&constraint lower = 0.0, 0.0  upper = 0.0, 0.0  fix = 'y'  push_only = .true.  name = 'a' /
-&constraint lower = 0.1, 0.0  upper = 0.1, 0.0  fix = 'y'  push_only = .true.  name = 'b' /
-&constraint lower = 0.2, 0.0  upper = 0.2, 0.0  fix = 'y'  push_only = {push}  name = 'c' {motion} /
+&constraint lower = 0.0, 0.0  upper = 0.0, 0.0  fix = 'y'  unilateral = .true.  name = 'a' /
+&constraint lower = 0.1, 0.0  upper = 0.1, 0.0  fix = 'y'  unilateral = .true.  name = 'b' /
+&constraint lower = 0.2, 0.0  upper = 0.2, 0.0  fix = 'y'  unilateral = {push}  name = 'c' {motion} /
 &load kind = 'point'  lower = {at}, 0.01  upper = {at}, 0.01  force = 0.0, {force}  history = 'ramp'  rise_time = 1.0 /
 &refine indicator = '{refine}'  max_level = 1 /
 &method time = 'static'  load_steps = {steps}  solver = '{solver}' /
@@ -80,12 +80,12 @@ def test_it_takes_no_explicit_steps_and_an_edge(hampm, tmp_path):
     (tmp_path / "a.nml").write_text(text.replace("time = 'static'  load_steps = 1", "time = 'explicit' frame = 'total'"))
     result = hampm("a.nml")
     assert result.returncode == 2
-    assert "push_only" in result.stderr
+    assert "unilateral" in result.stderr
     (tmp_path / "b.nml").write_text(text.replace("lower = 0.1, 0.0  upper = 0.1, 0.0", "lower = 0.1, 0.005  upper = 0.1, 0.005"))
     result = hampm("b.nml", "--check")
     assert result.returncode == 2
     assert "both sides in y" in result.stderr
-    (tmp_path / "c.nml").write_text(text.replace("push_only = .true.", "push_only = 'yes'"))
+    (tmp_path / "c.nml").write_text(text.replace("unilateral = .true.", "unilateral = 'yes'"))
     result = hampm("c.nml")
     assert result.returncode == 2
     assert "must be .true. or .false." in result.stderr
@@ -103,7 +103,7 @@ BLOCK = """
 {rest}
 &method time = 'static' /
 """
-HALF = "&constraint lower = 0.0, 0.0  upper = 0.0275, 0.0  fix = 'y'  push_only = .true.  name = 'base' /"
+HALF = "&constraint lower = 0.0, 0.0  upper = 0.0275, 0.0  fix = 'y'  unilateral = .true.  name = 'base' /"
 WHOLE = """&load kind = 'traction'  lower = 0.005, -0.02  upper = 0.01, -0.02  force = 0.0, 1e3 /
 &load kind = 'traction'  lower = 0.025, -0.02  upper = 0.03, -0.02  force = 0.0, -1e3 /
 &crack kind = 'line'  tip = 0.03, 0.0  direction = 1.0, 0.0  contact = 'frictionless' /"""
@@ -140,14 +140,14 @@ def both_halves(hampm, tmp_path, half, whole, *settings):
 
 SWINGING = BLOCK.replace("end_time = 1.0", "end_time = {end}").replace("&method time = 'static' /", """
 &method time = '{time}' /
-&energy_release estimators = 'energy_balance' /
+&energy_release energy_balance = .true. /
 &output history_interval = 1e-6 /""").replace("density = 2700 /", "density = 2700 {law} /")
 SINE = "history = 'sine' frequency = 5e4 /"
 QUADRATIC = ("grid.order=2", "body.points_per_cell=3")
 
 
 @pytest.mark.parametrize("settings, law", [
-    ((), ""), (("method.mass=full",), ""), (("method.mass=full", *QUADRATIC), ""), (QUADRATIC, ""),
+    ((), ""), (("method.mass=consistent",), ""), (("method.mass=consistent", *QUADRATIC), ""), (QUADRATIC, ""),
     ((), "law = 'neo_hookean'"), ((), "law = 'j2_plastic' yield_stress = 1e7 hardening = 1e9"),
     (QUADRATIC, "law = 'viscoelastic' moduli = 1e9, 2e10 relaxation_times = 1e-5, 1e-6")])
 def test_faces_and_supports_part_and_meet_in_implicit_steps(hampm, tmp_path, settings, law):
@@ -181,8 +181,8 @@ def test_a_bar_leaves_a_support_when_its_wave_is_back(hampm, tmp_path):
 &grid lower = 0, 0  cell = 2.5e-3  cells = 4, 40 /
 &material name = 'a'  young = 70e9  poisson = 0.0  density = 2800 /
 &body material = 'a'  lower = 0, 0  upper = 5e-3, 0.1  velocity = 0, -1 /
-&constraint lower = 0, 0  upper = 5e-3, 0  fix = 'y'  push_only = .true.  name = 'floor' /
-&energy_release estimators = 'energy_balance' /
+&constraint lower = 0, 0  upper = 5e-3, 0  fix = 'y'  unilateral = .true.  name = 'floor' /
+&energy_release energy_balance = .true. /
 &method time = 'implicit'  time_step = 2.5e-7 /
 &output history_interval = 1e-6 /
 """)

@@ -26,7 +26,7 @@ def rows(tmp_path_factory):
     return tradeoff.load("static", folder)
 
 
-def find(rows, name, estimator="nodal_force"):
+def find(rows, name, estimator="vcct"):
     [row] = [row for row in rows if row["name"] == name and row["estimator"] == estimator]
     return row
 
@@ -69,7 +69,7 @@ def test_a_batch_has_no_error_of_the_orders_that_it_removes(count, second):
     found = list(tradeoff.batches(curve, count))
     assert [p.cells for p in found] == ([4, 6, 8, 12] if count == 2 else [8, 12])
     for p in found:
-        assert tradeoff.error_of(p.curves["nodal_force"], "static") == pytest.approx(0, abs=1e-10)
+        assert tradeoff.error_of(p.curves["vcct"], "static") == pytest.approx(0, abs=1e-10)
 
 
 def test_an_error_that_changes_its_sign_is_sustained_by_finer_cells():

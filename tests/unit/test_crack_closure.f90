@@ -65,7 +65,7 @@ contains
       type(problem_t) :: m
       type(patch_t) :: patch
       real(dp), allocatable :: nodal(:, :)
-      character(7), parameter :: masses(*) = ['lumped ', 'full   ', 'partial', 'fmpm   ', 'blend  ']
+      character(10), parameter :: masses(*) = [character(10) :: 'lumped', 'consistent', 'partial', 'fmpm', 'weighted']
       type(mass_solver_t) :: solver
       real(dp) :: uncertainty(modes)
       type(failure_t) :: failure
@@ -218,7 +218,7 @@ contains
       real(dp) :: x, g(modes)
       integer :: i
       call fill_with_quadratic(forest_t([0.0_dp, 0.0_dp], cell, [4, 4]), 4, 4*cell, 1.0_dp, 1.0_dp, m, &
-                               new_mass_choice('full', 'direct', 1, 0.0_dp, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp]))
+                               new_mass_choice('consistent', 'direct', 1, 0.0_dp, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp]))
       cracks = crack_to([2*cell, 0.0_dp], [1.0_dp, 0.0_dp], [.true., .false.])
       allocate (solids, source=m%grid%solids)
       forest = m%grid%forest

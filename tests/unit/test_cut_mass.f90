@@ -115,7 +115,7 @@ contains
       text = '&run plane = ''strain'' end_time = 1.0 /'//new_line('a')// &
              '&grid order = 2 lower = -8, -8 cell = 1.0 cells = 16, 16 /'//new_line('a')// &
              '&material name = ''m'' young = 1.0 poisson = 0.3 density = 1.0 /'//new_line('a')// &
-             '&method frame = ''total'' mass = ''full'' time = ''implicit'' time_step = 0.1 /'//new_line('a')// &
+             '&method frame = ''total'' mass = ''consistent'' time = ''implicit'' time_step = 0.1 /'//new_line('a')// &
              '&body material = ''m'' '//trim(body)//' /'//new_line('a')
    end subroutine describe_scene
 end program test_cut_mass

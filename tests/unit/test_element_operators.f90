@@ -31,7 +31,8 @@ program test_element_operators
    do k = 1, size(schemes)
       call as_by_particles(trim(schemes(k)), 0)
       call as_by_particles(trim(schemes(k)), 2)
-      call as_by_particles(trim(schemes(k)), 1, new_mass_choice('full', 'direct', 1, 0.0_dp, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp]))
+      call as_by_particles(trim(schemes(k)), 1, new_mass_choice('consistent', 'direct', 1, 0.0_dp, [0.0_dp, 0.0_dp], &
+                                                                    [0.0_dp, 0.0_dp]))
       call looking_changes_nothing(trim(schemes(k)))
       call settled_is_a_state(trim(schemes(k)))
    end do

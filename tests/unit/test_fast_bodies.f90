@@ -42,7 +42,7 @@ contains
       m%particles%velocity = 2*m%particles%velocity - 1
       momentum = linear_momentum(m%particles)
       scale = sum(m%particles%mass*norm2(m%particles%velocity, 2))
-      call start(m, 'musl', choice_of('full', solver))
+      call start(m, 'musl', choice_of('consistent', solver))
       do while (m%state%steps < steps .and. .not. failure%failed())
          call advance(m, 0.02_dp*cell, failure)
       end do

@@ -22,7 +22,7 @@ program test_grid_lines
    integer, parameter :: cells(ndim) = [8, 6]
    real(dp), parameter :: tip(ndim) = [2.5_dp, 1.5_dp], end(ndim) = [1.0_dp, 1.5_dp], up(ndim) = [0.0_dp, 1.0_dp]
    real(dp), parameter :: block_cell = 0.1_dp, block_line = 0.7_dp !! of blocks: the cells, and the place of the line [m]
-   character(7), parameter :: masses(3) = ['lumped ', 'full   ', 'fmpm   ']
+   character(10), parameter :: masses(3) = [character(10) :: 'lumped', 'consistent', 'fmpm']
    integer :: levels, k, j
 
    call nodes_of_a_line()
@@ -35,7 +35,7 @@ program test_grid_lines
          call sliding(trim(schemes(k)), trim(masses(j)))
       end do
    end do
-   call pulses('musl', 'full')
+   call pulses('musl', 'consistent')
    call pressed_halves()
    call finish()
 

@@ -38,7 +38,7 @@ program test_high_valence_nodes
       end do
       call check_steps('fmpm', 'musl', choice_of('fmpm', order=3), trim(frames(f)))
       do k = 1, size(solvers)
-         call check_steps('full, '//solvers(k), 'musl', choice_of('full', solvers(k)), trim(frames(f)))
+         call check_steps('full, '//solvers(k), 'musl', choice_of('consistent', solvers(k)), trim(frames(f)))
       end do
    end do
    call check_local_steps()

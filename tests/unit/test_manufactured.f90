@@ -140,7 +140,7 @@ contains
       steps = ceiling(end/(courant*cell))
       dt = end/steps
       call place_body(way, cell, dt, m)
-      call start(m, merge('usl ', 'musl', way == 'cpdi'), choice_of('full', 'cg'))
+      call start(m, merge('usl ', 'musl', way == 'cpdi'), choice_of('consistent', 'cg'))
       do k = 1, steps
          call push(m)
          call run_steps(m, dt, 1)

@@ -83,14 +83,14 @@ program test_mass_positions
                          bound_t(node=2.0_dp**k - 1, norm=sqrt(real(k, dp)), particle=root_of_particles()))
       end do
       do k = 1, size(solvers)
-         call sweep_cell('full '//solvers(k), choice_of('full', solvers(k)), bounds_of_solved(eigenvalue_floor))
+         call sweep_cell('full '//solvers(k), choice_of('consistent', solvers(k)), bounds_of_solved(eigenvalue_floor))
          call sweep_cell('partial '//solvers(k), choice_of('partial', solvers(k), lower=[-9.0_dp, -9.0_dp], &
                                                            upper=[1.0_dp, 9.0_dp]), bounds_of_solved(eigenvalue_floor))
-         call sweep_cell('blend '//solvers(k), choice_of('blend', solvers(k), blend=0.5_dp), bounds_of_solved(0.5_dp))
+         call sweep_cell('weighted '//solvers(k), choice_of('weighted', solvers(k), blend=0.5_dp), bounds_of_solved(0.5_dp))
       end do
    end do
-   call rest_on_lines('full', 0.0_dp)
-   call rest_on_lines('blend', 0.5_dp)
+   call rest_on_lines('consistent', 0.0_dp)
+   call rest_on_lines('weighted', 0.5_dp)
    call finish()
 
 contains

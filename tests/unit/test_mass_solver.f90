@@ -22,9 +22,9 @@ program test_mass_solver
    integer :: k
 
    call repeat_random_numbers()
-   call check_agreement('full', choice_of('full'))
+   call check_agreement('consistent', choice_of('consistent'))
    call check_agreement('partial', choice_of('partial', lower=lower, upper=upper))
-   call check_agreement('blend', choice_of('blend', blend=0.4_dp))
+   call check_agreement('weighted', choice_of('weighted', blend=0.4_dp))
    call check_all_held()
    call check_momentum()
    call check_limits()
@@ -80,7 +80,7 @@ contains
          b(:, k) = b(:, k)*m%fields%mass_matrix%lumped(k)
       end do
       do k = 1, size(solvers)
-         choice = choice_of('full', solvers(k))
+         choice = choice_of('consistent', solvers(k))
          choice%blend_inside = mass%blend_inside
          choice%blend_outside = mass%blend_outside
          choice%lower = mass%lower
@@ -108,7 +108,7 @@ contains
       allocate (x(ndim, m%grid%n_nodes))
       call constrain_box(m%constraints, m%grid, [0.0_dp, 0.0_dp], [1.2_dp, 0.9_dp], [.false., .true.])
       do k = 1, size(solvers)
-         call map_mass(m, choice_of('full', solvers(k)))
+         call map_mass(m, choice_of('consistent', solvers(k)))
          x = solution(m, m%fields%momentum, 0*m%fields%momentum)
          call check(all(abs(x(2, :)) <= 0), solvers(k)//': a component that is held everywhere stays')
          call check_close(maxval(abs(matmul(x(1:1, :), dense_matrix(m)) - m%fields%momentum(1:1, :))), 0.0_dp, 1.0e-13_dp, &
@@ -120,7 +120,7 @@ contains
    !> summed, which are of the size of the momenta or of what the guess makes of them.
    subroutine check_momentum()
       type(problem_t) :: m
-      character(7), parameter :: kinds(5) = ['lumped ', 'fmpm   ', 'full   ', 'partial', 'blend  ']
+      character(7), parameter :: kinds(5) = ['lumped ', 'fmpm   ', 'consistent', 'partial', 'weighted']
       real(dp), parameter :: guesses(3) = [0.0_dp, 1.0e3_dp, 1.0e6_dp]
       real(dp), allocatable :: a(:, :), x(:, :), guess(:, :)
       real(dp) :: error, scale, worst
@@ -158,20 +158,20 @@ contains
       allocate (zero, lumped, full, mold=m%fields%momentum)
       zero = 0
       lumped = solution(m, m%fields%momentum, zero)
-      call map_mass(m, choice_of('full'))
+      call map_mass(m, choice_of('consistent'))
       full = solution(m, m%fields%momentum, zero)
       call check(maxval(abs(full - lumped)) > 0.1_dp, 'full and lumped differ')
       call map_mass(m, choice_of('fmpm', order=1))
       call check(all(transfer(solution(m, m%fields%momentum, zero), [0_long]) == transfer(lumped, [0_long])), &
                  'fmpm of order 1 is lumped bit for bit')
       do k = 1, size(solvers)
-         call map_mass(m, choice_of('blend', solvers(k), blend=1.0_dp))
+         call map_mass(m, choice_of('weighted', solvers(k), blend=1.0_dp))
          call check(all(transfer(solution(m, m%fields%momentum, zero), [0_long]) == transfer(lumped, [0_long])), &
                     solvers(k)//': blend 1 is lumped bit for bit')
          call map_mass(m, choice_of('partial', solvers(k), lower=[2.0_dp, 2.0_dp], upper=[3.0_dp, 3.0_dp]))
          call check(all(transfer(solution(m, m%fields%momentum, zero), [0_long]) == transfer(lumped, [0_long])), &
                     solvers(k)//': partial with nothing in its box is lumped bit for bit')
-         call map_mass(m, choice_of('blend', solvers(k), blend=0.0_dp))
+         call map_mass(m, choice_of('weighted', solvers(k), blend=0.0_dp))
          call check_close(maxval(abs(solution(m, m%fields%momentum, zero) - full)), 0.0_dp, 1.0e-10_dp, &
                           solvers(k)//': blend 0 is full')
          call map_mass(m, choice_of('partial', solvers(k)))
@@ -193,7 +193,7 @@ contains
       allocate (before(m%grid%n_nodes, m%grid%n_nodes))
       zero = 0
       before = dense_matrix(m)
-      call map_mass(m, choice_of('full'))
+      call map_mass(m, choice_of('consistent'))
       call check(all(abs(dense_matrix(m) - before) <= 0), 'where four particles stand well the full matrix is used as it is')
       full = solution(m, m%fields%momentum, zero)
       rate = 1 - eigenvalue_floor
@@ -210,7 +210,7 @@ contains
       end do
       ! Held components as well
       call hold_some(m)
-      call map_mass(m, choice_of('full'))
+      call map_mass(m, choice_of('consistent'))
       full = solution(m, m%fields%momentum, zero)
       call map_mass(m, choice_of('fmpm', order=600))
       call check_close(norm(m, solution(m, m%fields%momentum, zero) - full)/initial, 0.0_dp, 1.0e-10_dp, &
@@ -282,7 +282,7 @@ contains
       type(failure_t) :: failure
       real(dp), allocatable :: x(:, :)
       call random_body(m, 0.5_dp)
-      call map_mass(m, choice_of('full', solver))
+      call map_mass(m, choice_of('consistent', solver))
       m%fields%mass_matrix%cell = -m%fields%mass_matrix%cell
       m%fields%mass_matrix%row = -m%fields%mass_matrix%row
       allocate (x, source=m%fields%momentum)
@@ -299,7 +299,7 @@ contains
       type(problem_t) :: m
       call random_body(m, 0.02_dp)
       m%particles%total_frame = .true.
-      call start(m, 'musl', choice_of('full', solver))
+      call start(m, 'musl', choice_of('consistent', solver))
       call run_steps(m, 0.05_dp*cell, 50)
       call check(m%solver%direct%factorisations == 1, solver//', total frame: the matrix is factorised once')
       call check(m%solver%iterations <= m%solver%solutions, solver//', total frame: and solved in one iteration')
@@ -317,7 +317,7 @@ contains
       call random_body(m, 0.02_dp)
       m%particles%velocity = 0.003_dp*m%particles%velocity
       m%particles%velocity(:, 1) = m%particles%velocity(:, 1) + 0.03_dp
-      call start(m, 'musl', choice_of('full', solver))
+      call start(m, 'musl', choice_of('consistent', solver))
       changes = 0
       allocate (occupied, source=m%blocks%occupied(:m%blocks%n_occupied))
       do while (m%state%steps < 600 .and. .not. failure%failed())

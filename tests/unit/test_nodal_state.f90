@@ -28,10 +28,10 @@ program test_nodal_state
    do k = 1, size(schemes)
       call falling_body(trim(schemes(k)))
       call pushed_bar(trim(schemes(k)), mass_choice_t())
-      call pushed_bar(trim(schemes(k)), choice_of('full', solver='cg'))
+      call pushed_bar(trim(schemes(k)), choice_of('consistent', solver='cg'))
       call undisturbed(trim(schemes(k)), mass_choice_t(), 'lumped')
-      call undisturbed(trim(schemes(k)), choice_of('full', solver='cg'), 'cg')
-      call undisturbed(trim(schemes(k)), choice_of('full', solver='direct'), 'direct')
+      call undisturbed(trim(schemes(k)), choice_of('consistent', solver='cg'), 'cg')
+      call undisturbed(trim(schemes(k)), choice_of('consistent', solver='direct'), 'direct')
       call undisturbed(trim(schemes(k)), choice_of('fmpm', order=3), 'fmpm')
       call after_refinement(trim(schemes(k)))
    end do

@@ -177,7 +177,7 @@ contains
       type(quadratic_t) :: q
       real(dp) :: expected(3), linear
       integer :: node, which
-      call new_body([2, 2], levels, m, new_mass_choice('full', 'cg', 1, 0.0_dp, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp]))
+      call new_body([2, 2], levels, m, new_mass_choice('consistent', 'cg', 1, 0.0_dp, [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp]))
       call refresh_grid(m)
       node = m%grid%node_at(lower + 2*c)
       associate (mass => m%fields%mass_matrix%lumped(node), m_p => m%particles%mass(1))

@@ -55,8 +55,8 @@ contains
       end do
       call random_number(box)
       do i = 1, size(solvers)
-         call look_at_matrix(forest, n, choice_of('full', solvers(i)), i)
-         call look_at_matrix(forest, n, choice_of('blend', solvers(i), blend=0.3_dp), i)
+         call look_at_matrix(forest, n, choice_of('consistent', solvers(i)), i)
+         call look_at_matrix(forest, n, choice_of('weighted', solvers(i), blend=0.3_dp), i)
          call look_at_matrix(forest, n, choice_of('partial', solvers(i), lower=[0.0_dp, 0.0_dp], upper=roots*cell*box), i)
       end do
       call look_at_series(forest, n)

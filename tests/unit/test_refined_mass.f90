@@ -22,11 +22,11 @@ program test_refined_mass
 
    call repeat_random_numbers()
    do k = 1, size(solvers)
-      call check_solver('full', solvers(k), choice_of('full', solvers(k)))
+      call check_solver('consistent', solvers(k), choice_of('consistent', solvers(k)))
       call check_solver('partial', solvers(k), choice_of('partial', solvers(k), lower=[0.0_dp, 0.0_dp], upper=[2.2_dp, 9.0_dp]))
       call check_solver('partial, refined', solvers(k), new_mass_choice('partial', trim(solvers(k)), 1, 0.0_dp, &
                                                                         [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp], .true.))
-      call check_solver('blend', solvers(k), choice_of('blend', solvers(k), blend=0.4_dp))
+      call check_solver('weighted', solvers(k), choice_of('weighted', solvers(k), blend=0.4_dp))
    end do
    call check_series()
    call finish()

@@ -1,0 +1,186 @@
+"""Names of version 1: tools/upgrade.py rewrites them, the program refuses them by their new names, and nothing in this repository has them."""
+
+import json
+import re
+import subprocess
+import sys
+
+import pytest
+from base_case import GOOD
+
+from paths import ROOT
+
+sys.path.insert(0, str(ROOT / "tools"))
+import upgrade
+
+NAMELIST = """\
+! dilatation = 'cell' &method mass='full' /
+&RUN TITLE = 'it''s ! & / mass = ' end_time = 1 / &METHOD MASS = 'FULL'  BLEND = 0.3 / ! full
+&material
+   name = 'full'           ! full
+   dilatation = 'cell'     ! one a cell
+   kinematic = 1e9 /
+&material name = "a" dilatation = "point" law='x'/
+&body part='a' material = 'joined' /
+&contact bodies = 'joined' /
+&load kind = 'point' /
+&method
+   functions =
+      'cpdi'
+   mass = 'blend' blend=0.3
+   full_lower = 2*0
+/
+&constraint push_only = .true. /
+&energy_release
+   estimators = 'nodal_force', 'energy_balance',   ! two
+                'domain_integral'                  ! three
+   radii = 1, 2
+/
+&energy_release estimators = 'energy_balance' /
+&energy_release estimators = 'energy_balance', 'nodal_force' radii = 1 /
+&energy_release estimators = 1*'crack_closure' reference = 'dcb'
+"""
+UPGRADED = """\
+! dilatation = 'cell' &method mass='full' /
+&RUN TITLE = 'it''s ! & / mass = ' end_time = 1 / &METHOD MASS = 'CONSISTENT'  LUMPED_FRACTION = 0.3 / ! full
+&material
+   name = 'full'           ! full
+   volumetric = 'b_bar'    ! one a cell
+   kinematic_hardening = 1e9 /
+&material name = "a" volumetric = "standard" law='x'/
+&body contact_group='a' material = 'joined' /
+&contact bodies = 'bonded' /
+&load kind = 'point' /
+&method
+   shape_functions =
+      'cpdi'
+   mass = 'weighted' lumped_fraction=0.3
+   consistent_lower = 2*0
+/
+&constraint unilateral = .true. /
+&energy_release
+   estimators = 'vcct',   ! two
+                'domain_integral'                  ! three
+   energy_balance = .true.
+   radii = 1, 2
+/
+&energy_release energy_balance = .true. /
+&energy_release estimators = 'vcct'  energy_balance = .true. radii = 1 /
+&energy_release estimators = 1*'series_fit' reference = 'dcb'
+"""
+SWEEP = """\
+# mass: full
+namelist: full.nml   # full
+output: ../results/full
+product:
+  method.mass, method.solver:   # full
+    - [full, direct]
+    - ["lumped", auto]
+  load.kind, Material(2).dilatation: [[point, point], [body, cell]]
+  energy_release.estimators:
+    - nodal_force
+    - [nodal_force, energy_balance]
+    - "crack_closure,energy_balance"
+    - energy_balance
+  method.full_region:
+  - box
+cases:
+  - {method.scheme: usl, method.mass: full, energy_release.estimators: "nodal_force, energy_balance"}
+  - method.mass: blend
+    method.blend: 0.4
+    energy_release.estimators: [energy_balance]
+    contact.bodies: ${HAMPM_BODIES}
+columns: [G_nodal_force_I, "G_crack_closure*", J_spread_tip2, distance_from_rest, J]
+"""
+UPGRADED_SWEEP = """\
+# mass: full
+namelist: full.nml   # full
+output: ../results/full
+product:
+  method.mass, method.solver:   # full
+    - [consistent, direct]
+    - ["lumped", auto]
+  load.kind, Material(2).volumetric: [[point, standard], [body, b_bar]]
+  energy_release.estimators, energy_release.energy_balance:
+    - [vcct, .false.]
+    - [[vcct], .true.]
+    - ["series_fit", .true.]
+    - ["", .true.]
+  method.consistent_region:
+  - box
+cases:
+  - {method.scheme: usl, method.mass: consistent, energy_release.estimators: "vcct", energy_release.energy_balance: .true.}
+  - method.mass: weighted
+    method.lumped_fraction: 0.4
+    energy_release.estimators: ""
+    energy_release.energy_balance: .true.
+    contact.bodies: ${HAMPM_BODIES}
+columns: [G_vcct_I, "G_series_fit*", J_domain_dependence_tip2, distance_to_equilibrium, J]
+"""
+OLD_VALUES = [(group, key, old, new) for (group, key), values in upgrade.VALUES.items() for old, new in values.items()]
+OLD = re.compile(
+    r"\bG_(nodal_force|crack_closure)|\bnodal_force\b|\bpush_only\b|\bfull_(region|lower|upper)\b|\bdistance_from_rest\b|\bJ_spread\b"
+    r"|\bdilatation *= *'|(?<!_)\bfunctions *= *'(cpdi|linear)'|\bmass *= *'(full|blend)'|\bmass=(full|blend)|\bblend = [.\d]"
+    r"|\bbodies *= *'joined'|`(full|blend|functions|dilatation|part|joined|kinematic|crack_closure)`|estimators\b[^/\n]*\benergy_balance'")
+WITH_OLD = "test_upgrade.py", "test_same_numbers.py", "test_history.py"  # which are about old names
+
+
+def tool(*arguments):
+    """The tool as users call it, by a Python that has nothing installed."""
+    return subprocess.run([sys.executable, "-I", "-S", ROOT / "tools/upgrade.py", *arguments], capture_output=True, text=True)
+
+
+@pytest.mark.parametrize(("name", "old", "new"), [("case.nml", NAMELIST, UPGRADED), ("sweep.yaml", SWEEP, UPGRADED_SWEEP)])
+def test_files_are_rewritten_once(tmp_path, name, old, new):
+    file = tmp_path / name
+    file.write_bytes(old.replace("\n", "\r\n").encode())
+    assert tool(file).stdout == new and file.read_bytes() == old.replace("\n", "\r\n").encode()
+    for _ in range(2):
+        assert (tool("--in-place", file).returncode, file.read_bytes().decode()) == (0, new.replace("\n", "\r\n"))
+    assert [item.name for item in tmp_path.iterdir()] == [name]
+
+
+def test_columns_are_listed():
+    names = json.loads(tool("--columns").stdout)
+    assert {"G_nodal_force_I": "G_vcct_I", "G_crack_closure_II_error_tip3": "G_series_fit_II_error_tip3", "J_spread": "J_domain_dependence",
+            "distance_from_rest": "distance_to_equilibrium"}.items() <= names.items() and "J" not in names
+
+
+def test_what_cannot_be_read_is_told(tmp_path):
+    assert tool().returncode == 2
+    result = tool(tmp_path / "none.nml")
+    assert result.returncode == 1 and result.stderr.startswith("upgrade.py: ") and "none.nml" in result.stderr
+
+
+@pytest.mark.parametrize(("group", "key", "new"), [(*place, new) for place, new in upgrade.KEYS.items()])
+def test_an_old_key_is_refused_by_its_new_name(hampm, tmp_path, group, key, new):
+    (tmp_path / "case.nml").write_text(f"{GOOD}&{group}\n  {key} = 1 /\n")
+    line = GOOD.count("\n") + 2
+    told = f"&{group} has no key '{key}'; it is called {new} now"
+    assert f"case.nml:{line}: {told}" in hampm("case.nml").stderr
+    (tmp_path / "case.nml").write_text(GOOD)
+    assert told in hampm("case.nml", "--set", f"{group}.{key}=1").stderr
+
+
+@pytest.mark.parametrize(("group", "key", "old", "new"), [*OLD_VALUES, (*upgrade.ESTIMATORS, upgrade.BALANCE, "energy_balance = .true.")])
+def test_an_old_value_is_refused_by_its_new_name(hampm, tmp_path, group, key, old, new):
+    (tmp_path / "case.nml").write_text(f"&{group}\n  {key} = '{old}' /\n")
+    new = new if " " in new else f"'{new}'"
+    assert re.search(rf"^hampm: case\.nml:2: &{group} {key} = '{old}': .*; it is called {new} ", hampm("case.nml").stderr, re.MULTILINE)
+
+
+def test_the_program_knows_no_other_old_names():
+    table = (ROOT / "src/input/keys.f90").read_text().split(":: renames(*)")[1].split("contains")[0]
+    rows = {row for row in re.findall(r"renamed_t\('(\w+)', '(\w+)', '(\w*)'", table)}
+    assert rows == {(*place, "") for place in upgrade.KEYS} | {(group, key, old) for group, key, old, _ in OLD_VALUES} | {(*upgrade.ESTIMATORS, upgrade.BALANCE)}
+
+
+def test_no_old_name_is_left():
+    files = [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+    files += [path for part in ("docs", "input", "tests", "bench", "batch", "postprocess") for path in (ROOT / part).rglob("*")
+              if path.suffix in (".md", ".nml", ".yaml", ".toml", ".py", ".csv", ".sh", ".gp") and path.name not in WITH_OLD]
+    left = [f"{path.relative_to(ROOT)}: {found[0]}" for path in files if (found := OLD.search(path.read_text()))]
+    assert not left
+    for path in files:
+        if path.suffix in (".nml", ".yaml"):
+            assert upgrade.upgraded(path.read_text(), path.suffix == ".yaml") == path.read_text(), path
