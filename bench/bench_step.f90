@@ -23,11 +23,12 @@ program bench_step
    use hampm_problem, only: problem_t, update_particles
    use hampm_plain_scene, only: plain_scene, soft_body, start, turn, time_step
    use hampm_model, only: model_t
-   use hampm_step, only: take_step
+   use hampm_step, only: explicit_t
    use hampm_text, only: string_t
    use hampm_threads, only: use_threads
    use hampm_timing, only: processor_seconds, wall_seconds, time_to_move, peak_memory
    implicit none
+   type(explicit_t) :: explicit
 
    type :: case_t
       character(32) :: name = ''
@@ -105,8 +106,8 @@ contains
       type(case_t), intent(inout) :: c
       real(dp) :: processor, wall, copy
       integer :: steps, bytes
-      call use_threads(c%threads, c%motion%particles%n)
-      steps = max(updates/c%motion%particles%n + 1, least_steps)
+      call use_threads(c%threads, c%problem%particles%n)
+      steps = max(updates/c%problem%particles%n + 1, least_steps)
       bytes = bytes_per_step(c%scheme, c%frame == 'total')
       processor = processor_seconds()
       wall = wall_seconds()
@@ -114,12 +115,12 @@ contains
       processor = (processor_seconds() - processor)/steps
       wall = (wall_seconds() - wall)/steps
       if (c%threads == 1) then
-         copy = time_to_move(c%motion%particles%n, bytes, steps, processor_seconds)
+         copy = time_to_move(c%problem%particles%n, bytes, steps, processor_seconds)
       else
-         copy = time_to_move(c%motion%particles%n, bytes, steps, wall_seconds)
+         copy = time_to_move(c%problem%particles%n, bytes, steps, wall_seconds)
       end if
-      print '(a, 2(1x, i0), 3(1x, f0.3))', trim(c%name), c%motion%particles%n, bytes, &
-         1e9_dp*[processor, wall, copy]/c%motion%particles%n
+      print '(a, 2(1x, i0), 3(1x, f0.3))', trim(c%name), c%problem%particles%n, bytes, &
+         1e9_dp*[processor, wall, copy]/c%problem%particles%n
       flush (output_unit)
    end subroutine measure
 
@@ -130,8 +131,8 @@ contains
       type(case_t) :: c
       call build(name, c)
       call take_steps(steps, c)
-      print '(i0, 1x, i0, 2(1x, es24.16))', c%motion%particles%n, peak_memory(), kinetic_energy(c%motion%particles), &
-         strain_energy(c%motion%particles, c%motion%materials)
+      print '(i0, 1x, i0, 2(1x, es24.16))', c%problem%particles%n, peak_memory(), kinetic_energy(c%problem%particles), &
+         strain_energy(c%problem%particles, c%problem%materials)
    end subroutine do_steps
 
    !> Build the model of a case and let its threads be used.
@@ -145,11 +146,11 @@ contains
       if (c%motion_kind /= 'smooth') model = soft_body(c%cells)
       model%method%scheme = c%scheme
       model%method%frame = c%frame
-      call start(model, c%motion)
-      if (c%motion_kind == 'turning') call turn(c%motion)
-      c%dt = time_step(c%motion)
-      if (c%code == 'minimal') call set_up(c%dt, c%motion, c%blocks)
-      call use_threads(c%threads, c%motion%particles%n)
+      call start(model, c%problem)
+      if (c%motion_kind == 'turning') call turn(c%problem)
+      c%dt = time_step(c%problem)
+      if (c%code == 'minimal') call set_up(c%dt, c%problem, c%blocks)
+      call use_threads(c%threads, c%problem%particles%n)
    end subroutine build
 
    !> Take a case's name apart.
@@ -180,13 +181,13 @@ contains
       integer :: k
       do k = 1, steps
          if (c%code == 'minimal') then
-            call step(c%dt, c%motion%grid, c%blocks)
+            call step(c%dt, c%problem%grid, c%blocks)
          else
-            call take_step(c%motion, c%dt, failure)
+            call explicit%advance(c%problem, c%dt, failure)
             if (failure%failed()) error stop 'bench_step: the scene has failed'
          end if
       end do
-      call update_particles(c%motion)
+      call update_particles(c%problem)
    end subroutine take_steps
 
    !> Bytes of particle data that the sweeps of a step read and write, 8 a real: what has to be moved where nothing of a tile

@@ -3,55 +3,16 @@
 !> `hampm_element_operators`.
 module hampm_element_kernels
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_cell_blocks, only: lanes, of_momentum, of_force, n_sums
-   use hampm_material, only: material_t
-   use hampm_particle_kernels, only: take_corners, divergence
-   use hampm_pass, only: pass_t
+   use hampm_cell_blocks, only: lanes, of_force, n_sums
+   use hampm_particle_kernels, only: divergence
    implicit none
    private
-   public :: n_masses, n_moments, apply_operators, apply_mass, apply_stiffness, apply_anisotropic_stiffness, add_to_sum
+   public :: n_masses, n_moments, apply_mass, isotropic_stress, anisotropic_stress, add_divergence, add_to_sum
 
    integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
    integer, parameter :: n_moments = 6           !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2
 
 contains
-
-   !> Add to the contributions of those of some blocks that have operators what a pass does: its kick and its strain in one loop,
-   !> over arrays whose addresses stay.
-   pure subroutine apply_operators(n, listed, has_operator, pass, dt, acceleration, velocity, materials, material, nodes, in_row, &
-                                   inverse_size, masses, moments, contribution)
-      integer, intent(in) :: n, listed(n)               !! blocks, and by block:
-      logical, intent(in) :: has_operator(*), in_row(*)
-      integer, intent(in) :: material(*), nodes(corners, lanes, *)
-      real(dp), intent(in) :: inverse_size(lanes, *), masses(lanes, n_masses, *), moments(lanes, n_moments, *)
-      real(dp), intent(inout) :: contribution(lanes, corners, n_sums, *)
-      type(pass_t), intent(in) :: pass
-      real(dp), intent(in) :: dt                        !! [s]
-      real(dp), intent(in) :: acceleration(ndim, *), velocity(ndim, *)   !! at the points: that kicks, and that strains
-      type(material_t), intent(in) :: materials(:)
-      real(dp) :: factor(lanes), a(lanes, corners, ndim)
-      integer :: j, b
-      do j = 1, n
-         b = listed(j)
-         if (.not. has_operator(b)) cycle
-         if (pass%kick) then
-            factor = dt
-            call take_corners(1, factor, acceleration, nodes(1, 1, b), in_row(b), a)
-            call apply_mass(a, masses(1, 1, b), contribution(1, 1, of_momentum, b))
-         end if
-         if (pass%strain_fraction > 0) then
-            factor = pass%strain_fraction*dt*inverse_size(:, b)
-            call take_corners(1, factor, velocity, nodes(1, 1, b), in_row(b), a)
-            if (materials(material(b))%isotropic) then
-               call apply_stiffness(materials(material(b))%lambda, materials(material(b))%mu, inverse_size(1, b), a, &
-                                    moments(1, 1, b), contribution(1, 1, of_force, b))
-            else
-               call apply_anisotropic_stiffness(materials(material(b))%stiffness, inverse_size(1, b), a, moments(1, 1, b), &
-                                                contribution(1, 1, of_force, b))
-            end if
-         end if
-      end do
-   end subroutine apply_operators
 
    !> Add to the momenta what a kick of the particles does, p_i <- p_i + sum_j M_ij dv_j, dv being the polynomials `a` in the cells.
    pure subroutine apply_mass(a, masses, sums)
@@ -74,16 +35,14 @@ contains
       end do
    end subroutine apply_mass
 
-   !> Add to the internal forces (7) what a strain of linear elastic particles of one material does. L = grad of a field is linear
-   !> in the local coordinates, so that the sums of V times stress, and of the same times a local coordinate, need the moments of V
-   !> only.
-   pure subroutine apply_stiffness(lambda, mu, inverse_size, a, moments, sums)
+   !> Sums of V times stress, and of the same times the local coordinate across its direction, of linear elastic particles of one
+   !> material, which internal forces (7) are made of (`add_divergence`). L = grad of a field is linear in the local coordinates, so that
+   !> these sums need the moments of V only.
+   pure subroutine isotropic_stress(lambda, mu, a, moments, total, moment)
       real(dp), intent(in) :: lambda, mu                !! [Pa]
-      real(dp), intent(in) :: inverse_size(lanes)       !! [1/m]
       real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell
       real(dp), intent(in) :: moments(lanes, n_moments) !! [m3]
-      real(dp), intent(inout) :: sums(lanes, corners, ndim)
-      real(dp) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
+      real(dp), intent(out) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
       real(dp) :: l11, l21, l12, l22
       integer :: l
       !$omp simd private(l11, l21, l12, l22)
@@ -111,18 +70,16 @@ contains
          moment(l, 3) = mu*(l12 + l21)
          moment(l, 4) = (lambda + 2*mu)*l22 + lambda*l11
       end do
-      call add_divergence(inverse_size, total, moment, sums)
-   end subroutine apply_stiffness
+   end subroutine isotropic_stress
 
    !> The same by a stiffness of the columns (11, 22, 12).
-   pure subroutine apply_anisotropic_stiffness(c, inverse_size, a, moments, sums)
+   pure subroutine anisotropic_stress(c, a, moments, total, moment)
       real(dp), intent(in) :: c(3, 3)                   !! [Pa]
-      real(dp), intent(in) :: inverse_size(lanes)       !! [1/m]
       real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell
       real(dp), intent(in) :: moments(lanes, n_moments) !! [m3]
-      real(dp), intent(inout) :: sums(lanes, corners, ndim)
+      real(dp), intent(out) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
       integer, parameter :: with(3, 3) = reshape([1, 3, 2, 3, 6, 5, 2, 5, 4], [3, 3]) !! moments of 1, eta, xi with 1, eta and xi
-      real(dp) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim), stress(lanes, 3, 3)
+      real(dp) :: stress(lanes, 3, 3)
       real(dp) :: l11, l22, shear
       integer :: l, k
       do k = 1, 3                                       ! times 1, eta and xi
@@ -140,8 +97,7 @@ contains
       total = stress(:, [1, 2, 2, 3], 1)
       moment(:, :2) = stress(:, :2, 2)
       moment(:, 3:) = stress(:, 2:, 3)
-      call add_divergence(inverse_size, total, moment, sums)
-   end subroutine apply_anisotropic_stiffness
+   end subroutine anisotropic_stress
 
    !> Add the internal forces of the sums of V times stress, and of the same times the local coordinate across its direction.
    pure subroutine add_divergence(inverse_size, total, moment, sums)

@@ -21,21 +21,23 @@
 module hampm_element_operators
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
-   use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass
-   use hampm_element_kernels, only: n_masses, n_moments, apply_operators, add_to_sum
+   use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass, of_momentum, of_force
+   use hampm_element_kernels, only: n_masses, n_moments, apply_mass, isotropic_stress, anisotropic_stress, &
+                                    add_divergence, add_to_sum
    use hampm_large_pages, only: prefer_large_pages
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t, v_next
-   use hampm_particle_pass, only: pass_over, pass_between, cell_matrices, blocks_per_task
+   use hampm_particle_kernels, only: take_corners
+   use hampm_particle_pass, only: pass_over_blocks, cell_matrices, blocks_per_task
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
    use hampm_support_operators, only: support_operators_t, find_support_operators, apply_support_operators, least_part
    use hampm_support_pass, only: pass_by_supports
    implicit none
    private
-   public :: element_operators_t, find_operators, sum_masses, sum_moments, add_up, pass_or_apply, pass_or_apply_everywhere, &
-             give_to_particles, archive_gains
+   public :: element_operators_t, find_operators, sum_masses, sum_moments, add_up, pass_by_operators, &
+             pass_by_all_operators, give_to_particles, archive_gains
 
    !> Which cells have an operator, and the numbers of these.
    type :: element_operators_t
@@ -162,27 +164,44 @@ contains
                                                     f%velocity(1, 1, pass%strain_by), operators%strain)
    end subroutine add_up
 
-   !> Do a pass over some blocks: by their operators, or particle by particle where they have none.
-   subroutine pass_or_apply(operators, pass, dt, m, f, listed)
+   !> Do a pass over some blocks: by their operators, its kick and its strain in one loop, or particle by particle where they have none.
+   subroutine pass_by_operators(operators, pass, dt, m, f, listed)
       type(element_operators_t), intent(in) :: operators
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! [s]
       type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: listed(:)                  !! blocks
-      if (.not. operators%is_active) then
-         call pass_over(pass, dt, m, f, listed)
-         return
-      end if
-      call apply_operators(size(listed), listed, operators%has_operator, pass, dt, f%acceleration, &
-                           f%velocity(1, 1, pass%strain_by), m%materials, m%blocks%material, m%blocks%nodes, m%blocks%in_row, &
-                           m%blocks%inverse_size, operators%masses, operators%moments, f%contribution(1, 1, 1, 1))
-      if (.not. all(operators%has_operator(listed))) &
-         call pass_over(pass, dt, m, f, pack(listed, .not. operators%has_operator(listed)))
-   end subroutine pass_or_apply
+      real(dp) :: factor(lanes), a(lanes, corners, ndim), total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
+      integer :: j, b
+      do j = 1, size(listed)
+         b = listed(j)
+         if (.not. operators%has_operator(b)) cycle
+         if (pass%kick) then
+            factor = dt
+            call take_corners(1, factor, f%acceleration, m%blocks%nodes(1, 1, b), m%blocks%in_row(b), a)
+            call apply_mass(a, operators%masses(1, 1, b), f%contribution(1, 1, of_momentum, b))
+         end if
+         if (pass%strain_fraction > 0) then
+            factor = pass%strain_fraction*dt*m%blocks%inverse_size(:, b)
+            call take_corners(1, factor, f%velocity(1, 1, pass%strain_by), m%blocks%nodes(1, 1, b), m%blocks%in_row(b), a)
+            associate (material => m%materials(m%blocks%material(b)))
+               if (material%isotropic) then
+                  call isotropic_stress(material%lambda, material%mu, a, operators%moments(1, 1, b), total, moment)
+               else
+                  call anisotropic_stress(material%stiffness, a, operators%moments(1, 1, b), total, moment)
+               end if
+            end associate
+            call add_divergence(m%blocks%inverse_size(1, b), total, moment, f%contribution(1, 1, of_force, b))
+         end if
+      end do
+      if (all(operators%has_operator(listed))) return
+      call pass_over_blocks(pass, dt, m, f, pack(listed, .not. operators%has_operator(listed)), f%acceleration, &
+                            f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
+   end subroutine pass_by_operators
 
-   !> Do a pass over all blocks, and sum up at all points.
-   subroutine pass_or_apply_everywhere(operators, pass, dt, m, f)
+   !> Do a pass over all blocks, by operators where there are any, and sum up at all points.
+   subroutine pass_by_all_operators(operators, pass, dt, m, f)
       type(element_operators_t), intent(inout) :: operators
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! [s]
@@ -203,9 +222,16 @@ contains
       end if
       !$omp parallel do schedule(static) private(b)
       do k = 1, m%blocks%n, blocks_per_task
-         call pass_or_apply(operators, pass, dt, m, f, [(b, b=k, min(k + blocks_per_task - 1, m%blocks%n))])
+         associate (listed => [(b, b=k, min(k + blocks_per_task - 1, m%blocks%n))])
+            if (operators%is_active) then
+               call pass_by_operators(operators, pass, dt, m, f, listed)
+            else
+               call pass_over_blocks(pass, dt, m, f, listed, f%acceleration, f%velocity(1, 1, v_next), &
+                                     f%velocity(1, 1, pass%strain_by))
+            end if
+         end associate
       end do
-   end subroutine pass_or_apply_everywhere
+   end subroutine pass_by_all_operators
 
    !> Give the particles what they have gained since they were up to date, and map them.
    subroutine give_to_particles(operators, m, f)
@@ -221,8 +247,8 @@ contains
       else
          !$omp parallel do schedule(static)
          do k = 1, size(operators%blocks), blocks_per_task
-            call pass_between(update, 1.0_dp, m, f, operators%blocks(k:min(k + blocks_per_task - 1, size(operators%blocks))), &
-                              m%blocks%nodes, m%blocks%in_row, operators%kick, operators%move, operators%strain)
+            call pass_over_blocks(update, 1.0_dp, m, f, operators%blocks(k:min(k + blocks_per_task - 1, size(operators%blocks))), &
+                                  operators%kick, operators%move, operators%strain)
          end do
       end if
       call clear_sums(operators)

@@ -24,7 +24,7 @@ module hampm_mean_force
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_material, only: material_t
    use hampm_particle_pass, only: blocks_per_task
-   use hampm_element_kernels, only: n_masses, n_moments, apply_mass, apply_stiffness, apply_anisotropic_stiffness
+   use hampm_element_kernels, only: n_masses, n_moments, apply_mass, isotropic_stress, anisotropic_stress, add_divergence
    use hampm_particle_kernels, only: take_corners
    implicit none
    private
@@ -247,7 +247,7 @@ contains
       logical, intent(in) :: in_row(*)                  !! by block
       real(dp), intent(in) :: d(ndim, *)                !! displacement, by point [m]
       real(dp), intent(inout) :: force(lanes, corners, ndim, 0:*) !! by block [N]
-      real(dp) :: a(lanes, corners, ndim)
+      real(dp) :: a(lanes, corners, ndim), total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
       integer :: b, k
       do b = first, last
          force(:, :, :, b) = 0
@@ -255,10 +255,11 @@ contains
          do k = first_part(b), first_part(b + 1) - 1
             associate (law => materials(material(k)))
                if (law%isotropic) then
-                  call apply_stiffness(law%lambda, law%mu, inverse_size(1, b), a, moments(1, 1, k), force(1, 1, 1, b))
+                  call isotropic_stress(law%lambda, law%mu, a, moments(1, 1, k), total, moment)
                else
-                  call apply_anisotropic_stiffness(law%stiffness, inverse_size(1, b), a, moments(1, 1, k), force(1, 1, 1, b))
+                  call anisotropic_stress(law%stiffness, a, moments(1, 1, k), total, moment)
                end if
+               call add_divergence(inverse_size(1, b), total, moment, force(1, 1, 1, b))
             end associate
          end do
       end do

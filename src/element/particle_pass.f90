@@ -36,7 +36,7 @@ module hampm_particle_pass
    use hampm_support_pass, only: pass_by_supports
    implicit none
    private
-   public :: pass_report_t, pass_over_all, pass_over, pass_between, cell_matrices, find_crossing_particles, blocks_per_task
+   public :: pass_report_t, pass_over_all, pass_over, pass_over_blocks, cell_matrices, find_crossing_particles, blocks_per_task
 
    integer, parameter :: blocks_per_task = 32    !! what a thread does at a time
    integer, parameter :: room = lanes*most_rows  !! places of the buffer
@@ -66,7 +66,8 @@ contains
       else
          !$omp parallel do schedule(static)
          do first = 1, m%blocks%n, blocks_per_task
-            call pass_over(pass, dt, m, f, [(b, b=first, min(first + blocks_per_task - 1, m%blocks%n))])
+            call pass_over_blocks(pass, dt, m, f, [(b, b=first, min(first + blocks_per_task - 1, m%blocks%n))], f%acceleration, &
+                                  f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
          end do
          if (pass%audit) audit = [(sum([(f%audit(first, b), b=1, m%blocks%n)]), first=1, 2)]
       end if
@@ -92,8 +93,8 @@ contains
                                f%acceleration, f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
          if (pass%map_matrix) f%mass_matrix%assembled = .false.
       else
-         call pass_between(pass, dt, m, f, listed, m%blocks%nodes, m%blocks%in_row, f%acceleration, f%velocity(1, 1, v_next), &
-                           f%velocity(1, 1, pass%strain_by))
+         call pass_over_blocks(pass, dt, m, f, listed, f%acceleration, f%velocity(1, 1, v_next), &
+                               f%velocity(1, 1, pass%strain_by))
       end if
    end subroutine pass_over
 
@@ -106,23 +107,22 @@ contains
       if (report%left_cell) report%jumped = any_has_jumped(m, f)
    end subroutine find_crossing_particles
 
-   !> Do a pass over some blocks by given fields at given points at the corners of the cells.
-   subroutine pass_between(pass, dt, m, f, listed, nodes, in_row, acceleration, new_velocity, strain_velocity)
+   !> Do a pass over some blocks by given fields at the points.
+   subroutine pass_over_blocks(pass, dt, m, f, listed, acceleration, new_velocity, strain_velocity)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! time step [s]
       type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: listed(:)                  !! blocks
-      integer, intent(in) :: nodes(corners, lanes, *)   !! by block
-      logical, intent(in) :: in_row(*)                  !! as in `cell_blocks_t`, by block
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
       real(dp) :: mass_of(room), volume_of(room), x(room, ndim), xi(room, ndim), u(room, ndim), v(room, ndim), h(room, ndim, ndim)
       integer :: material_of(room), number_of(room)
       real(dp), dimension(lanes, corners, ndim, most_rows) :: kick_by, strain_by, move_by
       real(dp), dimension(lanes, ndim*ndim, most_rows) :: total, moment
-      real(dp) :: beyond(lanes, most_rows), step(lanes, most_rows), lambda, mu
+      real(dp) :: beyond(lanes, most_rows), step(lanes, most_rows), zeros(lanes), lambda, mu
       logical :: is_linear, is_isotropic
-      integer :: j, b, n, i, s, rows
+      integer :: j, b, n, i, k, s, rows
+      zeros = f%contribution(:, 1, 1, 0)
       j = 1
       do while (j <= size(listed))
          b = listed(j)
@@ -130,30 +130,15 @@ contains
          do while (listed(j + n - 1) /= b + n - 1) ! listed blocks are ascending
             n = n - 1
          end do
-         call do_batch(nodes(1, 1, b), in_row(b), m%blocks%lower(1, 1, b), m%blocks%inverse_size(1, b), f%contribution(1, 1, 1, b))
-         if (pass%map_matrix) call finish_matrices()
-         j = j + n
-      end do
-   contains
-
-      !> Do a batch.
-      subroutine do_batch(nodes, in_row, lower, inverse_size, contribution)
-         integer, intent(in) :: nodes(corners, lanes, n)
-         logical, intent(in) :: in_row(n)
-         real(dp), intent(in) :: lower(lanes, ndim, n), inverse_size(lanes, n)
-         real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
-         real(dp) :: zeros(lanes)
-         integer :: k
-         zeros = f%contribution(:, 1, 1, 0)
          step(:, :n) = dt
-         if (pass%kick) call take_corners(n, step, acceleration, nodes, in_row, kick_by)
-         if (pass%move) call take_corners(n, step, new_velocity, nodes, in_row, move_by)
+         if (pass%kick) call take_corners(n, step, acceleration, m%blocks%nodes(1, 1, b), m%blocks%in_row(b), kick_by)
+         if (pass%move) call take_corners(n, step, new_velocity, m%blocks%nodes(1, 1, b), m%blocks%in_row(b), move_by)
          if (pass%strain_fraction > 0) then
-            step(:, :n) = (pass%strain_fraction*dt)*inverse_size
-            call take_corners(n, step, strain_velocity, nodes, in_row, strain_by)
+            step(:, :n) = (pass%strain_fraction*dt)*m%blocks%inverse_size(:, b:b + n - 1)
+            call take_corners(n, step, strain_velocity, m%blocks%nodes(1, 1, b), m%blocks%in_row(b), strain_by)
          end if
-         if (pass%map_mass) call clear(n, corners, corners*n_sums, zeros, contribution(1, 1, of_mass, 1))
-         if (pass%map_momentum) call clear(n, corners*ndim, corners*n_sums, zeros, contribution(1, 1, of_momentum, 1))
+         if (pass%map_mass) call clear(n, corners, corners*n_sums, zeros, f%contribution(1, 1, of_mass, b))
+         if (pass%map_momentum) call clear(n, corners*ndim, corners*n_sums, zeros, f%contribution(1, 1, of_momentum, b))
          if (pass%map_force) then
             call clear(n, ndim*ndim, ndim*ndim, zeros, total)
             call clear(n, ndim*ndim, ndim*ndim, zeros, moment)
@@ -170,20 +155,22 @@ contains
                if (allocated(m%particles%history)) number_of(:lanes*rows*n) = [(k, k=i, i + lanes*rows*n - 1)]
                call pass_rows(m%particles%n, m%particles%mass(i), m%particles%volume(i), m%particles%reference(i, 1), &
                               m%particles%local(i, 1), m%particles%displacement(i, 1), m%particles%velocity(i, 1), &
-                              m%particles%gradient(i, 1, 1), m%particles%material(i), lower, inverse_size, contribution)
+                              m%particles%gradient(i, 1, 1), m%particles%material(i), m%blocks%lower(1, 1, b), &
+                              m%blocks%inverse_size(1, b), f%contribution(1, 1, 1, b))
             else
                call load_rows()
-               call pass_rows(room, mass_of, volume_of, x, xi, u, v, h, material_of, lower, inverse_size, contribution)
+               call pass_rows(room, mass_of, volume_of, x, xi, u, v, h, material_of, m%blocks%lower(1, 1, b), &
+                              m%blocks%inverse_size(1, b), f%contribution(1, 1, 1, b))
                call store_rows()
             end if
             s = s + rows
          end do
-         if (pass%map_force) call divergence(n, inverse_size, total, moment, contribution)
-         if (.not. pass%move) return
-         do k = 1, n
-            f%left(b + k - 1) = .not. all(beyond(:, k) <= 4*m%blocks%rows(b)*edge_margin)
-         end do
-      end subroutine do_batch
+         if (pass%map_force) call divergence(n, m%blocks%inverse_size(1, b), total, moment, f%contribution(1, 1, 1, b))
+         if (pass%move) f%left(b:b + n - 1) = [(.not. all(beyond(:, k) <= 4*m%blocks%rows(b)*edge_margin), k=1, n)]
+         if (pass%map_matrix) call finish_matrices()
+         j = j + n
+      end do
+   contains
 
       !> Find the law of a batch, if it is one linear law.
       subroutine find_law()
@@ -362,7 +349,7 @@ contains
          holds = .false.
          if (e > 0) holds = k <= m%blocks%count_in(e)
       end function holds
-   end subroutine pass_between
+   end subroutine pass_over_blocks
 
    !> The mass matrices (6) of the cells of a block, whose particles have been located, by lane [kg].
    pure subroutine cell_matrices(p, blocks, b, matrix)

@@ -13,11 +13,12 @@
 module hampm_tiling
    use hampm_kinds, only: corners, dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t, n_sums, of_mass, of_momentum, of_force
-   use hampm_element_operators, only: element_operators_t, add_up, pass_or_apply
+   use hampm_element_operators, only: element_operators_t, add_up, pass_by_operators
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next, v_mapped
    use hampm_nodal_kernels, only: find_masses, find_velocities, find_accelerations, damping_product, exchange_high_valence
+   use hampm_particle_pass, only: pass_over_blocks
    use hampm_pass, only: scheme_t
    implicit none
    private
@@ -199,7 +200,8 @@ contains
       end do
    end subroutine sort_items
 
-   !> Do the nodal sums and the passes of a step, or of its parts before and behind the accelerations of nodes that wait.
+   !> Do the nodal sums and the passes of a step, or of its parts before and behind the accelerations of nodes that wait. Items before all regions
+   !> are in the first tile, those behind in the last; in one of these is the stage between the parts.
    subroutine step_in_tiles(plan, scheme, dt, damping_rate, m, free, new_masses, f, operators, damping_loss, part)
       type(tiling_t), intent(in) :: plan
       type(scheme_t), intent(in) :: scheme
@@ -211,44 +213,38 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       type(element_operators_t), intent(inout) :: operators
       real(dp), intent(out) :: damping_loss             !! what the damping takes, dt sum alpha m v^n . v^(n+1) [J]
-      integer, intent(in), optional :: part             !! 1 or 2; both without
+      integer, intent(in) :: part                       !! 1 or 2; 0: both
       integer :: last                                   ! stage with accelerations
-      logical :: is_first, is_second, is_waiting        ! parts to be done, and whether the second is still to come
-      is_first = .true.
-      is_second = .true.
-      if (present(part)) is_first = part == 1
-      if (present(part)) is_second = part == 2
+      logical :: is_waiting                             ! whether what needs these is in the other part
+      integer :: phase, between, region, tile, s
       damping_loss = 0
       last = 1
       if (.not. scheme%map_at_start%map_force) last = 2*findloc(scheme%passes%map_force, .true., dim=1) + 1
-      is_waiting = .false.
-      if (is_first .and. last > 1) call do_regions()
-      is_waiting = .not. is_second
-      if (is_first) call do_across(merge(0, plan%n_tiles + 1, last == 1), 1, last)
-      is_waiting = .false.
-      if (.not. is_second) return
-      associate (tile => merge(0, plan%n_tiles + 1, last == 1))
-         if (present(part)) call add_up_items(last, plan%stages(last)%start(tile), plan%stages(last)%start(tile + 1) - 1)
-         call do_across(tile, last + 1, size(plan%stages))
-      end associate
-      if (last == 1) call do_regions()
-      if (damping_rate > 0) damping_loss = dt*damping_rate*sum_of_damping(f)
-   contains
-      !> Do what is to be done before what waits in the last tile or, where that waits in the first one, behind it.
-      subroutine do_regions()
-         integer :: region, tile, s
-         if (last > 1) call do_across(0, 1, size(plan%stages))
-         !$omp parallel do schedule(static, 1) private(tile, s)
-         do region = 1, plan%n_regions
-            do tile = plan%first_tile(region), plan%first_tile(region + 1) - 1
-               do s = 1, size(plan%stages)       ! what is ready in a tile
-                  call do_items(s, plan%stages(s)%start(tile), plan%stages(s)%start(tile + 1) - 1)
+      between = merge(1, 3, last == 1)
+      do phase = 1, 3
+         if (part == 1 .and. phase > between .or. part == 2 .and. phase < between) cycle
+         is_waiting = part == 1 .and. phase == between
+         if (phase == 2) then
+            !$omp parallel do schedule(static, 1) private(tile, s)
+            do region = 1, plan%n_regions
+               do tile = plan%first_tile(region), plan%first_tile(region + 1) - 1
+                  do s = 1, size(plan%stages)
+                     call do_items(s, plan%stages(s)%start(tile), plan%stages(s)%start(tile + 1) - 1)
+                  end do
                end do
             end do
-         end do
-         if (last == 1) call do_across(plan%n_tiles + 1, 1, size(plan%stages))
-      end subroutine do_regions
-
+         else
+            tile = merge(0, plan%n_tiles + 1, phase == 1)
+            s = 1
+            if (part == 2 .and. phase == between) then
+               call add_up_items(last, plan%stages(last)%start(tile), plan%stages(last)%start(tile + 1) - 1)
+               s = last + 1
+            end if
+            call do_across(tile, s, merge(last, size(plan%stages), is_waiting))
+         end if
+      end do
+      if (part /= 1 .and. damping_rate > 0) damping_loss = dt*damping_rate*sum_of_damping(f)
+   contains
       !> Do what belongs to no region, stage by stage, each by all threads.
       subroutine do_across(t, from, to)
          integer, intent(in) :: t
@@ -270,7 +266,14 @@ contains
          integer, intent(in) :: s, first, last_item
          associate (items => plan%stages(s)%item)
             if (mod(s, 2) == 0) then
-               call pass_or_apply(operators, scheme%passes(s/2), dt, m, f, items(first:last_item))
+               associate (pass => scheme%passes(s/2))
+                  if (operators%is_active) then
+                     call pass_by_operators(operators, pass, dt, m, f, items(first:last_item))
+                  else
+                     call pass_over_blocks(pass, dt, m, f, items(first:last_item), f%acceleration, f%velocity(1, 1, v_next), &
+                                           f%velocity(1, 1, pass%strain_by))
+                  end if
+               end associate
             else
                associate (map => scheme%passes(max(1, s/2)), at_start => s == 1)
                   call do_nodes(at_start .and. new_masses, at_start .or. map%map_momentum, merge(v_n, v_mapped, at_start), &

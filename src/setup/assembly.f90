@@ -9,7 +9,6 @@ module hampm_assembly
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, last_point
    use hampm_domains, only: start_domains
-   use hampm_explicit, only: explicit_t, reference_t
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
    use hampm_grid_building, only: build_grid
@@ -26,6 +25,8 @@ module hampm_assembly
    use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius, held_part, to_surface
    use hampm_placement, only: tolerance, points_of
    use hampm_quadratic_points, only: weigh_points
+   use hampm_reference_step, only: reference_t
+   use hampm_step, only: explicit_t
    use hampm_refinement, only: refinement_t
    use hampm_model, only: model_t, mass_used
    use hampm_model_materials, only: materials_of, material_of_body

@@ -10,7 +10,7 @@
 module hampm_local_leapfrog
    use hampm_kinds, only: dp, ndim, long
    use hampm_cell_blocks, only: cell_blocks_t
-   use hampm_element_operators, only: pass_or_apply_everywhere
+   use hampm_element_operators, only: pass_by_all_operators
    use hampm_failure, only: failure_t
    use hampm_fine_region, only: fine_region_t, find_region
    use hampm_integrator, only: integrator_t, steps_for
@@ -20,7 +20,7 @@ module hampm_local_leapfrog
    use hampm_nodal_fields, only: v_n, v_next, v_mapped
    use hampm_nodal_kernels, only: divide_by_mass
    use hampm_nodal_motion, only: find_velocity, accelerate
-   use hampm_step, only: take_step, end_step
+   use hampm_step, only: explicit_t, end_step
    use hampm_step_groups, only: limit_groups
    use hampm_time_history, only: time_history_t
    implicit none
@@ -28,7 +28,7 @@ module hampm_local_leapfrog
    public :: local_leapfrog_t
 
    !> What changes within a coarse step, with its workspace.
-   type, extends(integrator_t) :: local_leapfrog_t
+   type, extends(explicit_t) :: local_leapfrog_t
       real(dp) :: time_between_outputs = 0       !! of which times to the next one are multiples, by steps of one length [s]
       integer, private :: sorts = -1             !! which sort of the particles the following belongs to
       type(mean_force_t), private :: mean
@@ -101,7 +101,7 @@ contains
       real(dp) :: step, kick, work
       step = 2**self%largest*dt
       if (self%largest == 0) then
-         call take_step(m, dt, failure)
+         call self%explicit_t%advance(m, dt, failure)
          return
       end if
       if (.not. m%cache%mapped) call map_to_grid(m)
@@ -112,11 +112,11 @@ contains
       call find_mean_force(self, m, dt, step, kick)
       call kick_nodes(m, kick, failure)
       associate (kick_and_map => m%scheme%passes(1), strain_and_move => m%scheme%passes(2))
-         call pass_or_apply_everywhere(m%cache%operators, kick_and_map, kick, m%matter_t, m%fields)
+         call pass_by_all_operators(m%cache%operators, kick_and_map, kick, m%matter_t, m%fields)
          call assemble_sums(m, mass=.false., momentum=.true., force=.false.)
          call solve_velocity(m, v_mapped, failure)
          m%fields%velocity(:, :, v_next) = m%fields%velocity(:, :, v_mapped)
-         call pass_or_apply_everywhere(m%cache%operators, strain_and_move, step, m%matter_t, m%fields)
+         call pass_by_all_operators(m%cache%operators, strain_and_move, step, m%matter_t, m%fields)
       end associate
       m%cache%operators%is_behind = m%cache%operators%is_active
       call book_work(m%loads, m%state%time, step, m%fields%velocity(:, :, v_mapped), work)

@@ -38,7 +38,7 @@ module hampm_newmark
    use hampm_nodal_release, only: work_of_release
    use hampm_balance, only: balance_t, part_t, start_t, is_linear
    use hampm_constraints, only: hold
-   use hampm_element_operators, only: pass_or_apply_everywhere
+   use hampm_element_operators, only: pass_by_all_operators
    use hampm_failure, only: failure_t
    use hampm_instant, only: instant_t, save_instant, go_back_to
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
@@ -407,7 +407,7 @@ contains
       if (have_moved) then
          call pass_over_all(kick, dt, m%matter_t, m%fields, report)
       else if (m%cache%operators%is_active) then
-         call pass_or_apply_everywhere(m%cache%operators, advance_to, dt, m%matter_t, m%fields)
+         call pass_by_all_operators(m%cache%operators, advance_to, dt, m%matter_t, m%fields)
       else
          call pass_over_all(advance_to, dt, m%matter_t, m%fields, report)
       end if

@@ -22,16 +22,38 @@ module hampm_reference_step
    use hampm_failure, only: failure_t
    use hampm_interface_points, only: add_interface_forces, stretch_interfaces
    use hampm_interface_step, only: hold_faces
+   use hampm_integrator, only: integrator_t
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_state_update, only: update_particle_state, hoop_resistance
-   use hampm_problem, only: problem_t
+   use hampm_problem, only: problem_t, sort_anew
+   use hampm_step, only: report_jump
    use hampm_node_list, only: node_list_t
    use hampm_tensors, only: identity
    implicit none
    private
-   public :: reference_step
+   public :: reference_t, reference_step
+
+   !> Explicit integration by the step that is there to be read, with all that a run is besides.
+   type, extends(integrator_t) :: reference_t
+   contains
+      procedure :: advance
+   end type reference_t
 
 contains
+
+   !> Advance by a step, and find the particles that have moved to other cells.
+   subroutine advance(self, m, dt, failure)
+      class(reference_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      type(failure_t), intent(inout) :: failure
+      call reference_step(m, dt, failure)
+      m%cache%mapped = .false.
+      m%cache%sorted = .not. m%particles%total_frame
+      if (.not. m%cache%sorted) return
+      call report_jump(m, failure)
+      if (.not. failure%failed()) call sort_anew(m, failure)
+   end subroutine advance
 
    !> Advance the particles by one step, and book the work of the loads and what the damping takes. In which cells the particles then
    !> are is left to be found.

@@ -10,8 +10,9 @@ module hampm_step
    use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, separate_bodies
    use hampm_nodal_release, only: work_of_release
    use hampm_prescribed_nodes, only: prescribed_velocity, prescribed_acceleration, by_mass, move_prescribed, find_work
-   use hampm_element_operators, only: pass_or_apply_everywhere
+   use hampm_element_operators, only: pass_by_all_operators
    use hampm_failure, only: failure_t, exit_computation
+   use hampm_integrator, only: integrator_t
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
    use hampm_mass_solver, only: by_lumped
    use hampm_critical_step, only: largest_wave_speed
@@ -19,7 +20,7 @@ module hampm_step
                            renew_interfaces
    use hampm_nodal_fields, only: v_n, v_next, v_mapped, find_active_nodes
    use hampm_nodal_motion, only: find_velocity, accelerate, find_powers
-   use hampm_particle_pass, only: pass_report_t, pass_over, find_crossing_particles
+   use hampm_particle_pass, only: pass_report_t, pass_over_all, pass_over, find_crossing_particles
    use hampm_pass, only: pass_t
    use hampm_tiling, only: plan_tiles, is_planned, step_in_tiles
    use hampm_interface_step, only: hold_faces
@@ -28,7 +29,13 @@ module hampm_step
    use hampm_error_context, only: when, origin
    implicit none
    private
-   public :: advance, take_step, report_jump, end_step
+   public :: explicit_t, advance, report_jump, end_step
+
+   !> Explicit integration: all cells take the same time step, and nothing is kept from step to step.
+   type, extends(integrator_t) :: explicit_t
+   contains
+      procedure :: advance => take_step
+   end type explicit_t
 
 contains
 
@@ -37,17 +44,21 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
-      call take_step(m, dt, failure)
+      type(explicit_t) :: explicit
+      call explicit%advance(m, dt, failure)
       if (.not. failure%failed()) call update_particles(m)
    end subroutine advance
 
    !> As `advance`, but particles may stay behind until `update_particles`.
-   subroutine take_step(m, dt, failure)
+   subroutine take_step(self, m, dt, failure)
+      class(explicit_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
       type(pass_report_t) :: report
       logical :: new_masses
+      real(dp) :: loss
+      integer :: part, parts                     ! of a step in tiles: before and behind forces at its end
       if (.not. m%cache%mapped) call map_to_grid(m, failure)
       if (failure%failed()) return
       new_masses = .not. (m%cache%weighed .and. m%particles%total_frame)
@@ -55,7 +66,15 @@ contains
       if (m%body_contact%wanted) call find_surroundings(m)
       if (size(m%loads) + m%interfaces%n > 0) call find_external_force(m)
       if (is_local(m)) then
-         call step_through_tiles(m, dt, new_masses, report, failure)
+         call plan_step(m)
+         parts = merge(2, 0, m%interfaces%n_at_end > 0)
+         do part = min(parts, 1), parts
+            call step_in_tiles(m%cache%tiling, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, &
+                               m%cache%operators, loss, part)
+            if (part == 1) call add_forces_at_end(m, dt, failure)
+            m%energies%damping_loss = m%energies%damping_loss + loss
+         end do
+         if (.not. m%particles%total_frame) call find_crossing_particles(m%matter_t, m%fields, report)
       else
          call step_in_stages(m, dt, new_masses, report, failure)
       end if
@@ -92,33 +111,15 @@ contains
                  .and. .not. allocated(m%blocks%supports) .and. (m%particles%total_frame .or. m%interfaces%n == 0)
    end function is_local
 
-   !> Do the nodal sums and the passes of a step tile by tile, and book what the damping does.
-   subroutine step_through_tiles(m, dt, new_masses, report, failure)
+   !> Plan a step in tiles, with nodes that wait for forces at its end.
+   subroutine plan_step(m)
       type(problem_t), intent(inout) :: m
-      real(dp), intent(in) :: dt                 !! [s]
-      logical, intent(in) :: new_masses          !! whether nodal masses have changed since the last step
-      type(pass_report_t), intent(inout) :: report
-      type(failure_t), intent(inout) :: failure
-      real(dp) :: loss
       logical, allocatable :: waits(:)
-      integer :: part
       if (m%interfaces%n_at_end > 0 .and. .not. is_planned(m%cache%tiling, m%blocks)) waits = around_faces(m)
       associate (all => m%fields%mass_matrix%all)
          call plan_tiles(m%blocks, all%nodes(:all%n_nodes), size(m%scheme%passes), m%cache%tiling, waits)
       end associate
-      if (m%interfaces%n_at_end > 0) then
-         do part = 1, 2
-            call step_in_tiles(m%cache%tiling, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, &
-                               m%cache%operators, loss, part)
-            if (part == 1) call add_forces_at_end(m, dt, failure)
-         end do
-      else
-         call step_in_tiles(m%cache%tiling, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, &
-                            m%cache%operators, loss)
-      end if
-      m%energies%damping_loss = m%energies%damping_loss + loss
-      if (.not. m%particles%total_frame) call find_crossing_particles(m%matter_t, m%fields, report)
-   end subroutine step_through_tiles
+   end subroutine plan_step
 
    !> The nodes of interface points, and those around the cells beside these.
    pure function around_faces(m) result(is_near)
@@ -144,6 +145,8 @@ contains
       logical, intent(in) :: new_masses          !! whether nodal masses have changed since the last step
       type(pass_report_t), intent(inout) :: report
       type(failure_t), intent(inout) :: failure
+      type(pass_t) :: audited
+      real(dp) :: kick_energy
       integer :: k
       associate (start => m%scheme%map_at_start)
          call assemble_sums(m, mass=new_masses, momentum=.true., force=start%map_force)
@@ -153,7 +156,19 @@ contains
       do k = 1, size(m%scheme%passes)
          if (failure%failed()) return
          associate (pass => m%scheme%passes(k))
-            call pass_and_book(m, pass, dt, report, failure)
+            audited = pass
+            audited%audit = m%audit
+            if (m%cache%operators%is_active) then
+               call pass_by_all_operators(m%cache%operators, pass, dt, m%matter_t, m%fields)
+            else if (m%has_domains()) then
+               call do_pass(m, audited, dt, report, failure)
+            else
+               call pass_over_all(audited, dt, m%matter_t, m%fields, report)
+            end if
+            kick_energy = 0
+            if (pass%kick .and. m%interfaces%n > 0) call kick_interfaces(m%interfaces, m%fields%acceleration, dt, kick_energy)
+            if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - report%velocity_change_energy - kick_energy &
+                                                     - report%stress_work
             if (k == size(m%scheme%passes) .or. failure%failed() .or. report%jumped) return
             call assemble_sums(m, mass=pass%map_mass, momentum=pass%map_momentum, force=pass%map_force)
             if (m%body_contact%wanted .and. pass%map_mass) call find_surroundings(m)
@@ -163,28 +178,6 @@ contains
          end associate
       end do
    end subroutine step_in_stages
-
-   !> Do one pass, and book for the audit what it finds.
-   subroutine pass_and_book(m, pass, dt, report, failure)
-      type(problem_t), intent(inout) :: m
-      type(pass_t), intent(in) :: pass
-      real(dp), intent(in) :: dt
-      type(pass_report_t), intent(inout) :: report
-      type(failure_t), intent(inout) :: failure
-      type(pass_t) :: audited
-      real(dp) :: kick_energy
-      if (m%cache%operators%is_active) then
-         call pass_or_apply_everywhere(m%cache%operators, pass, dt, m%matter_t, m%fields)
-      else
-         audited = pass
-         audited%audit = m%audit
-         call do_pass(m, audited, dt, report, failure)
-      end if
-      kick_energy = 0
-      if (pass%kick .and. m%interfaces%n > 0) call kick_interfaces(m%interfaces, m%fields%acceleration, dt, kick_energy)
-      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - report%velocity_change_energy - kick_energy - &
-         report%stress_work
-   end subroutine pass_and_book
 
    !> Velocities of the nodes, `v_n` or `v_mapped`, from their momentum.
    subroutine solve_velocity(m, which, latest, failure)

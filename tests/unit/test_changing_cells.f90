@@ -12,10 +12,11 @@ program test_changing_cells
    use hampm_particles, only: new_particles
    use hampm_samples, only: schemes, start, thickness
    use hampm_sorting, only: sort_into_cells
-   use hampm_step, only: take_step
+   use hampm_step, only: explicit_t
    use hampm_threads, only: use_threads
    use hampm_thickness, only: thickness_t
    implicit none
+   type(explicit_t) :: explicit
 
    real(dp), parameter :: coarse = 0.1_dp                !! cell size [m]
    real(dp), parameter :: rounding = 1.0e-10_dp          !! over the largest value
@@ -86,7 +87,7 @@ contains
       type(failure_t) :: failure
       integer :: k
       do k = 1, steps
-         call take_step(m, time_step(m), failure)
+         call explicit%advance(m, time_step(m), failure)
       end do
       call check(.not. failure%failed(), 'the steps are done: '//failure%message)
    end subroutine run
@@ -159,7 +160,7 @@ contains
       call place('usf', 1.0_dp, 1, m, [22, 18])
       do k = 1, 3000
          if (failure%failed()) exit
-         call take_step(m, time_step(m), failure)
+         call explicit%advance(m, time_step(m), failure)
       end do
       call check(index(failure%message, 'left the grid') > 0, 'a particle has left the grid: '//failure%message)
    end subroutine who_leaves_the_grid_is_named
@@ -171,9 +172,9 @@ contains
       integer :: k
       call place('musl', 1.0_dp, 1, m)
       do k = 1, 20
-         call take_step(m, time_step(m), failure)
+         call explicit%advance(m, time_step(m), failure)
       end do
-      call take_step(m, 1000*time_step(m), failure)
+      call explicit%advance(m, 1000*time_step(m), failure)
       call check(index(failure%message, 'moved by more than a cell') > 0, 'a particle has jumped: '//failure%message)
    end subroutine who_jumps_is_named
 end program test_changing_cells

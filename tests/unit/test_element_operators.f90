@@ -16,10 +16,11 @@ program test_element_operators
    use hampm_refined, only: refine_box
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, thickness
    use hampm_sorting, only: sort_into_cells
-   use hampm_step, only: take_step
+   use hampm_step, only: explicit_t
    use hampm_threads, only: use_threads
    use hampm_thickness, only: thickness_t
    implicit none
+   type(explicit_t) :: explicit
 
    real(dp), parameter :: cell = 0.1_dp, dt = 0.1_dp*cell/4
    real(dp), parameter :: rounding = 1.0e-12_dp          !! over the largest value
@@ -88,7 +89,7 @@ contains
       type(failure_t) :: failure
       integer :: k
       do k = 1, steps
-         call take_step(m, dt, failure)
+         call explicit%advance(m, dt, failure)
          if (mod(k, interval) == 0) call update_particles(m)
       end do
       call check(.not. failure%failed(), 'the steps are done')

@@ -15,7 +15,7 @@ program test_reference_step
    use hampm_material, only: new_material
    use hampm_problem, only: problem_t, update_particles
    use hampm_particles, only: new_particles
-   use hampm_explicit, only: reference_t
+   use hampm_reference_step, only: reference_t
    use hampm_refined, only: refine_box
    use hampm_samples, only: schemes, start, run_steps, thickness
    use hampm_sorting, only: sort_into_cells
