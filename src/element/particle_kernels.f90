@@ -227,23 +227,30 @@ contains
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: xi(ld, ndim), mass(ld)
       real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
-      real(dp) :: total(lanes, corners), left, right
+      real(dp), dimension(lanes) :: m1, m2, m3, m4
+      real(dp) :: left, right
       integer :: b, s, l, k
       do b = 1, n
-         total = contribution(:, :, of_mass, b)
+         m1 = contribution(:, 1, of_mass, b)
+         m2 = contribution(:, 2, of_mass, b)
+         m3 = contribution(:, 3, of_mass, b)
+         m4 = contribution(:, 4, of_mass, b)
          do s = 1, rows
             k = lanes*(rows*(b - 1) + s - 1)
             !$omp simd private(left, right)
             do l = 1, lanes
                left = (1 - xi(k + l, 1))*mass(k + l)
                right = xi(k + l, 1)*mass(k + l)
-               total(l, 1) = total(l, 1) + left*(1 - xi(k + l, 2))
-               total(l, 2) = total(l, 2) + right*(1 - xi(k + l, 2))
-               total(l, 3) = total(l, 3) + left*xi(k + l, 2)
-               total(l, 4) = total(l, 4) + right*xi(k + l, 2)
+               m1(l) = m1(l) + left*(1 - xi(k + l, 2))
+               m2(l) = m2(l) + right*(1 - xi(k + l, 2))
+               m3(l) = m3(l) + left*xi(k + l, 2)
+               m4(l) = m4(l) + right*xi(k + l, 2)
             end do
          end do
-         contribution(:, :, of_mass, b) = total
+         contribution(:, 1, of_mass, b) = m1
+         contribution(:, 2, of_mass, b) = m2
+         contribution(:, 3, of_mass, b) = m3
+         contribution(:, 4, of_mass, b) = m4
       end do
    end subroutine add_mass
 
@@ -252,10 +259,18 @@ contains
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: xi(ld, ndim), mass(ld), v(ld, ndim)
       real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
-      real(dp) :: total(lanes, corners, ndim), left, right, m1, m2, m3, m4
+      real(dp), dimension(lanes) :: p1, p2, p3, p4, q1, q2, q3, q4
+      real(dp) :: left, right, m1, m2, m3, m4
       integer :: b, s, l, k
       do b = 1, n
-         total = contribution(:, :, of_momentum:of_momentum + ndim - 1, b)
+         p1 = contribution(:, 1, of_momentum, b)
+         p2 = contribution(:, 2, of_momentum, b)
+         p3 = contribution(:, 3, of_momentum, b)
+         p4 = contribution(:, 4, of_momentum, b)
+         q1 = contribution(:, 1, of_momentum + 1, b)
+         q2 = contribution(:, 2, of_momentum + 1, b)
+         q3 = contribution(:, 3, of_momentum + 1, b)
+         q4 = contribution(:, 4, of_momentum + 1, b)
          do s = 1, rows
             k = lanes*(rows*(b - 1) + s - 1)
             !$omp simd private(left, right, m1, m2, m3, m4)
@@ -266,17 +281,24 @@ contains
                m2 = right*(1 - xi(k + l, 2))
                m3 = left*xi(k + l, 2)
                m4 = right*xi(k + l, 2)
-               total(l, 1, 1) = total(l, 1, 1) + m1*v(k + l, 1)
-               total(l, 2, 1) = total(l, 2, 1) + m2*v(k + l, 1)
-               total(l, 3, 1) = total(l, 3, 1) + m3*v(k + l, 1)
-               total(l, 4, 1) = total(l, 4, 1) + m4*v(k + l, 1)
-               total(l, 1, 2) = total(l, 1, 2) + m1*v(k + l, 2)
-               total(l, 2, 2) = total(l, 2, 2) + m2*v(k + l, 2)
-               total(l, 3, 2) = total(l, 3, 2) + m3*v(k + l, 2)
-               total(l, 4, 2) = total(l, 4, 2) + m4*v(k + l, 2)
+               p1(l) = p1(l) + m1*v(k + l, 1)
+               p2(l) = p2(l) + m2*v(k + l, 1)
+               p3(l) = p3(l) + m3*v(k + l, 1)
+               p4(l) = p4(l) + m4*v(k + l, 1)
+               q1(l) = q1(l) + m1*v(k + l, 2)
+               q2(l) = q2(l) + m2*v(k + l, 2)
+               q3(l) = q3(l) + m3*v(k + l, 2)
+               q4(l) = q4(l) + m4*v(k + l, 2)
             end do
          end do
-         contribution(:, :, of_momentum:of_momentum + ndim - 1, b) = total
+         contribution(:, 1, of_momentum, b) = p1
+         contribution(:, 2, of_momentum, b) = p2
+         contribution(:, 3, of_momentum, b) = p3
+         contribution(:, 4, of_momentum, b) = p4
+         contribution(:, 1, of_momentum + 1, b) = q1
+         contribution(:, 2, of_momentum + 1, b) = q2
+         contribution(:, 3, of_momentum + 1, b) = q3
+         contribution(:, 4, of_momentum + 1, b) = q4
       end do
    end subroutine add_momentum
 
@@ -353,27 +375,39 @@ contains
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: xi(ld, ndim), t(lanes, ndim*ndim, rows, n)
       real(dp), intent(inout) :: total(lanes, ndim*ndim, n), moment(lanes, ndim*ndim, n)
-      real(dp), dimension(lanes, ndim*ndim) :: sums, moments
+      real(dp), dimension(lanes) :: t1, t2, t3, t4, m1, m2, m3, m4
       integer :: b, s, l, k
       do b = 1, n
-         sums = total(:, :, b)
-         moments = moment(:, :, b)
+         t1 = total(:, 1, b)
+         t2 = total(:, 2, b)
+         t3 = total(:, 3, b)
+         t4 = total(:, 4, b)
+         m1 = moment(:, 1, b)
+         m2 = moment(:, 2, b)
+         m3 = moment(:, 3, b)
+         m4 = moment(:, 4, b)
          do s = 1, rows
             k = lanes*(rows*(b - 1) + s - 1)
             !$omp simd
             do l = 1, lanes
-               sums(l, 1) = sums(l, 1) + t(l, 1, s, b)
-               sums(l, 2) = sums(l, 2) + t(l, 2, s, b)
-               sums(l, 3) = sums(l, 3) + t(l, 3, s, b)
-               sums(l, 4) = sums(l, 4) + t(l, 4, s, b)
-               moments(l, 1) = moments(l, 1) + xi(k + l, 2)*t(l, 1, s, b)
-               moments(l, 2) = moments(l, 2) + xi(k + l, 2)*t(l, 2, s, b)
-               moments(l, 3) = moments(l, 3) + xi(k + l, 1)*t(l, 3, s, b)
-               moments(l, 4) = moments(l, 4) + xi(k + l, 1)*t(l, 4, s, b)
+               t1(l) = t1(l) + t(l, 1, s, b)
+               t2(l) = t2(l) + t(l, 2, s, b)
+               t3(l) = t3(l) + t(l, 3, s, b)
+               t4(l) = t4(l) + t(l, 4, s, b)
+               m1(l) = m1(l) + xi(k + l, 2)*t(l, 1, s, b)
+               m2(l) = m2(l) + xi(k + l, 2)*t(l, 2, s, b)
+               m3(l) = m3(l) + xi(k + l, 1)*t(l, 3, s, b)
+               m4(l) = m4(l) + xi(k + l, 1)*t(l, 4, s, b)
             end do
          end do
-         total(:, :, b) = sums
-         moment(:, :, b) = moments
+         total(:, 1, b) = t1
+         total(:, 2, b) = t2
+         total(:, 3, b) = t3
+         total(:, 4, b) = t4
+         moment(:, 1, b) = m1
+         moment(:, 2, b) = m2
+         moment(:, 3, b) = m3
+         moment(:, 4, b) = m4
       end do
    end subroutine add_stress
 
