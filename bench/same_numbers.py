@@ -11,6 +11,7 @@ the program of before has taken `--seconds`; the present one makes as many steps
 The difference allowed is 1e-12, and 1e-9 in static and implicit runs, whose equations Newton's iteration solves to 1e-11 of the forces and friction to
 1e-9. What rounding changes more is measured where it is needed, for instance a reaction that is zero but for rounding: the program of before runs
 again with the elastic constants and densities larger, and then smaller, by 4e-16, and ten times the difference of the column is allowed ("rounding").
+Both programs should be of the same kind of build, release or checked: other optimisation may let faces stick, slip or part an iteration sooner or later.
 
 The table is same_numbers.csv. Exit code 1 where numbers, exit codes or the names of columns differ.
 """
