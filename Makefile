@@ -1,23 +1,30 @@
-# hampm: `make help` lists what there is to do.
+# hampm: `make help` lists what there is to do; V=1 prints the commands that compile.
 
 build ?= release
 O := build/$(build)
 FC := gfortran
 PYTHON := .venv/bin/python
+# The processors that a release is for: x86-64-v3 is all that have AVX2 and FMA, native this one and its like
+ARCH ?= $(if $(filter x86_64,$(shell uname -m)),x86-64-v3,native)
 
-HDF5_LINK ?= -L/usr/lib/$(shell $(FC) -dumpmachine 2>/dev/null)/hdf5/serial -lhdf5_serial
+HDF5_LINK ?= -L/usr/lib/$(shell gcc -dumpmachine 2>/dev/null)/hdf5/serial -lhdf5_serial
 ALGEBRA_LINK ?= -lumfpack -lcholmod -llapack -lblas
 COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimplicit-interface -Wno-do-subscript
 
 # Vectors of 512 bits are no faster on the processors that have them: cells come in blocks of four
 width := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=256)
 # Kernels that several procedures call are to be put into all of them
-release := -O3 --param inline-unit-growth=100 -fno-tree-loop-distribute-patterns -march=native $(width) -flto=auto -ffat-lto-objects -finline-limit=1000
+release := -O3 --param inline-unit-growth=100 -fno-tree-loop-distribute-patterns -march=$(ARCH) $(width) -finline-limit=1000
+# What a step computes is optimised as one piece in these builds
+release_kernels := -flto
+counted_kernels := -flto
+kernel_folders := base solve law mesh points element interface problem time adapt
+# To compile what is edited, and run it, in a few seconds
+quick := -O1 -Wno-maybe-uninitialized
 debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
-# To be run under valgrind, which does not know every processor's instructions; the run apart, so that what it calls is
-# counted by procedure
-counted := $(subst -march=native,$(if $(filter x86_64,$(shell uname -m)),-march=x86-64-v3),$(release)) -g
-counted_run := -fno-lto -fno-inline
+# The release, to be run under valgrind; the run apart, so that what it calls is counted by procedure
+counted := $(release) -g
+counted_run := -fno-inline
 counted_recording := $(counted_run)
 counted_mesh_changes := $(counted_run)
 counted_simulation := $(counted_run)
@@ -28,14 +35,31 @@ checked := -O2 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -f
 memcheck := -O1 -g
 # Threads that count at once lose counts, never the first one
 coverage := -O1 -g --coverage
+# Another compiler
+portable := -O1
+ifeq ($(build),portable)
+FC := flang-new-19
+COMMON := -std=f2018 -fopenmp
+endif
 FLAGS := $(COMMON) $($(build)) -J$(O)
 
 SOURCES := $(wildcard src/*.f90 src/*/*.f90)
 UNIT_TESTS := $(wildcard tests/unit/test_*.f90)
 UNIT_TOOLS := $(filter-out $(UNIT_TESTS),$(wildcard tests/unit/*.f90))
-LIBRARY := $(patsubst %.f90,$(O)/%.o,$(notdir $(filter-out src/main.f90,$(SOURCES))))
-UNIT_PROGRAMS := $(patsubst tests/unit/%.f90,$(O)/%,$(UNIT_TESTS))
-UNIT_OBJECTS := $(patsubst tests/unit/%.f90,$(O)/%.o,$(UNIT_TOOLS))
+objects = $(patsubst %,$(O)/%.o,$(basename $(notdir $(1))))
+LIBRARY := $(call objects,$(filter-out src/main.f90,$(SOURCES)))
+ifneq ($($(build)_kernels),)
+KERNELS := $(call objects,$(foreach folder,$(kernel_folders),$(wildcard src/$(folder)/*.f90)))
+LIBRARY := $(filter-out $(KERNELS),$(LIBRARY)) $(O)/kernels.o
+endif
+ifneq ($(findstring -march,$(FLAGS)),)
+LIBRARY += $(O)/processor.o
+endif
+TOOLS := $(addprefix $(O)/,forced_step newton_steps eigenvalue_limit)
+DRIVERS := $(addprefix $(O)/,results_driver fuzz_driver)
+MEASURED := $(addprefix $(O)/,bench_step minimal_step)
+UNIT_PROGRAMS := $(patsubst %.o,%,$(call objects,$(UNIT_TESTS)))
+PROGRAMS := $(O)/hampm $(TOOLS) $(DRIVERS) $(MEASURED) $(UNIT_PROGRAMS)
 
 # Files compiled, and tests run, at a time
 JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
@@ -43,15 +67,16 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup clean run figures sweep slurm docs structure test verify coverage sanitize memcheck fuzz \
-         bench against minimal peers masses adaptivity extremes tradeoff local_steps static quadratic implicit cracks growth tip vtk errors estimates domains contact
-.PHONY: $(TASKS) program unit
+TASKS := help setup clean run figures sweep slurm docs structure test verify portability coverage sanitize memcheck fuzz vtk extremes tradeoff
+.PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z_]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' Makefile
+	@echo 'make -C bench    list what there is to measure'
 
-run: setup  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_ref
+run:  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_ref
+	@tools/setup.sh run
 	@$(MAKE) --no-print-directory program
 	$(O)/hampm input/dcb.nml --output results --force
 	$(PYTHON) postprocess/plot_g.py results/dcb.h5 --converged 1.28737 --output results/dcb_G.png
@@ -59,7 +84,7 @@ run: setup  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_re
 	@echo "results/dcb.h5: the results; results/dcb_G.png, results/dcb_G_gnuplot.png: G(t)/G_ref"
 
 figures: setup  ## draw the pictures of the docs in results/, listed in tools/figures.txt; with DOCS=1 replace those in docs/
-	@$(MAKE) --no-print-directory program
+	@$(MAKE) --no-print-directory program tools
 	tools/figures.sh $(O)/hampm $(PYTHON) $(if $(DOCS),--docs)
 
 sweep: setup  ## run the cases of a sweep on all cores and make its table: make sweep file=input/dcb_sweep.yaml
@@ -80,7 +105,7 @@ structure:  ## count lines, arguments and uses between the folders of src/, and 
 	$(PYTHON) tools/structure.py --svg docs/rooms.svg
 
 test: setup  ## install what is missing, build, run all tests
-	@$(MAKE) -j$(JOBS) --no-print-directory program $(patsubst %,build/release/test_%,manufactured crossing_levels patch)
+	@$(MAKE) -j$(JOBS) --no-print-directory program tools $(patsubst %,build/release/test_%,manufactured crossing_levels patch)
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked build/checked/bench_step
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests
@@ -90,6 +115,11 @@ verify: setup  ## run the tests that take long, which `make test` leaves out, an
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m verify --junitxml=results/verify.xml tests
 	$(PYTHON) tools/verification_table.py results/verify.xml docs/verification.md
+
+portability: setup  ## compile everything by another compiler, flang, and run unit and regression tests with what it makes
+	@tools/setup.sh flang-19
+	@$(MAKE) -j$(JOBS) --no-print-directory build=portable program unit
+	HAMPM=build/portable/hampm $(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests/unit tests/regression
 
 coverage: setup  ## count which lines of src/ the tests run: a table; an error below 90 %
 	@$(MAKE) -j$(JOBS) --no-print-directory build=coverage program unit
@@ -128,37 +158,8 @@ vtk: setup  ## hold the snapshots to another version of VTK than that of require
 	@$(MAKE) --no-print-directory $(O)/results_driver
 	@test -x build/vtk-$(version)/bin/pytest || { $(PYTHON) -m venv build/vtk-$(version) && \
 		build/vtk-$(version)/bin/python -m pip install --quiet --disable-pip-version-check vtk==$(version) \
-		$(shell grep -E '^(numpy|h5py|pytest)=' requirements.txt); }
+		$(shell grep -hE '^(numpy|h5py|pytest)=' requirements.txt postprocess/requirements.txt); }
 	build/vtk-$(version)/bin/python -m pytest -q tests/output
-
-bench:  ## measure time, memory and instructions of a step beside the least that they could be: one table
-	@tools/setup.sh valgrind
-	@$(MAKE) --no-print-directory $(O)/bench_step
-	@$(MAKE) --no-print-directory build=counted program build/counted/bench_step
-	$(PYTHON) bench/speed.py --program $(O)/bench_step --output results
-
-against: setup  ## hold results, instructions and time to those of an earlier version: make against before=REV [parts="results time"]
-	@tools/setup.sh valgrind
-	@test -n "$(before)" || { echo "beside which version? make against before=REV"; exit 1; }
-	$(PYTHON) bench/against.py $(parts) --before $(before)
-
-peers: setup  ## measure a step beside those of others, in C and in Python with numba, which it installs
-	@$(MAKE) --no-print-directory $(O)/bench_step
-	@$(PYTHON) -c 'import numba' 2>/dev/null || $(PYTHON) -m pip install --quiet --disable-pip-version-check -r bench/peers/requirements.txt
-	$(PYTHON) bench/peers.py --output results/peers
-
-minimal: setup  ## measure the least that a plain step needs beside what the program takes
-	@$(MAKE) --no-print-directory $(O)/minimal_step
-	$(O)/minimal_step
-
-masses: setup  ## measure what each mass matrix costs, dissipates and allows as time step
-	@$(MAKE) --no-print-directory program
-	$(PYTHON) bench/mass_matrices.py --output results/masses
-
-adaptivity: setup  ## measure what refinement reaches on the double cantilever beam, costs and allows
-	@$(MAKE) --no-print-directory program
-	$(PYTHON) bench/adaptivity.py --output results/adaptivity
-	$(PYTHON) bench/refined_meshes.py --output results/adaptivity
 
 extremes: setup  ## run the extremes of every part of a scene and write docs/stability.md
 	@$(MAKE) --no-print-directory program
@@ -170,81 +171,51 @@ tradeoff: setup  ## measure accuracy against cost for every kind of setting and 
 	$(PYTHON) bench/tradeoff.py --output results/tradeoff --document 1
 	tools/figures.sh $(O)/hampm $(PYTHON) --docs tradeoff
 
-local_steps: setup  ## measure what time steps that fit the size of the cells cost and change
-	@tools/setup.sh valgrind
-	@$(MAKE) --no-print-directory program
-	@$(MAKE) --no-print-directory build=counted program
-	$(PYTHON) bench/local_time_steps.py --output results/local_time_steps
-
-static: setup  ## measure what equilibrium costs, and how near to it damped motions come
-	@$(MAKE) --no-print-directory program
-	$(PYTHON) bench/static.py
-
-quadratic: setup  ## measure what quadratic cells give and cost
-	@$(MAKE) --no-print-directory program
-	$(PYTHON) bench/quadratic.py --output results/quadratic
-
-implicit: setup  ## measure what implicit steps reach and cost
-	@$(MAKE) --no-print-directory program
-	$(PYTHON) bench/implicit.py --output results/implicit
-
-cracks: setup  ## hold K and G of cracks that ignore the grid to independent solutions
-	@$(MAKE) --no-print-directory program
-	$(PYTHON) bench/cracks.py --output results/cracks
-
-growth: setup  ## hold cracks that grow in motion to exact solutions
-	@$(MAKE) --no-print-directory program
-	$(PYTHON) bench/growth.py --output results/growth
-
-tip: setup  ## measure how far from its node the discrete crack tip acts
-	@$(MAKE) --no-print-directory program
-	$(PYTHON) bench/effective_tip.py --output results/effective_tip
-
-errors: setup  ## hold the estimated errors of G, J and K to the true ones on specimens with known G
-	@$(MAKE) --no-print-directory program
-	$(PYTHON) bench/error_specimens.py --output results/error_specimens
-
-estimates: setup  ## ask of random cracked specimens of many kinds whether estimated errors cover the true ones; number=16 of each kind
-	@$(MAKE) --no-print-directory program
-	$(PYTHON) bench/estimate_coverage.py --output results/estimates $(if $(number),--number $(number))
-
-domains: setup  ## hold particles with domains to what large deformation should give, and measure what they cost
-	@$(MAKE) --no-print-directory program
-	$(PYTHON) bench/domains.py
-
-contact: setup  ## hold bodies that meet to what they should do
-	@$(MAKE) --no-print-directory program
-	$(PYTHON) bench/body_contact.py
-
 setup:  ## install what is missing: compiler, libraries, Python environment
 	@tools/setup.sh
 
-program: $(O)/hampm $(O)/forced_step $(O)/newton_steps $(O)/eigenvalue_limit
+program: $(O)/hampm
 
-unit: $(UNIT_PROGRAMS) $(O)/results_driver $(O)/fuzz_driver $(patsubst bench/%.f90,$(O)/%.o,$(wildcard bench/*.f90))
+tools: $(TOOLS) $(DRIVERS)
+
+unit: $(UNIT_PROGRAMS) tools $(call objects,$(wildcard bench/*.f90))
 
 clean:  ## remove what was built; results stay
 	rm -rf build
 
+# --- objects and programs -----------------------------------------------------------------------------------------------------
+
+say = $(if $(V),,@echo "$(1)")
+quietly := $(if $(V),,@)
+
 $(O)/hampm: $(O)/main.o
-$(O)/bench_step $(O)/minimal_step: $(O)/%: $(O)/%.o $(addprefix $(O)/,timing.o plain_scene.o minimal_kernel.o)
-$(O)/results_driver $(O)/fuzz_driver $(O)/forced_step $(O)/newton_steps $(O)/eigenvalue_limit: $(O)/%: $(O)/%.o
-$(UNIT_PROGRAMS): $(O)/%: $(O)/%.o $(UNIT_OBJECTS)
-$(UNIT_PROGRAMS) $(O)/results_driver $(O)/fuzz_driver $(O)/forced_step $(O)/newton_steps $(O)/eigenvalue_limit: LINK := -fno-lto   # many programs, each of which runs for a moment
+$(MEASURED): $(call objects,timing plain_scene minimal_kernel)
+$(UNIT_PROGRAMS): $(call objects,$(UNIT_TOOLS))
+$(filter-out $(O)/hampm,$(PROGRAMS)): $(O)/%: $(O)/%.o
+$(PROGRAMS): $(LIBRARY)
+	$(call say,$@)
+	$(quietly)$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
 
-$(O)/hampm $(O)/forced_step $(O)/newton_steps $(O)/eigenvalue_limit $(O)/bench_step $(O)/minimal_step $(O)/results_driver $(O)/fuzz_driver $(UNIT_PROGRAMS): $(LIBRARY)
-	$(FC) $(FLAGS) $(LINK) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
+# All laws, integrators and estimators are given what one of them needs
+$(call objects,$(wildcard src/law/*.f90 src/time/*.f90) crack_closure path_closure): private unused := $(if $(filter portable,$(build)),,-Wno-unused-dummy-argument)
+$(KERNELS): private kernels := $($(build)_kernels)
 
-# All integrators are given what one of them needs
-$(addprefix $(O)/,$(addsuffix .o,integrator explicit implicit local_leapfrog static crack_closure path_closure)): private quiet := -Wno-unused-dummy-argument
-
-# A changed flag, here or on the command line, builds everything anew.
+# A changed flag, here or on the command line, builds everything anew
 $(O)/%.o: %.f90 $(O)/flags
-	$(FC) $(FLAGS) $($(build)_$*) $(quiet) -c -o $@ $<
+	$(call say,$(FC) $<)
+	$(quietly)$(FC) $(FLAGS) $($(build)_$*) $(kernels) $(unused) -c -o $@ $<
+
+$(O)/kernels.o: $(KERNELS)
+	$(call say,$@)
+	+$(quietly)$(FC) $(FLAGS) -Wno-maybe-uninitialized -fPIE -flto=auto -r -flinker-output=nolto-rel -o $@ $^
+
+$(O)/processor.o: src/processor.c $(O)/flags
+	$(call say,$(FC) $<)
+	$(quietly)$(FC) -Wall -Wextra -O1 -march=$(ARCH) -c -o $@ $<
 
 $(O)/flags: FORCE
 	@mkdir -p $(O)
-	@echo '$(FC) $(FLAGS)' | cmp -s - $@ || echo '$(FC) $(FLAGS)' > $@
+	@echo '$(FC) $(FLAGS) $($(build)_kernels) $(kernel_folders)' | cmp -s - $@ || echo '$(FC) $(FLAGS) $($(build)_kernels) $(kernel_folders)' > $@
 FORCE:
 
 $(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/*.f90 tests/fuzz/*.f90 bench/*.f90) tools/depends.awk

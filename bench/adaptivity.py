@@ -8,7 +8,7 @@
 The effectivity index is the estimated over the true error in the energy norm. The true one is that of the strain energy U,
 sqrt(1 - U/U_ref), with U_ref extrapolated from the uniform grids.
 
-Run by `make adaptivity`, or for some parts: .venv/bin/python bench/adaptivity.py zz --output DIR
+Run by `make -C bench adaptivity`, or for some parts: .venv/bin/python bench/adaptivity.py zz --output DIR
 """
 
 import math

@@ -8,7 +8,7 @@
     time          processor time of bench_step per particle and step: both programs at once on the same processor, which they share
                   in slices of milliseconds; the median of the ratios of turns that go together, and the range of the middle half
 
-Run by `make against before=REV`, which clones the revision and builds both, or
+Run by `make -C bench against before=REV`, which clones the revision and builds both, or
 .venv/bin/python bench/against.py results time --before REV --cases tip audit. FOLDER in place of REV is a clone that is there. The
 table is against.csv, all columns of all scenes are in against_columns.csv. Exit code 1 where a target is not met.
 """

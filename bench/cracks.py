@@ -10,7 +10,7 @@
     wave    a step of tension meets a slanted crack: rms difference of K_I(t), K_II(t) of both tips, means over a tenth of the window
     shift   a crack that is moved along itself by parts of a cell: G against the straight line, in cells
 
-The solutions are in tests/reference/cracks; each file says where it is from. Run by `make cracks`, or for one part:
+The solutions are in tests/reference/cracks; each file says where it is from. Run by `make -C bench cracks`, or for one part:
 .venv/bin/python bench/cracks.py places --number 50
 """
 

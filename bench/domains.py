@@ -5,7 +5,7 @@
     bar          under its own weight, over the cell, against the exact displacement
     cost         processor time of a particle and step, and of the same motion, over that of bilinear functions
 
-Run by `make domains`, about ten minutes, or for some parts: .venv/bin/python bench/domains.py cost. The manufactured solutions are a unit test:
+Run by `make -C bench domains`, about ten minutes, or for some parts: .venv/bin/python bench/domains.py cost. The manufactured solutions are a unit test:
 build/release/test_manufactured fine.
 """
 

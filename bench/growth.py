@@ -10,7 +10,7 @@
     kalthoff  the plate of Kalthoff & Winkler: K before growth against finite elements, the start, the first kink and the mean angle
     cost      CPU time of a step with a crack that grows, over that of one whose crack rests; particles at the end over those at the start
 
-The solutions are in tests/reference/growth; each file says where it is from. Run by `make growth`, or for one part:
+The solutions are in tests/reference/growth; each file says where it is from. Run by `make -C bench growth`, or for one part:
 .venv/bin/python bench/growth.py run
 """
 

@@ -4,7 +4,7 @@
     motion     first frequency and G(t) without damping, against common steps of half the length
     energy     total energy over 1000 periods of the undamped beam of three and seven sizes of cells, about eight minutes
 
-Run by `make local_steps`, about ten minutes, or for one part: .venv/bin/python bench/local_time_steps.py cost. Instructions
+Run by `make -C bench local_steps`, about ten minutes, or for one part: .venv/bin/python bench/local_time_steps.py cost. Instructions
 need `make build=counted program` and valgrind, which takes fifty times as long as the program: they are counted on a short
 piece of the runs on 5 mm cells.
 """

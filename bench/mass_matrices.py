@@ -4,7 +4,7 @@
     dissipation  energy lost by the method in 100 periods of the free vibration of a bar
     limit        largest stable time step, by bisection, beside theory
 
-Run by `make masses`, or for one part: .venv/bin/python bench/mass_matrices.py limit --output results/masses
+Run by `make -C bench masses`, or for one part: .venv/bin/python bench/mass_matrices.py limit --output results/masses
 """
 
 import math

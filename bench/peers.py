@@ -2,7 +2,7 @@
 
 All compute the same motion by the same scheme (usf) of the same particles, which tests/program/test_peers.py checks. They take turns
 in one run, so that a change of the machine's speed meets all of them, and the median of the ratios of turns that follow each other
-counts. numba is not among the packages that hampm needs: `make peers` installs it.
+counts. numba is not among the packages that hampm needs: `make -C bench peers` installs it.
 """
 
 import subprocess

@@ -9,7 +9,7 @@
     wave       K(t) of a slanted crack that cuts cells and that a step of tension meets, against the closed form
     motion     G(t) of the undamped beam below 50 kHz in 0.6 ms against converged finite elements: implicit steps
 
-Run by `make quadratic`; a part alone: .venv/bin/python bench/quadratic.py beam
+Run by `make -C bench quadratic`; a part alone: .venv/bin/python bench/quadratic.py beam
 """
 
 import statistics

@@ -4,7 +4,7 @@
     limit    largest stable courant number on a refined mesh and on uniform cells, by bisection, and bodies that drift through one
     masses   static energy release rate by every mass matrix, scheme, solver and frame: the same
 
-All on the double cantilever beam. Run by `make adaptivity`, or for one part: .venv/bin/python bench/refined_meshes.py cost
+All on the double cantilever beam. Run by `make -C bench adaptivity`, or for one part: .venv/bin/python bench/refined_meshes.py cost
 """
 
 import statistics

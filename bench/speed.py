@@ -7,7 +7,7 @@
     instructions  of a step, over those of the least
     shares        of measuring, of guarding, of writing and of adapting the mesh, in the instructions of runs of input/
 
-The cases of a comparison take turns within one run; a ratio is the median over these turns. Run by `make bench`, or for some parts:
+The cases of a comparison take turns within one run; a ratio is the median over these turns. Run by `make -C bench speed`, or for some parts:
 .venv/bin/python bench/speed.py time --output DIR. The last two need valgrind and `make build=counted program
 build/counted/bench_step`.
 """

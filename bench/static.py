@@ -5,7 +5,7 @@
     size    time and memory from a thousand to a million particles, by solver: uniform cells, whole runs
     limit   static values beside those of motions that are damped for long: two cells, refined or not, two mass matrices
 
-Run by `make static`; a part alone: .venv/bin/python bench/static.py price
+Run by `make -C bench static`; a part alone: .venv/bin/python bench/static.py price
 """
 
 import argparse

@@ -120,7 +120,7 @@ draw_dcb_static() {
     "$python" postprocess/tabulate.py $out/uniform_strain.h5 $out/refined_strain.h5 --converged 1.17150
 }
 
-# Estimated errors against true ones, from the tables beside the picture, which `make estimates` measures
+# Estimated errors against true ones, from the tables beside the picture, which `make -C bench estimates` measures
 draw_estimates() {
     "$python" bench/estimate_picture.py docs/estimates_before.csv docs/estimates_after.csv --output $out/estimates.png
 }

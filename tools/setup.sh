@@ -2,7 +2,8 @@
 # Install what hampm needs and what is missing: compiler and libraries, then the Python environment .venv.
 #
 #     tools/setup.sh            install
-#     tools/setup.sh valgrind   the same, and valgrind, which only `make bench` needs
+#     tools/setup.sh run        the same, but of the Python packages only those that draw and tabulate: what `make run` needs
+#     tools/setup.sh valgrind   the first, and some package of the distribution, such as valgrind or flang-19
 #     tools/setup.sh --check    only list what is missing; exit code 1 if anything is
 #
 # What is present is left alone, so that a second run does nothing. On Debian and Ubuntu the packages are installed with
@@ -12,13 +13,14 @@ set -eu
 packages="gfortran make gnuplot-nox liblapack-dev libopenblas-dev libsuitesparse-dev libhdf5-dev"
 root=$(cd "$(dirname "$0")/.." && pwd)
 requirements=$root/requirements.txt
+to_draw=$root/postprocess/requirements.txt
 lock=$root/requirements.lock
 stamp=$root/.venv/requirements.cksum
 
 main() {
     case "$*" in
-        "" | valgrind)
-            packages="$packages $*"
+        "" | run | valgrind | flang-19)
+            [ "$*" = run ] && requirements=$to_draw || packages="$packages $*"
             install_packages
             install_python
             ;;
@@ -31,7 +33,7 @@ main() {
     esac
 }
 
-usage() { sed -n '2,9s/^# \{0,1\}//p' "$0"; }
+usage() { sed -n '2,10s/^# \{0,1\}//p' "$0"; }
 
 has_command() { command -v "$1" >/dev/null 2>&1; }
 
@@ -54,6 +56,7 @@ missing_packages() {
 is_present() {
     case $1 in
         gfortran | make | valgrind) has_command "$1" ;;
+        flang-19) has_command flang-new-19 ;;
         gnuplot-nox) has_command gnuplot ;;
         libopenblas-dev) any_installed libopenblas-dev libopenblas-openmp-dev libopenblas-pthread-dev || links openblas ;;
         liblapack-dev) any_installed liblapack-dev || links lapack ;;
@@ -124,11 +127,12 @@ find_python() {
     done
 }
 
-requirements_sum() { cat "$requirements" "$lock" | cksum; }
+# What is installed is noted by its sum: all packages, or those that draw.
+requirements_sum() { cat "$1" "$to_draw" "$lock" | cksum; }
 
-python_is_ready() {
-    [ -x "$root/.venv/bin/python" ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$(requirements_sum)" ]
-}
+is_installed() { [ -x "$root/.venv/bin/python" ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$(requirements_sum "$1")" ]; }
+
+python_is_ready() { is_installed "$root/requirements.txt" || is_installed "$requirements"; }
 
 install_python() {
     if python_is_ready; then
@@ -136,14 +140,14 @@ install_python() {
     fi
     python=$(find_python)
     [ -n "$python" ] || fail "no python3 >= 3.10 with the modules venv and ensurepip"
-    echo "installing the Python packages of requirements.txt into .venv"
-    "$python" -m venv --clear "$root/.venv"
+    echo "installing the Python packages of ${requirements#"$root"/} into .venv"
+    is_installed "$to_draw" || "$python" -m venv --clear "$root/.venv"
     set -- -r "$requirements"
     if "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
         set -- "$@" -c "$lock"
     fi
     "$root/.venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
-    requirements_sum >"$stamp"
+    requirements_sum "$requirements" >"$stamp"
 }
 
 # --- check ------------------------------------------------------------------------------------------------------------

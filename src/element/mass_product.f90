@@ -23,7 +23,7 @@ contains
       integer :: nodes(grid%n_functions), k
       allocate (mass(grid%n_points), source=0.0_dp)
       associate (all => matrix%all)
-         cells = coupled_cells(matrix)
+         allocate (cells, source=coupled_cells(matrix))
          do k = 1, size(cells)
             nodes = grid%support_of(cells(k))
             mass(nodes) = mass(nodes) + sum(matrix%cell(:, :, matrix%cell_of(cells(k))), dim=1)
@@ -47,7 +47,7 @@ contains
       real(dp) :: unused(ndim)
       y = 0
       associate (all => matrix%all)
-         cells = coupled_cells(matrix)
+         allocate (cells, source=coupled_cells(matrix))
          do k = 1, size(cells)
             at = grid%support_of(cells(k))
             associate (cell => matrix%cell(:, :, matrix%cell_of(cells(k))))

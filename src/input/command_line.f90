@@ -235,6 +235,6 @@ contains
       end do
       text = text//line('')//line('Exit codes: 0 done; 2 an error on the command line or in the file; 3 the computation') &
              //line('failed; 4 a file could not be read or written, or an old result is there; 5 stopped before the end,') &
-             //line('with a checkpoint to go on from.')
+             //line('with a checkpoint to go on from; 6 the processor lacks instructions for which hampm was built.')
    end function usage_text
 end module hampm_command_line

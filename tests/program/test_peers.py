@@ -33,7 +33,7 @@ def test_c_computes_the_same_motion(motion, tmp_path):
 
 
 @pytest.mark.skipif(not CHECKED_BENCH.exists(), reason="no checked build")
-@pytest.mark.skipif(not find_spec("numba"), reason="numba is not installed: make peers does that")
+@pytest.mark.skipif(not find_spec("numba"), reason="numba is not installed: make -C bench peers does that")
 @pytest.mark.parametrize("motion", ["smooth", "turning"])
 def test_numba_computes_the_same_motion(motion):
     """In a process of its own: numba looks for modules of names that those of tools/ have too."""

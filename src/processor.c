@@ -1,0 +1,43 @@
+// Before anything else of a program runs: where the processor lacks instructions for which the program was compiled, end it with a
+// sentence, not by the signal SIGILL at the first of them. Compiled with the same -march as the rest, in instructions that all have.
+#if defined __x86_64__
+#include <stdio.h>
+#include <unistd.h>
+
+// Whether the compiler defines a macro as 1
+#define DEFINED(macro) DEFINED_AS(macro)
+#define DEFINED_AS(value) SECOND(COMMA_##value 1, 0)
+#define COMMA_1 0,
+#define SECOND(...) SECOND_OF(__VA_ARGS__, 0)
+#define SECOND_OF(first, second, ...) second
+
+#define NEED(macro, feature) \
+    if (DEFINED(macro) && !__builtin_cpu_supports(feature)) lacking = feature
+
+__attribute__((constructor, target("arch=x86-64"))) static void check_processor(void) {
+    const int exit_processor = 6;
+    const char *lacking = NULL;
+    __builtin_cpu_init();
+    NEED(__GFNI__, "gfni");
+    NEED(__AVX512VPOPCNTDQ__, "avx512vpopcntdq");
+    NEED(__AVX512VNNI__, "avx512vnni");
+    NEED(__AVX512VBMI__, "avx512vbmi");
+    NEED(__AVX512VL__, "avx512vl");
+    NEED(__AVX512DQ__, "avx512dq");
+    NEED(__AVX512BW__, "avx512bw");
+    NEED(__AVX512F__, "avx512f");
+    NEED(__LZCNT__, "lzcnt");
+    NEED(__MOVBE__, "movbe");
+    NEED(__BMI2__, "bmi2");
+    NEED(__FMA__, "fma");
+    NEED(__AVX2__, "avx2");
+    NEED(__AVX__, "avx");
+    NEED(__SSE4_2__, "sse4.2");
+    NEED(__POPCNT__, "popcnt");
+    if (lacking) {
+        fprintf(stderr, "hampm: this processor has no %s instructions, for which the program was built: build it with `make program "
+                        "ARCH=x86-64`, or with ARCH=native on this machine\n", lacking);
+        _exit(exit_processor);
+    }
+}
+#endif

@@ -1,0 +1,108 @@
+"""The build says little and does no more than it has to, and its programs say so where the processor is not one they are for."""
+
+import os
+import shutil
+import subprocess
+import time
+
+import pytest
+
+from paths import ROOT
+
+PROCESSOR = ROOT / "src/processor.c"
+SOURCES = {
+    "src/base/deep.f90": "module hampm_deep\nimplicit none\ncontains\n"
+                         "integer function number()\nnumber = 1\nend function number\nend module hampm_deep\n",
+    "src/base/middle.f90": "module hampm_middle\nuse hampm_deep, only: number\nimplicit none\nend module hampm_middle\n",
+    "src/main.f90": "program main\nuse hampm_middle, only: number\nimplicit none\nprint *, number()\nend program main\n"}
+
+
+@pytest.fixture
+def tree(tmp_path):
+    """A project of three sources with the Makefile, and `make` in it: the lines that it prints."""
+    for name, text in SOURCES.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    (tmp_path / "tools").mkdir()
+    shutil.copy(ROOT / "Makefile", tmp_path)
+    shutil.copy(ROOT / "tools/depends.awk", tmp_path / "tools")
+
+    def make(*words):
+        run = subprocess.run(["make", "HDF5_LINK=", "ALGEBRA_LINK=", "build=quick", *words], cwd=tmp_path, capture_output=True, text=True,
+                             env={key: value for key, value in os.environ.items() if not key.startswith("MAKE")}, check=True)
+        assert run.stderr == ""
+        return run.stdout.splitlines()
+    make.folder = tmp_path
+    return make
+
+
+def edit(tree, name, before, after):
+    """Change a source, later than what was made of it."""
+    time.sleep(0.05)
+    path = tree.folder / name
+    path.write_text(path.read_text().replace(before, after))
+
+
+def test_a_line_a_file_and_nothing_where_nothing_has_changed(tree):
+    built = ["gfortran src/base/deep.f90", "gfortran src/base/middle.f90", "gfortran src/main.f90", "build/quick/hampm"]
+    assert tree("program") == built
+    assert [line for line in tree("program") if "Nothing to be done" not in line] == []
+    edit(tree, "src/main.f90", "print *", "print '(i0)'")
+    commands = [line for line in tree("program", "V=1") if line.strip()]
+    assert len(commands) == 2 and all(line.startswith("gfortran -std=f2008") for line in commands)
+
+
+def test_what_uses_a_module_is_compiled_where_its_interface_has_changed(tree):
+    tree("program")
+    module = tree.folder / "build/quick/hampm_deep.mod"
+    before = module.stat().st_mtime_ns
+    edit(tree, "src/base/deep.f90", "number = 1", "number = 2")
+    compiled = tree("program")
+    if module.stat().st_mtime_ns != before:
+        pytest.skip("this compiler writes the same module anew")
+    assert compiled == ["gfortran src/base/deep.f90", "build/quick/hampm"]
+    assert subprocess.run([tree.folder / "build/quick/hampm"], capture_output=True, text=True, check=True).stdout.split() == ["2"]
+    edit(tree, "src/base/deep.f90", "end module", "integer function other()\nother = 3\nend function other\nend module")
+    assert tree("program") == ["gfortran src/base/deep.f90", "gfortran src/base/middle.f90", "build/quick/hampm"]
+
+
+def test_only_what_is_asked_for_is_linked():
+    commands = subprocess.run(["make", "-n", "-C", ROOT, "program", "build=none"], capture_output=True, text=True, check=True).stdout
+    assert [line for line in commands.splitlines() if line.startswith('echo "build/none/')] == ['echo "build/none/hampm"']
+
+
+@pytest.fixture
+def built_for(tmp_path):
+    """An empty program for a kind of processor, where these are of the kind x86-64."""
+    def build(*options):
+        (tmp_path / "empty.f90").write_text("print '(a)', 'runs'\nend\n")
+        subprocess.run(["gfortran", "-O1", "-Wall", "-Wextra", "-Werror", *options, "-o", "empty", "empty.f90", PROCESSOR], cwd=tmp_path,
+                       check=True)
+        return tmp_path / "empty"
+    if os.uname().machine != "x86_64":
+        pytest.skip("the check is for x86-64")
+    return build
+
+
+@pytest.mark.parametrize("options", [["-march=x86-64"], ["-march=native"]])
+def test_a_program_for_this_processor_runs(built_for, options):
+    assert subprocess.run([built_for(*options)], capture_output=True, text=True, check=True).stdout == "runs\n"
+
+
+def is_refused(run, feature):
+    """Whether a program has ended before it began, with the reason."""
+    return run.returncode == 6 and run.stdout == "" and f"this processor has no {feature} instructions" in run.stderr and \
+        "ARCH=" in run.stderr
+
+
+def test_a_processor_that_lacks_instructions_is_told_of(built_for):
+    program = built_for("-march=x86-64-v3", "-D__builtin_cpu_supports(feature)=0")
+    assert is_refused(subprocess.run([program], capture_output=True, text=True), "popcnt")
+
+
+@pytest.mark.skipif(not shutil.which("qemu-x86_64"), reason="qemu-user is not installed")
+@pytest.mark.parametrize(("arch", "processor", "feature"), [("x86-64-v3", "Nehalem", "avx"), ("x86-64-v4", "Haswell", "avx512f"),
+                                                            ("x86-64-v3", "Haswell", None), ("x86-64", "Nehalem", None)])
+def test_an_older_processor(built_for, arch, processor, feature):
+    run = subprocess.run(["qemu-x86_64", "-cpu", processor, built_for(f"-march={arch}")], capture_output=True, text=True)
+    assert is_refused(run, feature) if feature else run.stdout == "runs\n"
