@@ -33,6 +33,7 @@ from itertools import product
 from pathlib import Path
 
 from declaration import ROOT, UNREADABLE, ResultError, printable, read_yaml, run
+from upgrade import new_key
 
 PROGRAM = ROOT / "build/release/hampm"
 KEYS = ("namelist", "output", "product", "cases", "columns", "mean", "threads", "memory", "runtime", "checkpoint")
@@ -242,7 +243,9 @@ class Reader:
         elif group not in self.groups:
             self.note(where, f"'{key}': hampm has no group &{group}{meant(group, self.groups)}")
         elif name not in self.groups[group]:
-            self.note(where, f"'{key}': &{group} has no key '{name}'{meant(name, self.groups[group])}")
+            new = new_key(group, name)
+            hint = f"; it is called {new} now: tools/upgrade.py rewrites the file" if new != name else meant(name, self.groups[group])
+            self.note(where, f"'{key}': &{group} has no key '{name}'{hint}")
         elif key == OWN_KEY:
             self.note(where, f"'{key}': the results of a sweep are named by their folders")
         else:

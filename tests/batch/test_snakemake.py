@@ -26,7 +26,7 @@ checkpoint: 0.1
 product:
   body.velocity: [[5, 0], [10, 0], [20, 0], [30, 0], [0, 5], [0, 10], [0, 20], [0, 30]]
   method.scheme: [usf, usavg, musl]
-  method.mass: [lumped, full]
+  method.mass: [lumped, consistent]
 """
 FAILING = {
     "{body.velocity: [30000, 0]}": ("failed", "Likely cause: the run is unstable, or a body is too fast"),

@@ -24,20 +24,20 @@ def settings(sweep):
 
 
 def test_a_product_is_every_value_with_every_other_one(declared):
-    sweep = declared("product: {grid.cell: [1.0, 0.5], method.mass: [lumped, full, fmpm]}")
+    sweep = declared("product: {grid.cell: [1.0, 0.5], method.mass: [lumped, consistent, fmpm]}")
     assert settings(sweep) == [{"grid.cell": cell, "method.mass": mass}
                                for cell in ("1.0", "0.5") for mass in ("lumped", "consistent", "fmpm")]
 
 
 def test_keys_change_together(declared):
-    sweep = declared("product:\n  grid.cell, grid.cells: [[1.0, [8, 4]], [0.5, [16, 8]]]\n  method.mass: [lumped, full]")
+    sweep = declared("product:\n  grid.cell, grid.cells: [[1.0, [8, 4]], [0.5, [16, 8]]]\n  method.mass: [lumped, consistent]")
     assert settings(sweep)[::2] == [{"grid.cell": "1.0", "grid.cells": "8,4", "method.mass": "lumped"},
                                     {"grid.cell": "0.5", "grid.cells": "16,8", "method.mass": "lumped"}]
     assert sweep.keys == ["grid.cell", "grid.cells", "method.mass"]
 
 
 def test_a_list_stands_beside_the_product(declared):
-    sweep = declared("product: {method.mass: [lumped, full]}\ncases:\n- {method.scheme: usl}\n- {Body(1).Velocity: [1, -2]}")
+    sweep = declared("product: {method.mass: [lumped, consistent]}\ncases:\n- {method.scheme: usl}\n- {Body(1).Velocity: [1, -2]}")
     assert settings(sweep) == [{"method.mass": "lumped"}, {"method.mass": "consistent"}, {"method.scheme": "usl"},
                                {"body(1).velocity": "1,-2"}]
 
@@ -50,7 +50,7 @@ def test_values_are_taken_as_they_are_written(declared):
 
 def test_names_say_what_a_case_sets_and_stay_when_cases_are_added(declared):
     before = declared("product: {grid.cell: [1.0], method.mass: [lumped]}")
-    after = declared("product: {grid.cell: [0.5, 1.0], method.mass: [full, lumped]}\ncases: [{run.end_time: -1}]")
+    after = declared("product: {grid.cell: [0.5, 1.0], method.mass: [consistent, lumped]}\ncases: [{run.end_time: -1}]")
     name, = before.cases
     assert name.startswith("cell-1.0_mass-lumped_") and name in after.cases
     assert len(set(after.cases)) == 5
@@ -74,6 +74,7 @@ MISTAKES = {
     "key of the sweep": ("produkt: {a: b}", ":3: a sweep has no key 'produkt'; did you mean 'product'?"),
     "group": ("product: {gird.cell: [1]}", ":3: 'gird.cell': hampm has no group &gird; did you mean 'grid'?"),
     "namelist key": ("product:\n  grid.cel: [1]", ":4: 'grid.cel': &grid has no key 'cel'; did you mean 'cell'?"),
+    "old name of a key": ("cases: [{method.shape_functions: cpdi}]", ":3: 'method.shape_functions': &method has no key 'functions'; it is called shape_functions now"),
     "namelist key of a case": ("cases:\n- {method.mass: consistent}\n- {method.mas: consistent}", ":5: 'method.mas': &method has no key 'mas'"),
     "no group": ("product: {cell: [1]}", ":3: 'cell': a key is GROUP.KEY, such as grid.cell"),
     "result file": ("cases: [{output.file: a.h5}]", ":3: 'output.file': the results of a sweep are named by their folders"),
@@ -105,7 +106,7 @@ def test_a_mistake_is_named_with_its_line_and_what_would_be_right(declared, tmp_
 
 def test_all_mistakes_are_named_at_once(declared):
     with pytest.raises(ResultError) as error:
-        declared("product: {gird.cell: [1]}\ncases: [{method.mas: full}]\nthreads: 0")
+        declared("product: {gird.cell: [1]}\ncases: [{method.mas: consistent}]\nthreads: 0")
     assert len(str(error.value).splitlines()) == 3
 
 
@@ -154,7 +155,7 @@ def test_keys_have_the_units_of_the_program(declared):
 
 
 def test_the_command_lists_the_cases(tmp_path):
-    path = write_sweep(tmp_path, HEAD + "product: {method.mass: [lumped, full]}")
+    path = write_sweep(tmp_path, HEAD + "product: {method.mass: [lumped, consistent]}")
     result = subprocess.run([sys.executable, BATCH / "sweep.py", path], capture_output=True, text=True)
     assert [line.split()[1:] for line in result.stdout.splitlines()] == [["method.mass=lumped"], ["method.mass=consistent"]]
     path.write_text(HEAD)

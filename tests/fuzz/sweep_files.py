@@ -25,7 +25,7 @@ product:
   grid.cell, grid.cells:
     - [5e-3, [20, 3]]
     - [2.5e-3, [40, 5]]
-  method.mass: [lumped, full]
+  method.mass: [lumped, consistent]
 cases:
   - {method.scheme: usl, method.courant: 0.05}
 columns: [J, "G_*"]
