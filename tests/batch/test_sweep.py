@@ -74,7 +74,7 @@ MISTAKES = {
     "key of the sweep": ("produkt: {a: b}", ":3: a sweep has no key 'produkt'; did you mean 'product'?"),
     "group": ("product: {gird.cell: [1]}", ":3: 'gird.cell': hampm has no group &gird; did you mean 'grid'?"),
     "namelist key": ("product:\n  grid.cel: [1]", ":4: 'grid.cel': &grid has no key 'cel'; did you mean 'cell'?"),
-    "old name of a key": ("cases: [{method.shape_functions: cpdi}]", ":3: 'method.shape_functions': &method has no key 'functions'; it is called shape_functions now"),
+    "old name of a key": ("cases: [{method.functions: cpdi}]", ":3: 'method.functions': &method has no key 'functions'; it is called shape_functions now"),
     "namelist key of a case": ("cases:\n- {method.mass: consistent}\n- {method.mas: consistent}", ":5: 'method.mas': &method has no key 'mas'"),
     "no group": ("product: {cell: [1]}", ":3: 'cell': a key is GROUP.KEY, such as grid.cell"),
     "result file": ("cases: [{output.file: a.h5}]", ":3: 'output.file': the results of a sweep are named by their folders"),
