@@ -97,7 +97,7 @@ MISTAKES = [
     *[(name, kind, ["--dpi", "0"], 2, "not a positive number") for name, kind in [
         ("plot_g.py", "history"), ("report.py", "energies"), ("plot_work_precision.py", "table")]],
     *[("plot_g.py", "history", *line) for line in [
-        (["--estimator", "nodal"], 2, "it has G_vcct_I"), (["--lowpass", "-1"], 2, "not a positive number"), (["--column", "K_I"], 2, "no column 'K_I'"),
+        (["--estimator", "nodal"], 2, "it has G_stress_closure_I, G_vcct_I"), (["--lowpass", "-1"], 2, "not a positive number"), (["--column", "K_I"], 2, "no column 'K_I'"),
         (["--scale", "2"], 2, "need --column"), (["--column", "G_*", "--converged", "1.3"], 2, "--column draws other columns"),
         (["--reference", "/nowhere.csv"], 4, "/nowhere.csv"), (["--reference", __file__], 4, "not rows of time")]],
     *[(name, "snapshots", *line) for name, line in [
