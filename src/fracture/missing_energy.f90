@@ -37,7 +37,9 @@ contains
          if (grid%is_quadratic()) then
             call errors_at_particles(m, stress, squared)
             do k = 1, size(places, 2)
-               where ([(norm2(p%reference(i, :) - places(:, k)) < radius, i=1, p%n)]) squared = 0
+               do i = 1, p%n
+                  if (norm2(p%reference(i, :) - places(:, k)) < radius) squared(i) = 0
+               end do
             end do
             missing = sum(squared)/2
             return

@@ -144,6 +144,7 @@ contains
          key = find_key(group, name)
          message = unknown_key(group, name)
       end if
+      entry = 0
       if (key > 0) call choose_entry(settings, group, instance, source, entry, message)
       if (message /= '') then
          call settings%errors%add(source//': '//message)
