@@ -3,6 +3,7 @@
 module hampm_choice_sets
    use hampm_kinds, only: name_len
    use hampm_estimators, only: estimators
+   use hampm_laws, only: laws
    implicit none
    private
    public :: expanded
@@ -39,6 +40,15 @@ contains
       character(*), intent(in) :: set
       character(name_len), allocatable :: names(:)
       logical, allocatable :: is_in(:)
+      if (index(set, 'laws') == 1) then
+         associate (rows => laws())
+            allocate (is_in(size(rows)), source=.true.)
+            if (set == 'laws with a history') is_in = rows%has_history
+            if (set == 'laws of any strain') is_in = rows%is_finite
+            allocate (names, source=pack(rows%name, is_in))
+         end associate
+         return
+      end if
       associate (rows => estimators())
          allocate (is_in(size(rows)), source=.true.)
          select case (set)

@@ -5,7 +5,9 @@ module hampm_largest_step
    use hampm_kinds, only: dp, ndim
    use hampm_critical_step, only: row_t, ring_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells, &
       largest_wave_speed
-   use hampm_material, only: material_t, is_for_any_strain
+   use hampm_law, only: law_row_t
+   use hampm_laws, only: law_row
+   use hampm_material, only: material_t
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_orthotropic, only: n_voigt
    use hampm_aggregated_nodes, only: least_fill
@@ -289,10 +291,11 @@ contains
    impure elemental logical function crosses_cells(model, body) result(crosses)
       type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
+      type(law_row_t) :: row
       crosses = model%method%has_domains()
       if (crosses .or. model%method%frame == 'total' .or. model%method%scheme == 'usl') return
-      crosses = is_for_any_strain(model%materials(body%material_index)%law) &
-                .or. maxval(abs(body%velocity)) + abs(body%spin)*norm2(body%upper - body%lower)/2 &
+      row = law_row(trim(model%materials(body%material_index)%law))
+      crosses = row%is_finite .or. maxval(abs(body%velocity)) + abs(body%spin)*norm2(body%upper - body%lower)/2 &
                 > small_move*model%grid%cell/model%run%end_time
    end function crosses_cells
 

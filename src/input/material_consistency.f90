@@ -1,11 +1,11 @@
 !> Checks of the constants of materials against each other.
 module hampm_material_consistency
    use hampm_kinds, only: dp
-   use hampm_material_group, only: orthotropic_keys
+   use hampm_law, only: value_of, values_of
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
-   use hampm_orthotropic, only: why_not_definite
+   use hampm_orthotropic, only: why_not_definite, orthotropic_keys
    implicit none
    private
    public :: check_constants
@@ -41,7 +41,7 @@ contains
       logical :: plane_stress
       integer :: i
       if (.not. (settings%good(settings%find('run', 1), 'plane') .and. &
-                 all([(settings%good(entry, trim(orthotropic_keys(i))), i=1, size(orthotropic_keys))]))) return
+                 all([(settings%good(entry, trim(orthotropic_keys(i)%name)), i=1, size(orthotropic_keys))]))) return
       plane_stress = model%run%plane == 'stress'
       associate (of => model%materials(k)%orthotropic)
          if (minval(of%young(:merge(2, 3, plane_stress))) <= 0 .or. of%shear_12 <= 0) return
@@ -69,8 +69,9 @@ contains
       if (.not. (settings%good(entry, 'c01') .and. settings%good(entry, 'young') .and. settings%good(entry, 'poisson'))) return
       associate (m => model%materials(k))
          most = m%young/(4*(1 + m%poisson))*min(1.0_dp, m%poisson/(1 - 2*m%poisson))
-         if (m%c01 > most) call settings%complain(entry, 'c01', 'must be at most '//to_text(max(most, 0.0_dp))// &
-            ' [Pa], the less of mu/2 and lambda/4 of young and poisson: else c10, or the stiffness of the volume, is below 0')
+         if (value_of(m%constants, 'c01', 0.0_dp) > most) call settings%complain(entry, 'c01', 'must be at most '// &
+            to_text(max(most, 0.0_dp))//' [Pa], the less of mu/2 and lambda/4 of young and poisson: else c10, or '// &
+            'the stiffness of the volume, is below 0')
       end associate
    end subroutine check_hyperelastic
 
@@ -82,13 +83,13 @@ contains
       real(dp), parameter :: decimals = 1.0e-6_dp  ! of constants that are given by their decimals
       real(dp) :: mu
       if (.not. (settings%good(entry, 'moduli') .and. settings%good(entry, 'relaxation_times'))) return
-      associate (m => model%materials(k))
-         if (size(m%moduli) /= size(m%relaxation_times)) &
-            call settings%complain(entry, 'relaxation_times', 'must be as many as moduli: '//to_text(size(m%moduli)))
+      associate (m => model%materials(k), moduli => values_of(model%materials(k)%constants, 'moduli'))
+         if (size(moduli) /= size(values_of(m%constants, 'relaxation_times'))) &
+            call settings%complain(entry, 'relaxation_times', 'must be as many as moduli: '//to_text(size(moduli)))
          if (.not. (settings%good(entry, 'young') .and. settings%good(entry, 'poisson'))) return
          mu = m%young/(2*(1 + m%poisson))
-         if (sum(m%moduli) > (1 + decimals)*mu) call settings%complain(entry, 'moduli', 'must have a sum of at most '// &
-            to_text(mu)//' [Pa], the instantaneous shear modulus, young/(2 (1 + poisson)); theirs is '//to_text(sum(m%moduli)))
+         if (sum(moduli) > (1 + decimals)*mu) call settings%complain(entry, 'moduli', 'must have a sum of at most '// &
+            to_text(mu)//' [Pa], the instantaneous shear modulus, young/(2 (1 + poisson)); theirs is '//to_text(sum(moduli)))
       end associate
    end subroutine check_viscous
 end module hampm_material_consistency

@@ -1,14 +1,14 @@
 !> The group &material: its row in the table of groups, its keys, and their values in a model.
 module hampm_material_group
    use hampm_kinds, only: dp, name_len
-   use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_required, positive, not_negative, &
-                             any_number
+   use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_required, positive
+   use hampm_law, only: constant_t, constant
+   use hampm_laws, only: law_keys
    use hampm_orthotropic, only: orthotropic_t, why_not_definite
    use hampm_settings, only: settings_t
-   use hampm_viscoelastic, only: most_branches
    implicit none
    private
-   public :: material_group, material_keys, orthotropic_keys, material_spec_t, fill_materials
+   public :: material_group, material_keys, material_spec_t, fill_materials
 
    type(group_t), parameter :: material_group = group_t('material', repeats, is_required, 'a material; bodies name it')
 
@@ -18,7 +18,7 @@ module hampm_material_group
       key_t('material', 'name', type_name, 1, 1, must, '', 'aluminium', '', &
             '', 'name that bodies refer to'), &
       key_t('material', 'law', type_name, 1, 1, may, 'linear_elastic', '', '', &
-            'linear_elastic|neo_hookean|mooney_rivlin|j2_plastic|viscoelastic|orthotropic', &
+            '{laws}', &
             'neo_hookean and mooney_rivlin are for any strain and rotation, the others for small ones'), &
       key_t('material', 'young', type_real, 0, 1, may, '', '70e9', 'Pa', &
             positive, 'Young''s modulus, at small strain; required of isotropic laws'), &
@@ -26,63 +26,21 @@ module hampm_material_group
             '(-1, 0.5)', 'Poisson''s ratio, at small strain'), &
       key_t('material', 'density', type_real, 1, 1, must, '', '2700.0', 'kg/m3', &
             positive, 'mass per undeformed volume'), &
-      key_t('material', 'yield_stress', type_real, 1, 1, may, '0.0', '', 'Pa', &
-            not_negative, 'of law = ''j2_plastic'': the stress in uniaxial tension at which the material yields at first'), &
-      key_t('material', 'hardening', type_real, 1, 1, may, '0.0', '', 'Pa', &
-            not_negative, 'of law = ''j2_plastic'': by which the yield stress rises with the equivalent plastic strain'), &
-      key_t('material', 'saturation', type_real, 1, 1, may, '0.0', '', 'Pa', &
-            not_negative, 'of law = ''j2_plastic'': by which it rises to a limit besides (Voce)'), &
-      key_t('material', 'saturation_strain', type_real, 0, 1, may, '', '', '', &
-            positive, 'the equivalent plastic strain at which 1 - 1/e of that is reached; required with saturation'), &
-      key_t('material', 'kinematic_hardening', type_real, 1, 1, may, '0.0', '', 'Pa', &
-            not_negative, 'of law = ''j2_plastic'': by which the back stress rises with the plastic strain (Prager)'), &
-      key_t('material', 'c01', type_real, 0, 1, may, '', '', 'Pa', &
-            positive, 'of law = ''mooney_rivlin'': modulus of the second invariant; c10 = young/(4 (1 + poisson)) - c01'), &
-      key_t('material', 'moduli', type_real, 0, most_branches, may, '', '', 'Pa', &
-            positive, 'of law = ''viscoelastic'': the relaxing parts of the instantaneous shear modulus, a Prony series'), &
-      key_t('material', 'relaxation_times', type_real, 0, most_branches, may, '', '', 's', &
-            positive, 'of law = ''viscoelastic'': the time in which each of them falls to 1/e'), &
       key_t('material', 'volumetric', type_name, 1, 1, may, 'standard', '', '', &
             'standard|b_bar', &
             'each point has its own dilatation, or the mean of its cell, which does not lock at constant volume'), &
-      key_t('material', 'young_1', type_real, 0, 1, may, '', '', 'Pa', &
-            positive, 'of ''orthotropic'': Young''s modulus along axis 1 of the material'), &
-      key_t('material', 'young_2', type_real, 0, 1, may, '', '', 'Pa', &
-            positive, 'the same along axis 2'), &
-      key_t('material', 'young_3', type_real, 0, 1, may, '', '', 'Pa', &
-            positive, 'the same across the plane; required in plane strain'), &
-      key_t('material', 'shear_12', type_real, 0, 1, may, '', '', 'Pa', &
-            positive, 'shear modulus in the plane, between axes 1 and 2'), &
-      key_t('material', 'poisson_12', type_real, 0, 1, may, '', '', '', &
-            any_number, '-(strain along 2)/(strain along 1) under stress along 1; poisson_21 follows'), &
-      key_t('material', 'poisson_13', type_real, 0, 1, may, '', '', '', &
-            any_number, '-(strain across the plane)/(strain along 1) under stress along 1; required in plane strain'), &
-      key_t('material', 'poisson_23', type_real, 0, 1, may, '', '', '', &
-            any_number, '-(strain across the plane)/(strain along 2) under stress along 2; required in plane strain'), &
-      key_t('material', 'angle', type_real, 1, 1, may, '0.0', '', 'degrees', &
-            any_number, 'of axis 1 of an orthotropic material from x, anticlockwise')]
-
-   !> The constants of an orthotropic material alone.
-   character(*), parameter :: orthotropic_keys(*) = [character(10) :: 'young_1', 'young_2', 'young_3', 'shear_12', 'poisson_12', &
-                                                     'poisson_13', 'poisson_23']
+      law_keys]
 
    !> &material: a law and its constants.
    type :: material_spec_t
       character(name_len) :: name = ''
       integer :: number = 0                      !! of the group, among all &material
-      character(name_len) :: law = ''            !! one of those of `hampm_material`
+      character(name_len) :: law = ''            !! one of those of `hampm_laws`
       real(dp) :: young = 0                      !! [Pa]
       real(dp) :: poisson = 0                    !! [-]
       real(dp) :: density = 0                    !! [kg/m3]
       character(name_len) :: volumetric = ''     !! 'standard' or 'b_bar'
-      real(dp) :: yield_stress = 0               !! of 'j2_plastic' [Pa]
-      real(dp) :: hardening = 0                  !! the same [Pa]
-      real(dp) :: saturation = 0                 !! the same [Pa]
-      real(dp) :: saturation_strain = 0          !! the same [-]
-      real(dp) :: kinematic = 0                  !! the same [Pa]
-      real(dp) :: c01 = 0                        !! of 'mooney_rivlin' [Pa]
-      real(dp), allocatable :: moduli(:)         !! of 'viscoelastic' [Pa]
-      real(dp), allocatable :: relaxation_times(:) !! the same [s]
+      type(constant_t) :: constants(size(law_keys)) !! of laws of space
       type(orthotropic_t) :: orthotropic         !! constants of that law
    contains
       procedure :: is_linear
@@ -97,7 +55,7 @@ contains
    pure subroutine fill_materials(settings, materials)
       type(settings_t), intent(in) :: settings
       type(material_spec_t), allocatable, intent(out) :: materials(:)
-      integer :: i, entry
+      integer :: i, k, entry
       allocate (materials(settings%count_of('material')))
       do i = 1, size(materials)
          entry = settings%find('material', i)
@@ -109,14 +67,9 @@ contains
             material%poisson = settings%number(entry, 'poisson')
             material%density = settings%number(entry, 'density')
             material%volumetric = settings%text(entry, 'volumetric')
-            material%yield_stress = settings%number(entry, 'yield_stress')
-            material%hardening = settings%number(entry, 'hardening')
-            material%saturation = settings%number(entry, 'saturation')
-            material%saturation_strain = settings%number(entry, 'saturation_strain')
-            material%kinematic = settings%number(entry, 'kinematic_hardening')
-            material%c01 = settings%number(entry, 'c01')
-            material%moduli = settings%numbers(entry, 'moduli')
-            material%relaxation_times = settings%numbers(entry, 'relaxation_times')
+            do k = 1, size(law_keys)
+               material%constants(k) = constant(law_keys(k)%name, settings%numbers(entry, trim(law_keys(k)%name)))
+            end do
             associate (of => material%orthotropic)
                of%young = [settings%number(entry, 'young_1'), settings%number(entry, 'young_2'), &
                            settings%number(entry, 'young_3')]
@@ -161,19 +114,14 @@ contains
    pure logical function is_the_same_as(self, other) result(is)
       class(material_spec_t), intent(in) :: self
       type(material_spec_t), intent(in) :: other
+      integer :: k
       is = self%law == other%law .and. self%volumetric == other%volumetric
-      if (is) is = are_equal([self%young, self%poisson, self%density, self%yield_stress, self%hardening, self%saturation, &
-                              self%saturation_strain, self%kinematic, self%c01], &
-                             [other%young, other%poisson, other%density, other%yield_stress, other%hardening, other%saturation, &
-                              other%saturation_strain, other%kinematic, other%c01])
-      if (is) is = are_equal(self%moduli, other%moduli) .and. are_equal(self%relaxation_times, other%relaxation_times)
-      if (is) is = are_equal(self%orthotropic%constants(), other%orthotropic%constants())
+      if (.not. is) return
+      is = .not. any(abs([self%young, self%poisson, self%density] - [other%young, other%poisson, other%density]) > 0)
+      do k = 1, size(self%constants)
+         associate (a => self%constants(k), b => other%constants(k))
+            is = is .and. a%count == b%count .and. .not. any(abs(a%value - b%value) > 0)
+         end associate
+      end do
    end function is_the_same_as
-
-   !> Whether two lists have the same numbers.
-   pure logical function are_equal(a, b)
-      real(dp), intent(in) :: a(:), b(:)
-      are_equal = size(a) == size(b)
-      if (are_equal) are_equal = .not. any(abs(a - b) > 0)
-   end function are_equal
 end module hampm_material_group

@@ -63,8 +63,7 @@ contains
             material = new_orthotropic(spec%name, model%run%plane == 'stress', spec%orthotropic, spec%density)
          else
             material = new_material(spec%name, spec%law, model%run%plane == 'stress', spec%young, spec%poisson, spec%density, &
-                                    spec%yield_stress, spec%hardening, spec%moduli, spec%relaxation_times, spec%saturation, &
-                                    spec%saturation_strain, spec%kinematic, spec%c01)
+                                    spec%constants)
          end if
          material%mean_dilatation = spec%volumetric == 'b_bar' .and. model%grid%order == 1
          material%is_ring = model%run%thickness%is_ring

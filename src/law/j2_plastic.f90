@@ -17,11 +17,29 @@
 !> Source: Simo & Hughes, Computational Inelasticity (1998), boxes 3.1 and 3.2, with the tangent consistent with them.
 module hampm_j2_plastic
    use hampm_kinds, only: dp
-   use hampm_law, only: law_t
+   use hampm_key_rows, only: key_t, type_real, may, positive, not_negative
+   use hampm_law, only: law_t, constant_t, value_of
    use hampm_tensors, only: space, unit_tensor, trace_of, symmetric, deviator, n_deviator, components_of, deviator_of
    implicit none
    private
-   public :: j2_plastic_t, new_j2_plastic
+   public :: j2_plastic_t, new_j2_plastic, j2_plastic_keys
+
+   type(key_t), parameter :: j2_plastic_keys(*) = [ &
+      key_t('material', 'yield_stress', type_real, 1, 1, may, '0.0', '', 'Pa', &
+            not_negative, 'of law = ''j2_plastic'': the stress in uniaxial tension at which the material yields at first', &
+            'law = ''j2_plastic'''), &
+      key_t('material', 'hardening', type_real, 1, 1, may, '0.0', '', 'Pa', &
+            not_negative, 'of law = ''j2_plastic'': by which the yield stress rises with the equivalent plastic strain', &
+            'law = ''j2_plastic'''), &
+      key_t('material', 'saturation', type_real, 1, 1, may, '0.0', '', 'Pa', &
+            not_negative, 'of law = ''j2_plastic'': by which it rises to a limit besides (Voce)', &
+            'law = ''j2_plastic'''), &
+      key_t('material', 'saturation_strain', type_real, 0, 1, may, '', '', '', &
+            positive, 'the equivalent plastic strain at which 1 - 1/e of that is reached; required with saturation', &
+            'saturation'), &
+      key_t('material', 'kinematic_hardening', type_real, 1, 1, may, '0.0', '', 'Pa', &
+            not_negative, 'of law = ''j2_plastic'': by which the back stress rises with the plastic strain (Prager)', &
+            'law = ''j2_plastic''')]
 
    integer, parameter :: equivalent = n_deviator + 1 !! which state variable is alpha
    real(dp), parameter :: rounding = 1.0e-13_dp  !! part of the yield stress by which a stress may be above it
@@ -57,20 +75,17 @@ module hampm_j2_plastic
 contains
 
    !> The law of these constants.
-   pure type(j2_plastic_t) function new_j2_plastic(lambda, mu, yield_stress, hardening, saturation, saturation_strain, &
-                                                   kinematic) result(law)
-      real(dp), intent(in) :: lambda, mu, yield_stress, hardening !! [Pa]
-      real(dp), intent(in) :: saturation, saturation_strain, kinematic !! [Pa, -, Pa]
-      law%lambda = lambda
-      law%mu = mu
-      law%yield_stress = yield_stress
-      law%hardening = hardening
-      law%saturation = saturation
-      law%saturation_strain = saturation_strain
-      law%kinematic = kinematic
-      law%columns = equivalent
-      law%yields = .true.
-   end function new_j2_plastic
+   subroutine new_j2_plastic(lambda, mu, constants, law)
+      real(dp), intent(in) :: lambda, mu
+      type(constant_t), intent(in) :: constants(:) !! without a yield stress it does not yield
+      class(law_t), allocatable, intent(out) :: law
+      allocate (law, source=j2_plastic_t( &
+         columns=equivalent, yields=.true., lambda=lambda, mu=mu, &
+         yield_stress=value_of(constants, 'yield_stress', sqrt(huge(1.0_dp))), &
+         hardening=value_of(constants, 'hardening', 0.0_dp), saturation=value_of(constants, 'saturation', 0.0_dp), &
+         saturation_strain=value_of(constants, 'saturation_strain', 1.0_dp), &
+         kinematic=value_of(constants, 'kinematic_hardening', 0.0_dp)))
+   end subroutine new_j2_plastic
 
    !> Let flow what flows in a step.
    pure subroutine update(self, h, dt, state)

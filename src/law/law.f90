@@ -7,15 +7,32 @@
 !> Laws for small strain take eps = sym(H), and their stress is that on any configuration; laws for any strain (`is_finite`) give the Kirchhoff
 !> stress tau = P F^T, which keeps the digits of small strains.
 !>
-!> A new law is a file that extends this type, its constructor in `hampm_material`, and its keys.
+!> A new law is a file that extends this type, with its keys, and a row in the table of `hampm_laws`.
 module hampm_law
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, name_len
    use hampm_tensors, only: space, unit_tensor, inverse_transpose_of
    implicit none
    private
-   public :: law_t, most_columns
+   public :: law_t, law_row_t, constant_t, constant, value_of, values_of, most_columns, most_values
 
    integer, parameter :: most_columns = 48       !! state variables that a law may have
+
+   integer, parameter :: most_values = 8         !! of a constant
+
+   !> A constant of a law, by the name of its key.
+   type :: constant_t
+      character(name_len) :: name = ''
+      integer :: count = 0                       !! of its values
+      real(dp) :: value(most_values) = 0         !! in the unit of the key
+   end type constant_t
+
+   !> A row of the table of laws.
+   type :: law_row_t
+      character(name_len) :: name = ''           !! in model files
+      logical :: is_finite = .false.             !! whether it is for any rotation and strain
+      logical :: has_history = .false.           !! whether it has state variables
+      procedure(make_law), pointer, nopass :: make => null() !! of the linear laws none
+   end type law_row_t
 
    !> A law with its constants.
    type, abstract :: law_t
@@ -33,6 +50,14 @@ module hampm_law
    end type law_t
 
    abstract interface
+      !> The law of Lame constants at small strain [Pa] and constants of its own.
+      subroutine make_law(lambda, mu, constants, law)
+         import :: dp, constant_t, law_t
+         real(dp), intent(in) :: lambda, mu
+         type(constant_t), intent(in) :: constants(:)
+         class(law_t), allocatable, intent(out) :: law
+      end subroutine make_law
+
       !> Stress of a state; of a finite law the Kirchhoff stress, 0 where the material is turned inside out, which the caller notices [Pa].
       pure function stress_of(self, h, state) result(stress)
          import :: law_t, dp, space
@@ -62,6 +87,37 @@ module hampm_law
    end interface
 
 contains
+
+   !> A constant of these values.
+   pure type(constant_t) function constant(name, values)
+      character(*), intent(in) :: name
+      real(dp), intent(in) :: values(:)          !! the first `most_values` count
+      constant%name = name
+      constant%count = min(size(values), most_values)
+      constant%value(:constant%count) = values(:constant%count)
+   end function constant
+
+   !> The values of a constant; none where it is not given.
+   pure function values_of(constants, name) result(values)
+      type(constant_t), intent(in) :: constants(:)
+      character(*), intent(in) :: name
+      real(dp), allocatable :: values(:)
+      integer :: k
+      k = findloc(constants%name, name, dim=1)
+      values = [real(dp) ::]
+      if (k > 0) values = constants(k)%value(:constants(k)%count)
+   end function values_of
+
+   !> The value of a constant, or another one where it is not given.
+   pure real(dp) function value_of(constants, name, else) result(value)
+      type(constant_t), intent(in) :: constants(:)
+      character(*), intent(in) :: name
+      real(dp), intent(in) :: else
+      integer :: k
+      k = findloc(constants%name, name, dim=1)
+      value = else
+      if (k > 0) value = merge(constants(k)%value(1), else, constants(k)%count > 0)
+   end function value_of
 
    !> Bring state variables to the end of a step. Here nothing is kept.
    pure subroutine update(self, h, dt, state)

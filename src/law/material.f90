@@ -10,27 +10,21 @@
 !> while `is_trial`, stress, tangent and energies are those at the end of a step that began with `past` and lasts `elapsed`.
 module hampm_material
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-   use hampm_j2_plastic, only: new_j2_plastic
    use hampm_kinds, only: dp, ndim, name_len
-   use hampm_law, only: law_t, most_columns
+   use hampm_law, only: law_t, law_row_t, constant_t, most_columns
+   use hampm_laws, only: law_row
    use hampm_linear_elastic, only: linear_stress, linear_energy_density, linear_stress_energy_density
-   use hampm_mooney_rivlin, only: new_mooney_rivlin
-   use hampm_neo_hookean, only: new_neo_hookean
    use hampm_orthotropic, only: orthotropic_t, n_voigt, plane_compliance, inverse_of, turned_stiffness, turned_compliance, &
                                 turned_strain, voigt_stress, voigt_energy_density, voigt_stress_energy_density, acoustic_modulus
    use hampm_tensors, only: space, identity, inverse_transpose, unit_tensor, inverse_transpose_of, volume_change, tensor_of
-   use hampm_viscoelastic, only: new_viscoelastic
    implicit none
    private
-   public :: material_t, new_material, new_orthotropic, laws, has_state, is_for_any_strain
-
-   character(*), parameter :: laws(*) = [character(14) :: 'linear_elastic', 'neo_hookean', 'mooney_rivlin', 'j2_plastic', &
-                                                       'viscoelastic', 'orthotropic'] !! their names in models, in this order
+   public :: material_t, new_material, new_orthotropic
 
    !> A law with its constants.
    type :: material_t
       character(name_len) :: name = ''
-      integer, private :: number = 1             !! of its law in `laws`
+      character(name_len) :: law_name = ''       !! of its law in model files
       logical :: linear = .true.                 !! whether that is a linear one
       class(law_t), allocatable, private :: law  !! unless it is
       logical :: isotropic = .true.              !! else `young` and `poisson` have no meaning
@@ -66,7 +60,6 @@ module hampm_material
       procedure :: stress_at_first
       procedure :: hoop_stress_at_first
       procedure :: idle_energy
-      procedure :: law_name
       procedure :: has_history
       procedure :: is_finite
       procedure :: yields
@@ -96,26 +89,23 @@ module hampm_material
 contains
 
    !> A material from its engineering constants; of the orthotropic law one that is isotropic.
-   function new_material(name, law, plane_stress, young, poisson, density, yield_stress, hardening, moduli, &
-                              relaxation_times, saturation, saturation_strain, kinematic, c01) result(m)
+   function new_material(name, law, plane_stress, young, poisson, density, constants) result(m)
       character(*), intent(in) :: name
-      character(*), intent(in) :: law            !! one of `laws`
+      character(*), intent(in) :: law            !! one of those of `hampm_laws`
       logical, intent(in) :: plane_stress        !! else plane strain
       real(dp), intent(in) :: young              !! [Pa]
       real(dp), intent(in) :: poisson            !! [-], below 0.5
       real(dp), intent(in) :: density            !! [kg/m3]
-      real(dp), intent(in), optional :: yield_stress, hardening !! of 'j2_plastic', which else does not yield [Pa]
-      real(dp), intent(in), optional :: moduli(:), relaxation_times(:) !! of 'viscoelastic', which else does not relax [Pa, s]
-      real(dp), intent(in), optional :: saturation, saturation_strain, kinematic !! of 'j2_plastic' [Pa, -, Pa]
-      real(dp), intent(in), optional :: c01      !! of 'mooney_rivlin' [Pa]
+      type(constant_t), intent(in), optional :: constants(:) !! of its law alone
       type(material_t) :: m
+      type(law_row_t) :: row
       if (law == 'orthotropic') then
          m = new_orthotropic(name, plane_stress, orthotropic_t(spread(young, 1, 3), young/(2*(1 + poisson)), poisson, poisson, &
                                                                poisson), density)
          return
       end if
       m%name = name
-      m%number = findloc(laws, law, dim=1)
+      m%law_name = law
       m%linear = law == 'linear_elastic'
       m%plane_stress = plane_stress
       m%young = young
@@ -125,33 +115,16 @@ contains
       m%lambda = young*poisson/((1 + poisson)*(1 - 2*poisson))
       if (.not. plane_stress) m%by_across = poisson*identity
       if (.not. plane_stress) m%young_across = young
-      select case (law)
-       case ('linear_elastic')
-         if (plane_stress) m%lambda = young*poisson/(1 - poisson**2)
-       case ('neo_hookean')
-         m%law = new_neo_hookean(m%lambda, m%mu)
-       case ('mooney_rivlin')
-         m%law = new_mooney_rivlin(m%lambda, m%mu, given(c01, 0.0_dp))
-       case ('j2_plastic')
-         m%law = new_j2_plastic(m%lambda, m%mu, given(yield_stress, sqrt(huge(1.0_dp))), given(hardening, 0.0_dp), &
-                                given(saturation, 0.0_dp), given(saturation_strain, 1.0_dp), given(kinematic, 0.0_dp))
-       case ('viscoelastic')
-         if (present(moduli)) then
-            m%law = new_viscoelastic(m%lambda + 2*m%mu/3, m%mu, moduli, relaxation_times)
-         else
-            m%law = new_viscoelastic(m%lambda + 2*m%mu/3, m%mu, [real(dp) ::], [real(dp) ::])
-         end if
-      end select
-      if (allocated(m%law)) m%columns = m%law%columns
+      if (m%linear .and. plane_stress) m%lambda = young*poisson/(1 - poisson**2)
+      row = law_row(law)
+      if (.not. associated(row%make)) return
+      if (present(constants)) then
+         call row%make(m%lambda, m%mu, constants, m%law)
+      else
+         call row%make(m%lambda, m%mu, [constant_t ::], m%law)
+      end if
+      m%columns = m%law%columns
    end function new_material
-
-   !> The value of an argument, or another one where it is not given.
-   pure real(dp) function given(value, else)
-      real(dp), intent(in), optional :: value
-      real(dp), intent(in) :: else
-      given = else
-      if (present(value)) given = value
-   end function given
 
    !> Give material a strain eps0 at which there is no stress: stress and energy are those of H - eps0 or, of laws for any strain, of (I + H)(I + eps0)**-1 - I, the
    !> energy that of the volume without stress. The linear laws know the plane only: what is kept from the strain normal to it, by a stress of -E eps0_zz where
@@ -220,7 +193,7 @@ contains
       m%name = name
       m%in_its_axes = plane_compliance(constants, plane_stress)
       of_axes = inverse_of(m%in_its_axes)
-      m%number = findloc(laws, 'orthotropic', dim=1)
+      m%law_name = 'orthotropic'
       m%linear = .true.
       m%isotropic = .false.
       m%plane_stress = plane_stress
@@ -235,13 +208,6 @@ contains
       m%by_across = turned_strain(constants%young(3)*[constants%poisson_13, constants%poisson_23]/constants%young(:2), m%angle)
       m%young_across = constants%young(3)
    end function new_orthotropic
-
-   !> The name of its law in models.
-   pure function law_name(self) result(name)
-      class(material_t), intent(in) :: self
-      character(:), allocatable :: name
-      name = trim(laws(self%number))
-   end function law_name
 
    !> Whether stress depends on what has been.
    elemental logical function has_history(self)
@@ -262,22 +228,6 @@ contains
       yields = .false.
       if (allocated(self%law)) yields = self%law%yields
    end function yields
-
-   !> Whether a law of this name has a history.
-   logical function has_state(law)
-      character(*), intent(in) :: law
-      type(material_t) :: example
-      example = new_material('', law, .false., 1.0_dp, 0.0_dp, 1.0_dp)
-      has_state = example%has_history()
-   end function has_state
-
-   !> Whether a law of this name is meant for any rotation and strain.
-   logical function is_for_any_strain(law)
-      character(*), intent(in) :: law
-      type(material_t) :: example
-      example = new_material('', law, .false., 1.0_dp, 0.0_dp, 1.0_dp)
-      is_for_any_strain = example%is_finite()
-   end function is_for_any_strain
 
    !> Remember a step of length `dt` at the end of which the displacement gradient is `h`.
    pure subroutine update_state(self, h, dt, old_state, hoop)

@@ -8,12 +8,18 @@
 !> Source: Mooney, Journal of Applied Physics 11 (1940) 582-592; Holzapfel, Nonlinear Solid Mechanics (2000), section 6.5.
 module hampm_mooney_rivlin
    use hampm_kinds, only: dp
-   use hampm_law, only: law_t
+   use hampm_key_rows, only: key_t, type_real, may, positive
+   use hampm_law, only: law_t, constant_t, value_of
    use hampm_neo_hookean, only: log_of, isochoric_change
    use hampm_tensors, only: space, unit_tensor, trace_of, volume_change, inverse_transpose_of
    implicit none
    private
-   public :: mooney_rivlin_t, new_mooney_rivlin
+   public :: mooney_rivlin_t, new_mooney_rivlin, mooney_rivlin_keys
+
+   type(key_t), parameter :: mooney_rivlin_keys(*) = [ &
+      key_t('material', 'c01', type_real, 0, 1, may, '', '', 'Pa', &
+            positive, 'of law = ''mooney_rivlin'': modulus of the second invariant; c10 = young/(4 (1 + poisson)) - c01', &
+            'law = ''mooney_rivlin''')]
 
    type, extends(law_t) :: mooney_rivlin_t
       real(dp) :: lambda = 0                     !! lambda' [Pa]
@@ -27,14 +33,14 @@ module hampm_mooney_rivlin
 contains
 
    !> The law of these constants.
-   pure type(mooney_rivlin_t) function new_mooney_rivlin(lambda, mu, c01) result(law)
-      real(dp), intent(in) :: lambda, mu         !! Lame constants at small strain [Pa]
-      real(dp), intent(in) :: c01                !! [Pa]
-      law%lambda = lambda - 4*c01
-      law%c10 = mu/2 - c01
-      law%c01 = c01
-      law%is_finite = .true.
-   end function new_mooney_rivlin
+   subroutine new_mooney_rivlin(lambda, mu, constants, law)
+      real(dp), intent(in) :: lambda, mu
+      type(constant_t), intent(in) :: constants(:)
+      class(law_t), allocatable, intent(out) :: law
+      associate (c01 => value_of(constants, 'c01', 0.0_dp))
+         allocate (law, source=mooney_rivlin_t(is_finite=.true., lambda=lambda - 4*c01, c10=mu/2 - c01, c01=c01))
+      end associate
+   end subroutine new_mooney_rivlin
 
    !> Kirchhoff stress [Pa].
    pure function stress(self, h, state)

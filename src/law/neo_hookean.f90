@@ -9,7 +9,7 @@
 !> (Bonet & Wood, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd ed., section 6.4.3.)
 module hampm_neo_hookean
    use hampm_kinds, only: dp
-   use hampm_law, only: law_t
+   use hampm_law, only: law_t, constant_t
    use hampm_tensors, only: space, unit_tensor, volume_change, determinant_of, inverse_transpose_of
    implicit none
    private
@@ -27,12 +27,12 @@ module hampm_neo_hookean
 contains
 
    !> The law of these Lame constants.
-   pure type(neo_hookean_t) function new_neo_hookean(lambda, mu) result(law)
-      real(dp), intent(in) :: lambda, mu         !! [Pa]
-      law%lambda = lambda
-      law%mu = mu
-      law%is_finite = .true.
-   end function new_neo_hookean
+   subroutine new_neo_hookean(lambda, mu, constants, law)
+      real(dp), intent(in) :: lambda, mu
+      type(constant_t), intent(in) :: constants(:)
+      class(law_t), allocatable, intent(out) :: law
+      allocate (law, source=neo_hookean_t(is_finite=.true., lambda=lambda, mu=mu))
+   end subroutine new_neo_hookean
 
    !> Kirchhoff stress [Pa].
    pure function stress(self, h, state)

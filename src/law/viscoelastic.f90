@@ -19,14 +19,23 @@
 !> sections 10.2 and 10.3.
 module hampm_viscoelastic
    use hampm_kinds, only: dp
-   use hampm_law, only: law_t
+   use hampm_key_rows, only: key_t, type_real, may, positive
+   use hampm_law, only: law_t, constant_t, values_of, most_values
    use hampm_tensors, only: space, unit_tensor, trace_of, symmetric, deviator, n_deviator, components_of, deviator_of
    implicit none
    private
-   public :: viscoelastic_t, new_viscoelastic, most_branches
+   public :: viscoelastic_t, new_viscoelastic, most_branches, viscoelastic_keys
 
-   integer, parameter :: most_branches = 8       !! of a series
+   integer, parameter :: most_branches = most_values !! of a series
    integer, parameter :: taken_energy = n_deviator + 1 !! which state variable it is
+
+   type(key_t), parameter :: viscoelastic_keys(*) = [ &
+      key_t('material', 'moduli', type_real, 0, most_branches, may, '', '', 'Pa', &
+            positive, 'of law = ''viscoelastic'': the relaxing parts of the instantaneous shear modulus, a Prony series', &
+            'law = ''viscoelastic'''), &
+      key_t('material', 'relaxation_times', type_real, 0, most_branches, may, '', '', 's', &
+            positive, 'of law = ''viscoelastic'': the time in which each of them falls to 1/e', &
+            'law = ''viscoelastic''')]
 
    type, extends(law_t) :: viscoelastic_t
       real(dp) :: kappa = 0                      !! bulk modulus [Pa]
@@ -47,21 +56,24 @@ contains
 
    !> The constants from those of sudden strains and those of the elements. Moduli whose sum is that of sudden strains but for
    !> what their decimals tell leave nothing.
-   pure type(viscoelastic_t) function new_viscoelastic(kappa, mu, moduli, times) result(law)
-      real(dp), intent(in) :: kappa              !! bulk modulus [Pa]
-      real(dp), intent(in) :: mu                 !! shear modulus of sudden strains [Pa]
-      real(dp), intent(in) :: moduli(:)          !! G_i, at most `most_branches` [Pa]
-      real(dp), intent(in) :: times(:)           !! tau_i [s]
+   subroutine new_viscoelastic(lambda, mu, constants, law)
+      real(dp), intent(in) :: lambda, mu         !! of sudden strains
+      type(constant_t), intent(in) :: constants(:)
+      class(law_t), allocatable, intent(out) :: law
       real(dp), parameter :: decimals = 1.0e-6_dp
-      law%kappa = kappa
-      law%mu = mu
-      law%branches = min(size(moduli), size(times), most_branches)
-      law%modulus(:law%branches) = moduli(:law%branches)
-      law%time(:law%branches) = times(:law%branches)
-      law%rest = mu - sum(law%modulus)
-      if (law%rest < decimals*mu) law%rest = 0
-      law%columns = taken_energy + n_deviator*law%branches
-   end function new_viscoelastic
+      type(viscoelastic_t) :: this
+      this%kappa = lambda + 2*mu/3
+      this%mu = mu
+      associate (moduli => values_of(constants, 'moduli'), times => values_of(constants, 'relaxation_times'))
+         this%branches = min(size(moduli), size(times), most_branches)
+         this%modulus(:this%branches) = moduli(:this%branches)
+         this%time(:this%branches) = times(:this%branches)
+      end associate
+      this%rest = mu - sum(this%modulus)
+      if (this%rest < decimals*mu) this%rest = 0
+      this%columns = taken_energy + n_deviator*this%branches
+      allocate (law, source=this)
+   end subroutine new_viscoelastic
 
    !> Let the dashpots yield in a step.
    pure subroutine update(self, h, dt, state)

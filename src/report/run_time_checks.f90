@@ -349,7 +349,7 @@ contains
       law = findloc(problem%materials%is_finite(), .false., dim=1)
       advice = ''
       if (problem%materials(law)%linear) advice = '. Use law = ''neo_hookean'''
-      call warn(now//strained//to_text(largest)//'; the law '''//problem%materials(law)%law_name()// &
+      call warn(now//strained//to_text(largest)//'; the law '''//trim(problem%materials(law)%law_name)// &
                 ''' is for small strains and rotations (below '//to_text(small_gradient)//')'//advice, strained, warning)
    end subroutine check_strain
 

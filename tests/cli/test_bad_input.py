@@ -89,7 +89,7 @@ SYNTAX = [
     ("points_per_cell = 2", "points_per_cell 2", "points_per_cell 2", "&body points_per_cell: '=' is missing"),
     ("name = 'aluminium'", "name = 'aluminium", "name", "the closing ' of 'aluminium is missing on this line"),
     ("density = 2700", "density = 2700\n  colour = 'red'", "colour",
-     "&material has no key 'colour'; its keys are name, law, young, poisson, density, yield_stress, hardening"),
+     "&material has no key 'colour'; its keys are name, law, young, poisson, density, volumetric, yield_stress, hardening"),
     ("&damping", "&unheard_of", "&unheard_of", "there is no group &unheard_of; groups are run, grid, material, body, constraint, "),
     ("&damping", "&dampng", "&dampng", "there is no group &dampng; did you mean 'damping'?"),
     ("&damping", "&", "&\n", "the name of a group is missing behind '&'"),

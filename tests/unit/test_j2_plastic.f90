@@ -3,6 +3,7 @@
 program test_j2_plastic
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_kinds, only: dp, ndim
+   use hampm_law, only: constant
    use hampm_material, only: material_t, new_material
    implicit none
 
@@ -15,15 +16,18 @@ program test_j2_plastic
 
    call repeat_random_numbers()
    do k = 1, 2
-      m = new_material('steel', 'j2_plastic', planes(k) == 'plane stress', young, poisson, 7800.0_dp, yield, hardening)
+      m = new_material('steel', 'j2_plastic', planes(k) == 'plane stress', young, poisson, 7800.0_dp, &
+                       [constant('yield_stress', [yield]), constant('hardening', [hardening])])
       m%is_trial = .true.
       call stays_on_the_yield_surface(trim(planes(k)))
       call tangent(trim(planes(k)))
       call quadratic_convergence(trim(planes(k)))
       call shear(trim(planes(k)))
       call work_is_stored_or_dissipated(trim(planes(k)))
-      m = new_material('steel', 'j2_plastic', planes(k) == 'plane stress', young, poisson, 7800.0_dp, yield, hardening, &
-                       saturation=saturation, saturation_strain=saturation_strain, kinematic=kinematic)
+      m = new_material('steel', 'j2_plastic', planes(k) == 'plane stress', young, poisson, 7800.0_dp, &
+                       [constant('yield_stress', [yield]), constant('hardening', [hardening]), &
+                        constant('saturation', [saturation]), constant('saturation_strain', [saturation_strain]), &
+                        constant('kinematic_hardening', [kinematic])])
       m%is_trial = .true.
       call tangent(trim(planes(k))//', all hardening')
       call quadratic_convergence(trim(planes(k))//', all hardening')
@@ -86,7 +90,8 @@ contains
       integer, parameter :: steps = 3000
       real(dp) :: h(ndim, ndim), old_state(columns), stress(ndim, ndim), energy, error
       integer :: i
-      m = new_material('steel', 'j2_plastic', .true., young, 0.0_dp, 7800.0_dp, yield, hardening)
+      m = new_material('steel', 'j2_plastic', .true., young, 0.0_dp, 7800.0_dp, &
+                       [constant('yield_stress', [yield]), constant('hardening', [hardening])])
       m%is_trial = .true.
       error = 0
       do i = 1, steps
@@ -231,7 +236,8 @@ contains
    !> Uniaxial tension in plane stress, to a strain and back into compression: bilinear.
    subroutine uniaxial_stress()
       real(dp) :: old_state(columns), h(ndim, ndim), stress(ndim, ndim), slope, alpha, expected
-      m = new_material('steel', 'j2_plastic', .true., young, poisson, 7800.0_dp, yield, hardening)
+      m = new_material('steel', 'j2_plastic', .true., young, poisson, 7800.0_dp, &
+                       [constant('yield_stress', [yield]), constant('hardening', [hardening])])
       m%is_trial = .true.
       slope = young*hardening/(young + hardening)
       old_state = 0
@@ -252,8 +258,10 @@ contains
    !> Uniaxial tension in plane stress and back: stress = Y(alpha) + kinematic eps_p going there, and kinematic eps_p - Y(alpha) coming back.
    subroutine all_kinds_of_hardening()
       real(dp) :: old_state(columns), h(ndim, ndim), stress(ndim, ndim), plastic, alpha
-      m = new_material('steel', 'j2_plastic', .true., young, poisson, 7800.0_dp, yield, hardening, &
-                       saturation=saturation, saturation_strain=saturation_strain, kinematic=kinematic)
+      m = new_material('steel', 'j2_plastic', .true., young, poisson, 7800.0_dp, &
+                       [constant('yield_stress', [yield]), constant('hardening', [hardening]), &
+                        constant('saturation', [saturation]), constant('saturation_strain', [saturation_strain]), &
+                        constant('kinematic_hardening', [kinematic])])
       m%is_trial = .true.
       old_state = 0
       call stretch(0.01_dp, old_state, h, stress)

@@ -2,33 +2,34 @@
 program test_material
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_keys, only: choices, find_group, find_key, first_key, keys
-   use hampm_kinds, only: dp, name_len, ndim
-   use hampm_material, only: laws, material_t, new_material, has_state, is_for_any_strain
-   use hampm_rules, only: with_history, for_any_strain
+   use hampm_kinds, only: dp, ndim
+   use hampm_law, only: constant, law_row_t
+   use hampm_laws, only: laws
+   use hampm_material, only: material_t, new_material
    implicit none
 
    real(dp), parameter :: young = 70.0e9_dp, poisson = 0.3_dp, density = 2700.0_dp
    logical, parameter :: plane_stress(2) = [.true., .false.]
    character(*), parameter :: planes(3) = [character(12) :: 'strain', 'stress', 'axisymmetric']
+   type(law_row_t), allocatable :: rows(:)
    integer :: k, law
 
-   call names()
+   allocate (rows, source=laws())
    call kinds_of_laws()
    call repeat_random_numbers()
-   do law = 1, size(laws)
-      call hoops(trim(laws(law)))
+   do law = 1, size(rows)
+      call hoops(trim(rows(law)%name))
       do k = 1, size(planes)
-         call tangent(trim(laws(law)), trim(planes(k)))
+         call tangent(trim(rows(law)%name), trim(planes(k)))
       end do
    end do
    do k = 1, 2
-      do law = 1, size(laws)
-         call eigenstrain(trim(laws(law)), plane_stress(k))
+      do law = 1, size(rows)
+         call eigenstrain(trim(rows(law)%name), plane_stress(k))
       end do
-      do law = 2, size(laws)
-         if (trim(laws(law)) == 'orthotropic') cycle   ! it is linear: test_orthotropic
-         call small_strains(trim(laws(law)), plane_stress(k))
+      do law = 2, size(rows)
+         if (trim(rows(law)%name) == 'orthotropic') cycle   ! it is linear: test_orthotropic
+         call small_strains(trim(rows(law)%name), plane_stress(k))
       end do
    end do
    call wave_speeds()
@@ -36,24 +37,13 @@ program test_material
 
 contains
 
-   !> Models name the laws that there are.
-   subroutine names()
-      character(name_len), allocatable :: named(:)
-      integer :: group
-      group = find_group('material')
-      call choices(keys(first_key(group) + find_key(group, 'law') - 1), named)
-      call check(size(named) == size(laws), 'as many laws in the table of keys as there are')
-      if (size(named) == size(laws)) call check(all(named == laws), 'laws have the names that the table of keys allows')
-   end subroutine names
-
-   !> The table of rules knows which laws have a history, and which are for any strain.
+   !> The table of laws tells which have a history, and which are for any strain.
    subroutine kinds_of_laws()
-      integer :: i
-      do i = 1, size(laws)
-         call check((index(with_history, ''''//trim(laws(i))//'''') > 0) .eqv. has_state(trim(laws(i))), &
-                    trim(laws(i))//': has a history, or none, in the table of rules')
-         call check((index(for_any_strain, ''''//trim(laws(i))//'''') > 0) .eqv. is_for_any_strain(trim(laws(i))), &
-                    trim(laws(i))//': is for any strain, or not, in the table of rules')
+      type(material_t) :: m
+      do law = 1, size(rows)
+         m = new_material('', trim(rows(law)%name), .true., young, poisson, density)
+         call check(m%has_history() .eqv. rows(law)%has_history, trim(rows(law)%name)//': has a history, or none')
+         call check(m%is_finite() .eqv. rows(law)%is_finite, trim(rows(law)%name)//': is for any strain, or not')
       end do
    end subroutine kinds_of_laws
 
@@ -65,7 +55,8 @@ contains
       real(dp) :: direction(ndim, ndim), difference(2), order
       type(material_t) :: other
       call random_number(direction)
-      other = new_material('', law, stress_free_across, young, poisson, density, c01=0.1_dp*young)
+      other = new_material('', law, stress_free_across, young, poisson, density, &
+                           [constant('c01', [0.1_dp*young])])
       if (other%has_history()) then
          call check(difference_to_linear(law, stress_free_across, 1.0e-4_dp*direction) < 1.0e-14_dp*young, &
                     law//' begins with the linear stress')
@@ -87,7 +78,8 @@ contains
       real(dp) :: h(ndim, ndim), dh(ndim, ndim), work, stress(ndim, ndim), change(ndim, ndim)
       real(dp), allocatable :: nothing(:)
       type(material_t) :: m, linear
-      m = new_material('', law, stress_free_across, young, poisson, density, c01=0.1_dp*young)
+      m = new_material('', law, stress_free_across, young, poisson, density, &
+                       [constant('c01', [0.1_dp*young])])
       call m%give_eigenstrain([free(:3), 0.0_dp])
       allocate (nothing(m%columns), source=0.0_dp)
       h = reshape([free(1), free(3), free(3), free(2)], [ndim, ndim])
@@ -105,8 +97,9 @@ contains
                  law//': and the tangent that of the stress')
       call check(maxval(abs(m%stress_at_first() - m%first_piola_stress(0*h, nothing))) <= 0, &
                  law//': stress where nothing is displaced')
-      linear = new_material('', laws(1), stress_free_across, young, poisson, density)
-      m = new_material('', law, stress_free_across, young, poisson, density, c01=0.1_dp*young)
+      linear = new_material('', 'linear_elastic', stress_free_across, young, poisson, density)
+      m = new_material('', law, stress_free_across, young, poisson, density, &
+                       [constant('c01', [0.1_dp*young])])
       call linear%give_eigenstrain(1.0e-5_dp*free)
       call m%give_eigenstrain(1.0e-5_dp*free)
       h = 1.0e-5_dp*h
@@ -124,8 +117,10 @@ contains
       real(dp) :: h(ndim, ndim), dh(ndim, ndim), exchanged(ndim, ndim), stress(ndim, ndim), hoop, dhoop, work
       real(dp), allocatable :: nothing(:)
       type(material_t) :: m, plane
-      plane = new_material('', law, .false., young, poisson, density, yield_stress=1.0e-3_dp*young, hardening=0.1_dp*young, &
-                           kinematic=0.05_dp*young, moduli=[0.1_dp*young], relaxation_times=[1.0_dp], c01=0.1_dp*young)
+      plane = new_material('', law, .false., young, poisson, density, &
+                           [constant('yield_stress', [1.0e-3_dp*young]), constant('hardening', [0.1_dp*young]), &
+                            constant('kinematic_hardening', [0.05_dp*young]), constant('moduli', [0.1_dp*young]), &
+                            constant('relaxation_times', [1.0_dp]), constant('c01', [0.1_dp*young])])
       m = plane
       m%is_ring = .true.
       m%is_trial = .true.
@@ -172,9 +167,11 @@ contains
       real(dp), allocatable :: old_state(:)
       type(material_t) :: m
       integer :: i, k
-      m = new_material('', law, plane == 'stress', young, poisson, density, yield_stress=3.0e-3_dp*young, hardening=0.05_dp*young, &
-                       saturation=1.0e-3_dp*young, saturation_strain=0.01_dp, kinematic=0.05_dp*young, &
-                       moduli=[0.1_dp, 0.05_dp]*young, relaxation_times=[1.0_dp, 5.0_dp], c01=0.1_dp*young)
+      m = new_material('', law, plane == 'stress', young, poisson, density, &
+                       [constant('yield_stress', [3.0e-3_dp*young]), constant('hardening', [0.05_dp*young]), &
+                        constant('saturation', [1.0e-3_dp*young]), constant('saturation_strain', [0.01_dp]), &
+                        constant('kinematic_hardening', [0.05_dp*young]), constant('moduli', [0.1_dp, 0.05_dp]*young), &
+                        constant('relaxation_times', [1.0_dp, 5.0_dp]), constant('c01', [0.1_dp*young])])
       m%is_ring = plane == 'axisymmetric'
       m%is_trial = .true.
       m%time_increment = dt
@@ -218,8 +215,9 @@ contains
       real(dp), intent(in) :: h(ndim, ndim)
       type(material_t) :: linear, other
       real(dp), allocatable :: nothing(:)
-      linear = new_material('', laws(1), stress_free_across, young, poisson, density)
-      other = new_material('', law, stress_free_across, young, poisson, density, c01=0.1_dp*young)
+      linear = new_material('', 'linear_elastic', stress_free_across, young, poisson, density)
+      other = new_material('', law, stress_free_across, young, poisson, density, &
+                           [constant('c01', [0.1_dp*young])])
       allocate (nothing(other%columns), source=0.0_dp)
       difference = maxval(abs(linear%kirchhoff_stress(h) - other%kirchhoff_stress(h, nothing)))
    end function difference_to_linear
@@ -229,18 +227,18 @@ contains
    subroutine wave_speeds()
       type(material_t) :: stress, strain
       integer :: law
-      do law = 1, size(laws)
-         stress = new_material('', laws(law), .true., young, poisson, density)
-         strain = new_material('', laws(law), .false., young, poisson, density)
+      do law = 1, size(rows)
+         stress = new_material('', trim(rows(law)%name), .true., young, poisson, density)
+         strain = new_material('', trim(rows(law)%name), .false., young, poisson, density)
          call check_close(stress%shear_wave_speed()/sqrt(young/(2*(1 + poisson)*density)), 1.0_dp, 1.0e-15_dp, &
-                          trim(laws(law))//': shear waves in plane stress')
+                          trim(rows(law)%name)//': shear waves in plane stress')
          call check_close(strain%shear_wave_speed()/stress%shear_wave_speed(), 1.0_dp, 1.0e-15_dp, &
-                          trim(laws(law))//': are as fast in plane strain')
+                          trim(rows(law)%name)//': are as fast in plane strain')
          call check_close(stress%dilatational_wave_speed()/sqrt(young/((1 - poisson**2)*density)), 1.0_dp, 1.0e-15_dp, &
-                          trim(laws(law))//': dilatational waves in plane stress')
+                          trim(rows(law)%name)//': dilatational waves in plane stress')
          call check_close(strain%dilatational_wave_speed() &
                           /sqrt((1 - poisson)*young/((1 + poisson)*(1 - 2*poisson)*density)), 1.0_dp, 1.0e-15_dp, &
-                          trim(laws(law))//': dilatational waves in plane strain')
+                          trim(rows(law)%name)//': dilatational waves in plane strain')
       end do
       call check(strain%dilatational_wave_speed() > stress%dilatational_wave_speed(), 'plane strain is stiffer')
    end subroutine wave_speeds

@@ -2,6 +2,7 @@
 program test_neo_hookean
    use hampm_kinds, only: dp, ndim
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
+   use hampm_law, only: constant
    use hampm_material, only: material_t, new_material
    use hampm_tensors, only: identity, determinant
    implicit none
@@ -15,7 +16,8 @@ program test_neo_hookean
    call repeat_random_numbers()
    do law = 1, 2
       do k = 1, 2
-         m = new_material('rubber', trim(laws(law)), planes(k) == 'plane stress', young, poisson, 1.0_dp, c01=0.1_dp)
+         m = new_material('rubber', trim(laws(law)), planes(k) == 'plane stress', young, poisson, 1.0_dp, &
+                          [constant('c01', [0.1_dp])])
          call derivative_of_energy(trim(laws(law))//', '//planes(k))
          call tangent(trim(laws(law))//', '//planes(k))
          call rotations(trim(laws(law))//', '//planes(k))
@@ -159,13 +161,15 @@ contains
       type(material_t) :: other
       integer :: i
       do k = 1, 2
-         m = new_material('rubber', 'mooney_rivlin', planes(k) == 'plane stress', young, poisson, 1.0_dp, c01=0.0_dp)
+         m = new_material('rubber', 'mooney_rivlin', planes(k) == 'plane stress', young, poisson, 1.0_dp, &
+                          [constant('c01', [0.0_dp])])
          other = new_material('rubber', 'neo_hookean', planes(k) == 'plane stress', young, poisson, 1.0_dp)
          h = some_gradient()
          call check_close(maxval(abs(m%kirchhoff_stress(h) - other%kirchhoff_stress(h))), 0.0_dp, 2.0e-15_dp, &
                           trim(planes(k))//': without a second modulus it is the neo-Hookean law')
       end do
-      m = new_material('rubber', 'mooney_rivlin', .true., young, nu, 1.0_dp, c01=c01)
+      m = new_material('rubber', 'mooney_rivlin', .true., young, nu, 1.0_dp, &
+                       [constant('c01', [c01])])
       h = 0
       h(1, 1) = stretch - 1
       h(2, 2) = 1/sqrt(stretch) - 1

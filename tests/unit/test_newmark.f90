@@ -7,6 +7,7 @@ program test_newmark
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_matching, only: adopt_forest
+   use hampm_law, only: constant
    use hampm_material, only: material_t, new_material
    use hampm_problem, only: problem_t, stored_energy, dissipated_energy, kinetic_energy
    use hampm_newmark, only: newmark_t
@@ -48,10 +49,11 @@ contains
        case ('neo_hookean')
          material = new_material('', name, .false., 1.0_dp, 0.3_dp, 1.0_dp)
        case ('viscoelastic')
-         material = new_material('', name, .false., 1.0_dp, 0.3_dp, 1.0_dp, moduli=[0.1_dp, 0.2_dp], &
-                                 relaxation_times=[0.5_dp, 3.0_dp])
+         material = new_material('', name, .false., 1.0_dp, 0.3_dp, 1.0_dp, &
+                                 [constant('moduli', [0.1_dp, 0.2_dp]), constant('relaxation_times', [0.5_dp, 3.0_dp])])
        case default
-         material = new_material('', 'j2_plastic', .false., 1.0_dp, 0.3_dp, 1.0_dp, yield_stress=2e-3_dp, hardening=0.05_dp)
+         material = new_material('', 'j2_plastic', .false., 1.0_dp, 0.3_dp, 1.0_dp, &
+                                 [constant('yield_stress', [2e-3_dp]), constant('hardening', [0.05_dp])])
          material%mean_dilatation = name == 'shared'
       end select
       material%is_trial = .true.

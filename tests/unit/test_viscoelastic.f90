@@ -3,6 +3,7 @@
 program test_viscoelastic
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_kinds, only: dp, ndim
+   use hampm_law, only: constant
    use hampm_material, only: material_t, new_material
    implicit none
 
@@ -25,7 +26,8 @@ contains
    !> A polymer.
    type(material_t) function polymer(plane_stress) result(m)
       logical, intent(in) :: plane_stress
-      m = new_material('polymer', 'viscoelastic', plane_stress, young, poisson, 1200.0_dp, moduli=moduli, relaxation_times=times)
+      m = new_material('polymer', 'viscoelastic', plane_stress, young, poisson, 1200.0_dp, &
+                       [constant('moduli', moduli), constant('relaxation_times', times)])
       m%is_trial = .true.
    end function polymer
 
@@ -165,7 +167,8 @@ contains
       real(dp) :: h(ndim, ndim), expected, mu
       integer :: i
       mu = young/(2*(1 + poisson))
-      m = new_material('pitch', 'viscoelastic', .true., young, poisson, 1200.0_dp, moduli=[mu], relaxation_times=[tau])
+      m = new_material('pitch', 'viscoelastic', .true., young, poisson, 1200.0_dp, &
+                       [constant('moduli', [mu]), constant('relaxation_times', [tau])])
       m%is_trial = .true.
       allocate (old_state(m%columns), source=0.0_dp)
       h = 0

@@ -41,6 +41,7 @@ module hampm_key_rows
       character(list_len) :: allowed               !! numbers: an interval; text: choices separated by `|`, or a set of
                                                    !! `hampm_choice_sets` in braces; '' for any text
       character(120) :: meaning
+      character(32) :: only_with = ''              !! condition on another key of its group that it requires; '' for none
    end type key_t
 
    character(*), parameter :: any_number = '(-inf, inf)', positive = '(0, inf)', not_negative = '[0, inf)'

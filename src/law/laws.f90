@@ -1,0 +1,40 @@
+!> The table of material laws, and the keys of `&material` that are constants of some of them only.
+module hampm_laws
+   use hampm_j2_plastic, only: new_j2_plastic, j2_plastic_keys
+   use hampm_key_rows, only: key_t
+   use hampm_law, only: law_row_t
+   use hampm_mooney_rivlin, only: new_mooney_rivlin, mooney_rivlin_keys
+   use hampm_neo_hookean, only: new_neo_hookean
+   use hampm_orthotropic, only: orthotropic_keys
+   use hampm_viscoelastic, only: new_viscoelastic, viscoelastic_keys
+   implicit none
+   private
+   public :: laws, law_row, law_keys
+
+   type(key_t), parameter :: law_keys(*) = [j2_plastic_keys, mooney_rivlin_keys, viscoelastic_keys, orthotropic_keys]
+
+contains
+
+   !> All rows. The linear laws have moduli in the plane, which `hampm_material` makes of their constants, in the place of a law in space.
+   pure function laws() result(rows)
+      type(law_row_t), allocatable :: rows(:)
+      allocate (rows, source=[ &
+         law_row_t('linear_elastic'), &
+         law_row_t('neo_hookean', is_finite=.true., make=new_neo_hookean), &
+         law_row_t('mooney_rivlin', is_finite=.true., make=new_mooney_rivlin), &
+         law_row_t('j2_plastic', has_history=.true., make=new_j2_plastic), &
+         law_row_t('viscoelastic', has_history=.true., make=new_viscoelastic), &
+         law_row_t('orthotropic')])
+   end function laws
+
+   !> The row of a name, without one where there is none.
+   pure type(law_row_t) function law_row(name) result(row)
+      character(*), intent(in) :: name
+      type(law_row_t), allocatable :: rows(:)
+      integer :: k
+      allocate (rows, source=laws())
+      do k = 1, size(rows)
+         if (rows(k)%name == name) row = rows(k)
+      end do
+   end function law_row
+end module hampm_laws

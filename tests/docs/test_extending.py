@@ -1,0 +1,125 @@
+"""The worked changes of docs/extending.md: each touches few files, and together they build and give the numbers of the theory."""
+
+import math
+import os
+import re
+import shutil
+import subprocess
+
+import h5py
+import pytest
+from paths import ROOT
+
+PAGE = (ROOT / "docs/extending.md").read_text()
+BLOCK = re.compile(r"^```(fortran|diff) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FILES = {"A material law": (1, 1), "A key": (0, 3), "An estimator": (1, 1)}  # new, changed
+
+
+def sections():
+    """Of each section: its blocks as (kind, file, text)."""
+    parts = re.split(r"^## (.*)$", PAGE, flags=re.MULTILINE)
+    return {title: BLOCK.findall(text) for title, text in zip(parts[1::2], parts[2::2])}
+
+
+def hunks(text):
+    """(file, old lines, new lines) of a block of changes; ` @` at the end of a line stands for the rest of it."""
+    for part in re.split(r"^--- ", text, flags=re.MULTILINE)[1:]:
+        name, _, rest = part.partition("\n")
+        for hunk in re.split(r"^@@\n", rest, flags=re.MULTILINE):
+            lines = hunk.splitlines()
+            yield name, [line[1:] for line in lines if line[:1] in " -"], [line[1:] for line in lines if line[:1] in " +"]
+
+
+def replaced(text, old, new):
+    """A text with the lines `old`, which stand in it once, replaced by the lines `new`."""
+    lines = text.splitlines()
+
+    def same(a, b):
+        return a.startswith(b[:-1]) if b.endswith("@") else a == b
+    at = [k for k in range(len(lines)) if len(lines) - k >= len(old) and all(map(same, lines[k:], old))]
+    assert len(at) == 1, f"{len(at)} times: {old}"
+    whole = dict(zip(old, lines[at[0]:]))
+    return "\n".join([*lines[:at[0]], *(whole.get(line, line) for line in new), *lines[at[0] + len(old):]]) + "\n"
+
+
+def change(tree, blocks):
+    """Apply the changes of a section to a tree: the files that are new, and those that are changed."""
+    new, changed = set(), set()
+    for kind, name, text in blocks:
+        if name.endswith(".f90"):
+            new.add(name)
+            assert not (tree / name).exists()
+            (tree / name).write_text(text)
+        elif kind == "diff":
+            for file, old, lines in hunks(text):
+                changed.add(file)
+                (tree / file).write_text(replaced((tree / file).read_text(), old, lines))
+    return new, changed
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """A copy of what a build needs."""
+    tree = tmp_path_factory.mktemp("extended")
+    shutil.copy(ROOT / "Makefile", tree)
+    for folder in "src", "tools":
+        shutil.copytree(ROOT / folder, tree / folder)
+    return tree
+
+
+@pytest.fixture(scope="module")
+def program(tree):
+    """The program with all changes."""
+    for blocks in sections().values():
+        change(tree, blocks)
+    build = os.environ.get("HAMPM_EXTENDED_BUILD", "quick")
+    done = subprocess.run(["make", "-j2", f"build/{build}/hampm", f"build={build}"], cwd=tree, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return tree / "build" / build / "hampm"
+
+
+@pytest.mark.parametrize("title", FILES)
+def test_a_change_touches_its_own_file_and_a_row(title, tmp_path):
+    names = {file for _, _, text in sections()[title] for file, _, _ in hunks(text)}
+    for name in names | {name for _, name, _ in sections()[title] if name.endswith(".f90")}:
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        if name in names:
+            shutil.copy(ROOT / name, tmp_path / name)
+    new, changed = change(tmp_path, sections()[title])
+    assert (len(new), len(changed)) == FILES[title]
+
+
+def results(program, name, folder):
+    """The results of the model of a block, and what the run has written."""
+    text = next(text for blocks in sections().values() for _, block, text in blocks if block == name)
+    (folder / name).write_text(text)
+    done = subprocess.run([program, name], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return h5py.File((folder / name).with_suffix(".h5"))
+
+
+@pytest.mark.verify
+@pytest.mark.xdist_group("extending")
+class TestTheExtendedProgram:
+    def test_blatz_ko_foam_is_as_stiff_as_its_closed_form(self, program, tmp_path):
+        history = results(program, "law.nml", tmp_path)["history"]
+        young, poisson, s, area = 1e6, 0.25, 1.5, 10e-3 * 2e-3
+        asked = young / (2 * (1 + poisson)) * (s - s ** (-1 - 2 * poisson)) * area
+        assert history["reaction_grip_x"][-1] == pytest.approx(asked, rel=1e-6)
+
+    def test_reference_value_has_the_longer_crack(self, program, tmp_path):
+        asked = 12 * (0.05 + 0.64 * 0.01) ** 2 / (70e9 * 0.01**2 * 0.01**3)
+        assert results(program, "key.nml", tmp_path)["history"].attrs["G_ref"] == pytest.approx(asked, rel=1e-12)
+
+    def test_displacements_tell_K_of_a_crack_in_a_plate(self, program, tmp_path):
+        history = results(program, "estimator.nml", tmp_path)["history"]
+        a, width, stress, e = 8e-3, 40e-3, 40e3 / 40e-3, 200e9 / (1 - 0.3**2)
+        k = stress * math.sqrt(math.pi * a / math.cos(math.pi * a / width)) * (1 - 0.025 * (2 * a / width) ** 2 + 0.06 * (2 * a / width) ** 4)
+        assert history["G_displacements_I"][-1] == pytest.approx(k**2 / e, rel=0.03)
+        assert abs(history["G_displacements_II"][-1]) < 1e-6 * history["G_displacements_I"][-1]
+        assert history["G"][-1] == history["G_displacements_I"][-1] + abs(history["G_displacements_II"][-1])
+
+    def test_choices_of_the_keys_are_those_of_the_tables(self, program):
+        keys = subprocess.run([program, "--keys"], capture_output=True, text=True).stdout
+        for name in "blatz_ko", "displacements", "chi":
+            assert f"`{name}`" in keys
