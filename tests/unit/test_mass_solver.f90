@@ -120,7 +120,7 @@ contains
    !> summed, which are of the size of the momenta or of what the guess makes of them.
    subroutine check_momentum()
       type(problem_t) :: m
-      character(7), parameter :: kinds(5) = ['lumped ', 'fmpm   ', 'consistent', 'partial', 'weighted']
+      character(10), parameter :: kinds(5) = ['lumped    ', 'fmpm      ', 'consistent', 'partial   ', 'weighted  ']
       real(dp), parameter :: guesses(3) = [0.0_dp, 1.0e3_dp, 1.0e6_dp]
       real(dp), allocatable :: a(:, :), x(:, :), guess(:, :)
       real(dp) :: error, scale, worst
