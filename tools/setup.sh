@@ -20,7 +20,11 @@ stamp=$root/.venv/requirements.cksum
 main() {
     case "$*" in
         "" | run | valgrind | flang-19)
-            [ "$*" = run ] && requirements=$to_draw || packages="$packages $*"
+            case "$*" in
+                run) requirements=$to_draw ;;
+                flang-19) packages="$packages flang-19 libomp-19-dev" ;;
+                *) packages="$packages $*" ;;
+            esac
             install_packages
             install_python
             ;;
@@ -57,6 +61,7 @@ is_present() {
     case $1 in
         gfortran | make | valgrind) has_command "$1" ;;
         flang-19) has_command flang-new-19 ;;
+        libomp-19-dev) any_installed libomp-19-dev ;;
         gnuplot-nox) has_command gnuplot ;;
         libopenblas-dev) any_installed libopenblas-dev libopenblas-openmp-dev libopenblas-pthread-dev || links openblas ;;
         liblapack-dev) any_installed liblapack-dev || links lapack ;;
