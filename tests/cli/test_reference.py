@@ -133,5 +133,5 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
 
 
 def test_every_exit_code_is_documented():
-    source = (ROOT / "src/base/failure.f90").read_text()
-    assert [row[0] for row in rows("results.md", "| code |")] == re.findall(r"parameter :: exit_\w+ = (\d)", source)
+    source = (ROOT / "src/base/failure.f90").read_text() + (ROOT / "src/processor.c").read_text()
+    assert [row[0] for row in rows("results.md", "| code |")] == re.findall(r"\bexit_\w+ = (\d)", source)
