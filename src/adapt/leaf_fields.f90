@@ -101,7 +101,7 @@ contains
       end associate
    end function gradient_beside_crack
 
-   !> Twist of the displacement field at the marked particles [1/m], none on a crack.
+   !> Hourglass (mixed second derivative) of the displacement field at the marked particles [1/m], none on a crack.
    function hourglasses(m, marked) result(hourglass)
       type(problem_t), intent(in) :: m
       logical, intent(in) :: marked(:)
@@ -117,7 +117,7 @@ contains
       end do
    end function hourglasses
 
-   !> Twist of the displacement field in an element, its mixed second derivative [1/m], from the particles of a body in the leaf. It
+   !> Hourglass of the displacement field in an element, its mixed second derivative [1/m], from the particles of a body in the leaf. It
    !> counts in the grid's coordinates: in space, in the total frame in the reference configuration.
    function hourglass_of_element(m, e, body) result(hourglass)
       type(matter_t), intent(in) :: m

@@ -5,7 +5,7 @@
 !>
 !> Domains of particles (`hampm_domains`) that have become much longer than their cell are split, too.
 !>
-!> The kinetic and strain energy that this gains or loses is booked in the energy audit.
+!> The kinetic and strain energy that this gains or loses is booked in the energy balance.
 module hampm_matching
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: line_t
@@ -267,7 +267,7 @@ contains
    end subroutine split_marked
 
    !> Displace and strain children that stand on the other side of a crack than their parent, or whose parent stood on it, as the nearest other particle on their side; in the mean of those
-   !> as near. What remembers how it was strained stays as it is.
+   !> as near. History-dependent material stays as it is.
    pure subroutine change_sides(m, from, on, first_child)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: from(:, :)         !! where the parents stood [m], (parents, ndim)
@@ -350,7 +350,7 @@ contains
       call sort_anew(m, failure)
    end subroutine recombine_marked
 
-   !> Kinetic and strain energy of the particles, and that of interface points [J], where it is audited; where nodes keep their velocity the kinetic
+   !> Kinetic and strain energy of the particles, and that of interface points [J], with an energy balance; where nodes keep their velocity the kinetic
    !> energy is theirs, and not asked here.
    real(dp) function total_energy(m) result(energy)
       type(problem_t), intent(in) :: m

@@ -19,7 +19,7 @@ module hampm_quadratic_children
    private
    public :: values_of_children, values_of_parents, give_to_children, give_to_parents
 
-   integer, parameter :: n_fields = 2*ndim + ndim**2  !! u, v and H; behind them is what particles remember
+   integer, parameter :: n_fields = 2*ndim + ndim**2  !! u, v and H; behind them is the state variables of particles
    integer, parameter :: terms = 3                    !! of a quadratic function of one coordinate
 
 contains

@@ -6,7 +6,7 @@ module hampm_failure
    public :: failure_t, exit_done, exit_input, exit_computation, exit_file, exit_stopped
 
    integer, parameter :: exit_done = 0        !! all went well
-   integer, parameter :: exit_input = 2       !! a mistake on the command line or in the input file
+   integer, parameter :: exit_input = 2       !! an error on the command line or in the input file
    integer, parameter :: exit_computation = 3 !! the computation went wrong
    integer, parameter :: exit_file = 4        !! a file could not be read or written
    integer, parameter :: exit_stopped = 5     !! the run was asked to stop before its end, and can be resumed

@@ -26,12 +26,12 @@ contains
    subroutine prefer_large_pages(n, values)
       integer, intent(in) :: n
       real(dp), intent(inout), target :: values(n)
-      integer(c_intptr_t) :: first, past
+      integer(c_intptr_t) :: first, behind
       integer(c_int) :: ignored
       first = transfer(c_loc(values), first)
-      past = first + n*(storage_size(values)/8_c_intptr_t)
+      behind = first + n*(storage_size(values)/8_c_intptr_t)
       first = (first + page - 1)/page*page
-      if (past - first < 2*large_page) return
-      ignored = c_madvise(first, int(past - first, c_size_t), advice)
+      if (behind - first < 2*large_page) return
+      ignored = c_madvise(first, int(behind - first, c_size_t), advice)
    end subroutine prefer_large_pages
 end module hampm_large_pages

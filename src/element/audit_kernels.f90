@@ -1,4 +1,4 @@
-!> What the energy audit sums over the particles of a block during a pass (see `hampm_particle_kernels` for the arrays).
+!> What the energy balance sums over the particles of a block during a pass (see `hampm_particle_kernels` for the arrays).
 module hampm_audit_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: lanes
@@ -77,7 +77,7 @@ contains
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
       real(dp), intent(in) :: dt                        !! [s]
-      real(dp), contiguous, intent(in) :: old_state(:)  !! what the particle remembers
+      real(dp), contiguous, intent(in) :: old_state(:)  !! state variables of the particle
       real(dp), intent(in), optional :: hoop            !! H_33 [-]
       real(dp) :: next(size(old_state))
       next = old_state

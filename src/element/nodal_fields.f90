@@ -37,7 +37,7 @@ module hampm_nodal_fields
                                                         !! [kg m/s] and internal force [N]; of block 0 zero;
                                                         !! (lanes, corners, n_sums, 0:blocks)
       logical, allocatable :: left(:)                   !! whether a particle has left its cell in the last pass, (blocks)
-      real(dp), allocatable :: audit(:, :)              !! what the last pass has summed for the audit [J], (2, blocks)
+      real(dp), allocatable :: audit(:, :)              !! what the last pass has summed for the energy balance [J], (2, blocks)
       logical, allocatable :: is_active(:)              !! workspace of `find_active_nodes`, (n_points)
       real(dp), allocatable :: partial_power(:, :)      !! workspace of sums over nodes, (2, number of chunks of nodes)
    end type nodal_fields_t
@@ -144,20 +144,20 @@ contains
       call finish_sums(grid, f, mass, momentum)
    end subroutine assemble
 
-   !> Sum the contributions of the cells around some points. Crowded nodes have all of theirs in their slots meanwhile, so that sums have the order, and the last
+   !> Sum the contributions of the cells around some points. High-valence nodes have all of theirs in their slots meanwhile, so that sums have the order, and the last
    !> bits, that they have in `hampm_tiling`.
    subroutine assemble_at(points, blocks, f, mass, momentum, force)
       integer, intent(in) :: points(:)
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       logical, intent(in) :: mass, momentum, force
-      real(dp) :: before(n_sums, size(blocks%high_valence, 2)) ! what crowded nodes have in their last slot
+      real(dp) :: before(n_sums, size(blocks%high_valence, 2)) ! what high-valence nodes have in their last slot
       call exchange(back=.false.)
       call assemble_sums(size(points), points, blocks%slot, f%contribution, mass, momentum, force, f%mass_matrix%lumped, &
                          f%momentum, f%force)
       call exchange(back=.true.)
    contains
-      !> Let crowded nodes have all of their contributions in their slots or, `back`, as these were.
+      !> Let high-valence nodes have all of their contributions in their slots or, `back`, as these were.
       subroutine exchange(back)
          logical, intent(in) :: back
          if (allocated(blocks%is_high_valence)) call exchange_high_valence(blocks%high_valence, blocks%slot, &

@@ -78,7 +78,7 @@ contains
       integer, intent(in) :: nodes(:)
       logical, intent(in) :: back
       real(dp), intent(inout) :: contribution(*) !! from the first of the sums on that are exchanged
-      real(dp), intent(inout) :: before(:, :)    !! (sums, as `crowded`)
+      real(dp), intent(inout) :: before(:, :)    !! (sums, as `high_valence`)
       integer :: j, k, d
       do j = 1, size(nodes)
          if (.not. is_high_valence(nodes(j))) cycle

@@ -41,7 +41,7 @@ module hampm_particle_pass
    integer, parameter :: blocks_per_task = 32    !! what a thread does at a time
    integer, parameter :: room = lanes*most_rows  !! places of the buffer
 
-   !> What a pass noticed and, for the energy audit, summed.
+   !> What a pass noticed and, for the energy balance, summed.
    type :: pass_report_t
       logical :: left_cell = .false.             !! some particle has left its cell
       logical :: jumped = .false.                !! some particle moved past the next cell or is no longer a number

@@ -19,13 +19,13 @@ module hampm_pass
       logical :: kick = .false.                  !! v <- v + a dt
       real(dp) :: strain_fraction = 0            !! part of the step over which to strain, 0: not at all
       integer :: strain_by = v_n                 !! which nodal velocity strains the particles
-      logical :: updates_state = .true.          !! after straining: laws with a history remember the state
+      logical :: updates_state = .true.          !! after straining: update the state of history-dependent laws
       logical :: move = .false.                  !! u <- u + v^(n+1) dt
       logical :: map_mass = .false.              !! lumped mass to the grid
       logical :: map_momentum = .false.          !! momentum to the grid
       logical :: map_matrix = .false.            !! mass matrix to the cells
       logical :: map_force = .false.             !! internal force to the grid
-      logical :: audit = .false.                 !! sum what the energy audit asks for
+      logical :: audit = .false.                 !! sum what the energy balance asks for
    end type pass_t
 
    !> A scheme as passes. After the last pass of a step the cells hold what `map_at_start` maps.

@@ -300,7 +300,7 @@ contains
       real(dp), intent(in) :: free(:, :)
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
-      real(dp) :: before(n_sums, size(blocks%high_valence, 2)) ! what crowded nodes have in their last slot
+      real(dp) :: before(n_sums, size(blocks%high_valence, 2)) ! what high-valence nodes have in their last slot
       call exchange(back=.false.)
       associate (n => size(nodes), inverse => f%mass_matrix%inverse_lumped)
          if (mass) call find_masses(n, nodes, blocks%slot, f%contribution(1, 1, of_mass, 0), f%mass_matrix%lumped, inverse)
@@ -312,7 +312,7 @@ contains
       end associate
       call exchange(back=.true.)
    contains
-      !> Let crowded nodes have all of their contributions in their slots or, `back`, as these were.
+      !> Let high-valence nodes have all of their contributions in their slots or, `back`, as these were.
       subroutine exchange(back)
          logical, intent(in) :: back
          integer, parameter :: first(*) = [of_mass, of_momentum, of_force], last(*) = first + [0, ndim - 1, ndim - 1]

@@ -14,7 +14,7 @@
 !> 0.10 % from 16 cells on; with the last 3, 4 and 6 cells replaced 0.16, 0.17 and 0.12 % in 64 cells; of a line without weights, 2 to 16 cells behind,
 !> 0.90, 0.53, 0.47 and 0.40 %.
 !>
-!> What the layer gives way by across the faces is none of the crack: faces do not go through each other. J is without the work of the pressure
+!> What the layer gives way by across the faces is none of the crack: faces do not interpenetrate. J is without the work of the pressure
 !> in that (`work_at_tip`): of a split beam pressed together by 50 kPa it is 2.9 times K_II**2/E' with it.
 module hampm_closed_faces
    use hampm_kinds, only: dp, ndim

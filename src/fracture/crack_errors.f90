@@ -27,7 +27,7 @@ module hampm_crack_errors
 contains
 
    !> Before the first step: estimate by which part of their values the chosen estimators are off at each tip, from what they find at rest. Where
-   !> material remembers, nothing is known of that.
+   !> material depends on the history, nothing is known of that.
    subroutine estimate_errors(problem, cracks, extrapolation, values, failure)
       type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks

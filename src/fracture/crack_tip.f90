@@ -38,7 +38,7 @@ module hampm_crack_tip
       real(dp) :: axis(ndim, ndim) = 0           !! unit vectors of its frame: axis(:, k) is direction k
       logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
       logical :: has_zone = .false.              !! whether cohesion holds the faces ahead of it
-      logical :: may_close = .false.             !! whether interface points keep the faces from going through each other
+      logical :: may_close = .false.             !! whether interface points keep the faces from interpenetrating
       real(dp) :: grown = 0                      !! how far it has moved since the start of the run, by growth in motion [m]
       real(dp) :: speed = 0                      !! at which it grows in motion [m/s]
       integer :: material = 0                    !! number of the material in which it is

@@ -18,7 +18,7 @@ module hampm_crack_values
       real(dp) :: domain(modes) = 0              !! energy release rates, the parts of J [J/m2]
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
       real(dp) :: g_of_k = 0                     !! energy release rate that goes with these [J/m2]
-      real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains; of closed tips with all that is in doubt [Pa sqrt(m)]
+      real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains; of closed tips with all uncertainties [Pa sqrt(m)]
       real(dp) :: uncertainty_of_j = 0           !! by what K and J differ at a closed tip [J/m2]
       real(dp), allocatable :: j(:)              !! J integral of each domain, by the radii of the tip [J/m2]; none where it is not chosen
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]

@@ -108,7 +108,7 @@ contains
       type(closed_faces_t), intent(in) :: closed !! what the faces behind a closed tip carry
       real(dp), intent(out) :: j(:)              !! [J/m2], by radius
       real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
-      real(dp), intent(out) :: k_uncertainty(:, :) !! by how much tractions behind a closed tip leave it in doubt, (modes, by radius)
+      real(dp), intent(out) :: k_uncertainty(:, :) !! by how much tractions behind a closed tip leave it uncertain, (modes, by radius)
       real(dp), allocatable :: q(:, :)
       real(dp) :: by_closed(modes, size(unturned%radius))
       integer, allocatable :: elements(:)
@@ -392,7 +392,7 @@ contains
       real(dp), intent(in) :: q(:, :)            !! at the points [-], (radii, n_points)
       real(dp), intent(inout) :: j(:), k(:, :)
       real(dp), intent(inout) :: by_closed(:, :) !! what of k is by faces behind a closed tip
-      real(dp), intent(inout) :: k_uncertainty(:, :) !! the part in doubt of what other tractions than the interface points' own make of k
+      real(dp), intent(inout) :: k_uncertainty(:, :) !! the uncertain part of what other tractions than the interface points' own make of k
       real(dp) :: force(ndim), slope(ndim), at_point(size(j)), direction(ndim), x(ndim), normal(ndim), of_unit(ndim), &
                   uncertainty(ndim)
       logical :: is_there, is_closed

@@ -43,7 +43,7 @@ module hampm_estimated_errors
 
 contains
 
-   !> The relative errors of columns that are `value` at rest where `best` is thought to be right, but for the part `doubt` of it.
+   !> The relative errors of columns that are `value` at rest where `best` is thought to be right, but for the part `correction` of it.
    !> A mode that is hardly there at rest, as best known or as a value, has the relative error of the other. Where values are as good as
    !> what `best` corrects, which is itself extrapolated along the crack, each may lack all of the correction.
    pure function relative_errors(value, best, correction, are_exact, least) result(relative)

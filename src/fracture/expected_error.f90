@@ -275,7 +275,7 @@ contains
       u = u*scale
    end subroutine make_small
 
-   !> Cells by which the crack of the cells is too short, by mode [-]. Of quadratic cells it is the setback of K.
+   !> Cells by which the crack of the cells is too short, by mode [-]. Of quadratic cells it is the tip offset of K.
    pure function shortness_of(m, tip) result(shortness)
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip

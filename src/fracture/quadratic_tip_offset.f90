@@ -17,7 +17,7 @@ module hampm_quadratic_tip_offset
 
 contains
 
-   !> The setback in each mode [cells]; 0 where cells are bilinear.
+   !> The tip offset in each mode [cells]; 0 where cells are bilinear.
    pure function quadratic_tip_offset(m, tip) result(tip_offset)
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip

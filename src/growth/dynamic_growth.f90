@@ -1,4 +1,4 @@
-!> Cracks that grow in motion. A tip goes on within a cell that is cut already, step by step, and bonds let go behind it
+!> Cracks that grow in motion. A tip goes on within a cell that is cut already, step by step, and cohesive points fail behind it
 !> (`hampm_nodal_release`). Its way is planned to a little beyond the next cell, or some cells ahead where it does not turn by itself; there
 !> cells are cut anew, at the angle that the mix of modes asks for.
 module hampm_dynamic_growth
@@ -28,15 +28,15 @@ module hampm_dynamic_growth
    !> How many cells at once are planned where a crack does not turn by itself: to cut cells takes the time of some ten steps.
    integer, parameter :: straight_on = 4
 
-   !> Strength of bonds of law = toughness, times the root of the cell over K at that toughness: 0.6 of the force on the last whole node at
+   !> Strength of cohesive points of law = toughness, times the root of the cell over K at that toughness: 0.6 of the force on the last whole node at
    !> rest, 0.6755 K sqrt(cell), on its cell (docs/growth.md).
    real(dp), parameter :: strength = 0.6_dp*0.6755_dp
 
-   !> How far ahead of a tip bonds of law = toughness may let go, in cells; those that bear more further ahead are too weak for the tension
+   !> How far ahead of a tip cohesive points of law = toughness may fail, in cells; those that bear more further ahead are too weak for the tension
    !> there.
    integer, parameter :: zone = 3
 
-   real(dp), parameter :: too_much = 1.5_dp      !! times their strength that bonds ahead of that bear: up to there what they take is right
+   real(dp), parameter :: too_much = 1.5_dp      !! times their strength that cohesive points ahead of that bear: up to there what they take is right
 
    real(dp), parameter :: late = 2               !! time over which a speed is one of late, in that of shear waves through a cell
    real(dp), parameter :: late_of_speed = 0.5_dp !! the same where the toughness depends on it, which would lag behind (docs/growth.md)
@@ -206,7 +206,7 @@ contains
       at_kink = .true.
    end subroutine next_point
 
-   !> Let tips move in a step, and the bonds behind them go: after a step that is explicit, before one that is implicit, at whose end all is
+   !> Let tips move in a step, and the cohesive points behind them go: after a step that is explicit, before one that is implicit, at whose end all is
    !> in balance with them.
    subroutine move_tips(growing, model, m, cracks, time, dt, message)
       type(growing_t), intent(inout) :: growing
@@ -284,8 +284,8 @@ contains
       end do
    end function most_ways
 
-   !> Let a tip move as its toughness lets it: at the speed v at which the bonds that have let go take toughness(v) for its way. That is below
-   !> limit_speed, at which it would take a toughness beyond all bounds, and it goes no faster than waves of Rayleigh: what bonds that let
+   !> Let a tip move as its toughness lets it: at the speed v at which the cohesive points that have failed take toughness(v) for its way. That is below
+   !> limit_speed, at which it would take a toughness beyond all bounds, and it goes no faster than waves of Rayleigh: what cohesive points that let
    !> go faster leave it to do is owed.
    subroutine move_by_toughness(growing, of, m, cracks, k, dt, most, taken, message)
       type(growing_t), intent(inout) :: growing
@@ -295,7 +295,7 @@ contains
       integer, intent(in) :: k                   !! number of the tip
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: most               !! that it may move [m]
-      real(dp), intent(out) :: taken             !! energy that bonds which let go had stored [J]
+      real(dp), intent(out) :: taken             !! energy that cohesive points that fail had stored [J]
       character(:), allocatable, intent(inout) :: message
       real(dp) :: low, high, fastest, of_step, overload, released
       logical :: has_parted
@@ -351,7 +351,7 @@ contains
       end function new_speed
    end subroutine move_by_toughness
 
-   !> Let a tip move by the way that is tried (`hampm_growth_pace`); bonds let go behind it as by a given speed.
+   !> Let a tip move by the way that is tried (`hampm_growth_pace`); cohesive points fail behind it as by a given speed.
    subroutine try_way(growing, m, cracks, k, dt, most, taken)
       type(growing_t), intent(inout) :: growing
       type(problem_t), intent(inout) :: m
@@ -359,7 +359,7 @@ contains
       integer, intent(in) :: k                   !! number of the tip
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: most               !! that it may move [m]
-      real(dp), intent(out) :: taken             !! energy that bonds which let go had stored [J]
+      real(dp), intent(out) :: taken             !! energy that cohesive points that fail had stored [J]
       real(dp) :: way
       associate (tip => cracks%tips(k))
          way = min(growing%way(k), rayleigh_speed(m%materials(tip%material))*dt, most)

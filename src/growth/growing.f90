@@ -34,13 +34,13 @@ module hampm_growing
       real(dp), allocatable :: fall(:)           !! of the same: by how much that falls with the way; 0: not known [1/m]
       logical, allocatable :: is_held(:)         !! of the same: whether it can go no further in the step
       integer, allocatable :: law(:)             !! number of the &growth that it goes or went by last; 0: none so far
-      real(dp), allocatable :: faded(:)          !! of a given speed, after it has come to rest: way by which forces of bonds go on fading [m]
+      real(dp), allocatable :: faded(:)          !! of a given speed, after it has come to rest: way by which forces of cohesive points go on fading [m]
       logical, allocatable :: is_running(:)      !! of law = toughness: whether it has reached that
       logical, allocatable :: has_no_room(:)     !! whether its way is planned to where there is no more room for it
-      logical, allocatable :: has_parted(:)      !! of the same: whether the zone of bonds that let go is complete, from when on it moves
+      logical, allocatable :: has_parted(:)      !! of the same: whether the zone of cohesive points that fail is complete, from when on it moves
       real(dp), allocatable :: speed(:)          !! of the same: of late [m/s]
       real(dp), allocatable :: memory(:)         !! of how late [s]
-      real(dp), allocatable :: owed(:)           !! of the same: way for which bonds have parted and which it has not moved yet [m]
+      real(dp), allocatable :: owed(:)           !! of the same: way for which cohesive points have parted and which it has not moved yet [m]
       real(dp), allocatable :: reserve(:)        !! part of its way that is planned at which the next is planned [m]
       integer, allocatable :: next_of_path(:)    !! of direction = path: the point that it goes to
       integer, allocatable :: looks(:)           !! how often K was taken since the last turn

@@ -1,4 +1,4 @@
-!> How far tips grow by a toughness in a step that is implicit, so long that bonds would let go all at once: as far as G, at the end of the step,
+!> How far tips grow by a toughness in a step that is implicit, so long that cohesive points would fail all at once: as far as G, at the end of the step,
 !> is the toughness. The step is tried with one way after the other, each found by the rule of false position from what G was with those before
 !> (the value at an end that stays halved each time: Illinois). A tip rests where G is below the toughness with no way at all.
 module hampm_growth_pace

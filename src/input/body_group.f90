@@ -186,7 +186,7 @@ contains
       ring = polygon_ring(reshape([lower, upper(1), lower(2), upper, lower(1), upper(2)], [ndim, 4]))
    end function rectangle_ring
 
-   !> The ring that a group describes; one without an inside where keys are missing or mistaken.
+   !> The ring that a group describes; one without an inside where keys are missing or wrong.
    pure subroutine take_ring(settings, entry, ring)
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry               !! position of the group
@@ -206,7 +206,7 @@ contains
       end select
    end subroutine take_ring
 
-   !> Take the values of the keys of one; 0, '' or empty where they are mistaken.
+   !> Take the values of the keys of one; 0, '' or empty where they are wrong.
    pure subroutine fill_body(settings, entry, body)
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry                 !! position of the group

@@ -17,20 +17,20 @@ contains
       character(*), intent(in) :: separator      !! between names
       character(:), allocatable :: expanded, list
       character(name_len), allocatable :: names(:)
-      integer :: from, past, k
+      integer :: from, behind, k
       expanded = trim(text)
       list = ''
       do
          from = index(expanded, '{')
          if (from == 0) return
-         past = index(expanded, '}')
-         allocate (names, source=names_of(expanded(from + 1:past - 1)))
+         behind = index(expanded, '}')
+         allocate (names, source=names_of(expanded(from + 1:behind - 1)))
          list = ''
          do k = 1, size(names)
             if (k > 1) list = list//separator
             list = list//quote//trim(names(k))//quote
          end do
-         expanded = expanded(:from - 1)//list//expanded(past + 1:)
+         expanded = expanded(:from - 1)//list//expanded(behind + 1:)
          deallocate (names)
       end do
    end function expanded

@@ -55,7 +55,7 @@ module hampm_cohesive_group
 
 contains
 
-   !> The law of the group, whose keys are without mistakes.
+   !> The law of the group, whose keys are without errors.
    pure type(cohesive_law_t) function law(self)
       class(cohesive_t), intent(in) :: self
       law = new_cohesive_law(self%openings, self%tractions, self%of_shear, self%by_power, self%exponent)
@@ -74,7 +74,7 @@ contains
             cohesive(k)%tractions = settings%numbers(entry, 'tractions')
             if (settings%text(entry, 'law') /= 'table') then
                cohesive(k)%openings = [settings%number(entry, 'opening'), &
-                                       2*settings%number(entry, 'toughness')/merge(strength, 1.0_dp, strength > 1e-200_dp)] ! others are mistakes
+                                       2*settings%number(entry, 'toughness')/merge(strength, 1.0_dp, strength > 1e-200_dp)] ! others are errors
                cohesive(k)%tractions = [strength, 0.0_dp]
             end if
          end associate

@@ -70,7 +70,7 @@ contains
       end do
    end function command_arguments
 
-   !> Understand the arguments. Every mistake in them is reported. `--name value` and `--name=value` are the same;
+   !> Understand the arguments. Every error in them is reported. `--name value` and `--name=value` are the same;
    !> behind `--` no argument is an option.
    pure subroutine parse_arguments(arguments, options, failure)
       type(string_t), intent(in) :: arguments(:)

@@ -45,19 +45,19 @@ contains
       type(atom_t), allocatable, intent(out) :: atoms(:)
       type(atom_t) :: found(most_atoms)
       character(:), allocatable :: text
-      integer :: n, alternative, from, past
+      integer :: n, alternative, from, behind
       text = expanded(condition, '''', ' | ')
       n = 0
       alternative = 1
       from = 1
       do while (from <= len_trim(text))
-         past = next_break(text(from:)) + from - 1
+         behind = next_break(text(from:)) + from - 1
          n = n + 1
-         found(n) = atom_of(trim(adjustl(text(from:past - 1))))
+         found(n) = atom_of(trim(adjustl(text(from:behind - 1))))
          found(n)%alternative = alternative
-         if (past > len_trim(text)) exit
-         if (text(past:past + 3) == ' or ') alternative = alternative + 1
-         from = past + merge(4, 5, text(past:past + 3) == ' or ')
+         if (behind > len_trim(text)) exit
+         if (text(behind:behind + 3) == ' or ') alternative = alternative + 1
+         from = behind + merge(4, 5, text(behind:behind + 3) == ' or ')
       end do
       atoms = found(:n)
    end subroutine parse_condition
@@ -119,7 +119,7 @@ contains
       if (index(text, '''') == 1) without_quotes = text(2:len(text) - 1)
    end function without_quotes
 
-   !> Whether a word holds of a model, and of one of its groups where it is about such. What has a mistake in it does not hold.
+   !> Whether a word holds of a model, and of one of its groups where it is about such. What has an error in it does not hold.
    pure logical function holds(atom, model, settings, entry)
       type(atom_t), intent(in) :: atom
       type(model_t), intent(in) :: model

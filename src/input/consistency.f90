@@ -289,11 +289,11 @@ contains
       end if
    end subroutine check_interval
 
-   !> Check the group &refine. With indicator = 'none' its other keys have no meaning.
+   !> Check the group &refine. With indicator = 'none' its other keys have no effect.
    pure subroutine check_refine(model, settings, has_bodies)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
-      logical, intent(in) :: has_bodies            !! whether grid and bodies are without mistakes
+      logical, intent(in) :: has_bodies            !! whether grid and bodies are without errors
       integer :: entry
       entry = settings%find('refine', 1)
       if (.not. settings%good(entry, 'indicator') .or. model%refine%indicator == 'none') return

@@ -18,7 +18,7 @@ contains
    pure subroutine check_crack(model, settings, has_grid)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
-      logical, intent(in) :: has_grid            !! whether the grid is without mistakes
+      logical, intent(in) :: has_grid            !! whether the grid is without errors
       integer :: entry, before
       entry = settings%find('crack', 1)
       if (.not. model%is_half()) return
@@ -109,7 +109,7 @@ contains
    pure subroutine check_energy_release(model, settings, has_geometry)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
-      logical, intent(in) :: has_geometry        !! whether grid, bodies and crack are without mistakes
+      logical, intent(in) :: has_geometry        !! whether grid, bodies and crack are without errors
       integer :: entry, i
       entry = settings%find('energy_release', 1)
       if (settings%good(entry, 'estimators') .and. model%energy_release%needs_radii() .and. has_geometry .and. &

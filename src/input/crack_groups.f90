@@ -264,7 +264,7 @@ contains
       end associate
    end function needs_mass
 
-   !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
+   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
    pure subroutine fill_energy_release(settings, energy_release)
       type(settings_t), intent(in) :: settings
       type(energy_release_t), intent(inout) :: energy_release

@@ -19,7 +19,7 @@ contains
    subroutine check_growth(model, settings, has_bodies)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
-      logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
+      logical, intent(in) :: has_bodies          !! whether grid and bodies are without errors
       integer :: k
       if (model%is_half() .and. size(model%growth) + size(model%cohesive) > 0) call check_on_plane(model, settings)
       do k = 1, size(model%growth)

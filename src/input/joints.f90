@@ -120,7 +120,7 @@ contains
       end do
    end function groups_of_bodies
 
-   !> The sheet of the grid, that is the velocity field, on which each body is: those of one part, or all without contact between
+   !> The velocity field of the grid, that is the velocity field, on which each body is: those of one part, or all without contact between
    !> bodies, are on the same.
    pure function velocity_fields_of(model) result(velocity_field)
       type(model_t), intent(in) :: model

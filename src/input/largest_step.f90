@@ -44,7 +44,7 @@ module hampm_largest_step
    real(dp), parameter :: of_local_steps = 0.9_dp
    !> How far lines of particles have gone into empty cells, of those positions that allow the least [cells]
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
-   !> What quadratic cells that are cut leave of the limit of those with `fewest_points`, by edges, cracks and bonds at tips: of 800 at random
+   !> What quadratic cells that are cut leave of the limit of those with `fewest_points`, by edges, cracks and cohesive points at tips: of 800 at random
    !> 3 % was missing at most (docs/quadratic.md)
    real(dp), parameter :: of_cut_quadratic = 0.9_dp
    !> What cells that are cut leave of the limit of whole ones: they multiply the largest eigenvalue by 1.27 at most
@@ -238,7 +238,7 @@ contains
    pure real(dp) function of_misfit(model, points_per_cell) result(part)
       type(model_t), intent(in) :: model
       integer, intent(in) :: points_per_cell
-      associate (squared => real(max(points_per_cell, 2), dp)**2)  ! others are mistakes
+      associate (squared => real(max(points_per_cell, 2), dp)**2)  ! others are errors
          part = of_misfit_edges*sqrt((squared - 1)/(squared + 2))
       end associate
       if (model%method%mass /= 'lumped' .or. model%method%scheme == 'usl') part = of_misfit_else
@@ -345,7 +345,7 @@ contains
          times = min(times, model%run%end_time)
       end associate
       time = 0
-      if (.not. all(times > 0)) return           ! mistakes in the namelist
+      if (.not. all(times > 0)) return           ! errors in the namelist
       time = minval(times)
       next = maxval(times)
       do                                         ! Euclid

@@ -84,7 +84,7 @@ contains
    pure subroutine check_loads(model, settings, has_geometry)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
-      logical, intent(in) :: has_geometry        !! whether grid and bodies are without mistakes
+      logical, intent(in) :: has_geometry        !! whether grid and bodies are without errors
       integer :: i, entry
       do i = 1, size(model%loads)
          entry = settings%find('load', i)

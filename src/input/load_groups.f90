@@ -108,7 +108,7 @@ module hampm_load_groups
 
 contains
 
-   !> Take the values of these keys of one group; 0, '' or empty where they are mistaken.
+   !> Take the values of these keys of one group; 0, '' or empty where they are wrong.
    pure subroutine fill_history(settings, entry, history)
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry                 !! position of the group
@@ -139,7 +139,7 @@ contains
                                 to_text(size(history%factors)))
    end subroutine check_history
 
-   !> Take all groups of this name; values are 0, '' or empty where they are mistaken.
+   !> Take all groups of this name; values are 0, '' or empty where they are wrong.
    pure subroutine fill_constraints(settings, constraints)
       type(settings_t), intent(in) :: settings
       type(constraint_spec_t), allocatable, intent(out) :: constraints(:)
@@ -163,7 +163,7 @@ contains
       end do
    end subroutine fill_constraints
 
-   !> Take all groups of this name; values are 0, '' or empty where they are mistaken.
+   !> Take all groups of this name; values are 0, '' or empty where they are wrong.
    pure subroutine fill_loads(settings, loads)
       type(settings_t), intent(in) :: settings
       type(load_spec_t), allocatable, intent(out) :: loads(:)

@@ -225,7 +225,7 @@ contains
    end function cracks_cut_cells
 
    !> Whether the k-th path is along grid lines and its points are nodes of the lattice; ends at surfaces and beyond need not be. True where that is
-   !> not known, as one of them is mistaken.
+   !> not known, as one of them is wrong.
    pure logical function runs_along_cells(model, k) result(along)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k

@@ -1,5 +1,5 @@
 !> Namelist syntax: `&group key = value, value ... /`. The compiler's own namelist reader passes over misspelt groups and
-!> half of a group where its `/` is missing without a word; this scanner reports every mistake, with its line.
+!> half of a group where its `/` is missing without a word; this scanner reports every error, with its line.
 !>
 !> A text that is read from its beginning to its end: the next character, word or name, and the line it is on.
 module hampm_namelist_file

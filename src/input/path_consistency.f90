@@ -1,4 +1,4 @@
-!> Whether the cracks of a model can be cut: each by itself, against each other, and against what they do not go with.
+!> Whether the cracks of a model can be cut: each by itself, against each other, and against what they are not allowed with.
 module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: least_radius, domain_radii, is_other_within, is_layer
@@ -24,7 +24,7 @@ contains
    pure subroutine check_paths(model, settings, has_bodies)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
-      logical, intent(in) :: has_bodies          !! whether grid and bodies are without mistakes
+      logical, intent(in) :: has_bodies          !! whether grid and bodies are without errors
       integer :: k, before
       do k = 1, size(model%paths)
          if (.not. settings%good(settings%find('crack', k), 'kind') .or. model%paths(k)%kind == 'symmetry') cycle

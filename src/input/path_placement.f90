@@ -99,7 +99,7 @@ contains
       logical :: is_tip(2)
       integer :: end
       is_tip = .false.
-      if (size(model%paths(k)%points, 2) < 2) return ! its points have a mistake
+      if (size(model%paths(k)%points, 2) < 2) return ! its points have an error
       do end = first_end, last_end
          is_tip(end) = is_in_material(model, k, path_tip(model%paths(k), end))
       end do

@@ -228,7 +228,7 @@ module hampm_plain_groups
 
 contains
 
-   !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
+   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
    pure subroutine fill_grid(settings, grid)
       type(settings_t), intent(in) :: settings
       type(grid_spec_t), intent(inout) :: grid
@@ -240,7 +240,7 @@ contains
       grid%order = nint(settings%number(entry, 'order'))
    end subroutine fill_grid
 
-   !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
+   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
    pure subroutine fill_run(settings, run)
       type(settings_t), intent(in) :: settings
       type(run_t), intent(inout) :: run
@@ -252,7 +252,7 @@ contains
       run%end_time = settings%number(entry, 'end_time')
    end subroutine fill_run
 
-   !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
+   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
    pure subroutine fill_damping(settings, damping)
       type(settings_t), intent(in) :: settings
       type(damping_t), intent(inout) :: damping
@@ -261,7 +261,7 @@ contains
       damping%rate = settings%number(entry, 'rate')
    end subroutine fill_damping
 
-   !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
+   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
    pure subroutine fill_output(settings, output)
       type(settings_t), intent(in) :: settings
       type(output_t), intent(inout) :: output
@@ -280,7 +280,7 @@ contains
       is_wanted = self%bodies == 'stick' .or. self%bodies == 'frictionless' .or. self%bodies == 'friction'
    end function is_wanted
 
-   !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
+   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
    pure subroutine fill_contact(settings, contact)
       type(settings_t), intent(in) :: settings
       type(body_contact_spec_t), intent(inout) :: contact
@@ -297,7 +297,7 @@ contains
       has_domains = self%shape_functions == 'cpdi'
    end function has_domains
 
-   !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
+   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
    pure subroutine fill_method(settings, method)
       type(settings_t), intent(in) :: settings
       type(method_t), intent(inout) :: method
@@ -323,7 +323,7 @@ contains
       method%solver = settings%text(entry, 'solver')
    end subroutine fill_method
 
-   !> Take the values of the keys; 0, '' or empty where they are absent or mistaken.
+   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
    pure subroutine fill_refine(settings, refine)
       type(settings_t), intent(in) :: settings
       type(refine_t), intent(inout) :: refine

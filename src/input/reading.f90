@@ -22,7 +22,7 @@ module hampm_reading
 
 contains
 
-   !> Read a model. Every mistake in the file and in the overrides is reported, not only the first.
+   !> Read a model. Every error in the file and in the overrides is reported, not only the first.
    subroutine read_model(path, overrides, model, failure)
       character(*), intent(in) :: path
       type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win

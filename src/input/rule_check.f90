@@ -1,4 +1,4 @@
-!> What the table of rules (`hampm_rules`) says of a model: mistakes, warnings and notes.
+!> What the table of rules (`hampm_rules`) says of a model: errors, warnings and notes.
 module hampm_rule_check
    use hampm_choice_sets, only: expanded
    use hampm_conditions, only: atom_t, parse_condition, holds, shown_atom
@@ -33,7 +33,7 @@ module hampm_rule_check
 
 contains
 
-   !> Look for all rules that a model breaks. Keys at which a model is refused are marked as mistaken, for other checks to pass them over.
+   !> Look for all rules that a model breaks. Keys at which a model is refused are marked as wrong, for other checks to pass them over.
    pure subroutine check_rules(model, settings, warnings, notes)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
@@ -204,7 +204,7 @@ contains
       end if
    end function is_met
 
-   !> Whether no mistake was found in the keys that a rule requires.
+   !> Whether no error was found in the keys that a rule requires.
    pure logical function all_known(reading, settings, entry) result(known)
       type(reading_t), intent(in) :: reading
       type(settings_t), intent(in) :: settings

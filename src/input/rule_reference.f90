@@ -84,19 +84,19 @@ contains
    pure function as_code(condition) result(text)
       character(*), intent(in) :: condition
       character(:), allocatable :: text
-      integer :: from, past
+      integer :: from, behind
       text = ''
       from = 1
       do while (from <= len(condition))
-         past = min(next(condition(from:), ' and '), next(condition(from:), ' or ')) + from - 1
-         if (scan(condition(from:past - 1), '&=><''') > 0 .or. index(condition(from:past - 1), ' ') == 0) then
-            text = text//'`'//condition(from:past - 1)//'`'
+         behind = min(next(condition(from:), ' and '), next(condition(from:), ' or ')) + from - 1
+         if (scan(condition(from:behind - 1), '&=><''') > 0 .or. index(condition(from:behind - 1), ' ') == 0) then
+            text = text//'`'//condition(from:behind - 1)//'`'
          else
-            text = text//condition(from:past - 1)
+            text = text//condition(from:behind - 1)
          end if
-         if (past > len(condition)) exit
-         from = past + index(condition(past + 1:), ' ') + 1
-         text = text//condition(past:from - 1)
+         if (behind > len(condition)) exit
+         from = behind + index(condition(behind + 1:), ' ') + 1
+         text = text//condition(behind:from - 1)
       end do
    end function as_code
 

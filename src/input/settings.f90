@@ -1,6 +1,6 @@
 !> The groups and keys of a namelist as they were written: values as text, each with its location in what the user wrote.
 !>
-!> The mistakes found in what the user wrote, collected so that all of them are reported at once.
+!> The errors found in what the user wrote, collected so that all of them are reported at once.
 module hampm_settings
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_key_rows, only: max_values
@@ -30,7 +30,7 @@ module hampm_settings
    !> One key of one group.
    type :: setting_t
       logical :: given = .false.                   !! whether the user wrote it
-      logical :: good = .true.                     !! whether no mistake was found in it
+      logical :: good = .true.                     !! whether no error was found in it
       character(:), allocatable :: location        !! 'case.nml:12' or '--set group.key=value'
       integer :: count = 0                         !! number of values, may exceed what `values` keeps
       type(value_t), allocatable :: values(:)
@@ -177,7 +177,7 @@ contains
       row = findloc(entry%keys == key, .true., dim=1)
    end function row_of
 
-   !> Whether a key has a value in which no mistake was found.
+   !> Whether a key has a value in which no error was found.
    pure logical function good(self, entry, key)
       class(settings_t), intent(in) :: self
       integer, intent(in) :: entry                 !! position of the group, 0 where it is absent, here and below
@@ -186,7 +186,7 @@ contains
       if (entry > 0) good = self%entries(entry)%settings(row_of(self%entries(entry), key))%good
    end function good
 
-   !> Whether no mistake was found in any key of any group.
+   !> Whether no error was found in any key of any group.
    pure logical function all_good(self)
       class(settings_t), intent(in) :: self
       integer :: i
@@ -304,7 +304,7 @@ contains
       end associate
    end function title
 
-   !> Note a mistake in a key: `location: &group key = value: message`.
+   !> Note an error in a key: `location: &group key = value: message`.
    pure subroutine complain(self, entry, key, message)
       class(settings_t), intent(inout) :: self
       integer, intent(in) :: entry
@@ -331,7 +331,7 @@ contains
       end associate
    end function location
 
-   !> Note one mistake.
+   !> Note one error.
    pure subroutine add(self, message)
       class(input_errors_t), intent(inout) :: self
       character(*), intent(in) :: message          !! one line: where, what, what would be right
@@ -343,7 +343,7 @@ contains
       end if
    end subroutine add
 
-   !> Report all mistakes, if there are any, as one failure.
+   !> Report all errors, if there are any, as one failure.
    pure subroutine tell(self, failure)
       class(input_errors_t), intent(in) :: self
       type(failure_t), intent(inout) :: failure

@@ -1,6 +1,6 @@
-!> Contact between bodies, each with its own velocity field on a sheet of the grid (`hampm_grid`).
+!> Contact between bodies, each with its own velocity field on a velocity field of the grid (`hampm_grid`).
 !>
-!> Copies of a node on two sheets that both have mass are a pair. Around it the bodies have one normal n, from the first to the second,
+!> Copies of a node on two velocity fields that both have mass are a pair. Around it the bodies have one normal n, from the first to the second,
 !> and a gap g, both by the extents of their particles at t^n (`hampm_body_extents`), not by their being in one cell. Where the velocities
 !> w that move the particles would close the gap, w changes by equal and opposite impulses J so that the bodies just meet,
 !>
@@ -41,14 +41,14 @@ module hampm_body_contact
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: distance = 0                   !! gap at which they touch [m]
       integer :: n = 0                           !! number of pairs
-      integer, allocatable :: node(:, :)         !! of the body on the lower and that on the upper sheet, (2, n)
+      integer, allocatable :: node(:, :)         !! of the body on the lower and that on the upper velocity field, (2, n)
       integer, allocatable :: first(:)           !! pairs at one place follow each other: the first of each place, and n + 1
-      logical, allocatable :: of_first(:)        !! whether one of the two is on the first sheet, (n)
+      logical, allocatable :: of_first(:)        !! whether one of the two is on the first velocity field, (n)
       integer, allocatable :: state(:)           !! `apart`, `slides` or `sticks`, (n)
       real(dp), allocatable :: normal(:, :)      !! from the first to the second (ndim, n)
       real(dp), allocatable :: gap(:)            !! less `distance`, huge where bodies are too far apart to meet [m], (n)
       real(dp), allocatable :: slip(:, :)        !! v2 - v1 at t^n [m/s], (ndim, n)
-      real(dp) :: force(ndim) = 0                !! of what is on the first sheet on all others, in the last step [N]
+      real(dp) :: force(ndim) = 0                !! of what is on the first velocity field on all others, in the last step [N]
       real(dp) :: loss = 0                       !! energy that bodies have lost by meeting [J]
       real(dp) :: friction_loss = 0              !! energy taken by friction [J]
       integer, private :: layout = -1            !! of the mass matrix when the pairs were listed
@@ -121,7 +121,7 @@ contains
       c%slip = c%normal
    end subroutine find_body_pairs
 
-   !> How many of the copies of a node are active; none of a point that is no node of the first sheet.
+   !> How many of the copies of a node are active; none of a point that is no node of the first velocity field.
    pure integer function count_active(copies, is_active) result(n)
       integer, intent(in) :: copies(:)
       logical, intent(in) :: is_active(:)
@@ -192,7 +192,7 @@ contains
       if (any(c%state /= apart)) call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, which))
    end subroutine share_between_bodies
 
-   !> Keep the bodies from going through each other: change accelerations and new velocities of the pairs that would, and book what bodies
+   !> Keep the bodies from interpenetrating: change accelerations and new velocities of the pairs that would, and book what bodies
    !> lose by it.
    subroutine separate_bodies(c, grid, free, dt, f)
       type(body_contact_t), intent(inout) :: c

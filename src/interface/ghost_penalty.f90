@@ -1,4 +1,4 @@
-!> What holds small pieces of cells, as cracks or edges of bodies leave them: a few particles resist next to nothing of how the nodes of a piece may
+!> What holds small cut cells of cells, as cracks or edges of bodies leave them: a few particles resist next to nothing of how the nodes of a piece may
 !> move, and move with next to none of it. A load on them would move these without end, and the steps of the run would have to be as short.
 !>
 !> On a side that a small piece has in common with another one, the jumps of the derivatives of the displacement normal to the side, up to the order p of the cells,
@@ -85,7 +85,7 @@ contains
       end do
    end function are_nearly_empty
 
-   !> Add the interface points on the sides of small pieces, and note whether one that is to move is alone.
+   !> Add the interface points on the sides of small cut cells, and note whether one that is to move is alone.
    pure subroutine stabilise_small_cut_cells(interfaces, m)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m

@@ -1,16 +1,16 @@
 !> Where the interface points between the sides of cracks are (`hampm_interface_points`), on each new grid: layers of them in the leaves that
-!> cracks end in, as bonds, along cracks whose faces may touch, as contact, and where these hold each other, as cohesive.
+!> cracks end in, as cohesive points, along cracks whose faces may touch, as contact, and where these hold each other, as cohesive.
 !>
-!> The forces with which bonds begin where cells are cut through material that bears something: such that the cut changes nothing at that moment.
+!> The forces with which cohesive points begin where cells are cut through material that bears something: such that the cut changes nothing at that moment.
 !> With them the nodes of both faces have accelerations that do not part them. Of the forces that do this they are those that
 !> differ least from the traction of the material there, whose mean in a cell is less than half of what the node at a tip bears: with that alone
-!> the node would be let go by half at once, and K would ring.
+!> the node would be released by half at once, and K would ring.
 !>
 !>    C M**-1 C' x = C M**-1 S f
 !>
 !> with C the shares of the nodes in the openings, M their lumped masses, f the forces on them, S the parts of them that are held, and x what the
-!> forces of the bonds lack. A node is held by bonds as far as its function reaches along them, over what this is along a side of a
-!> cell: what is behind the tip is free. Least squares of x over the lengths of the bonds, damped where bonds
+!> forces of the cohesive points lack. A node is held by cohesive points as far as its function reaches along them, over what this is along a side of a
+!> cell: what is behind the tip is free. Least squares of x over the lengths of the cohesive points, damped where cohesive points
 !> are much shorter than a cell and could hold nodes only by tractions without bounds.
 !>
 !> Lumped masses of the nodes that interface points between the faces of cracks hang on, and the forces on these.
@@ -37,7 +37,7 @@ module hampm_interface_placement
    real(dp), parameter :: of_outer = 0.3478548451374538_dp/2, of_inner = 0.6521451548625461_dp/2
    real(dp), parameter :: part(points) = [of_outer, of_inner, of_inner, of_outer] !! of the layer that each stands for
 
-   !> Stiffness of a layer for each area, in E'/h with h the distance of the nodes along the edges of cells. As bonds, of 0.3, 1, 3 and 10 the last two leave the least scatter of J between
+   !> Stiffness of a layer for each area, in E'/h with h the distance of the nodes along the edges of cells. As cohesive points, of 0.3, 1, 3 and 10 the last two leave the least scatter of J between
    !> places of the tip (docs/cracks.md).
    real(dp), parameter :: firmness = 3
 
@@ -50,7 +50,7 @@ module hampm_interface_placement
    real(dp), parameter :: least_part = 1e-6_dp   !! of a leaf, that a layer has at least
    real(dp), parameter :: parallel = 1e-3_dp     !! less of a direction along an axis is along a grid line of the other one
 
-   !> The way of a tip, in cells, in which the force of a bond that it has passed falls to 0 (`hampm_nodal_release`).
+   !> The way of a tip, in cells, in which the force of a cohesive point that it has passed falls to 0 (`hampm_nodal_release`).
    real(dp), parameter :: release_length = 2
 
    !> A straight part of a line within a leaf, and the interface points that are to be there.
@@ -87,7 +87,7 @@ contains
           (m%grid%is_quadratic() .or. .not. interfaces%are_bounded .or. interfaces%strain_last)) &
          call stabilise_small_cut_cells(interfaces, m)
       if (interfaces%are_bounded) interfaces%n_at_end = interfaces%n
-      if (m%grid%is_quadratic()) & ! where what holds small pieces has a mass
+      if (m%grid%is_quadratic()) & ! where what holds small cut cells has a mass
          interfaces%n_at_end = min(interfaces%n_at_end, merge(faces, 0, interfaces%n_contact + interfaces%n_cohesive > 0))
       call go_on(interfaces, old)
       if (.not. (interfaces%are_bounded .or. m%grid%is_quadratic())) call hold_lone_particles(interfaces, m)
@@ -96,11 +96,11 @@ contains
       end do
    end subroutine rebuild_interfaces
 
-   !> Add the bonds of all tips and the contact of all faces.
+   !> Add the cohesive points of all tips and the contact of all faces.
    pure subroutine add_interfaces_of_cracks(interfaces, m, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
-      type(interfaces_t), intent(in) :: old    !! the bonds of tips that move, as they were
+      type(interfaces_t), intent(in) :: old    !! the cohesive points of tips that move, as they were
       logical, allocatable :: begins(:)
       integer :: k, s
       do k = 1, size(m%grid%cut_cells%ends)
@@ -153,11 +153,11 @@ contains
       end associate
    end subroutine add_cohesion
 
-   !> Drop contact where bonds are that have let go, whose faces press on each other by themselves.
+   !> Drop contact where cohesive points are that have failed, whose faces press on each other by themselves.
    pure subroutine leave_to_cohesive_points(interfaces, n)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: n                   !! number of interface points before the contact was added
-      real(dp), parameter :: reach = 0.55_dp     ! part of the length for which a bond stands that is on either side of it
+      real(dp), parameter :: reach = 0.55_dp     ! part of the length for which a cohesive point stands that is on either side of it
       integer :: k, s, fraction_left
       fraction_left = n
       do s = n + 1, interfaces%n
@@ -257,7 +257,7 @@ contains
       between%taken = one%taken + part*(other%taken - one%taken)
    end function between
 
-   !> Whether an interface point that was there can be what another one goes on as: faces that press on each other may have been a bond that has let go.
+   !> Whether an interface point that was there can be what another one goes on as: faces that press on each other may have been a cohesive point that has failed.
    pure logical function is_before(before, point)
       type(interface_point_t), intent(in) :: before, point
       is_before = before%line == point%line
@@ -269,7 +269,7 @@ contains
       end if
    end function is_before
 
-   !> A vector at a point that was there, across and along the faces, at the one that goes on as it: the material may have carried it around, and bonds follow
+   !> A vector at a point that was there, across and along the faces, at the one that goes on as it: the material may have carried it around, and cohesive points follow
    !> the way of their tip, contact the points of its crack.
    pure function turned(vector, before, point)
       real(dp), intent(in) :: vector(ndim)
@@ -309,7 +309,7 @@ contains
       end associate
    end subroutine go_on_as
 
-   !> Add the bonds of a tip that moves, along its way: from where the force of the last of them has fallen to 0 to where the cells that are
+   !> Add the cohesive points of a tip that moves, along its way: from where the force of the last of them has fallen to 0 to where the cells that are
    !> cut end. Where layers begin and end does not depend on where the tip is.
    pure subroutine add_cohesive_points_of_tip(interfaces, m, tip, old)
       type(interfaces_t), intent(inout) :: interfaces
@@ -335,7 +335,7 @@ contains
       end associate
    end subroutine add_cohesive_points_of_tip
 
-   !> Begin with a bond of a tip that moves, or of one that the material carries through the cells: as it was on the grid before, or with the
+   !> Begin with a cohesive point of a tip that moves, or of one that the material carries through the cells: as it was on the grid before, or with the
    !> traction of the material there.
    pure subroutine begin_cohesive_point(point, thickness, old, grown, m, begins)
       type(interface_point_t), intent(inout) :: point
@@ -615,7 +615,7 @@ contains
       stiffness = merge(2, 1, m%grid%is_quadratic())/compliance
    end subroutine find_half_stiffness
 
-   !> Let bonds that begin hold their faces together as the uncut cells did.
+   !> Let cohesive points that begin hold their faces together as the uncut cells did.
    pure subroutine balance_cohesive_points(interfaces, begins, m)
       type(interfaces_t), intent(inout) :: interfaces
       logical, intent(in) :: begins(:)

@@ -10,19 +10,19 @@
 !> `bonded`: a cell in which a crack ends is cut as a whole, and what of its cut lies ahead of the tip is held together by a layer of
 !> points. So the crack of the cells grows with that of the model, and not by whole cells.
 !>
-!> Ahead of a tip that grows in motion more than one cell may be cut. A bond there begins with the traction that the material had, holds
-!> on as a spring, and lets go when the tip has come to it; how its force then falls is `hampm_nodal_release`'s matter.
+!> Ahead of a tip that grows in motion more than one cell may be cut. A cohesive point there begins with the traction that the material had, holds
+!> on as a spring, and fails when the tip has come to it; how its force then falls is `hampm_nodal_release`'s matter.
 !>
-!> On a symmetry plane there is one face, and what it is bonded to is its mirror image: the opening g of such a half bond is the
+!> On a symmetry plane there is one face, and what it is bonded to is its mirror image: the opening g of such a half cohesive point is the
 !> displacement of the face, half of that of the whole crack, only its part normal to the plane has a force, and its energy is that
 !> of the half.
 !>
-!> `contact`: where the faces would go through each other the points push them apart, and with friction they hold them along the face, up
+!> `contact`: where the faces would interpenetrate the points push them apart, and with friction they hold them along the face, up
 !> to the coefficient times the pressure; what is beyond slides (return mapping). The overlap that presses is the compliance of the
 !> layer, that of a third of a cell. While equilibrium is looked for what friction can hold may be given (`hold_friction`): then forces
 !> have a convex potential.
 !>
-!> `ghost`: what holds small pieces of cells to the field of fuller ones (`hampm_ghost_penalty`). The jump is one of derivatives. Such points may have a
+!> `ghost`: what holds small cut cells of cells to the field of fuller ones (`hampm_ghost_penalty`). The jump is one of derivatives. Such points may have a
 !> mass m too, which moves with the rate w of their jump as particles do with the velocity: it gives m c_j w to the momentum of node j, w gains
 !> c.a dt, and the mass matrix has m c c^T.
 !>
@@ -73,19 +73,19 @@ module hampm_interface_points
                                                  !! pressure [m]
       logical :: is_firm = .false.               !! whether the layer is far stiffer than the cells beside it
       integer :: line = 0                        !! number of the crack whose faces may touch there, 0 for none
-      integer :: tip = 0                         !! number of the tip that moves over a bond, 0 for none
-      real(dp) :: way = 0                        !! of that tip from where it was at first to the bond; of `cohesive` to where it begins [m]
+      integer :: tip = 0                         !! number of the tip that moves over a cohesive point, 0 for none
+      real(dp) :: way = 0                        !! of that tip from where it was at first to the cohesive point; of `cohesive` to where it begins [m]
       real(dp) :: cell = 0                       !! size of the cell there [m]
-      real(dp) :: held(ndim) = 0                 !! force of a bond at the opening `start` [N]
+      real(dp) :: held(ndim) = 0                 !! force of a cohesive point at the opening `start` [N]
       real(dp) :: start(ndim) = 0                !! [m]; of `contact` what of the opening faces do not feel yet, after a change of the mesh
-      logical :: is_failing = .false.            !! whether a bond has begun to let go: its force is then `kept` of `held`, and that of faces that touch
+      logical :: is_failing = .false.            !! whether a cohesive point has begun to fail: its force is then `kept` of `held`, and that of faces that touch
       real(dp) :: fraction_left = 1              !! [-]
       real(dp) :: reached = 0                    !! largest opening since then along the force, of law = toughness [m]
       real(dp) :: rate(ndim) = 0                 !! w [m/s]
       integer :: cohesion = 0                    !! number of the law of `cohesive`
       real(dp) :: damage = 0                     !! of that, 1 where faces have parted [-]
       real(dp) :: taken(2) = 0                   !! by that, of opening and of sliding [J/m2]
-      real(dp) :: stored = 0                     !! energy of a bond at the opening `start`, or that it had when it began to let go [J]
+      real(dp) :: stored = 0                     !! energy of a cohesive point at the opening `start`, or that it had when it began to fail [J]
    end type interface_point_t
 
    !> All interface points.
@@ -93,7 +93,7 @@ module hampm_interface_points
       type(thickness_t) :: thickness             !! of the material
       logical :: are_bounded = .true.            !! whether explicit steps have to be stable
       integer :: n_at_end = 0                    !! number of the points, the first ones, whose forces feel what a step changes (`hampm_interface_step`)
-      logical :: strain_last = .false.           !! whether velocities that particles do not remember open them (usl)
+      logical :: strain_last = .false.           !! whether velocities that particles do not keep open them (usl)
       logical :: are_lumped = .true.             !! whether the masses of their nodes are lumped then
       logical :: are_moving = .true.             !! whether they have masses, where they may
       integer :: alone = 0                       !! first element of a piece too small to move with no fuller one beside it, 0
@@ -124,7 +124,7 @@ contains
       is_half = point%law /= ghost .and. (point%n_left == 0 .or. point%node(point%n_left + 1) == 0)
    end function is_half
 
-   !> How far a bond has been stretched since it began [m].
+   !> How far a cohesive point has been stretched since it began [m].
    pure function stretch_of(point) result(stretch)
       type(interface_point_t), intent(in) :: point
       real(dp) :: stretch(ndim)
@@ -144,7 +144,7 @@ contains
       is_free = point%law == contact .or. point%is_failing .or. point%law == cohesive .and. .not. holds(point)
    end function is_free
 
-   !> Whether an interface point is one of two faces that no bond has held, or none since cohesion did.
+   !> Whether an interface point is one of two faces that no cohesive point has held, or none since cohesion did.
    pure logical function are_apart(point)
       type(interface_point_t), intent(in) :: point
       are_apart = is_free(point) .and. point%law /= bonded
@@ -279,7 +279,7 @@ contains
    end function force_of
 
    !> What an interface point of contact tells of the faces there: the force by which they resist being parted, and the change of their opening
-   !> along a direction, by that at its neighbours. `is_there` is false for bonds and where faces have parted.
+   !> along a direction, by that at its neighbours. `is_there` is false for cohesive points and where faces have parted.
    pure subroutine find_face_force(interfaces, k, direction, force, slope, is_there)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
@@ -436,7 +436,7 @@ contains
       end do
    end subroutine stretch_interfaces
 
-   !> Open the bonds that no tip lets go as far as a displacement of the nodes since the start does. Those that are new on a mesh do not begin with what
+   !> Open the cohesive points that no tip fails as far as a displacement of the nodes since the start does. Those that are new on a mesh do not begin with what
    !> the field bears there, and of two at one place, on pieces of either side of a crack, each has its own.
    pure subroutine open_interfaces(interfaces, displacement)
       type(interfaces_t), intent(inout) :: interfaces
@@ -573,7 +573,7 @@ contains
       end do
    end function interface_energy
 
-   !> Energy that an interface point stores [J]: that of a bond since it began. One that has begun to let go stores none but that of faces that press on each other,
+   !> Energy that an interface point stores [J]: that of a cohesive point since it began. One that has begun to fail stores none but that of faces that press on each other,
    !> what it takes is lost.
    pure real(dp) function energy_of(point) result(energy)
       type(interface_point_t), intent(in) :: point

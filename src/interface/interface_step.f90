@@ -18,12 +18,12 @@
 !> In the scheme usl particles are strained by -A C' f, but remember -A M A C' f only: what is not remembered must not go beyond equilibrium in one
 !> step. There beta is 1, and A stands for A M A.
 !>
-!> The forces are found by Newton's method: where the law is linear by pieces, as of bonds and faces in contact, one solution does for as long as no point
+!> The forces are found by Newton's method: where the law is linear by pieces, as of cohesive points and faces in contact, one solution does for as long as no point
 !> changes what it does. Of unknowns whose force changes with their opening the matrix is W + 1/law', symmetric and positive definite, as
 !> friction is held at limits that follow from the pressure before a pass, and passes are repeated; it is factorised where it changes only.
 !>
 !> Masses are lumped at the nodes of points, where faces of linear cells may touch and where the material moves through the cells; elsewhere A is that of the run, and
-!> its columns for the forces are found once for each mesh. What holds small pieces of quadratic cells has a mass, and its force at the start of the step.
+!> its columns for the forces are found once for each mesh. What holds small cut cells of quadratic cells has a mass, and its force at the start of the step.
 !>
 !> Source: Hughes & Liu, Implicit-explicit finite elements in transient analysis, Journal of Applied Mechanics 45 (1978) 371-378; Carpenter, Taylor & Katona,
 !> Lagrange constraints for transient finite element surface contact, International Journal for Numerical Methods in Engineering 32 (1991) 103-128.
@@ -516,7 +516,7 @@ contains
          end do
       end do
    contains
-      !> Go a part of the way of a turn, and find what is out of balance there.
+      !> Go a part of the way of a turn, and find the residual there.
       subroutine go_by(step)
          real(dp), intent(in) :: step            !! [-]
          f = f + step*turned

@@ -1,10 +1,10 @@
-!> How the bonds ahead of a tip that grows in motion (`hampm_interface_points`) let go, and what this takes.
+!> How the cohesive points ahead of a tip that grows in motion (`hampm_interface_points`) failed, and what this takes.
 !>
-!> A node that were let go at once would ring. A bond that the tip has come to keeps the force that it has then, and this falls
+!> A node that were released at once would ring. A cohesive point that the tip has come to keeps the force that it has then, and this falls
 !>
 !>    given speed    linearly with the way of the tip, to 0 where that is two cells further;
-!>    toughness      with the opening u since, by -du f/(2 (G A - U)), with f the force and U the energy that the bond had when it let go, A its
-!>                   area and G the toughness at the speed of the tip: so what a bond takes meanwhile is G times the area for which it has.
+!>    toughness      with the opening u since, by -du f/(2 (G A - U)), with f the force and U the energy that the cohesive point had when it failed, A its
+!>                   area and G the toughness at the speed of the tip: so what a cohesive point takes meanwhile is G times the area for which it has.
 !>
 !> The work of these forces is what the new faces take: the fracture term of the energy balance. In a step it is that of the force that acts in it, on the way of the mean of the velocities
 !> before and after.
@@ -18,7 +18,7 @@ module hampm_nodal_release
 
 contains
 
-   !> Let the bonds go that a tip has passed; the force of those that have fades with its way and, once it has come to rest, goes on doing so.
+   !> Start failure of the cohesive points that a tip has passed; the force of those that have fades with its way and, once it has come to rest, goes on doing so.
    !> `taken` is the energy that they had stored.
    pure subroutine fail_behind(interfaces, tip, way, further, taken)
       type(interfaces_t), intent(inout) :: interfaces
@@ -37,13 +37,13 @@ contains
       end do
    end subroutine fail_behind
 
-   !> Let the bonds of a tip go whose traction is beyond a strength, up to a way of the tip. `taken` is the energy that they had stored. Beyond
-   !> that way bonds hold: the tip has to come near first. `overload` is the largest traction over the strength of those.
+   !> Start failure of the cohesive points of a tip whose traction is beyond a strength, up to a way of the tip. `taken` is the energy that they had stored. Beyond
+   !> that way cohesive points hold: the tip has to come near first. `overload` is the largest traction over the strength of those.
    pure subroutine fail_beyond(interfaces, tip, strength, last, taken, overload)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: tip                 !! its number
       real(dp), intent(in) :: strength           !! times the root of the size of the cell [Pa sqrt(m)]
-      real(dp), intent(in) :: last               !! way up to which bonds let go [m]
+      real(dp), intent(in) :: last               !! way up to which cohesive points fail [m]
       real(dp), intent(out) :: taken             !! [J]
       real(dp), intent(out) :: overload          !! [-]
       real(dp) :: force(ndim), across, traction
@@ -65,7 +65,7 @@ contains
       end do
    end subroutine fail_beyond
 
-   !> A bond with the opening that had the force of the last step: that which it has oscillates about it.
+   !> A cohesive point with the opening that had the force of the last step: that which it has oscillates about it.
    pure function as_felt(point, at_end) result(cohesive_point)
       type(interface_point_t), intent(in) :: point
       logical, intent(in) :: at_end              !! whether it feels what a step changes
@@ -74,7 +74,7 @@ contains
       if (at_end) cohesive_point%opening = point%felt
    end function as_felt
 
-   !> Let a bond go.
+   !> Start failure of a cohesive point.
    pure subroutine start_failure(point, at_end, taken)
       type(interface_point_t), intent(inout) :: point
       logical, intent(in) :: at_end              !! whether it feels what a step changes
@@ -100,8 +100,8 @@ contains
       taken = taken + point%stored
    end subroutine start_failure
 
-   !> Length of crack for which the bonds of a tip that have let go would take a toughness now, by how they have opened since the step before [m]:
-   !> a bond that keeps a part of its force has taken 1 less the square of this part.
+   !> Length of crack for which the cohesive points of a tip that have failed would take a toughness now, by how they have opened since the step before [m]:
+   !> a cohesive point that keeps a part of its force has taken 1 less the square of this part.
    pure real(dp) function release_distance(interfaces, tip, toughness) result(way)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: tip                 !! its number
@@ -117,7 +117,7 @@ contains
       end do
    end function release_distance
 
-   !> Part of its force that a bond keeps now.
+   !> Part of its force that a cohesive point keeps now.
    pure real(dp) function fraction_at(point, toughness) result(fraction_left)
       type(interface_point_t), intent(in) :: point
       real(dp), intent(in) :: toughness          !! times the thickness [J/m]
@@ -135,13 +135,13 @@ contains
       end associate
    end function fraction_at
 
-   !> How far a bond has opened along its force since it has let go [m].
+   !> How far a cohesive point has opened along its force since it has failed [m].
    pure real(dp) function opening_along(point) result(opening)
       type(interface_point_t), intent(in) :: point
       opening = dot_product(point%opening - point%start, point%held)/norm2(point%held)
    end function opening_along
 
-   !> Let the forces of bonds that have let go follow their openings, at a toughness. `has_parted` tells whether any
+   !> Let the forces of cohesive points that have failed follow their openings, at a toughness. `has_parted` tells whether any
    !> has lost all of its force.
    pure subroutine soften_released(interfaces, tip, toughness, has_parted)
       type(interfaces_t), intent(inout) :: interfaces
@@ -160,7 +160,7 @@ contains
       end do
    end subroutine soften_released
 
-   !> What the forces of bonds that have let go take in a step [J]; where what they were at its start is given, with the forces that they had then.
+   !> What the forces of cohesive points that have failed take in a step [J]; where what they were at its start is given, with the forces that they had then.
    pure real(dp) function work_of_release(interfaces, before, after, dt, start) result(work)
       type(interfaces_t), intent(in) :: interfaces
       real(dp), intent(in) :: before(:, :), after(:, :) !! velocities of the nodes that the forces of the step have changed [m/s],
@@ -185,7 +185,7 @@ contains
       end do
    end function work_of_release
 
-   !> What is left of the force of a bond that has let go, without that of faces that touch; the whole force of one that has not [N].
+   !> What is left of the force of a cohesive point that has failed, without that of faces that touch; the whole force of one that has not [N].
    pure function failing_force(point) result(force)
       type(interface_point_t), intent(in) :: point
       real(dp) :: force(ndim)
@@ -193,7 +193,7 @@ contains
       if (point%is_failing) force = point%fraction_left*point%held
    end function failing_force
 
-   !> Way of a tip to the foremost bond that has let go [m]; 0 where none has.
+   !> Way of a tip to the foremost cohesive point that has failed [m]; 0 where none has.
    pure real(dp) function foremost_released(interfaces, tip) result(way)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: tip                 !! its number

@@ -5,7 +5,7 @@
 !> plane, to which H_33 adds what it makes of the strain in it, nu H_33 (`by_across`), and a stress_33 by Young's modulus across it.
 !> Without the hoop that it needs stress of axisymmetric material is not a number.
 !>
-!> Laws with a history need what a particle remembers, `past`, too; without it their numbers are not numbers. It is that of the
+!> Laws with a history need the state variables of a particle, `past`, too; without it their numbers are not numbers. It is that of the
 !> last state that was kept (`follow`). Explicit steps keep it whenever they strain the particles. At rest trial states must not:
 !> while `is_trial`, stress, tangent and energies are those at the end of a step that began with `past` and lasts `elapsed`.
 module hampm_material
@@ -27,7 +27,7 @@ module hampm_material
       character(name_len) :: law_name = ''       !! of its law in model files
       logical :: linear = .true.                 !! whether that is a linear one
       class(law_t), allocatable, private :: law  !! unless it is
-      logical :: isotropic = .true.              !! else `young` and `poisson` have no meaning
+      logical :: isotropic = .true.              !! else `young` and `poisson` have no effect
       logical :: plane_stress = .true.           !! else plane strain
       logical :: is_ring = .false.               !! else, of a material as in plane strain, axisymmetric
       real(dp) :: young = 0                      !! [Pa]
@@ -36,7 +36,7 @@ module hampm_material
       real(dp) :: lambda = 0                     !! Lame constant; of linear laws in plane stress lambda' [Pa]
       real(dp) :: mu = 0                         !! shear modulus [Pa]
       logical :: mean_dilatation = .false.       !! whether its dilatation is the mean over a cell (`hampm_mean_dilatation`)
-      integer :: columns = 0                     !! how many numbers a particle of it remembers
+      integer :: columns = 0                     !! number of state variables
       logical :: is_trial = .false.              !! whether states are tried that are not kept
       real(dp) :: time_increment = 0             !! since the last that was kept [s]
       ! Of an orthotropic material, where lambda and mu are C_12 and C_66 in its axes; of the columns (11, 22, 12):
@@ -229,12 +229,12 @@ contains
       if (allocated(self%law)) yields = self%law%yields
    end function yields
 
-   !> Remember a step of length `dt` at the end of which the displacement gradient is `h`.
+   !> Update the state by a step of length `dt` at the end of which the displacement gradient is `h`.
    pure subroutine update_state(self, h, dt, old_state, hoop)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp), contiguous, intent(inout) :: old_state(:) !! what the particle remembers
+      real(dp), contiguous, intent(inout) :: old_state(:) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: strain(space, space)
       if (self%columns == 0) return
@@ -308,7 +308,7 @@ contains
    pure function kirchhoff_stress(self, h, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: stress(ndim, ndim), in_space(space, space)
       if (self%linear) then
@@ -334,7 +334,7 @@ contains
    pure real(dp) function hoop_stress(self, h, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: in_space(space, space)
       if (self%linear) then
@@ -351,7 +351,7 @@ contains
    pure function first_piola_stress(self, h, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: stress(ndim, ndim)
       if (self%linear) then
@@ -367,7 +367,7 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp), intent(in), optional :: change_of_hoop !! and that of it [-]
       real(dp) :: change(ndim, ndim), in_space(space, space)
@@ -384,7 +384,7 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp), intent(in), optional :: change_of_hoop !! and that of it [-]
       real(dp) :: in_space(space, space)
@@ -417,7 +417,7 @@ contains
          if (abs(by_thickness(3, 3)) > 0) change = change - change(3, 3)/by_thickness(3, 3)*by_thickness
       end if
    contains
-      !> Of the step of a trial, else of sudden strains.
+      !> Of the step of a trial, else of instantaneous strain.
       pure function tangent(direction)
          real(dp), intent(in) :: direction(space, space)
          real(dp) :: tangent(space, space)
@@ -457,7 +457,7 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       logical, intent(in) :: total_frame         !! gradients at the reference positions, else at the present ones
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: stress(ndim, ndim)
       if (total_frame) then
@@ -471,7 +471,7 @@ contains
    pure real(dp) function energy_density(self, h, old_state, hoop)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! what the particle remembers
+      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: strain(space, space), state(most_columns), in_plane(ndim, ndim)
       if (.not. self%linear) then

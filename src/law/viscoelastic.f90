@@ -5,7 +5,7 @@
 !>    q_i = 2 G_i (e - v_i),   v_i' = q_i/(2 eta_i),   eta_i = G_i tau_i,
 !>
 !> e being the deviator of eps = sym(H) and v_i the strain of the i-th dashpot. mu, and with it Young's modulus and Poisson's
-!> ratio, are those of sudden strains. Where the sum of the G_i is mu nothing is left of the shear stress in the end, as in a
+!> ratio, are those of instantaneous strain. Where the sum of the G_i is mu nothing is left of the shear stress in the end, as in a
 !> Maxwell fluid.
 !>
 !> Over a step e is taken to change at a constant rate, of which the update, with x = dt/tau_i, is the solution:
@@ -39,7 +39,7 @@ module hampm_viscoelastic
 
    type, extends(law_t) :: viscoelastic_t
       real(dp) :: kappa = 0                      !! bulk modulus [Pa]
-      real(dp) :: mu = 0                         !! shear modulus of sudden strains [Pa]
+      real(dp) :: mu = 0                         !! shear modulus of instantaneous strain [Pa]
       integer :: branches = 0                    !! Maxwell elements
       real(dp) :: modulus(most_branches) = 0     !! G_i [Pa]
       real(dp) :: time(most_branches) = 0        !! tau_i [s]
@@ -54,10 +54,10 @@ module hampm_viscoelastic
 
 contains
 
-   !> The constants from those of sudden strains and those of the elements. Moduli whose sum is that of sudden strains but for
+   !> The constants from those of instantaneous strain and those of the elements. Moduli whose sum is the instantaneous one but for
    !> what their decimals tell leave nothing.
    subroutine new_viscoelastic(lambda, mu, constants, law)
-      real(dp), intent(in) :: lambda, mu         !! of sudden strains
+      real(dp), intent(in) :: lambda, mu         !! of instantaneous strain
       type(constant_t), intent(in) :: constants(:)
       class(law_t), allocatable, intent(out) :: law
       real(dp), parameter :: decimals = 1.0e-6_dp
@@ -109,7 +109,7 @@ contains
       end do
    end function stress
 
-   !> The tangent of a step, in which stress is linear in H; without one that of sudden strains [Pa].
+   !> The tangent of a step, in which stress is linear in H; without one the instantaneous one [Pa].
    pure function tangent(self, h, dh, state, dt) result(change)
       class(viscoelastic_t), intent(in) :: self
       real(dp), intent(in) :: h(space, space), dh(space, space), state(:)

@@ -3,8 +3,8 @@
 !> A node of which only the corner of a cell has material would have next to no mass: explicit steps would have to be as short as one likes, and the
 !> stiffness would be as badly conditioned. So a node that belongs to no cell filled by a part `least_fill` at least has no degrees of
 !> freedom of its own: it hangs on the nodes of a cell that is full enough, next to one that it belongs to, and moves as the shape functions of
-!> that cell are continued to it. Where no cell beside a nearly empty one is full enough, as at a sharp corner, it takes the host of one beside it.
-!> Of cells that are as full, or hosts that are as near, it takes that towards which the material is, not the first one: a mirror image has the same.
+!> that cell are continued to it. Where no cell beside a nearly empty one is full enough, as at a sharp corner, it takes the root cell of one beside it.
+!> Of cells that are as full, or root cells that are as near, it takes that towards which the material is, not the first one: a mirror image has the same.
 !> Displacements stay continuous, and linear ones exact.
 !>
 !> Cells beside cells of another size, and those that a crack cuts or that are next to such, keep their nodes.
@@ -27,7 +27,7 @@ module hampm_aggregated_nodes
    real(dp), parameter :: least_fill = 0.25_dp
    integer, parameter :: sides(ndim, 4) = reshape([0, -1, -1, 0, 1, 0, 0, 1], [ndim, 4])
 
-   !> Which places are outer nodes, and the leaf on whose nodes each hangs.
+   !> Which places are aggregated nodes, and the leaf on whose nodes each hangs.
    type :: aggregated_nodes_t
       type(place_table_t) :: places
       integer, allocatable :: root_cell(:)       !! by number of the place in the table
@@ -47,7 +47,7 @@ contains
       are_there = self%places%n > 0
    end function are_there
 
-   !> Number of the outer node at a place, 0 where none is.
+   !> Number of the aggregated node at a place, 0 where none is.
    pure integer function number_at(self, place) result(number)
       class(aggregated_nodes_t), intent(in) :: self
       integer(long), intent(in) :: place(ndim)
@@ -55,7 +55,7 @@ contains
       if (self%places%n > 0) number = self%places%number_of(place)
    end function number_at
 
-   !> Whether a leaf is nearly empty and its outer nodes hang.
+   !> Whether a leaf is nearly empty and its aggregated nodes hang.
    pure logical function has_root_cell(self, leaf)
       class(aggregated_nodes_t), intent(in) :: self
       integer, intent(in) :: leaf
@@ -63,7 +63,7 @@ contains
       if (allocated(self%root_cell_of_leaf)) has_root_cell = self%root_cell_of_leaf(leaf) > 0
    end function has_root_cell
 
-   !> Weights of the corners of the host of an outer node.
+   !> Weights of the corners of the root cell of an aggregated node.
    pure function weights(self, forest, place) result(weight)
       class(aggregated_nodes_t), intent(in) :: self
       type(forest_t), intent(in) :: forest
@@ -74,7 +74,7 @@ contains
       end associate
    end function weights
 
-   !> Find the outer nodes of a forest in which there are some bodies.
+   !> Find the aggregated nodes of a forest in which there are some bodies.
    pure subroutine find_aggregated_nodes(forest, cut_cells, bodies, aggregated)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
@@ -175,7 +175,7 @@ contains
       if (is_across(forest, cut_cells, leaf, root_cell)) root_cell = 0
    end function root_cell_of
 
-   !> The host of a leaf beside one of the four sides of a nearly empty one, the nearest of them; 0 for none.
+   !> The root cell of a leaf beside one of the four sides of a nearly empty one, the nearest of them; 0 for none.
    pure integer function root_cell_of_next(forest, cut_cells, root_cells, centre, leaf) result(root_cell)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
@@ -240,7 +240,7 @@ contains
       x = forest%position(forest%place_of(leaf)) + 0.5_dp*forest%size_of(leaf)
    end function middle_of
 
-   !> Note a corner of a nearly empty leaf, if all leaves around it are nearly empty or empty, with the nearest of the hosts of these.
+   !> Note a corner of a nearly empty leaf, if all leaves around it are nearly empty or empty, with the nearest of the root cells of these.
    pure subroutine add_corner(forest, fill, centre, root_cells, place, leaf, aggregated)
       type(forest_t), intent(in) :: forest
       real(dp), intent(in) :: fill(:)

@@ -15,7 +15,7 @@ module hampm_crack_lines
       logical :: contact = .false.               !! whether its sides press on each other
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point the tips are that grow in motion: cells
-                                                 !! are cut ahead of them, and bonds hold these [m]
+                                                 !! are cut ahead of them, and cohesive points hold these [m]
       real(dp) :: grown(2) = 0                   !! how far each of these tips has moved so far [m]
       integer :: cohesion = 0                    !! number of the law by which its faces hold each other, 0 for none
       real(dp) :: held(2) = 0                    !! ways from its first point from and to which they do [m]

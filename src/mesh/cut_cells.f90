@@ -9,7 +9,7 @@
 !> belongs to a neighbour. A point on a line belongs to one side, whichever end of the line is the first (`side_of_ties`); particles there are
 !> split (`hampm_matching`).
 !>
-!> A line that ends in a leaf does not divide that. An end that is a tip is moved on along the line to where its leaf ends, and bonds
+!> A line that ends in a leaf does not divide that. An end that is a tip is moved on along the line to where its leaf ends, and cohesive points
 !> (`hampm_interface_points`) hold the part that is not cut. Where a line along a grid line ends between leaves, it stays.
 module hampm_cut_cells
    use hampm_kinds, only: dp, ndim, long
@@ -197,7 +197,7 @@ contains
    end function is_in_sliver
 
    !> The place where the material that began at `origin` would be if it had kept its distance from the line next to it, and so its side,
-   !> however far the faces have parted or gone through each other [m]. Where lines stay, that is `origin`.
+   !> however far the faces have parted or interpenetrated [m]. Where lines stay, that is `origin`.
    pure function follow(self, origin) result(x)
       class(cut_cells_t), intent(in) :: self
       real(dp), intent(in) :: origin(ndim)       !! in the reference configuration [m]

@@ -21,9 +21,9 @@
 !> half. The weights of its masters are 3/8, 3/4 and -1/8, and the lumped masses stay positive: what the last one takes from an end of
 !> the coarser side is less than what the leaf beside it gives.
 !>
-!> Where bodies have velocity fields of their own, to meet and part (`hampm_body_contact`), each field is a sheet: all leaves have the
-!> same elements, or quarters, or pieces of these, once more for each sheet, and all nodes a copy on each. Those of a leaf follow each
-!> other, sheet after sheet. A particle stands in an element of the sheet of its body. Cracks are on the first sheet only: on others the pieces of
+!> Where bodies have velocity fields of their own, to meet and part (`hampm_body_contact`), each field is a velocity field: all leaves have the
+!> same elements, or quarters, or pieces of these, once more for each velocity field, and all nodes a copy on each. Those of a leaf follow each
+!> other, velocity field after velocity field. A particle stands in an element of the velocity field of its body. Cracks are on the first velocity field only: on others the pieces of
 !> a leaf have the same nodes.
 module hampm_grid
    use hampm_kinds, only: dp, ndim, corners, long
@@ -48,7 +48,7 @@ module hampm_grid
       logical, allocatable :: is_full(:)                !! whether one of them fills each leaf; not allocated where there are none, (leaves)
       logical, allocatable :: is_met(:)                 !! whether any of them has a part of each leaf; as above, (leaves)
       type(aggregated_nodes_t) :: aggregated_nodes      !! of cells that these nearly leave empty
-      integer, allocatable :: field_of_body(:)          !! the sheet on which each body is; not allocated where there is one only
+      integer, allocatable :: field_of_body(:)          !! the velocity field on which each body is; not allocated where there is one only
       integer :: n_velocity_fields = 1
       real(dp), allocatable :: solids(:, :, :)          !! corners of the rectangles that are filled with material, where cells are
                                                         !! quadratic; else not allocated [m], (ndim, 2, number)
@@ -128,14 +128,14 @@ contains
       quarters_of = (self%leaf_element(leaf + 1) - self%leaf_element(leaf))/self%all_pieces(leaf)
    end function quarters_of
 
-   !> Number of pieces of a leaf on all sheets.
+   !> Number of pieces of a leaf on all velocity fields.
    pure integer function all_pieces(self, leaf)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: leaf
       all_pieces = self%n_velocity_fields*self%cut_cells%pieces_of(leaf)
    end function all_pieces
 
-   !> The sheet on which a body is.
+   !> The velocity field on which a body is.
    pure integer function velocity_field_of(self, body) result(velocity_field)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: body
@@ -143,7 +143,7 @@ contains
       if (allocated(self%field_of_body)) velocity_field = self%field_of_body(body)
    end function velocity_field_of
 
-   !> Whether an element is on the first sheet.
+   !> Whether an element is on the first velocity field.
    pure logical function is_in_first_field(self, e) result(is)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: e
@@ -152,7 +152,7 @@ contains
       end associate
    end function is_in_first_field
 
-   !> What is on a sheet where an element of the first one is.
+   !> What is on a velocity field where an element of the first one is.
    pure integer function copy_on(self, e, velocity_field) result(copy)
       class(grid_t), intent(in) :: self
       integer, intent(in) :: e, velocity_field
@@ -161,7 +161,7 @@ contains
       end associate
    end function copy_on
 
-   !> The copies of each node on all sheets, by its copy on the first one; 0 for the other points. (sheets, points)
+   !> The copies of each node on all velocity fields, by its copy on the first one; 0 for the other points. (velocity fields, points)
    pure subroutine copies_of_nodes(self, copies)
       class(grid_t), intent(in) :: self
       integer, allocatable, intent(out) :: copies(:, :)
@@ -353,7 +353,7 @@ contains
    end function is_toward
 
    !> The element that covers the place `x`, of its piece where there are several; `outside` where there is none, or where `x` is not a
-   !> number. Where lines move, the piece is that of the material that began at `origin`. Of several sheets it is that of the body to
+   !> number. Where lines move, the piece is that of the material that began at `origin`. Of several velocity fields it is that of the body to
    !> which the material belongs, or else the first.
    pure integer function element_at(self, x, origin, body) result(e)
       class(grid_t), intent(in) :: self

@@ -26,7 +26,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(line_t), intent(in), optional :: lines(:)
       type(outline_t), allocatable, intent(in), optional :: bodies(:) !! whose edges may cut cells
-      integer, allocatable, intent(in), optional :: velocity_fields(:) !! the sheet on which each body is, from 1 on
+      integer, allocatable, intent(in), optional :: velocity_fields(:) !! the velocity field on which each body is, from 1 on
       real(dp), allocatable, intent(in), optional :: solids(:, :, :)  !! see `grid_t`; where it is allocated, cells are quadratic
       type(place_table_t) :: points
       integer :: status, leaf
@@ -89,7 +89,7 @@ contains
       expected_points = leaves + leaves/8 + 16
    end function expected_points
 
-   !> Number the nodes: the corners of leaves, in the order of the leaves, but for outer nodes.
+   !> Number the nodes: the corners of leaves, in the order of the leaves, but for aggregated nodes.
    subroutine number_nodes(grid, points)
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(inout) :: points
@@ -198,12 +198,12 @@ contains
       end do
    end function is_solid
 
-   !> A place as a piece of a leaf, on its sheet, sees it: points at one place that are not the same have different ones. Those of
-   !> sheets but the first one are far outside the lattice.
+   !> A place as a piece of a leaf, on its velocity field, sees it: points at one place that are not the same have different ones. Those of
+   !> velocity fields but the first one are far outside the lattice.
    pure function seen_from(grid, leaf, piece, place) result(seen)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf
-      integer, intent(in) :: piece               !! of all sheets
+      integer, intent(in) :: piece               !! of all velocity fields
       integer(long), intent(in) :: place(ndim)
       integer(long) :: seen(ndim)
       integer(long), parameter :: far = 2_long**48
@@ -308,7 +308,7 @@ contains
       end do
    end subroutine place_nodes
 
-   !> The masters of the hanging nodes and their weights. What leaves without material let hang has none: it may be between outer nodes.
+   !> The masters of the hanging nodes and their weights. What leaves without material let hang has none: it may be between aggregated nodes.
    subroutine find_masters(grid, points)
       type(grid_t), intent(inout) :: grid
       type(place_table_t), intent(in) :: points
@@ -362,7 +362,7 @@ contains
       if (grid%aggregated_nodes%are_there()) call add_aggregated_nodes()
       call grid%dofs%set_masters(grid%n_nodes, count_of, node, weight)
    contains
-      !> Let outer nodes hang on the corners of their hosts.
+      !> Let aggregated nodes hang on the corners of their root cells.
       subroutine add_aggregated_nodes()
          integer(long) :: place(ndim)
          integer :: root_cell, point, aggregated

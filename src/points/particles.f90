@@ -35,7 +35,7 @@ module hampm_particles
                                                         !! as H is by these [m], (n); not allocated in a plane
       real(dp), allocatable :: local(:, :)              !! where in its cell it was when it was mapped last, 0 to 1, and kept a
                                                         !! little away from the edges; (n, ndim)
-      real(dp), allocatable :: history(:, :)            !! what laws remember; not allocated where none does. (n, columns)
+      real(dp), allocatable :: history(:, :)            !! state variables of laws; not allocated where none does. (n, columns)
       ! Where particles have domains (`hampm_domains`), each with a quarter of the mass at a corner. Not allocated elsewhere
       real(dp), allocatable :: corner_displacement(:, :, :) !! [m], (n, ndim, corners)
       real(dp), allocatable :: corner_velocity(:, :, :) !! [m/s], (n, ndim, corners)
@@ -367,15 +367,15 @@ contains
       weight = weight/sum(weight)
    end function weights_of
 
-   !> What particle `i` remembers, the first `columns` numbers: zeros of none, whose number is 0, and none where no law has a history. Its size is that
+   !> State variables of particle `i`, the first `columns` numbers: zeros of none, whose number is 0, and none where no law has a history. Its size is that
    !> of the longest history, so that it needs no room of its own.
-   pure function history_of(self, i) result(past)
+   pure function history_of(self, i) result(state)
       class(particles_t), intent(in) :: self
       integer, intent(in) :: i
-      real(dp) :: past(most_columns)
+      real(dp) :: state(most_columns)
       if (.not. allocated(self%history)) return
-      past(:self%columns()) = 0
-      if (i > 0) past(:self%columns()) = self%history(i, :)
+      state(:self%columns()) = 0
+      if (i > 0) state(:self%columns()) = self%history(i, :)
    end function history_of
 
    !> Edges of the reference rectangle of a particle [m].
@@ -387,7 +387,7 @@ contains
       if (allocated(p%level)) spacing = scale(spacing, -p%level(i))
    end function spacing_of
 
-   !> How many numbers a particle remembers.
+   !> Number of state variables of a particle.
    pure integer function columns(self)
       class(particles_t), intent(in) :: self
       columns = 0

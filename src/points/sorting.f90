@@ -16,7 +16,7 @@ module hampm_sorting
    !> Where the last sort moved the particles, and workspace.
    type, extends(column_visitor_t) :: sorting_t
       integer, allocatable :: new_place(:)              !! of each particle, (n)
-      logical, allocatable :: changed(:)                !! elements that particles have left or entered, where only leavers were
+      logical, allocatable :: changed(:)                !! elements that particles have left or entered, where only cell-crossing particles were
                                                         !! looked for; (n_elements)
       integer, private :: n_stretches = 0
       integer, allocatable, private :: from(:), to(:), length(:) !! of each stretch

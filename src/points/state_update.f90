@@ -1,4 +1,4 @@
-!> What particles remember, where their law has a history, and by what hoops they resist where they are rings.
+!> State variables of particles, where their law has a history, and by what hoops they resist where they are rings.
 module hampm_state_update
    use hampm_kinds, only: dp
    use hampm_law, only: most_columns

@@ -193,7 +193,7 @@ contains
       type(material_t), intent(in) :: material
       integer, intent(in) :: n                   !! derivatives of a shape function
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in) :: old_state(:) !! what the particle remembers
+      real(dp), contiguous, intent(in) :: old_state(:) !! state variables of the particle
       real(dp), intent(in) :: hoop               !! H_33 [-]
       real(dp) :: moduli(ndim, n, ndim, n)
       real(dp) :: unit(ndim, n)
@@ -212,7 +212,7 @@ contains
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(:, :)           !! its change [-], (ndim, derivatives)
-      real(dp), contiguous, intent(in) :: old_state(:) !! what the particle remembers
+      real(dp), contiguous, intent(in) :: old_state(:) !! state variables of the particle
       real(dp), intent(in) :: hoop               !! H_33 [-]
       real(dp) :: change(ndim, size(dh, 2)), in_plane(ndim, ndim)
       in_plane = dh(:, :ndim)

@@ -56,7 +56,7 @@ contains
       type(load_t), intent(inout) :: load
       real(dp), intent(in), optional :: toward(ndim)  !! unit vector from the crack into the material; 0 elsewhere
       real(dp) :: aside(ndim)                    ! to where hosts are looked for: nearer to those of a side than to all others [m]
-      integer, allocatable :: hosts(:)
+      integer, allocatable :: carriers(:)
       real(dp) :: part(size(points, 2))
       integer :: k, i, n
       n = size(points, 2)
@@ -65,10 +65,10 @@ contains
       if (present(toward)) aside = 0.5_dp*minval(m%particles%spacing)*toward
       allocate (load%fraction(0), load%host(0), load%offset(ndim, 0))
       do k = 1, n
-         hosts = nearest_particles(m, points(:, k) + aside)
-         load%host = [load%host, hosts]
-         load%fraction = [load%fraction, spread(part(k)/size(hosts), 1, size(hosts))]
-         load%offset = reshape([load%offset, [(points(:, k) - m%particles%reference(hosts(i), :), i=1, size(hosts))]], &
+         carriers = nearest_particles(m, points(:, k) + aside)
+         load%host = [load%host, carriers]
+         load%fraction = [load%fraction, spread(part(k)/size(carriers), 1, size(carriers))]
+         load%offset = reshape([load%offset, [(points(:, k) - m%particles%reference(carriers(i), :), i=1, size(carriers))]], &
                                [ndim, size(load%host)])
       end do
       allocate (load%half(ndim, size(load%host)), source=spread(half, 2, size(load%host)))

@@ -46,7 +46,7 @@ contains
 
    !> Nodal accelerations (5) with the damping force -alpha m v, and the velocities v + a dt that move the particles.
    !>
-   !> Also the power of the damping, and for the audit
+   !> Also the power of the damping, and for the energy balance
    !>    mapping_power = dt sum F_i . a_i - sum f_i . (v_i + a_i dt),   F the total force, f the same without damping:
    !> with sum_p m dv**2/2 of the particles its first term is the kinetic energy that is lost between nodes and
    !> particles, and with the stress work and the work of the loads its second the energy that the scheme loses.
@@ -64,7 +64,7 @@ contains
       integer :: chunk, chunks, first
       if (solver%iterates()) call guess_acceleration(f)
       call solve(grid, solver, free, f%mass_matrix, f%force, f%acceleration, failure)
-      if (solver%iterates()) call remember_acceleration(f)
+      if (solver%iterates()) call save_acceleration(f)
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
       chunks = (f%mass_matrix%all%n_points - 1)/nodes_per_chunk + 1
       !$omp parallel do schedule(static) private(first)
@@ -79,7 +79,7 @@ contains
    end subroutine accelerate
 
    !> The same where nodes are moved in a given way or kept apart, by the velocities and accelerations that they then have: with p the mapped momentum a step
-   !> changes the kinetic energy by dt sum p . a + sum m_p |dv_p|**2/2, whatever a is, so that what closes the audit is -sum p . a - sum alpha p . w.
+   !> changes the kinetic energy by dt sum p . a + sum m_p |dv_p|**2/2, whatever a is, so that what closes the energy balance is -sum p . a - sum alpha p . w.
    !> It is the same where M v = p and M a = f - alpha M v.
    pure subroutine find_powers(f, damping_rate, damping_power, mapping_power)
       type(nodal_fields_t), intent(in) :: f
@@ -107,9 +107,9 @@ contains
    end subroutine guess_acceleration
 
    !> Keep the solution for the next guesses.
-   subroutine remember_acceleration(f)
+   subroutine save_acceleration(f)
       type(nodal_fields_t), intent(inout) :: f
       f%earlier(:, :, 2) = f%earlier(:, :, 1)
       f%earlier(:, :, 1) = f%acceleration
-   end subroutine remember_acceleration
+   end subroutine save_acceleration
 end module hampm_nodal_motion

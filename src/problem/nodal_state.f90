@@ -71,7 +71,7 @@ contains
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
    end subroutine external_force
 
-   !> What is out of balance at the nodes as the particles are now: internal forces and loads, without what faces press on each other
+   !> The residual at the nodes as the particles are now: internal forces and loads, without what faces press on each other
    !> [N]. The run goes on with the same bytes.
    subroutine unbalanced_force(m, force, internal)
       type(problem_t), intent(inout) :: m

@@ -20,12 +20,12 @@ module hampm_prescribed_nodes
 contains
 
    !> The velocities of fixed components by their constraints, 0 of others [m/s], (ndim, n_points): for `v_n` that of the step before, else of the present
-   !> one, which has been driven.
+   !> one, which is prescribed.
    pure function prescribed_velocity(c, grid, time, last, f, which) result(v)
       type(constraints_t), intent(in) :: c
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: time               !! at the start of the step [s]
-      type(prescribed_work_t), intent(in) :: last !! the last step that was driven
+      type(prescribed_work_t), intent(in) :: last !! the last step with prescribed motion
       type(nodal_fields_t), intent(in) :: f
       integer, intent(in) :: which               !! which velocity has been found: `v_n` or `v_mapped`
       real(dp) :: v(ndim, grid%n_points), w(ndim, grid%n_nodes)

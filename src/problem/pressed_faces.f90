@@ -7,7 +7,7 @@
 !> differ by what the cells cannot say of its place. The resultant of each face is that of its line but for a part of a particle. A particle through
 !> whose middle the crack runs is two halves of its rectangle, with the crack for an edge between them.
 !>
-!> A cell in which the crack ends is cut as a whole, and so pressed as a whole: what lies ahead of the tip is held by bonds, which are
+!> A cell in which the crack ends is cut as a whole, and so pressed as a whole: what lies ahead of the tip is held by cohesive points, which are
 !> pressed as much from both sides.
 !>
 !> The edges are those between particles in the reference configuration, and go with these: a pressure acts on the area and in the direction of the

@@ -207,7 +207,7 @@ contains
       energy = sum(m%state%velocity*momentum)/2
    end function kinetic_energy
 
-   !> Energy that the material stores, with that of bonds [J].
+   !> Energy that the material stores, with that of cohesive points [J].
    real(dp) function stored_energy(m)
       type(problem_t), intent(in) :: m
       stored_energy = strain_energy(m%particles, m%materials) + interface_energy(m%interfaces)

@@ -1,7 +1,7 @@
 !> Motions as a whole that nothing holds. Connected material at rest needs three things held: its two directions and its turning.
-!> Where constraints hold less, nodes are pinned that take the rest: they feel no force where the loads balance each other, and
+!> Where constraints hold less, nodes are constrained that take the rest: they feel no force where the loads balance each other, and
 !> where they do not, nothing can come to rest. Loads that keep their direction balance each other on the deformed material, where it has
-!> turned until they do: how far is no matter of the pins.
+!> turned until they do: how far is no matter of the rigid-body constraints.
 module hampm_rigid_motions
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: inside_cell
@@ -47,7 +47,7 @@ contains
       turns = self%motion == motions
    end function turns
 
-   !> Pins for all that the constraints do not hold. Faces that may press on each other count as connected.
+   !> Constraints of rigid-body modes for all that the constraints do not hold. Faces that may press on each other count as connected.
    subroutine find_rigid_constraints(m, rigid_constraints)
       type(problem_t), intent(in) :: m
       type(rigid_constraint_t), allocatable, intent(out) :: rigid_constraints(:)
@@ -138,7 +138,7 @@ contains
       row(motions) = merge(-x(2), x(1), direction == 1)
    end function row_of
 
-   !> The motion as a whole that a pin holds, by which its node moves by 1 in its direction [-].
+   !> The motion as a whole that a rigid-body constraint holds, by which its node moves by 1 in its direction [-].
    subroutine turn_with(m, constraint, u)
       type(problem_t), intent(in) :: m
       type(rigid_constraint_t), intent(in) :: constraint
@@ -241,14 +241,14 @@ contains
       held = held + spread(row, 2, motions)*spread(row, 1, motions)
    end subroutine add_row
 
-   !> Fail where pins take a force: what they are pinned for moves.
+   !> Fail where rigid-body constraints take a force: the constrained mode moves.
    subroutine check_rigid_constraints(m, rigid_constraints, residual, rounding, failure)
       type(problem_t), intent(in) :: m
       type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
       real(dp), intent(in) :: residual(:, :)       !! forces on the nodes [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of these [N]
       type(failure_t), intent(inout) :: failure
-      real(dp) :: force(size(rigid_constraints)) ! on the pins [N]
+      real(dp) :: force(size(rigid_constraints)) ! on the rigid-body constraints [N]
       real(dp) :: total
       integer :: k
       force = [(residual(rigid_constraints(k)%direction, rigid_constraints(k)%node), k=1, size(rigid_constraints))]
@@ -268,7 +268,7 @@ contains
       end do
    end subroutine check_rigid_constraints
 
-   !> In words: how the loads move what a pin is for, and what would hold it.
+   !> In words: how the loads move what a rigid-body constraint is for, and what would hold it.
    function motion_text(constraint, force) result(text)
       type(rigid_constraint_t), intent(in) :: constraint
       real(dp), intent(in) :: force              !! [N]

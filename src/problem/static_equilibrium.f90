@@ -1,7 +1,7 @@
 !> How far a motion is from rest, and how soon it could be there.
 !>
 !> A motion under constant loads swings around, or creeps towards, the state in which forces balance. What it still has to give away
-!> on its way there is its kinetic energy and the energy of the deformation that is missing: where r is what is out of balance,
+!> on its way there is its kinetic energy and the energy of the deformation that is missing: where r is the residual,
 !> internal force and loads together, the way to rest is K^-1 r, and its energy r . K^-1 r/2. So a run that is damped so much that
 !> it hardly moves is seen to be far from rest all the same.
 module hampm_static_equilibrium

@@ -2,7 +2,7 @@
 !> where it has lifted off. Which way a support pushes is where the material is: all particles around a node of it stand on one
 !> side.
 !>
-!> Which components are fixed is found by turns (`hampm_balance`): let go what is pulled, hold what would go through the support.
+!> Which components are fixed is found by turns (`hampm_balance`): release what is pulled, hold what would go through the support.
 !>
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapter 10 (active sets).
 module hampm_supports
@@ -112,7 +112,7 @@ contains
    !> Which components are wrongly held or free: pulled by their supports, or in these.
    subroutine find_wrong_supports(m, r, rounding, wrong, pull)
       type(problem_t), intent(inout) :: m
-      real(dp), intent(in) :: r(:, :)            !! what is out of balance without the supports [N], (ndim, n_points)
+      real(dp), intent(in) :: r(:, :)            !! the residual without the supports [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of that [N]
       logical, allocatable, intent(out) :: wrong(:, :) !! (ndim, n_nodes)
       real(dp), allocatable, intent(out) :: pull(:, :) !! by which supports pull [N], (ndim, n_nodes)

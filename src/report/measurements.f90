@@ -1,6 +1,6 @@
 !> What the history records: what is measured, and the list of its columns.
 !>
-!> Whether the faces of a crack have gone through each other. Without contact nothing keeps them from it, and what is measured at
+!> Whether the faces of a crack have interpenetrated. Without contact nothing keeps them from it, and what is measured at
 !> the tip is then that of material that cannot be: K_I below zero.
 !>
 !> Closed forms for the double cantilever beam.
@@ -194,7 +194,7 @@ contains
                                                                  m%g_beam_on_foundation, failure)
    end subroutine declare_columns
 
-   !> Measure what rows, the guards and the progress line are made of. Fails where the nodal equations cannot be solved.
+   !> Measure what rows, the run-time checks and the progress line are made of. Fails where the nodal equations cannot be solved.
    subroutine measure(model, problem, cracks, m, failure)
       type(model_t), intent(in) :: model
       type(problem_t), intent(inout) :: problem
@@ -352,7 +352,7 @@ contains
       end associate
    end function energy_of_flight
 
-   !> What is missing in the energy balance, over the largest energy so far; without the audit it is the numerical loss [-]. Nothing
+   !> What is missing in the energy balance, over the largest energy so far; without the energy balance it is the numerical loss [-]. Nothing
    !> is where there is only rounding.
    pure real(dp) function energy_residual(problem, m) result(residual)
       type(problem_t), intent(in) :: problem

@@ -146,7 +146,7 @@ contains
                 /measurements%largest_inner_energy)//' % of what the material stores. Likely cause: '//cause, gained, warning)
    end subroutine check_energy_gain
 
-   !> Warn, once, where the audit does not account for a notable part of the energy: the work on a particle in a step is that of the mean of
+   !> Warn, once, where the energy balance has an error of a notable part of the energy: the work on a particle in a step is that of the mean of
    !> its stresses before and after, which is wrong where one step strains it by much, as a node with next to no mass does with usl.
    subroutine check_energy_balance(problem, time, measurements, now, warning)
       type(problem_t), intent(in) :: problem
@@ -307,7 +307,7 @@ contains
       end associate
    end subroutine check_normals
 
-   !> Warn of each crack whose faces have gone through each other in the run.
+   !> Warn of each crack whose faces have interpenetrated in the run.
    subroutine check_faces(measurements, cracks, is_static, warning)
       type(measurements_t), intent(in) :: measurements
       type(crack_t), intent(in) :: cracks(:)

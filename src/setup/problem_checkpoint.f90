@@ -1,4 +1,4 @@
-!> Keeping a problem in a checkpoint, so that a run goes on as if it had never stopped. Each type keeps itself, by one list of items
+!> Keeping a problem in a checkpoint, so that a run goes on as if it had never stopped. Each type archives itself, by one list of items
 !> for writing and for reading; here is their order.
 !>
 !> What is not kept follows from the model and from what is: the grid from the forest and the cracks, the blocks of cells from the

@@ -49,7 +49,7 @@ module hampm_simulation
       integer(long) :: samples = 0               !! rows of the history so far
       integer(long) :: snapshots = 0             !! snapshots so far
       integer(long), allocatable :: lengths(:)   !! of the result that is continued; not allocated where a new one begins
-      character(:), allocatable :: warning       !! of the model and of the guards, a line each; not allocated where
+      character(:), allocatable :: warning       !! of the model and of the run-time checks, a line each; not allocated where
                                                  !! there is none
    end type simulation_t
 

@@ -2,7 +2,7 @@
 !> and supports that touch as they press. Rest (`hampm_equilibrium`) and implicit steps (`hampm_newmark`) are two kinds of such steps.
 !>
 !> Newton's iteration (`hampm_newton`) finds it. Which pairs of nodes on faces are pressed together, and which nodes on supports that
-!> only push, is found by turns: tie what would overlap, let go what would pull; all at once or, where that goes round in circles, one
+!> only push, is found by turns: tie what would overlap, release what would pull; all at once or, where that goes round in circles, one
 !> after the other in the order of their numbers, which for a convex potential ends (Murty 1974). Where that fails, a step is tried in parts, each half
 !> as long as the last try. A try that fails leaves nothing behind: laws with a history go on from the last state that was kept, when
 !> a part has ended in balance.
@@ -149,7 +149,7 @@ contains
       is_linear = all(m%materials%linear) .and. .not. is_in_touch(m) .and. m%interfaces%n_cohesive == 0
    end function is_linear
 
-   !> Balance the forces of a step after a time with faces and supports that touch as they press, what remembers having relaxed before
+   !> Balance the forces of a step after a time with faces and supports that touch as they press, history-dependent material having relaxed before
    !> anything has moved. Fails where that is not found.
    subroutine with_contact(self, m, time_increment, shift, failure)
       class(balance_t), intent(inout) :: self
@@ -183,7 +183,7 @@ contains
                           'active nodes does not end')
    end subroutine with_contact
 
-   !> Find how bodies are to be pinned: those with inertia need nothing to hold them.
+   !> Find the constraints of rigid-body modes: those with inertia need nothing to hold them.
    subroutine add_rigid_constraints(self, m, rigid_constraints)
       class(balance_t), intent(in) :: self
       type(problem_t), intent(inout) :: m
@@ -195,8 +195,8 @@ contains
       end if
    end subroutine add_rigid_constraints
 
-   !> Hold what would go through its support, and let go what pulls. Where a body would not be held any more only
-   !> the support that pulls most is let go.
+   !> Hold what would go through its support, and release what pulls. Where a body would not be held any more only
+   !> the support that pulls most is released.
    subroutine change_touch(self, m, one_only, rigid_constraints, n_wrong)
       class(balance_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m

@@ -112,7 +112,7 @@ contains
    end function likely_cause
 
    !> Find equilibrium again at the present time, on another mesh, from the displacement that its nodes had on the last one or, where that
-   !> does not lead there and neither a material nor friction remembers, from material without loads. The loads, which stay, do work on what lies between both
+   !> does not lead there and neither material nor friction depends on the history, from material without loads. The loads, which stay, do work on what lies between both
    !> equilibria. Where the state does not depend on the way to it, it is from the start: then the work of the loads is that on this mesh,
    !> whatever nodes constraints hold that were not there before.
    subroutine find_again(self, m, failure)
@@ -247,7 +247,7 @@ contains
       distance = sqrt(max(self%newton%energy_left, 0.0_dp)/max(stored_energy(m), tiny(1.0_dp)))
    end function distance
 
-   !> Whether faces or supports may open and close in a body whose energy tells the work: there is no friction, and no material remembers.
+   !> Whether faces or supports may open and close in a body whose energy tells the work: there is no friction, and no material depends on the history.
    pure logical function tells_work(m)
       type(problem_t), intent(in) :: m
       tells_work = is_in_touch(m) .and. all(m%materials%linear) .and. m%interfaces%n_cohesive == 0 &

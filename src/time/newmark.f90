@@ -71,10 +71,10 @@ module hampm_newmark
    type :: previous_t
       type(instant_t) :: instant
       type(loading_t) :: now
-      real(dp), allocatable :: r(:, :)           !! internal forces, with those of all bonds, condensed [N], (ndim, n_points)
+      real(dp), allocatable :: r(:, :)           !! internal forces, with those of all cohesive points, condensed [N], (ndim, n_points)
       real(dp) :: kinetic = 0
       logical :: is_carried = .false.
-      logical :: is_now = .false.                !! whether that is the start of the step which is tried, since when bonds may have let go
+      logical :: is_now = .false.                !! whether that is the start of the step which is tried, since when cohesive points may have failed
    end type previous_t
 
    !> The method, and what the nodes keep beside their velocity, which is the motion's.
@@ -82,10 +82,10 @@ module hampm_newmark
       real(dp) :: alpha = 0                      !! of Hilber, Hughes and Taylor [-]
       real(dp) :: dt = 0                         !! of the last step [s]
       type(loading_t) :: now                     !! what drives the nodes at the present time
-      real(dp), allocatable :: r(:, :)           !! internal forces at the start of the step that is tried, without those of bonds that let
+      real(dp), allocatable :: r(:, :)           !! internal forces at the start of the step that is tried, without those of cohesive points that let
                                                  !! go in it, condensed [N], (ndim, n_points)
-      real(dp), private :: stored = 0            !! at its start, and dissipated before, where it is audited [J]
-      real(dp), private :: kinetic = 0           !! kinetic energy after the last step, where it is audited [J]
+      real(dp), private :: stored = 0            !! at its start, and dissipated before, with an energy balance [J]
+      real(dp), private :: kinetic = 0           !! kinetic energy after the last step, with an energy balance [J]
       integer, private :: layout = 0             !! of the blocks for which there is a mass matrix
       logical, private :: is_carried = .false.   !! whether nodes keep what they had on another mesh
       ! v' = v_du (du - given) + by_v, a' = a_du (du - given) + by_a in it
@@ -418,9 +418,9 @@ contains
    end subroutine move_particles
 
    !> Book what a step has done: the work of the loads by the means of the forces at both ends, with that of the forces R by which
-   !> nodes are driven, and what the damping takes. With v and v' the velocities at both ends of a step the kinetic energy gains
+   !> nodes have prescribed motion, and what the damping takes. With v and v' the velocities at both ends of a step the kinetic energy gains
    !> (v + v')/2 . M (v' - v), the strain energy of linear laws du . K (u + u')/2; at free nodes the sum is what loads and damping do there,
-   !> and at driven ones, where du is not dt (v + v')/2, it is the work of R with the inertia on the way (v + v')/2 dt and the rest on du.
+   !> and at those of prescribed motion, where du is not dt (v + v')/2, it is the work of R with the inertia on the way (v + v')/2 dt and the rest on du.
    !> Where a node comes to its support or leaves it in the step the work is that of the mean of R on the way of the support.
    !>
    !> The numerical loss is what alpha takes, the work of the means of the forces at free nodes that their motion does not gain, what nodes
@@ -432,7 +432,7 @@ contains
       real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
       real(dp), intent(in) :: v(:, :)            !! velocity at the end [m/s], (ndim, n_points)
       real(dp), allocatable, dimension(:, :) :: drag, momentum_change, work, r ! of damping, of momentum, of R, mean of internal forces
-      real(dp) :: taken                          ! by bonds that have let go [J]
+      real(dp) :: taken                          ! by cohesive points that have failed [J]
       integer :: n
       n = m%grid%n_nodes
       allocate (drag, mold=du)

@@ -1,10 +1,10 @@
-!> Newton's iteration to equilibrium under given forces: K du = r, with r what is out of balance and K the tangent (`hampm_stiffness`),
+!> Newton's iteration to equilibrium under given forces: K du = r, with r the residual and K the tangent (`hampm_stiffness`),
 !> gives displacements of the nodes, by which the particles move and strain as in a pass of a step. With the linear law the first is
-!> exact but for rounding. With others each is made shorter until it lessens the work r . du of what is out of balance.
+!> exact but for rounding. With others each is made shorter until it lessens the work r . du of the residual.
 !>
 !>
 !> Where nothing holds how a body turns (`hampm_rigid_motions`), loads that balance each other on the undeformed one have a moment of the second
-!> order on the deformed one, load times displacement. The body comes to rest where it has turned until they have none: the pin that holds it is
+!> order on the deformed one, load times displacement. The body comes to rest where it has turned until they have none: the rigid-body constraint that holds it is
 !> moved by r/k, with r the force on it and k = t.K t its stiffness as all else follows, t being the displacement by which it moves by 1. Only the
 !> stress resists: k is the virial of the loads over the square of a length, and below 0 where they would turn the body around.
 !>
@@ -35,12 +35,12 @@ module hampm_newton
    integer, parameter :: most_iterations = 25
    integer, parameter :: most_with_contact = 200 !! with interface points between faces that close, open and slide
    integer, parameter :: most_jumps = 40         !! iterations in which faces jump apart: where they go on doing so, they part all along
-   integer, parameter :: most_halvings = 10      !! of a displacement, to lessen what is out of balance
-   real(dp), parameter :: balanced = 1e-11_dp    !! what is out of balance, over the largest force of a cell
+   integer, parameter :: most_halvings = 10      !! of a displacement, to lessen the residual
+   real(dp), parameter :: balanced = 1e-11_dp    !! the residual, over the largest force of a cell
    real(dp), parameter :: of_turn = 1e-3_dp      !! part that counts of the forces that a turn would have as a strain: what is then
                                                  !! balanced is 45 times its rounding
-   real(dp), parameter :: nearly_balanced = 0.1_dp !! part of what was out of balance that may be left before friction follows the pressure
-   real(dp), parameter :: hopeless = 1e6_dp      !! what is out of balance, over the largest force at first
+   real(dp), parameter :: nearly_balanced = 0.1_dp !! part of the residual that may be left before friction follows the pressure
+   real(dp), parameter :: hopeless = 1e6_dp      !! the residual, over the largest force at first
    real(dp), parameter :: lessened = 0.9_dp      !! part of the work r . du that may be left where bodies may buckle; elsewhere r
                                                  !! belongs to a convex potential, and none may be added
 
@@ -48,7 +48,7 @@ module hampm_newton
    type :: newton_t
       character(name_len) :: solver = 'direct'   !! 'direct' or 'cg'
       integer :: solutions = 0                   !! so far
-      real(dp), allocatable :: residuals(:)      !! what was out of balance in each iteration of the last balance, over the largest force
+      real(dp), allocatable :: residuals(:)      !! the residual in each iteration of the last balance, over the largest force
       real(dp) :: energy_left = 0                !! energy of the displacement that is left to equilibrium, as it was found last [J]
       real(dp), allocatable :: predicted(:, :)   !! where the tangent at the start of a load step points to [m], (ndim, n_points); not
                                                  !! allocated where other faces touch at its end or have jumped apart
@@ -82,7 +82,7 @@ contains
       real(dp), allocatable :: r(:, :), offset(:, :), du(:, :)
       logical :: has_offset, rubs, jumps, done, turned
       real(dp) :: largest, scale, at_first, when_held
-      real(dp) :: last(size(rigid_constraints))  ! forces on pins before they were turned last [N]
+      real(dp) :: last(size(rigid_constraints))  ! forces on these constraints before they were turned last [N]
       integer :: iteration, most, n_jumps
       most = merge(most_with_contact, most_iterations, m%interfaces%n_contact + m%interfaces%n_cohesive > 0)
       rubs = have_friction(m%interfaces)
@@ -186,7 +186,7 @@ contains
       moved = moved + offset
    end subroutine solve_at_once
 
-   !> Turn the pieces of material whose pins feel how they turn, and what the tangent at the start of the load step, where there may be no stress
+   !> Turn the pieces of material whose rigid-body constraints feel how they turn, and what the tangent at the start of the load step, where there may be no stress
    !> to resist it, points to. A piece whose loads have a moment before it is deformed stays: no path of states at rest leads to where it comes to
    !> rest. Fails where loads would turn a piece around, and where its turning strains a cell by more than one.
    subroutine turn_until_balanced(self, m, outer, rigid_constraints, r, rounding, last, moved, turned, failure)
@@ -194,14 +194,14 @@ contains
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
-      real(dp), intent(in) :: r(:, :)            !! what is out of balance, balanced but for pins [N], (ndim, n_points)
+      real(dp), intent(in) :: r(:, :)            !! the residual, balanced but for rigid-body constraints [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of that [N]
-      real(dp), intent(inout) :: last(:)         !! force on each pin before it was turned last [N]
+      real(dp), intent(inout) :: last(:)         !! force on each rigid-body constraint before it was turned last [N]
       real(dp), intent(inout) :: moved(:, :)     !! by which nodes have moved in this load step [m], (ndim, n_points)
       logical, intent(out) :: turned
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: turn(:, :), resisting(:, :), follow(:, :)
-      real(dp) :: stiffness                      ! of the pin [N/m]
+      real(dp) :: stiffness                      ! of the rigid-body constraint [N/m]
       integer :: k
       turned = .false.
       do k = 1, size(rigid_constraints)
@@ -235,10 +235,10 @@ contains
       end do
    end subroutine turn_until_balanced
 
-   !> In words: where a node is most out of balance.
+   !> In words: where the residual is largest.
    function place_of(m, r) result(text)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: r(:, :)            !! what is out of balance [N], (ndim, n_points)
+      real(dp), intent(in) :: r(:, :)            !! the residual [N], (ndim, n_points)
       character(:), allocatable :: text
       integer :: worst(2)
       worst = maxloc(abs(r(:, :m%grid%n_nodes)))
@@ -306,7 +306,7 @@ contains
       self%layout = 0
    end subroutine release
 
-   !> What is out of balance at the nodes that have been displaced in this load step, condensed [N].
+   !> The residual at the nodes that have been displaced in this load step, condensed [N].
    subroutine residual(m, outer, moved, r)
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
@@ -344,7 +344,7 @@ contains
    !> The largest force in play: of a cell on one of its corners, or on a node [N].
    pure real(dp) function largest_force(m, r)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: r(:, :)            !! what is out of balance [N]
+      real(dp), intent(in) :: r(:, :)            !! the residual [N]
       real(dp) :: thickness
       integer :: k
       thickness = m%interfaces%thickness%at(maxval(m%grid%node_position, dim=2))
@@ -388,7 +388,7 @@ contains
       m%fields%velocity(:, :, v_next) = 0
    end subroutine displace
 
-   !> Move the particles by a displacement, made shorter until it lessens what is out of balance. Fails where it strains a cell by more
+   !> Move the particles by a displacement, made shorter until it lessens the residual. Fails where it strains a cell by more
    !> than one at once, or where no shorter one helps.
    subroutine displace_with_care(self, m, outer, moved, work, has_offset, du, failure)
       class(newton_t), intent(in) :: self

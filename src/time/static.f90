@@ -80,7 +80,7 @@ contains
       call book_loss(self, m)
    end subroutine rescale
 
-   !> Book for the audit what the loads have done and the material has not stored: with other laws than the linear one what the mean force
+   !> Book for the energy balance what the loads have done and the material has not stored: with other laws than the linear one what the mean force
    !> of a load step does not tell, and what finer cells give way.
    subroutine book_loss(self, m)
       class(static_t), intent(in) :: self

@@ -1,7 +1,7 @@
 !> One explicit time step of the material point method, as `hampm_reference_step` has it, on the path that is fastest for a model:
 !>
 !>   in tiles   where a node needs no more than the cells around it: nodes and particles of a part of the grid after each other;
-!>   in stages  elsewhere: with other mass matrices than the lumped one, hanging nodes, faces in contact, or the energy audit, first
+!>   in stages  elsewhere: with other mass matrices than the lumped one, hanging nodes, faces in contact, or the energy balance, first
 !>              all nodes and then all particles.
 !>
 !> On both, cells that have element operators are passed without their particles (`hampm_element_operators`).
@@ -271,7 +271,7 @@ contains
       if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + work
    end subroutine book_loads
 
-   !> Let interface points follow the velocities that strain the particles; what they store, friction takes and bonds take that let go is no
+   !> Let interface points follow the velocities that strain the particles; what they store, friction takes and cohesive points take that failed is no
    !> loss of the method.
    subroutine follow_interfaces(m, dt)
       type(problem_t), intent(inout) :: m
