@@ -122,7 +122,7 @@ OLD = re.compile(
     r"\bG_(nodal_force|crack_closure)|\bnodal_force\b|\bpush_only\b|\bfull_(region|lower|upper)\b|\bdistance_from_rest\b|\bJ_spread\b"
     r"|\bdilatation *= *'|(?<!_)\bfunctions *= *'(cpdi|linear)'|\bmass *= *'(full|blend)'|\bmass=(full|blend)|\bblend = [.\d]"
     r"|\bmethod\.mass: [^\n]*\b(full|blend)\b|\bbodies *= *'joined'|`(full|blend|functions|dilatation|part|joined|kinematic|crack_closure)`|estimators\b[^/\n]*\benergy_balance'")
-WITH_OLD = "test_upgrade.py", "test_same_numbers.py", "test_history.py"  # which are about old names
+WITH_OLD = "test_words.py", "test_upgrade.py", "test_same_numbers.py", "test_history.py"  # which are about old names
 
 
 def tool(*arguments):
