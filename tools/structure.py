@@ -29,7 +29,7 @@ from fortran import read
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ROOT / "src"
-FEW, MANY = 8, 15  # arguments
+FEW, MANY = 8, 12  # arguments
 COLUMN = re.compile(r"G_(\w+)_I{0,2}$")
 
 
