@@ -151,8 +151,7 @@ module hampm_rules
       rule_t("&constraint start", no_effect_without, "&constraint displacement or &constraint velocity", by_meaning, &
              "the factor applies to a prescribed motion, and none is given", ""), &
       rule_t("&constraint displacement and &constraint history = 'step'", not_with, "&method time = 'explicit' | 'implicit'", &
-             mechanics, "prescribed prescribed prescribed prescribed prescribed prescribed prescribed prescribed nodes would jump", &
-                "history = 'ramp', or a velocity"), &
+             mechanics, "prescribed nodes would jump", "history = 'ramp', or a velocity"), &
       rule_t("&constraint displacement", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, "", &
              "&method time_steps = 'global'"), &
       rule_t("&constraint velocity", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, "", &

@@ -142,7 +142,7 @@ CONSISTENCY = [
     ("history = 'step'", "history = 'table' times = 0, 0 factors = 1, 2", "times", "must increase from value to value"),
     ("fix = 'y'", "fix = 'y' displacement = 1e-6, 0 history = 'ramp' rise_time = 1", "displacement",
      "must be 0 in the direction that fix does not name"),
-    ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "displacement", "with history = 'step' is not allowed with &method time = 'explicit': prescribed prescribed prescribed prescribed prescribed prescribed prescribed prescribed nodes would jump"),
+    ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "displacement", "with history = 'step' is not allowed with &method time = 'explicit': prescribed nodes would jump"),
     ("fix = 'y'", "fix = 'y' velocity = 0, 1 history = 'ramp'", "history = 'ramp'", "&constraint history = 'ramp' requires rise_time > 0"),
     ("fix = 'y'", "fix = 'y' name = 'a b'", "name", "must be of letters, digits and _, as names of columns are"),
     ("tip = 0.05, 0.0", "tip = 0.0501, 0.0", "tip", "must be a node of the grid"),
@@ -312,7 +312,7 @@ IMPLICIT = ("courant = 0.1", "time = 'implicit' time_step = 1e-6"), ("frame = 'u
     ("frame = 'total'", "frame = 'total' time_steps = 'local'", "time_steps", "&method time_steps = 'local' is not allowed with time = 'implicit'"),
     ("frame = 'total'", "frame = 'total' mass = 'fmpm'", "mass", "&method mass = 'fmpm' is not allowed with time = 'implicit': fmpm is a series for the inverse"),
     ("frame = 'total'", "frame = 'total' courant = 4", "time_step = ", "&method time_step = 1e-6 is not allowed with time = 'implicit' and courant = 4"),
-    ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "displacement", "prescribed prescribed prescribed prescribed prescribed prescribed prescribed prescribed nodes would jump; use history = 'ramp', or a velocity"),
+    ("fix = 'y'", "fix = 'y' displacement = 0, 1e-6", "displacement", "prescribed nodes would jump; use history = 'ramp', or a velocity"),
     ("time = 'implicit'", "time = 'explicit'", "time_step", "&method time_step = 1e-6 requires time = 'implicit': courant gives"),
     ("time = 'implicit' time_step = 1e-6", "hht_alpha = -0.1", "hht_alpha", "&method hht_alpha = -0.1 requires time = 'implicit'"),
 ])
