@@ -32,15 +32,15 @@ class Scene(NamedTuple):
     threads: int = 1
 
 
-def beam(name, *settings, estimators="'vcct','domain_integral','stress_closure'", threads=1):
+def beam(name, *settings, estimators="'vcct','domain_integral','stress_closure'", balance=".false.", threads=1):
     """The double cantilever beam on coarse cells for a short time; without the audit, whose path is another."""
     short = ("grid.cell=2.5e-3", "grid.cells=40,6", "run.end_time=1.5e-4", "output.snapshot_interval=0")
-    return Scene(name, ROOT / "input/dcb.nml", (*short, f"energy_release.estimators={estimators}", *settings), threads)
+    return Scene(name, ROOT / "input/dcb.nml", (*short, f"energy_release.estimators={estimators}", f"energy_release.energy_balance={balance}", *settings), threads)
 
 
 def audited(name, *settings):
     """The same with the audit of the energy."""
-    return beam(name, "energy_release.energy_balance=.true.", *settings, estimators="'vcct'")
+    return beam(name, *settings, estimators="'vcct'", balance=".true.")
 
 
 def method(**keys):

@@ -92,7 +92,7 @@ def dcb_settings(kind, solver, frame, cell, steps):
     method = mass_settings(kind, (0.0, 0.0, 0.05, 0.01)) | {"frame": f"'{frame}'", "courant": 0.1}
     if solver:
         method["solver"] = f"'{solver}'"
-    return [f"grid.cell={cell}", f"grid.cells={columns},{columns // 10 + 1}", "energy_release.estimators='vcct'",
+    return [f"grid.cell={cell}", f"grid.cells={columns},{columns // 10 + 1}", "energy_release.estimators='vcct'", "energy_release.energy_balance=.false.",
             "output.snapshot_interval=0", f"output.history_interval={end}", f"run.end_time={end}",
             "output.file='cost.h5'"] + [f"method.{key}={value}" for key, value in method.items()]
 

@@ -46,7 +46,7 @@ do for [argument = 2:ARGC] {
     do for [column in columns] {
         curves = curves + 1
         command[curves] = "< " . export . quoted(file) . " --columns " . quoted(column)
-        title[curves] = stem(file) . ": " . label(column[3:*])
+        title[curves] = stem(file) . ": " . (column[3:6] eq "vcct" ? "VCCT" . label(column[7:*]) : label(column[3:*]))
     }
 }
 beam = system(export . quoted(ARG2) . " --attribute G_beam_on_foundation 2>/dev/null")

@@ -10,7 +10,7 @@ import harness
 from snapshots import field, points, read_steps
 
 E, POISSON, B = 70e9, 0.3, 0.01
-QUADRATIC = "--set", "grid.order=2", "--set", "body.points_per_cell=3"
+QUADRATIC = "grid.order=2", "body.points_per_cell=3"
 both_orders = pytest.mark.parametrize("order", [(), QUADRATIC], ids=["bilinear", "quadratic"])
 MATERIAL = "&material name = 'a' young = {young} poisson = {poisson} density = 2000 /\n"
 
@@ -95,7 +95,7 @@ def hanging(a, cell):
 &constraint lower = -1, 0.04 upper = 1, 0.04 fix = 'xy' /
 &load kind = 'gravity' acceleration = 0, -9810 history = 'ramp' rise_time = 1.0 /
 &crack kind = 'line' tip = {a}, 0 direction = 1, 0 /
-""", f"{round(0.044 / cell)}, {round(0.084 / cell)}", "-0.002, -0.042", cell, young=1e9, estimators=", 'domain_integral' radii = "
+""", f"{round(0.044 / cell)}, {round(0.084 / cell)}", "-0.002, -0.042", cell, young=1e9, estimators="estimators = 'domain_integral' radii = "
                   "0.005, 0.008, 0.012")
 
 
@@ -232,9 +232,9 @@ def test_a_crack_in_a_cooled_plate_that_is_held(hampm, crack):
     body = f"&body material = 'a' lower = {-half}, {-half} upper = {half}, {half} "
     grid = ("84, 84", "-0.042, -0.042", cell)
     cooled = run(hampm, bodies(body + f"eigenstrain = {-strain}, {-strain}, 0 /\n&crack {crack} /\n" + held, *grid,
-                                         estimators=", 'domain_integral'"))
+                                         estimators="estimators = 'domain_integral'"))
     pressed = run(hampm, bodies(body + f"/\n&crack {crack} /\n" + held + "&load kind = 'pressure' on = 'crack' pressure = "
-                                          f"{E * strain / (1 - POISSON)} /\n", *grid, estimators=", 'domain_integral'"))
+                                          f"{E * strain / (1 - POISSON)} /\n", *grid, estimators="estimators = 'domain_integral'"))
     for name in ("K_I", "G", "J"):
         assert cooled[name] == pytest.approx(pressed[name], rel=2e-4), name
 
@@ -257,7 +257,7 @@ def test_a_plate_that_shrinks_between_its_sides_is_one_whose_sides_move_apart(ha
             moved[axis] = motion * side
             text += f"&constraint lower = {lower[0]}, {lower[1]} upper = {upper[0]}, {upper[1]} fix = '{'xy'[axis]}' " \
                     f"displacement = {moved[0]}, {moved[1]} name = 's{axis}{'b' if side > 0 else 'a'}' /\n"
-        text = bodies(text, "24, 24", "-0.024, -0.024", cell, estimators=", 'domain_integral'")
+        text = bodies(text, "24, 24", "-0.024, -0.024", cell, estimators="estimators = 'domain_integral'")
         of_law = LAWS[law] if law == "orthotropic" else "young = 70000000000.0 poisson = 0.3 density = 2000"
         of_law = of_law.replace("young_3 = 20e9", "").replace("poisson_13 = 0.2 poisson_23 = 0.25", "")
         return run(hampm, text.replace("young = 70000000000.0 poisson = 0.3 density = 2000", f"law = '{law}' {of_law}"), *order)
@@ -281,7 +281,7 @@ LAYERS = """&body material = 'a' lower = 0, 0 upper = 0.04, 0.014 /
 @pytest.mark.parametrize("crack", ["kind = 'path' points = -0.001, 0.0103, 0.02, 0.0103", "kind = 'line' tip = 0.02, 0.01"])
 def test_layers_along_a_crack_leave_j_independent_of_the_path(hampm, crack):
     """What expands beside a crack bends its arm open: discs that end within the layer of the tip have the J of those that reach beyond."""
-    text = bodies(LAYERS + f"&crack {crack} /\n", "84, 52", "-0.001, -0.001", 5e-4, estimators=", 'domain_integral' radii = 2e-3, 3e-3, 6e-3, 8e-3")
+    text = bodies(LAYERS + f"&crack {crack} /\n", "84, 52", "-0.001, -0.001", 5e-4, estimators="estimators = 'domain_integral' radii = 2e-3, 3e-3, 6e-3, 8e-3")
     row = run(hampm, text)
     assert [row[f"J_{k}"] for k in (2, 3, 4)] == pytest.approx(3 * [row["J_1"]], rel=0.01) and row["J_1"] > 0
 
@@ -289,7 +289,7 @@ def test_layers_along_a_crack_leave_j_independent_of_the_path(hampm, crack):
 @pytest.mark.parametrize(("text", "phrase"), [
     (bodies(CLAMPED.replace("1e-3, 1e-3, 0 ", "1, 0, 0 "), "26, 12", "-0.004, -0.004", 2e-3), r"must be in \[-0.05, 0.05\]"),
     (bodies(CLAMPED.replace("1e-3, 1e-3, 0 ", "1e-3 "), "26, 12", "-0.004, -0.004", 2e-3), "eigenstrain"),
-    (bodies(TWO, "24, 16", "-0.004, -0.004", 2e-3, estimators=", 'domain_integral' radii = 0.008"), "has another eigenstrain"),
+    (bodies(TWO, "24, 16", "-0.004, -0.004", 2e-3, estimators="estimators = 'domain_integral' radii = 0.008"), "has another eigenstrain"),
     (column(2e-3).replace("acceleration = 0, -9.81", "acceleration = 0, -9.81 force = 0, 1"), "is not allowed with kind = 'gravity'"),
     (column(2e-3).replace("kind = 'gravity'", "kind = 'body'"), "kind = 'body' requires lower and upper and force")])
 def test_what_has_no_meaning_is_refused(hampm, tmp_path, text, phrase):
