@@ -266,7 +266,7 @@ def svg(program, order, meaning):
     for name in rooms:
         parts += [f'<rect x="{left}" y="{top[name]}" width="{right - left}" height="{height}" rx="4" fill="#eef3f9" stroke="#1f5fa8"/>',
                   f'<text x="{left + 10}" y="{top[name] + 20}" font-size="15" font-weight="bold">{name}/</text>',
-                  f'<text x="{left + 100}" y="{top[name] + 20}" font-size="13">{meaning[name]}</text>']
+                  f'<text x="{left + 114}" y="{top[name] + 20}" font-size="13">{meaning[name]}</text>']
     return "\n".join([*parts, "</svg>", ""])
 
 
