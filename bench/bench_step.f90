@@ -143,11 +143,11 @@ contains
       c%name = name
       call read_case(name, c)
       model = plain_scene(c%cells)
-      if (c%problem_kind /= 'smooth') model = soft_body(c%cells)
+      if (c%motion_kind /= 'smooth') model = soft_body(c%cells)
       model%method%scheme = c%scheme
       model%method%frame = c%frame
       call start(model, c%problem)
-      if (c%problem_kind == 'turning') call turn(c%problem)
+      if (c%motion_kind == 'turning') call turn(c%problem)
       c%dt = time_step(c%problem)
       if (c%code == 'minimal') call set_up(c%dt, c%problem, c%blocks)
       call use_threads(c%threads, c%problem%particles%n)
@@ -163,10 +163,10 @@ contains
       do k = 1, len(text)
          if (text(k:k) == ':') text(k:k) = ' '
       end do
-      c%problem_kind = 'smooth'
+      c%motion_kind = 'smooth'
       read (text, *, iostat=status) c%code, c%frame, c%scheme, c%cells, c%threads
       if (count([(name(k:k) == ':', k=1, len(name))]) == 5) &
-         read (text, *, iostat=status) c%code, c%frame, c%scheme, c%cells, c%threads, c%problem_kind
+         read (text, *, iostat=status) c%code, c%frame, c%scheme, c%cells, c%threads, c%motion_kind
       if (status /= 0 .or. all(c%code /= ['program', 'minimal'])) &
          error stop 'bench_step: a case is CODE:FRAME:SCHEME:CELLS:THREADS[:MOTION], CODE being program or minimal'
       if (c%code == 'minimal' .and. (c%frame /= 'updated' .or. c%scheme /= 'musl' .or. c%threads /= 1)) &
