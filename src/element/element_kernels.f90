@@ -3,16 +3,58 @@
 !> `hampm_element_operators`.
 module hampm_element_kernels
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_cell_blocks, only: lanes, of_force, n_sums
-   use hampm_particle_kernels, only: divergence
+   use hampm_cell_blocks, only: lanes, of_momentum, of_force, n_sums
+   use hampm_material, only: material_t
+   use hampm_particle_kernels, only: take_corners, divergence
+   use hampm_pass, only: pass_t
    implicit none
    private
-   public :: n_masses, n_moments, apply_mass, isotropic_stress, anisotropic_stress, add_divergence, add_to_sum
+   public :: n_masses, n_moments, apply_operators, apply_mass, isotropic_stress, anisotropic_stress, add_divergence, add_to_sum
 
    integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
    integer, parameter :: n_moments = 6           !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2
 
 contains
+
+   !> Add to the contributions of those of some blocks that have operators what a pass does: its kick and its strain in one loop,
+   !> over arrays whose addresses stay.
+   pure subroutine apply_operators(listed, material, pass, dt, acceleration, velocity, materials, nodes, in_row, inverse_size, &
+                                   integrals, contribution)
+      integer, intent(in) :: listed(:)                  !! blocks, and by block:
+      integer, intent(in) :: material(*)                !! 0: none, it has no operator
+      integer, intent(in) :: nodes(corners, lanes, *)
+      logical, intent(in) :: in_row(*)
+      real(dp), intent(in) :: inverse_size(lanes, *), integrals(lanes, n_masses + n_moments, *)
+      real(dp), intent(inout) :: contribution(lanes, corners, n_sums, *)
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                        !! [s]
+      real(dp), intent(in) :: acceleration(ndim, *), velocity(ndim, *)   !! at the points: that kicks, and that strains
+      type(material_t), intent(in) :: materials(:)
+      real(dp) :: factor(lanes), a(lanes, corners, ndim), total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
+      integer :: j, b
+      do j = 1, size(listed)
+         b = listed(j)
+         if (material(b) == 0) cycle
+         if (pass%kick) then
+            factor = dt
+            call take_corners(1, factor, acceleration, nodes(1, 1, b), in_row(b), a)
+            call apply_mass(a, integrals(1, 1, b), contribution(1, 1, of_momentum, b))
+         end if
+         if (pass%strain_fraction > 0) then
+            factor = pass%strain_fraction*dt*inverse_size(:, b)
+            call take_corners(1, factor, velocity, nodes(1, 1, b), in_row(b), a)
+            associate (law => materials(material(b)))
+               if (law%isotropic) then
+                  call isotropic_stress(law%lambda, law%mu, a, integrals(1, n_masses + 1, b), total, moment)
+                  call add_divergence(inverse_size(1, b), total, moment, contribution(1, 1, of_force, b))
+               else
+                  call anisotropic_stress(law%stiffness, a, integrals(1, n_masses + 1, b), total, moment)
+                  call add_divergence(inverse_size(1, b), total, moment, contribution(1, 1, of_force, b))
+               end if
+            end associate
+         end if
+      end do
+   end subroutine apply_operators
 
    !> Add to the momenta what a kick of the particles does, p_i <- p_i + sum_j M_ij dv_j, dv being the polynomials `a` in the cells.
    pure subroutine apply_mass(a, masses, sums)

@@ -21,14 +21,12 @@
 module hampm_element_operators
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
-   use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass, of_momentum, of_force
-   use hampm_element_kernels, only: n_masses, n_moments, apply_mass, isotropic_stress, anisotropic_stress, &
-                                    add_divergence, add_to_sum
+   use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass
+   use hampm_element_kernels, only: n_masses, n_moments, apply_operators, add_to_sum
    use hampm_large_pages, only: prefer_large_pages
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t, v_next
-   use hampm_particle_kernels, only: take_corners
    use hampm_particle_pass, only: pass_over_blocks, cell_matrices, blocks_per_task
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
@@ -44,10 +42,10 @@ module hampm_element_operators
       logical :: is_active = .false.                    !! whether any block has operators
       logical :: is_behind = .false.                    !! whether particles have not yet got what the sums hold
       ! What follows from the particles
-      logical, allocatable :: has_operator(:)           !! (blocks)
+      integer, allocatable :: material(:)               !! of those that have, else 0; (blocks)
       integer, allocatable :: blocks(:)                 !! those that have
-      real(dp), allocatable :: masses(:, :, :)          !! M of the cells [kg], (lanes, n_masses, blocks)
-      real(dp), allocatable :: moments(:, :, :)         !! moments of their volume [m3], (lanes, n_moments, blocks)
+      real(dp), allocatable :: integrals(:, :, :)       !! M of the cells [kg], moments of their volume [m3]; (lanes,
+                                                        !! n_masses + n_moments, blocks)
       type(support_operators_t) :: cells            !! instead of these, where cells are passed by supports
       ! What the particles have not got yet, by point; zero where they are not behind. (ndim, n_points)
       real(dp), allocatable :: kick(:, :)               !! A [m/s]
@@ -74,41 +72,41 @@ contains
          if (operators%is_active) call clear_sums(operators)
          return
       end if
-      call choose_blocks(m, is_loaded, f, operators%has_operator)
-      operators%blocks = pack([(b, b=1, m%blocks%n)], operators%has_operator)
+      call choose_blocks(m, is_loaded, f, operators%material)
+      operators%blocks = pack([(b, b=1, m%blocks%n)], operators%material > 0)
       if (size(operators%blocks) == 0) return
       associate (points => size(f%acceleration, 2), n => m%blocks%n)
-         allocate (operators%masses(lanes, n_masses, n), operators%moments(lanes, n_moments, n), operators%kick(ndim, points), &
+         allocate (operators%integrals(lanes, n_masses + n_moments, n), operators%kick(ndim, points), &
                    operators%move(ndim, points), operators%strain(ndim, points), stat=status)
       end associate
       if (status /= 0) return
-      call prefer_large_pages(size(operators%masses), operators%masses)
-      call prefer_large_pages(size(operators%moments), operators%moments)
+      call prefer_large_pages(size(operators%integrals), operators%integrals)
       operators%is_active = .true.
       !$omp parallel do schedule(static)
       do k = 1, size(operators%blocks)
          associate (listed => operators%blocks(k))
-            call sum_masses(m%particles, m%blocks, listed, operators%masses(:, :, listed))
-            call sum_moments(m%particles, m%blocks, listed, m%blocks%material(listed), operators%moments(:, :, listed))
+            call sum_masses(m%particles, m%blocks, listed, operators%integrals(:, :n_masses, listed))
+            call sum_moments(m%particles, m%blocks, listed, operators%material(listed), &
+                             operators%integrals(:, n_masses + 1:, listed))
          end associate
       end do
       call clear_sums(operators)
    end subroutine find_operators
 
    !> Which blocks have a linear law, one material, no particle that carries a load, and mass at all corners.
-   pure subroutine choose_blocks(m, is_loaded, f, chosen)
+   pure subroutine choose_blocks(m, is_loaded, f, material)
       type(matter_t), intent(in) :: m
       logical, intent(in) :: is_loaded(:)
       type(nodal_fields_t), intent(in) :: f
-      logical, allocatable, intent(out) :: chosen(:)
+      integer, allocatable, intent(out) :: material(:)  !! 0 of others
       integer :: b, l
-      allocate (chosen(m%blocks%n), source=.false.)
+      allocate (material(m%blocks%n), source=0)
       do b = 1, m%blocks%n
          if (m%blocks%material(b) == 0) cycle
-         chosen(b) = m%materials(m%blocks%material(b))%linear
+         if (m%materials(m%blocks%material(b))%linear) material(b) = m%blocks%material(b)
          do l = 1, count(m%blocks%cells(:, b) > 0)
             associate (mass => f%contribution(l, :, of_mass, b))
-               if (is_loaded(m%blocks%cells(l, b)) .or. minval(mass) < least_part*sum(mass)) chosen(b) = .false.
+               if (is_loaded(m%blocks%cells(l, b)) .or. minval(mass) < least_part*sum(mass)) material(b) = 0
             end associate
          end do
       end do
@@ -164,7 +162,7 @@ contains
                                                     f%velocity(1, 1, pass%strain_by), operators%strain)
    end subroutine add_up
 
-   !> Do a pass over some blocks: by their operators, its kick and its strain in one loop, or particle by particle where they have none.
+   !> Do a pass over some blocks: by their operators, or particle by particle where they have none.
    subroutine pass_by_operators(operators, pass, dt, m, f, listed)
       type(element_operators_t), intent(in) :: operators
       type(pass_t), intent(in) :: pass
@@ -172,31 +170,10 @@ contains
       type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: listed(:)                  !! blocks
-      real(dp) :: factor(lanes), a(lanes, corners, ndim), total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
-      integer :: j, b
-      do j = 1, size(listed)
-         b = listed(j)
-         if (.not. operators%has_operator(b)) cycle
-         if (pass%kick) then
-            factor = dt
-            call take_corners(1, factor, f%acceleration, m%blocks%nodes(1, 1, b), m%blocks%in_row(b), a)
-            call apply_mass(a, operators%masses(1, 1, b), f%contribution(1, 1, of_momentum, b))
-         end if
-         if (pass%strain_fraction > 0) then
-            factor = pass%strain_fraction*dt*m%blocks%inverse_size(:, b)
-            call take_corners(1, factor, f%velocity(1, 1, pass%strain_by), m%blocks%nodes(1, 1, b), m%blocks%in_row(b), a)
-            associate (material => m%materials(m%blocks%material(b)))
-               if (material%isotropic) then
-                  call isotropic_stress(material%lambda, material%mu, a, operators%moments(1, 1, b), total, moment)
-               else
-                  call anisotropic_stress(material%stiffness, a, operators%moments(1, 1, b), total, moment)
-               end if
-            end associate
-            call add_divergence(m%blocks%inverse_size(1, b), total, moment, f%contribution(1, 1, of_force, b))
-         end if
-      end do
-      if (all(operators%has_operator(listed))) return
-      call pass_over_blocks(pass, dt, m, f, pack(listed, .not. operators%has_operator(listed)), f%acceleration, &
+      call apply_operators(listed, operators%material, pass, dt, f%acceleration, f%velocity(1, 1, pass%strain_by), m%materials, &
+                           m%blocks%nodes, m%blocks%in_row, m%blocks%inverse_size, operators%integrals, f%contribution(1, 1, 1, 1))
+      if (all(operators%material(listed) > 0)) return
+      call pass_over_blocks(pass, dt, m, f, pack(listed, operators%material(listed) == 0), f%acceleration, &
                             f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
    end subroutine pass_by_operators
 

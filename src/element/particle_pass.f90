@@ -155,18 +155,20 @@ contains
                if (allocated(m%particles%history)) number_of(:lanes*rows*n) = [(k, k=i, i + lanes*rows*n - 1)]
                call pass_rows(m%particles%n, m%particles%mass(i), m%particles%volume(i), m%particles%reference(i, 1), &
                               m%particles%local(i, 1), m%particles%displacement(i, 1), m%particles%velocity(i, 1), &
-                              m%particles%gradient(i, 1, 1), m%particles%material(i), m%blocks%lower(1, 1, b), &
-                              m%blocks%inverse_size(1, b), f%contribution(1, 1, 1, b))
+                              m%particles%gradient(i, 1, 1), m%particles%material(i))
             else
                call load_rows()
-               call pass_rows(room, mass_of, volume_of, x, xi, u, v, h, material_of, m%blocks%lower(1, 1, b), &
-                              m%blocks%inverse_size(1, b), f%contribution(1, 1, 1, b))
+               call pass_rows(room, mass_of, volume_of, x, xi, u, v, h, material_of)
                call store_rows()
             end if
             s = s + rows
          end do
          if (pass%map_force) call divergence(n, m%blocks%inverse_size(1, b), total, moment, f%contribution(1, 1, 1, b))
-         if (pass%move) f%left(b:b + n - 1) = [(.not. all(beyond(:, k) <= 4*m%blocks%rows(b)*edge_margin), k=1, n)]
+         if (pass%move) then
+            do k = 1, n
+               f%left(b + k - 1) = .not. all(beyond(:, k) <= 4*m%blocks%rows(b)*edge_margin)
+            end do
+         end if
          if (pass%map_matrix) call finish_matrices()
          j = j + n
       end do
@@ -185,20 +187,18 @@ contains
       end subroutine find_law
 
       !> Do some rows of particles of each block of a batch, whose arrays have the leading dimension `ld`.
-      subroutine pass_rows(ld, mass, volume, x, xi, u, v, h, material, lower, inverse_size, contribution)
+      subroutine pass_rows(ld, mass, volume, x, xi, u, v, h, material)
          integer, intent(in) :: ld, material(ld)
          real(dp), intent(in) :: mass(ld), volume(ld), x(ld, ndim)
          real(dp), intent(inout) :: xi(ld, ndim), u(ld, ndim), v(ld, ndim), h(ld, ndim, ndim)
-         real(dp), intent(in) :: lower(lanes, ndim, n), inverse_size(lanes, n)
-         real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
          real(dp) :: t(lanes, ndim*ndim, most_rows), outside(lanes, most_rows)
          integer :: k, first
          if (pass%locate) then
             if (m%particles%total_frame) then
-               call locate_reference(n, rows, ld, lower, inverse_size, x, xi)
+               call locate_reference(n, rows, ld, m%blocks%lower(1, 1, b), m%blocks%inverse_size(1, b), x, xi)
             else
                outside(:, :n) = 0
-               call locate_present(n, rows, ld, lower, inverse_size, x, u, xi, outside)
+               call locate_present(n, rows, ld, m%blocks%lower(1, 1, b), m%blocks%inverse_size(1, b), x, u, xi, outside)
             end if
          end if
          if (pass%kick) then
@@ -232,10 +232,11 @@ contains
          end if
          if (pass%move) then
             call add_field(n, rows, ld, xi, move_by, u)
-            if (.not. m%particles%total_frame) call locate_present(n, rows, ld, lower, inverse_size, x, u, xi, beyond)
+            if (.not. m%particles%total_frame) &
+               call locate_present(n, rows, ld, m%blocks%lower(1, 1, b), m%blocks%inverse_size(1, b), x, u, xi, beyond)
          end if
-         if (pass%map_mass) call add_mass(n, rows, ld, xi, mass, contribution)
-         if (pass%map_momentum) call add_momentum(n, rows, ld, xi, mass, v, contribution)
+         if (pass%map_mass) call add_mass(n, rows, ld, xi, mass, f%contribution(1, 1, 1, b))
+         if (pass%map_momentum) call add_momentum(n, rows, ld, xi, mass, v, f%contribution(1, 1, 1, b))
          if (pass%map_matrix) then
             do k = 1, n
                first = lanes*rows*(k - 1) + 1

@@ -164,10 +164,10 @@ contains
             do k = 1, size(m%loads(1)%host)
                if (any(m%blocks%cells(:, b) == p%cell(m%loads(1)%host(k)))) expected = .false.
             end do
-            call check(m%cache%operators%has_operator(b) .eqv. expected, &
+            call check((m%cache%operators%material(b) > 0) .eqv. expected, &
                        'blocks of one linear material without loads have a response')
          end do
-         call check(any(m%cache%operators%has_operator) .and. .not. all(m%cache%operators%has_operator), &
+         call check(any(m%cache%operators%material > 0) .and. .not. all(m%cache%operators%material > 0), &
                     'there are both kinds of blocks')
       end associate
    end subroutine who_has_a_response
