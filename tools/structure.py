@@ -30,6 +30,17 @@ from fortran import read
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ROOT / "src"
 FEW, MANY = 8, 12  # arguments
+READING = (("main", "read_model", "fill_model"), ("main", "build", "fill_rectangle"))
+RECORDING = (("main", "run.run", "recording.record", "measure", "tip_measurements.estimate_rates"), ("crack_closure.nodal_force_closure",),
+             ("main", "run.run", "recording.record", "results.append"))
+STEPS = {  # from the loop of a run to where a step is done
+    "in plain loops": (("run.advance_to", "reference_step.reference_step"),),
+    "by particles": (("run.advance_to", "take_step", "step_in_tiles", "nodal_kernels.find_accelerations"),
+                     ("run.advance_to", "take_step", "step_in_tiles", "particle_kernels.add_field"),
+                     ("run.advance_to", "take_step", "step_in_stages", "particle_kernels.add_field")),
+    "by operators of cells": (("run.advance_to", "take_step", "step_in_tiles", "nodal_kernels.find_accelerations"),
+                              ("run.advance_to", "take_step", "step_in_tiles", "element_kernels.apply_mass"),
+                              ("run.advance_to", "take_step", "step_in_stages", "element_kernels.apply_mass"))}
 COLUMN = re.compile(r"G_(\w+)_I{0,2}$")
 
 
@@ -160,6 +171,13 @@ def handed(calls, word):
     return names
 
 
+def walks(calls):
+    """Of each way in which a step is done: the files from the namelist to G(t), and the depth of its calls below the loop of a run."""
+    for way, steps in STEPS.items():
+        chains = [calls.chain(*map(calls.find, points)) for points in (*READING, ("main", "run.advance_to"), *steps, *RECORDING)]
+        yield way, {scope.path for chain in chains for scope in chain}, max(len(calls.chain(*map(calls.find, points))) - 1 for points in steps)
+
+
 def followed(calls, word="velocity"):
     """Of every file on the way of a quantity from the namelist to a column of G: why it is there."""
     mention = re.compile(rf"\b{word}\b")
@@ -227,6 +245,10 @@ def report(program, order):
     yield "\nagainst the order of the README: " + (", ".join(map(" uses ".join, upward_imports(program, order))) or "none")
     for what, graph in (("modules", program.imports()), ("folders", graph_of(pairs))):
         yield f"cycle of {what}: " + (" > ".join(cycle(graph)) or "none")
+    named = sum(bool(re.search(r"\bvelocity\b", (SOURCES / path).read_text(), re.IGNORECASE)) for path in lengths)
+    yield f"\nfiles that name velocity: {named} of {len(lengths)}"
+    yield "from the namelist to G(t): " + "; ".join(f"{len(files)} files where steps go {way}, {depth} calls deep"
+                                                for way, files, depth in walks(Calls(program)))
     yield "\nlongest files"
     yield from (f"  {n:4} {path}" for path, n in sorted(lengths.items(), key=lambda item: -item[1])[:12])
 

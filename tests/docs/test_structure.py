@@ -11,9 +11,10 @@ from paths import ROOT
 sys.path.insert(0, str(ROOT / "tools"))
 
 from fortran import Program, read  # noqa: E402
-from structure import SOURCES, Calls, cycle, folder_imports, followed, graph_of, reading_order, svg, upward_imports, what_is_in  # noqa: E402
+from structure import SOURCES, Calls, cycle, folder_imports, followed, graph_of, reading_order, svg, upward_imports, walks, what_is_in  # noqa: E402
 
 MOST_ARGUMENTS = 12
+MOST_FILES, DEEPEST = 15, 6  # from the namelist to G(t); calls of a step below the loop of a run
 EXCEPTIONS = []  # (procedure with more arguments, why)
 README = """
 ## Reading the code
@@ -76,6 +77,12 @@ def test_no_module_uses_one_that_stands_above_it_in_the_readme(program, order):
 def test_there_is_no_cycle_of_modules_or_folders(program):
     assert cycle(program.imports()) == []
     assert cycle(graph_of(folder_imports(program))) == []
+
+
+def test_the_way_from_the_namelist_to_g_is_short_and_a_step_is_flat(program):
+    found = {way: (len(files), depth) for way, files, depth in walks(Calls(program))}
+    assert all(depth <= DEEPEST for _, depth in found.values()), found
+    assert found["in plain loops"][0] <= MOST_FILES and len(found) == 3, found
 
 
 def test_procedures_have_few_arguments(program):
