@@ -63,9 +63,11 @@ contains
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: value(:)           !! at the particles
       real(dp), intent(out) :: phi(:)            !! (n_points)
-      real(dp) :: mass(m%grid%n_points), n(corners)
-      logical :: is_corner(m%grid%n_points)
+      real(dp), allocatable :: mass(:)
+      real(dp) :: n(corners)
+      logical, allocatable :: is_corner(:)
       integer :: i
+      allocate (is_corner(m%grid%n_points), mass(m%grid%n_points))
       phi = 0
       mass = 0
       associate (grid => m%grid, p => m%particles)
@@ -90,9 +92,10 @@ contains
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: value(:)           !! at the particles
       real(dp), intent(out) :: phi(:)            !! (n_points)
-      real(dp) :: coefficient(n_terms, 1, m%grid%n_nodes), edge(m%grid%n_nodes)
-      logical :: is_corner(m%grid%n_points)
+      real(dp), allocatable :: coefficient(:, :, :), edge(:)
+      logical, allocatable :: is_corner(:)
       integer :: at(points_of_quadratic), e, k
+      allocate (is_corner(m%grid%n_points), coefficient(n_terms, 1, m%grid%n_nodes), edge(m%grid%n_nodes))
       phi = 0
       associate (grid => m%grid)
          call recover_quadratic(m%matter_t, 1, value, coefficient, edge)
@@ -136,8 +139,10 @@ contains
       real(dp), intent(in) :: phi(:)             !! nodal field, (n_points)
       real(dp), allocatable, intent(out) :: r(:) !! [-], (n_points)
       real(dp) :: mean
-      logical :: is_energy, is_corner(m%grid%n_points)
+      logical, allocatable :: is_corner(:)
+      logical :: is_energy
       integer :: a, d
+      allocate (is_corner(m%grid%n_points))
       is_energy = name == 'energy_density'
       allocate (r(m%grid%n_points), source=0.0_dp)
       is_corner = are_corners(m%matter_t)

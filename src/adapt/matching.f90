@@ -275,8 +275,9 @@ contains
       integer, intent(in) :: first_child(:)      !! of each, and behind the last
       real(dp), parameter :: alike = 1e-9_dp     ! part of a distance by which others are as near
       real(dp) :: x(ndim), at(ndim), least, u(ndim), h(ndim, ndim)
-      logical :: crosses(m%particles%n)
+      logical, allocatable :: crosses(:)
       integer :: i, k, n
+      allocate (crosses(m%particles%n))
       associate (p => m%particles, cuts => m%grid%cut_cells)
          do i = 1, size(from, 1)
             at = from(i, :)

@@ -75,7 +75,9 @@ contains
       real(dp), parameter :: alike = 1e-9_dp     ! part of a distance by which others are as near
       real(dp), allocatable :: carried(:, :)
       real(dp) :: value(size(fields, 1)), least
-      integer :: times(m%grid%n_points), k, c, i, n
+      integer, allocatable :: times(:)
+      integer :: k, c, i, n
+      allocate (times(m%grid%n_points))
       allocate (carried(size(fields, 1), m%grid%n_points), source=0.0_dp)
       times = 0
       do k = 1, m%blocks%n_occupied

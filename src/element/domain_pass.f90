@@ -171,9 +171,11 @@ contains
       type(corner_map_t), intent(in) :: map
       type(nodal_fields_t), intent(in) :: f
       type(pass_report_t), intent(out) :: report
-      real(dp) :: n(corners), change(ndim), before(ndim, ndim), kicked(m%particles%n), strained(m%particles%n), at(ndim)
+      real(dp), allocatable :: kicked(:), strained(:)
+      real(dp) :: n(corners), change(ndim), before(ndim, ndim), at(ndim)
       logical :: left, jumped
       integer :: i, c
+      allocate (kicked(m%particles%n), strained(m%particles%n))
       left = .false.
       jumped = .false.
       if (.not. (pass%kick .or. pass%strain_fraction > 0)) return

@@ -61,8 +61,9 @@ contains
       real(dp), intent(out) :: coefficient(:, :, :) !! 0 where there are no particles, (n_terms, width, n_nodes)
       real(dp), intent(out) :: edge(:)           !! of the smallest cell at the node [m], (n_nodes)
       integer, intent(in), optional :: material
-      logical :: is_corner(m%grid%n_points)
+      logical, allocatable :: is_corner(:)
       integer :: node
+      allocate (is_corner(m%grid%n_points))
       is_corner = are_corners(m)
       coefficient = 0
       edge = 1
@@ -181,8 +182,9 @@ contains
    !> Whether each point is a corner of a cell with particles; all points of bilinear cells are taken for such.
    pure function are_corners(m) result(is_corner)
       type(matter_t), intent(in) :: m
-      logical :: is_corner(m%grid%n_points)
+      logical, allocatable :: is_corner(:)
       integer :: e, q
+      allocate (is_corner(m%grid%n_points))
       is_corner = .not. m%grid%is_quadratic()
       if (.not. m%grid%is_quadratic()) return
       do e = 1, m%grid%n_elements, corners

@@ -57,8 +57,9 @@ contains
    !> Part of its cell that the particles of each piece of a leaf fill, by its first element; 0 of the other elements.
    pure function fills_of_pieces(m) result(fill)
       type(matter_t), intent(in) :: m
-      real(dp) :: fill(m%grid%n_elements)
+      real(dp), allocatable :: fill(:)
       integer :: i
+      allocate (fill(m%grid%n_elements))
       fill = 0
       do i = 1, m%particles%n
          associate (first => m%grid%first_of_piece(m%particles%cell(i)))
@@ -71,9 +72,10 @@ contains
    !> Which bilinear elements are of cells that the edges of bodies leave nearly empty, and have nodes of their own.
    pure function are_nearly_empty(m) result(are)
       type(matter_t), intent(in) :: m
-      logical :: are(m%grid%n_elements)
-      real(dp) :: fill(m%grid%n_elements)
+      logical, allocatable :: are(:)
+      real(dp), allocatable :: fill(:)
       integer :: e
+      allocate (fill(m%grid%n_elements), are(m%grid%n_elements))
       are = .false.
       if (.not. allocated(m%grid%is_full) .or. m%grid%is_quadratic()) return
       fill = fills_of_pieces(m)
@@ -89,11 +91,13 @@ contains
    pure subroutine stabilise_small_cut_cells(interfaces, m)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
-      real(dp), dimension(m%grid%n_elements) :: fill, modulus, density, g
-      logical :: moves(m%grid%n_points), is_held(m%grid%n_elements), is_filled(m%grid%n_elements), thin(m%grid%n_elements)
+      real(dp), allocatable :: fill(:), modulus(:), density(:), g(:)
+      logical, allocatable :: moves(:), is_held(:), is_filled(:), thin(:)
       type(disjoint_sets_t) :: held
       logical :: has_mass, is_in_steps
       integer :: cell, e, i, k, side
+      allocate (moves(m%grid%n_points), is_held(m%grid%n_elements), is_filled(m%grid%n_elements), thin(m%grid%n_elements))
+      allocate (fill(m%grid%n_elements), modulus(m%grid%n_elements), density(m%grid%n_elements), g(m%grid%n_elements))
       has_mass = interfaces%are_moving .and. m%grid%is_quadratic()
       is_in_steps = interfaces%are_bounded .and. .not. m%grid%is_quadratic()
       cell = merge(corners, 1, m%grid%is_quadratic()) ! elements of one

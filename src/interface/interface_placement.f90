@@ -344,8 +344,9 @@ contains
       real(dp), intent(in) :: grown              !! way of the tip so far [m]
       type(matter_t), intent(in) :: m
       logical, intent(out) :: begins             !! whether there was none before, and the crack has not come to it
-      real(dp) :: distance(old%n)
+      real(dp), allocatable :: distance(:)
       integer :: k, nearest, face
+      allocate (distance(old%n))
       begins = .false.
       distance = [(abs(old%list(k)%way - point%way) + norm2(old%list(k)%place - point%place), k=1, old%n)]
       nearest = minloc(distance, dim=1, mask=[(old%list(k)%tip == point%tip, k=1, old%n)])
@@ -621,11 +622,14 @@ contains
       logical, intent(in) :: begins(:)
       type(matter_t), intent(in) :: m
       real(dp), parameter :: firm = 0.005_dp     ! damping of least squares, over C M**-1 C' of a side of a cell: next to nothing but for short layers
-      real(dp) :: mass(m%grid%n_nodes), held(m%grid%n_nodes), damping
-      real(dp), dimension(ndim, m%grid%n_nodes) :: force, inverse, moved ! moved: by a unit force of a cohesive point [1/kg]
+      real(dp), allocatable :: mass(:), held(:)
+      real(dp) :: damping
+      real(dp), allocatable :: force(:, :), inverse(:, :), moved(:, :) ! moved: by a unit force of a cohesive point [1/kg]
       real(dp) :: matrix(count(begins), count(begins)), x(count(begins), ndim), change(ndim)
       integer, allocatable :: new(:)
       integer :: i, j, info
+      allocate (force(ndim, m%grid%n_nodes), inverse(ndim, m%grid%n_nodes), moved(ndim, m%grid%n_nodes))
+      allocate (mass(m%grid%n_nodes), held(m%grid%n_nodes))
       call load_nodes(interfaces, m, mass, force)
       new = pack([(i, i=1, interfaces%n)], begins)
       held = 0

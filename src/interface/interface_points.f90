@@ -219,7 +219,9 @@ contains
    !> What all interface points do: a matrix that was factorised fits as long as this stays.
    pure function interface_states(interfaces) result(states)
       type(interfaces_t), intent(in) :: interfaces
-      integer :: states(interfaces%n), k
+      integer, allocatable :: states(:)
+      integer :: k
+      allocate (states(interfaces%n))
       states = [(state_of(interfaces%list(k)), k=1, interfaces%n)]
    end function interface_states
 
@@ -323,8 +325,9 @@ contains
       real(dp), intent(inout) :: opening(ndim)
       logical, intent(out) :: is_there
       real(dp), parameter :: far = 1.5_dp        ! cells; points of the next cell are no farther
-      real(dp) :: way(interfaces%n)              ! from the place to the points [m]
+      real(dp), allocatable :: way(:) ! from the place to the points [m]
       integer :: k, near, next
+      allocate (way(interfaces%n))
       way = [(dot_product(interfaces%list(k)%place - x, toward), k=1, interfaces%n)]
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))

@@ -296,7 +296,8 @@ contains
       type(interfaces_t), intent(in) :: interfaces
       type(element_t), allocatable, intent(out) :: elements(:)
       integer :: e, k
-      logical :: is_near(m%grid%n_points), is_wanted(m%grid%n_elements)
+      logical, allocatable :: is_near(:), is_wanted(:)
+      allocate (is_near(m%grid%n_points), is_wanted(m%grid%n_elements))
       is_near = .not. interfaces%are_lumped
       do k = 1, interfaces%n_at_end
          is_near(pack(interfaces%list(k)%node, interfaces%list(k)%node > 0)) = .true.
@@ -463,8 +464,10 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), dimension(size(f)) :: rest, turned, direction, slopes
       real(dp) :: part, least, most, slope, of_least, of_most, last
-      integer :: states(interfaces%n), turn, trial
+      integer, allocatable :: states(:)
+      integer :: turn, trial
       logical :: is_done
+      allocate (states(interfaces%n))
       rest = forces_of_law(interfaces) - f
       do turn = 1, most_turns
          states = interface_states(interfaces)

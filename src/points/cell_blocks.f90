@@ -300,7 +300,9 @@ contains
    subroutine place_supports(blocks, grid)
       type(cell_blocks_t), intent(inout) :: blocks
       type(grid_t), intent(in) :: grid
-      integer :: block_of(grid%n_elements), lane_of(grid%n_elements), b, l, e, k, n, together
+      integer, allocatable :: block_of(:), lane_of(:)
+      integer :: b, l, e, k, n, together
+      allocate (block_of(grid%n_elements), lane_of(grid%n_elements))
       block_of = 0
       lane_of = 0
       do b = 1, blocks%n

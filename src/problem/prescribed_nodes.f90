@@ -28,7 +28,8 @@ contains
       type(prescribed_work_t), intent(in) :: last !! the last step with prescribed motion
       type(nodal_fields_t), intent(in) :: f
       integer, intent(in) :: which               !! which velocity has been found: `v_n` or `v_mapped`
-      real(dp) :: v(ndim, grid%n_points), w(ndim, grid%n_nodes)
+      real(dp), allocatable :: v(:, :), w(:, :)
+      allocate (v(ndim, grid%n_points), w(ndim, grid%n_nodes))
       w = 0
       if (which /= v_n) then
          w = f%velocity(:, :grid%n_nodes, v_next)
@@ -44,7 +45,8 @@ contains
       type(grid_t), intent(in) :: grid
       real(dp), intent(in) :: time, dt           !! [s]
       type(nodal_fields_t), intent(in) :: f
-      real(dp) :: a(ndim, grid%n_points)
+      real(dp), allocatable :: a(:, :)
+      allocate (a(ndim, grid%n_points))
       a = on_prescribed(c, grid, f, ((c%prescribed_at(time + dt) - c%prescribed_at(time))/dt &
                                      - f%velocity(:, :grid%n_nodes, v_n))/dt)
    end function prescribed_acceleration
@@ -55,8 +57,9 @@ contains
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(in) :: f
       real(dp), intent(in) :: x(:, :)            !! (ndim, n_nodes)
-      real(dp) :: y(ndim, grid%n_points)
+      real(dp), allocatable :: y(:, :)
       integer :: k
+      allocate (y(ndim, grid%n_points))
       y = 0
       do k = 1, size(c%node)
          associate (i => c%node(k))

@@ -119,9 +119,10 @@ contains
       real(dp), intent(in) :: points(:, :)       !! [m]
       integer, allocatable, intent(out) :: near(:)
       real(dp), intent(out) :: width
-      logical :: is_near(p%n)
+      logical, allocatable :: is_near(:)
       real(dp) :: edges(ndim), edge, x(ndim)
       integer :: i, k
+      allocate (is_near(p%n))
       width = 0
       do i = 1, p%n
          is_near(i) = .false.

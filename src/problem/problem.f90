@@ -144,9 +144,9 @@ contains
    pure function nodes_lumped_in_steps(m) result(nodes)
       type(problem_t), intent(in) :: m
       integer, allocatable :: nodes(:)
-      logical :: is_thin(m%grid%n_elements)
+      logical, allocatable :: is_thin(:)
       integer :: k
-      allocate (nodes(0))
+      allocate (is_thin(m%grid%n_elements), nodes(0))
       if (.not. m%interfaces%are_bounded) return
       is_thin = are_nearly_empty(m%matter_t)
       nodes = [(m%grid%element_nodes(:, k), k=1, m%grid%n_elements)]

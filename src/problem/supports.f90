@@ -25,8 +25,10 @@ contains
    subroutine check_supports(m, failure)
       type(problem_t), intent(in) :: m
       type(failure_t), intent(inout) :: failure
-      real(dp) :: side(ndim, m%grid%n_nodes), other(ndim, m%grid%n_nodes), x(ndim)
+      real(dp), allocatable :: side(:, :), other(:, :)
+      real(dp) :: x(ndim)
       integer :: k, d
+      allocate (side(ndim, m%grid%n_nodes), other(ndim, m%grid%n_nodes))
       if (.not. m%constraints%only_push()) return
       call weigh_sides(m, side, other)
       do k = 1, size(m%constraints%node)
@@ -74,7 +76,8 @@ contains
    !> Find which way from their supports the material is, once for a grid: in the total frame it stays there.
    subroutine find_sides(m)
       type(problem_t), intent(inout) :: m
-      real(dp), dimension(ndim, m%grid%n_nodes) :: above, below
+      real(dp), allocatable :: above(:, :), below(:, :)
+      allocate (above(ndim, m%grid%n_nodes), below(ndim, m%grid%n_nodes))
       if (allocated(m%constraints%up)) return
       call weigh_sides(m, above, below)
       m%constraints%up = merge(1.0_dp, -1.0_dp, above > below)

@@ -66,8 +66,10 @@ contains
    subroutine add_sides(problem, output)
       type(problem_t), intent(in) :: problem
       type(piece_t), intent(inout) :: output
-      real(dp) :: of(2, problem%particles%n), origin(ndim) ! piece, side
+      real(dp), allocatable :: of(:, :) ! piece, side
+      real(dp) :: origin(ndim)
       integer :: i
+      allocate (of(2, problem%particles%n))
       of = 0
       associate (grid => problem%grid, p => problem%particles)
          do i = 1, p%n

@@ -456,8 +456,10 @@ contains
       type(problem_t), intent(in) :: m
       character(*), intent(in) :: now            !! time, in words
       type(failure_t), intent(inout) :: failure
-      real(dp) :: fill(m%grid%n_elements), strain(m%grid%n_elements), beside
+      real(dp), allocatable :: fill(:), strain(:)
+      real(dp) :: beside
       integer :: i, e
+      allocate (fill(m%grid%n_elements), strain(m%grid%n_elements))
       fill = fills_of_pieces(m%matter_t)
       strain = 0
       do i = 1, m%particles%n

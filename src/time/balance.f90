@@ -242,7 +242,8 @@ contains
    subroutine go_back(m, start)
       type(problem_t), intent(inout) :: m
       type(start_t), intent(in) :: start
-      real(dp) :: stay(ndim, m%grid%n_points)
+      real(dp), allocatable :: stay(:, :)
+      allocate (stay(ndim, m%grid%n_points))
       call go_back_to(start%instant, m)
       stay = 0
       m%materials%time_increment = 0

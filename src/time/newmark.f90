@@ -384,7 +384,8 @@ contains
       real(dp), intent(in) :: given(:, :)        !! (ndim, n_points)
       real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
       logical, intent(in), optional :: on_supports !! which; without both are given
-      logical :: some(ndim, m%grid%n_nodes)
+      logical, allocatable :: some(:, :)
+      allocate (some(ndim, m%grid%n_nodes))
       some = m%constraints%fixed
       if (present(on_supports)) some = some .and. (m%constraints%supported .eqv. on_supports)
       where (some) x(:, :m%grid%n_nodes) = given(:, :m%grid%n_nodes)

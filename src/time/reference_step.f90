@@ -61,9 +61,13 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure  !! of interface points whose forces cannot be found
-      real(dp) :: mass(m%grid%n_points), work
-      real(dp), dimension(ndim, m%grid%n_points) :: external, force, v, a, v_next, v_mapped
+      real(dp), allocatable :: mass(:)
+      real(dp) :: work
+      real(dp), allocatable :: external(:, :), force(:, :), v(:, :), a(:, :), v_next(:, :), v_mapped(:, :)
       integer :: i
+      allocate (external(ndim, m%grid%n_points), force(ndim, m%grid%n_points), v(ndim, m%grid%n_points), &
+                a(ndim, m%grid%n_points), v_next(ndim, m%grid%n_points), v_mapped(ndim, m%grid%n_points))
+      allocate (mass(m%grid%n_points))
       external = 0                               ! the loads act where the material is at t^n, with their factors there
       call place_loads(m%loads, m%grid, m%particles)
       call add_loads(m%loads, m%state%time, external)

@@ -124,8 +124,9 @@ contains
    !> The nodes of interface points, and those around the cells beside these.
    pure function around_faces(m) result(is_near)
       type(problem_t), intent(in) :: m
-      logical :: is_near(m%grid%n_points)
+      logical, allocatable :: is_near(:)
       integer :: k, j, e
+      allocate (is_near(m%grid%n_points))
       is_near = .false.
       do k = 1, m%interfaces%n
          do j = 1, count(m%interfaces%list(k)%node > 0)
