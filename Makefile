@@ -14,7 +14,7 @@ COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimp
 # Vectors of 512 bits are no faster on the processors that have them: cells come in blocks of four
 width := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=256)
 # Kernels that several procedures call are to be put into all of them
-release := -O3 --param inline-unit-growth=100 -fno-tree-loop-distribute-patterns -march=$(ARCH) $(width) -finline-limit=1800
+release := -O3 --param inline-unit-growth=100 -fno-tree-loop-distribute-patterns -march=$(ARCH) $(width) -finline-limit=1000
 # What a step computes is optimised as one piece in these builds
 release_kernels := -flto
 counted_kernels := -flto
