@@ -79,12 +79,17 @@ contains
       real(dp), intent(in) :: lambda, mu
       type(constant_t), intent(in) :: constants(:) !! without a yield stress it does not yield
       class(law_t), allocatable, intent(out) :: law
-      allocate (law, source=j2_plastic_t( &
-         columns=equivalent, yields=.true., lambda=lambda, mu=mu, &
-         yield_stress=value_of(constants, 'yield_stress', sqrt(huge(1.0_dp))), &
-         hardening=value_of(constants, 'hardening', 0.0_dp), saturation=value_of(constants, 'saturation', 0.0_dp), &
-         saturation_strain=value_of(constants, 'saturation_strain', 1.0_dp), &
-         kinematic=value_of(constants, 'kinematic_hardening', 0.0_dp)))
+      type(j2_plastic_t) :: this
+      this%columns = equivalent
+      this%yields = .true.
+      this%lambda = lambda
+      this%mu = mu
+      this%yield_stress = value_of(constants, 'yield_stress', sqrt(huge(1.0_dp)))
+      this%hardening = value_of(constants, 'hardening', 0.0_dp)
+      this%saturation = value_of(constants, 'saturation', 0.0_dp)
+      this%saturation_strain = value_of(constants, 'saturation_strain', 1.0_dp)
+      this%kinematic = value_of(constants, 'kinematic_hardening', 0.0_dp)
+      allocate (law, source=this)
    end subroutine new_j2_plastic
 
    !> Let flow what flows in a step.

@@ -37,8 +37,13 @@ contains
       real(dp), intent(in) :: lambda, mu
       type(constant_t), intent(in) :: constants(:)
       class(law_t), allocatable, intent(out) :: law
+      type(mooney_rivlin_t) :: this
       associate (c01 => value_of(constants, 'c01', 0.0_dp))
-         allocate (law, source=mooney_rivlin_t(is_finite=.true., lambda=lambda - 4*c01, c10=mu/2 - c01, c01=c01))
+         this%is_finite = .true.
+         this%lambda = lambda - 4*c01
+         this%c10 = mu/2 - c01
+         this%c01 = c01
+         allocate (law, source=this)
       end associate
    end subroutine new_mooney_rivlin
 

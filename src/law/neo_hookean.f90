@@ -31,7 +31,11 @@ contains
       real(dp), intent(in) :: lambda, mu
       type(constant_t), intent(in) :: constants(:)
       class(law_t), allocatable, intent(out) :: law
-      allocate (law, source=neo_hookean_t(is_finite=.true., lambda=lambda, mu=mu))
+      type(neo_hookean_t) :: this
+      this%is_finite = .true.
+      this%lambda = lambda
+      this%mu = mu
+      allocate (law, source=this)
    end subroutine new_neo_hookean
 
    !> Kirchhoff stress [Pa].

@@ -140,7 +140,8 @@ contains
       logical, intent(in) :: half
       type(nodal_state_t), intent(in) :: state
       real(dp) :: found(1 + modes, size(radius)), uncertainty(modes, size(radius))
-      call domain_integrals(tip_domain_t(tip, direction, half=half, thickness=thickness, material=m%materials(1), radius=radius), &
+      call domain_integrals(tip_domain_t(tip, direction, half=half, thickness=thickness, material=m%materials(1), radius=radius, &
+                                         field=new_tip_field(m%materials(1), direction)), &
                             m, [real(dp) ::], m%particles, state, closed_faces_t(), found(1, :), found(2:, :), uncertainty)
    end function integrals
 

@@ -113,7 +113,7 @@ contains
    !> Random velocities of a body that nothing holds.
    subroutine test_momentum()
       type(problem_t) :: m
-      type(local_leapfrog_t) :: c
+      type(local_leapfrog_t) :: c, fresh
       real(dp) :: before(ndim), after(ndim), scale
       real(dp), allocatable :: noise(:, :)
       integer :: levels
@@ -126,7 +126,7 @@ contains
          call start(m, 'musl')
          before = matmul(m%particles%mass, m%particles%velocity)
          scale = sum(m%particles%mass)*maxval(abs(m%particles%velocity))
-         c = local_leapfrog_t()
+         c = fresh
          call run_coarsely(c, m, 0.5_dp*cell*2.0_dp**(-levels)/limit, levels, 100/2**levels)
          after = matmul(m%particles%mass, m%particles%velocity)
          call check_close(maxval(abs(after - before))/scale, 0.0_dp, 1.0e-13_dp, &
@@ -297,14 +297,14 @@ contains
 
    !> The mean energy in the last of many coarse steps is that in the first of them.
    subroutine test_energy()
-      type(local_leapfrog_t) :: c
+      type(local_leapfrog_t) :: c, fresh
       type(problem_t) :: m
       real(dp) :: first, last
       integer, parameter :: averaged = 300
       integer :: levels
       do levels = 1, 3
          call place(levels, m)
-         c = local_leapfrog_t()
+         c = fresh
          call vibrate(m)
          first = mean_energy(c, m, longest(levels), m%blocks%groups%largest, averaged)
          call run_coarsely(c, m, longest(levels), m%blocks%groups%largest, 1500)
