@@ -45,6 +45,7 @@ contains
       logical :: broken(size(rules))
       integer :: k
       call find_breaches(model, settings, breaches)
+      message = ''
       broken = .false.
       broken(breaches%rule) = .true.
       do k = 1, size(breaches)
