@@ -139,18 +139,10 @@ contains
       type(refinement_t), intent(in) :: r
       type(problem_t), intent(in) :: m
       integer, intent(in) :: leaf
-      associate (x => middle_of(m%grid%forest, leaf))
+      associate (x => m%grid%forest%middle_of(leaf))
          is_in_box = all(x >= r%lower .and. x <= r%upper)
       end associate
    end function is_in_box
-
-   !> Middle of a leaf [m].
-   pure function middle_of(forest, leaf) result(x)
-      type(forest_t), intent(in) :: forest
-      integer, intent(in) :: leaf
-      real(dp) :: x(ndim)
-      x = forest%position(forest%place_of(leaf)) + 0.5_dp*forest%size_of(leaf)
-   end function middle_of
 
    !> Refine the leaves that are within `rings` cells of their own size of a tip. Behind tips that move, recombine those that are further
    !> away than what is refined around these by a cell of the next size.
@@ -163,7 +155,7 @@ contains
       real(dp) :: distance, edge
       integer :: leaf, k
       do leaf = 1, size(change)
-         distance = minval([(maxval(abs(middle_of(m%grid%forest, leaf) - tips(:, k))), k=1, size(tips, 2))])
+         distance = minval([(maxval(abs(m%grid%forest%middle_of(leaf) - tips(:, k))), k=1, size(tips, 2))])
          edge = m%grid%forest%size_of(leaf)
          if (r%tips_move .and. distance > (r%rings + 1)*2*edge*(1 + rounding)) change(leaf) = -1
          if (distance >= r%rings*edge*(1 - rounding) .or. m%grid%forest%level_of(leaf) >= r%max_level) cycle
@@ -309,7 +301,7 @@ contains
       !> Distance of the tip from a leaf [m].
       pure real(dp) function distance_to(leaf) result(distance)
          integer, intent(in) :: leaf
-         distance = maxval(abs(middle_of(forest, leaf) - tip)) - 0.5_dp*forest%size_of(leaf)
+         distance = maxval(abs(forest%middle_of(leaf) - tip)) - 0.5_dp*forest%size_of(leaf)
       end function distance_to
    end subroutine mark_coarse_at_tip
 

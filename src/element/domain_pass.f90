@@ -175,10 +175,10 @@ contains
       real(dp) :: n(corners), change(ndim), before(ndim, ndim), at(ndim)
       logical :: left, jumped
       integer :: i, c
-      allocate (kicked(m%particles%n), strained(m%particles%n))
       left = .false.
       jumped = .false.
       if (.not. (pass%kick .or. pass%strain_fraction > 0)) return
+      allocate (kicked(m%particles%n), strained(m%particles%n))
       !$omp parallel do schedule(static) private(c, n, change, before, at) reduction(.or.: left, jumped)
       do i = 1, m%particles%n
          kicked(i) = 0

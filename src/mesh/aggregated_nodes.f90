@@ -132,7 +132,7 @@ contains
          end do
          fill = part_of_cell(m(0)/size_of**ndim)
       end associate
-      centre = middle_of(forest, leaf)
+      centre = forest%middle_of(leaf)
       if (fill > 0) centre = forest%position(forest%place_of(leaf)) + m(1:)/m(0)
       if (fill < least_part*0.1_dp) fill = 0
    end subroutine find_root_cell
@@ -190,7 +190,7 @@ contains
          if (root_cells(next) == 0) cycle
          if (is_across(forest, cut_cells, leaf, root_cells(next))) cycle
          if (root_cell > 0) then
-            associate (x => middle_of(forest, leaf), other => root_cells(next))
+            associate (x => forest%middle_of(leaf), other => root_cells(next))
                if (.not. is_first(distance_to(forest, other, x), distance_to(forest, root_cell, x), &
                                   distance_to(forest, other, centre), distance_to(forest, root_cell, centre))) cycle
             end associate
@@ -213,7 +213,7 @@ contains
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
       real(dp), intent(in) :: x(ndim)            !! [m]
-      distance = norm2(middle_of(forest, leaf) - x)
+      distance = norm2(forest%middle_of(leaf) - x)
    end function distance_to
 
    !> Whether a crack is between two leaves.
@@ -222,23 +222,15 @@ contains
       type(cut_cells_t), intent(in) :: cut_cells
       integer, intent(in) :: leaf, other         !! 0 for none
       is_across = .false.
-      if (other > 0 .and. cut_cells%are_there()) is_across = cut_cells%divide(middle_of(forest, leaf), middle_of(forest, other))
+      if (other > 0 .and. cut_cells%are_there()) is_across = cut_cells%divide(forest%middle_of(leaf), forest%middle_of(other))
    end function is_across
 
    !> The leaf that is, counted in leaves of the same size, so many away; `outside` where there is none.
    pure integer function neighbour(forest, leaf, steps) result(next)
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf, steps(ndim)
-      next = forest%leaf_at(middle_of(forest, leaf) + steps*forest%size_of(leaf))
+      next = forest%leaf_at(forest%middle_of(leaf) + steps*forest%size_of(leaf))
    end function neighbour
-
-   !> Middle of a leaf [m].
-   pure function middle_of(forest, leaf) result(x)
-      type(forest_t), intent(in) :: forest
-      integer, intent(in) :: leaf
-      real(dp) :: x(ndim)
-      x = forest%position(forest%place_of(leaf)) + 0.5_dp*forest%size_of(leaf)
-   end function middle_of
 
    !> Note a corner of a nearly empty leaf, if all leaves around it are nearly empty or empty, with the nearest of the root cells of these.
    pure subroutine add_corner(forest, fill, centre, root_cells, place, leaf, aggregated)

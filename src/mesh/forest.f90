@@ -35,6 +35,7 @@ module hampm_forest
       procedure :: place_of
       procedure :: level_of
       procedure :: size_of
+      procedure :: middle_of
       procedure :: finest_level
       procedure :: is_uniform
       procedure :: meets_finer
@@ -187,6 +188,14 @@ contains
       integer, intent(in) :: leaf
       size_of = self%cell/shiftl(1, self%level_of(leaf))
    end function size_of
+
+   !> Middle of a leaf [m].
+   pure function middle_of(self, leaf) result(x)
+      class(forest_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      real(dp) :: x(ndim)
+      x = self%position(self%place_of(leaf)) + self%size_of(leaf)/2
+   end function middle_of
 
    !> The finest level of any leaf.
    pure integer function finest_level(self)

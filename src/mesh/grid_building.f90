@@ -187,7 +187,7 @@ contains
       integer, intent(in) :: leaf
       real(dp) :: x(ndim)
       integer :: k
-      x = grid%forest%position(grid%forest%place_of(leaf)) + grid%forest%size_of(leaf)/2
+      x = grid%forest%middle_of(leaf)
       is_solid = .false.
       if (allocated(grid%is_met)) then
          is_solid = grid%is_met(leaf)
