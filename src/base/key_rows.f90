@@ -3,7 +3,7 @@ module hampm_key_rows
    use hampm_kinds, only: name_len
    implicit none
    private
-   public :: group_t, key_t, list_len, max_values, must, may, once, repeats, any_number, positive, not_negative, &
+   public :: group_t, key_t, list_len, max_values, once, repeats, any_number, positive, not_negative, &
              type_real, type_integer, type_name, type_text, type_logical, is_required, is_assumed, is_optional
 
    integer, parameter :: type_real = 1, type_integer = 2
@@ -17,7 +17,7 @@ module hampm_key_rows
 
    integer, parameter :: max_values = 1000         !! most values of any key
    integer, parameter :: list_len = 256            !! longest list of values or choices in this table
-   logical, parameter :: must = .true., may = .false., repeats = .true., once = .false.
+   logical, parameter :: repeats = .true., once = .false.
 
    !> A row of the table of groups.
    type :: group_t
@@ -30,17 +30,16 @@ module hampm_key_rows
 
    !> A row of the table of keys.
    type :: key_t
-      character(name_len) :: group
       character(name_len) :: name
       integer :: value_type
-      integer :: fewest, most                      !! number of values
-      logical :: required                          !! whether it must be given
-      character(list_len) :: default               !! value where it is not given, without quotes
-      character(list_len) :: example               !! value in the template where that is not the default
-      character(16) :: unit
-      character(list_len) :: allowed               !! numbers: an interval; text: choices separated by `|`, or a set of
-                                                   !! `hampm_choice_sets` in braces; '' for any text
       character(120) :: meaning
+      character(list_len) :: default = ''          !! value where it is not given, without quotes
+      character(list_len) :: example = ''          !! value in the template where that is not the default
+      character(16) :: unit = ''
+      character(list_len) :: allowed = ''          !! numbers: an interval; text: choices separated by `|`, or a set of
+                                                   !! `hampm_choice_sets` in braces; '' for any text
+      integer :: fewest = 1, most = 1              !! number of values
+      logical :: required = .false.                !! whether it must be given
       character(32) :: only_with = ''              !! condition on another key of its group that it requires; '' for none
    end type key_t
 

@@ -1,7 +1,7 @@
 !> The group &body: its row in the table of groups, its keys, and their values in a model.
 module hampm_body_group
    use hampm_kinds, only: dp, ndim, name_len
-   use hampm_key_rows, only: group_t, key_t, type_real, type_integer, type_name, type_text, may, repeats, is_required, any_number, &
+   use hampm_key_rows, only: group_t, key_t, type_real, type_integer, type_name, type_text, repeats, is_required, any_number, &
                              not_negative, type_logical, max_values
    use hampm_outline, only: outline_t, ring_t, polygon_ring, circle_ring
    use hampm_settings, only: settings_t
@@ -12,35 +12,29 @@ module hampm_body_group
    type(group_t), parameter :: body_group = group_t('body', repeats, is_required, &
       'a piece of material, or a hole in one; bodies must not overlap')
 
-   ! group, name, type, fewest values, most values, required, default, example, unit,
-   !    allowed, meaning
    type(key_t), parameter :: body_keys(*) = [ &
-      key_t('body', 'material', type_text, 1, 1, may, '', 'aluminium', '', &
-            '', 'name of its material; none of a hole'), &
-      key_t('body', 'shape', type_name, 1, 1, may, 'rectangle', '', '', &
-            'rectangle|polygon|circle', 'a rectangle along the grid lines, a polygon or a circle'), &
-      key_t('body', 'lower', type_real, 0, ndim, may, '', '0.0, 0.0', 'm', &
-            any_number, 'lower corner of a rectangle'), &
-      key_t('body', 'upper', type_real, 0, ndim, may, '', '0.1, 0.01', 'm', &
-            any_number, 'upper corner of a rectangle'), &
-      key_t('body', 'points', type_real, 0, max_values, may, '', '', 'm', &
-            any_number, 'corners of a polygon: x1, y1, x2, y2, ..., as one walks around it'), &
-      key_t('body', 'center', type_real, 0, ndim, may, '', '', 'm', &
-            any_number, 'center of a circle'), &
-      key_t('body', 'radius', type_real, 1, 1, may, '0.0', '', 'm', &
-            not_negative, 'radius of a circle'), &
-      key_t('body', 'hole', type_logical, 1, 1, may, '.false.', '', '', &
-            '', 'whether it is a hole, in the body that it lies in; holes come after all bodies'), &
-      key_t('body', 'points_per_cell', type_integer, 1, 1, may, '2', '', '', &
-            '[1, 16]', 'material points per root cell in each direction; even where cells may refine'), &
-      key_t('body', 'velocity', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s', &
-            any_number, 'initial velocity of its middle'), &
-      key_t('body', 'spin', type_real, 1, 1, may, '0.0', '', 'rad/s', &
-            any_number, 'initial angular velocity around its middle, anticlockwise'), &
-      key_t('body', 'eigenstrain', type_real, 3, 4, may, '0.0, 0.0, 0.0', '', '', &
-            '[-0.05, 0.05]', 'strain xx, yy, xy and zz (0) at which there is no stress; heat: alpha dT in xx, yy and zz'), &
-      key_t('body', 'contact_group', type_text, 1, 1, may, '', '', '', &
-            '', 'with &contact: bodies of the same part are one; without a name a body is one by itself')]
+      key_t('material', type_text, 'name of its material; none of a hole', example='aluminium'), &
+      key_t('shape', type_name, 'a rectangle along the grid lines, a polygon or a circle', default='rectangle', &
+            allowed='rectangle|polygon|circle'), &
+      key_t('lower', type_real, 'lower corner of a rectangle', example='0.0, 0.0', unit='m', allowed=any_number, fewest=0, &
+            most=ndim), &
+      key_t('upper', type_real, 'upper corner of a rectangle', example='0.1, 0.01', unit='m', allowed=any_number, fewest=0, &
+            most=ndim), &
+      key_t('points', type_real, 'corners of a polygon: x1, y1, x2, y2, ..., as one walks around it', unit='m', &
+            allowed=any_number, fewest=0, most=max_values), &
+      key_t('center', type_real, 'center of a circle', unit='m', allowed=any_number, fewest=0, most=ndim), &
+      key_t('radius', type_real, 'radius of a circle', default='0.0', unit='m', allowed=not_negative), &
+      key_t('hole', type_logical, 'whether it is a hole, in the body that it lies in; holes come after all bodies', &
+            default='.false.'), &
+      key_t('points_per_cell', type_integer, 'material points per root cell in each direction; even where cells may refine', &
+            default='2', allowed='[1, 16]'), &
+      key_t('velocity', type_real, 'initial velocity of its middle', default='0.0, 0.0', unit='m/s', allowed=any_number, &
+            fewest=ndim, most=ndim), &
+      key_t('spin', type_real, 'initial angular velocity around its middle, anticlockwise', default='0.0', unit='rad/s', &
+            allowed=any_number), &
+      key_t('eigenstrain', type_real, 'strain xx, yy, xy and zz (0) at which there is no stress; heat: alpha dT in xx, yy and zz', &
+            default='0.0, 0.0, 0.0', allowed='[-0.05, 0.05]', fewest=3, most=4), &
+      key_t('contact_group', type_text, 'with &contact: bodies of the same part are one; without a name a body is one by itself')]
 
    !> &body: a piece of material.
    type :: body_t

@@ -2,7 +2,7 @@
 module hampm_cohesive_group
    use hampm_kinds, only: dp, name_len
    use hampm_cohesive_law, only: cohesive_law_t, new_cohesive_law, most_openings
-   use hampm_key_rows, only: group_t, key_t, type_real, type_name, type_text, may, repeats, is_optional, not_negative
+   use hampm_key_rows, only: group_t, key_t, type_real, type_name, type_text, repeats, is_optional, not_negative
    use hampm_settings, only: settings_t
    implicit none
    private
@@ -11,33 +11,30 @@ module hampm_cohesive_group
    type(group_t), parameter :: cohesive_group = group_t('cohesive', repeats, is_optional, &
       'how the faces of a crack hold each other by cohesion; without this group they do not', is_apart=.true.)
 
-   ! group, name, type, fewest values, most values, required, default, example, unit,
-   !    allowed, meaning
    type(key_t), parameter :: cohesive_keys(*) = [ &
-      key_t('cohesive', 'crack', type_text, 1, 1, may, '', 'a', '', &
-            '', 'name of the crack; may be left out where there is one crack'), &
-      key_t('cohesive', 'from', type_real, 1, 1, may, '0.0', '', 'm', &
-            not_negative, 'way along its points from which on faces hold each other; there its tip is at first'), &
-      key_t('cohesive', 'law', type_name, 1, 1, may, 'linear', '', '', &
-            'linear|bilinear|table', 'traction over opening: falling by a line, rising and falling by lines, or along points'), &
-      key_t('cohesive', 'strength', type_real, 1, 1, may, '0.0', '30.0e6', 'Pa', &
-            not_negative, 'largest traction across the faces, of the laws linear and bilinear'), &
-      key_t('cohesive', 'toughness', type_real, 1, 1, may, '0.0', '300.0', 'J/m2', &
-            not_negative, 'energy to part faces by opening, of these laws'), &
-      key_t('cohesive', 'opening', type_real, 1, 1, may, '0.0', '1.0e-6', 'm', &
-            not_negative, 'of law = bilinear: opening at the strength'), &
-      key_t('cohesive', 'openings', type_real, 0, most_openings, may, '', '0.0, 5.0e-6, 4.0e-5', 'm', &
-            not_negative, 'of law = table: ascending; before one above 0 the traction rises from 0 by a line, without damage'), &
-      key_t('cohesive', 'tractions', type_real, 0, most_openings, may, '', '30.0e6, 8.0e6, 0.0', 'Pa', &
-            not_negative, 'across the faces at these openings, the last 0'), &
-      key_t('cohesive', 'strength_shear', type_real, 1, 1, may, '0.0', '', 'Pa', &
-            not_negative, 'largest traction along the faces; 0: that across them'), &
-      key_t('cohesive', 'toughness_shear', type_real, 1, 1, may, '0.0', '', 'J/m2', &
-            not_negative, 'energy to part faces by sliding; 0: that by opening'), &
-      key_t('cohesive', 'mixed_mode', type_name, 1, 1, may, 'benzeggagh_kenane', '', '', &
-            'benzeggagh_kenane|power', 'how the toughness of both together is found'), &
-      key_t('cohesive', 'exponent', type_real, 1, 1, may, '1.0', '', '', &
-            '[1, inf)', 'of that')]
+      key_t('crack', type_text, 'name of the crack; may be left out where there is one crack', example='a'), &
+      key_t('from', type_real, 'way along its points from which on faces hold each other; there its tip is at first', &
+            default='0.0', unit='m', allowed=not_negative), &
+      key_t('law', type_name, 'traction over opening: falling by a line, rising and falling by lines, or along points', &
+            default='linear', allowed='linear|bilinear|table'), &
+      key_t('strength', type_real, 'largest traction across the faces, of the laws linear and bilinear', default='0.0', &
+            example='30.0e6', unit='Pa', allowed=not_negative), &
+      key_t('toughness', type_real, 'energy to part faces by opening, of these laws', default='0.0', example='300.0', unit='J/m2', &
+            allowed=not_negative), &
+      key_t('opening', type_real, 'of law = bilinear: opening at the strength', default='0.0', example='1.0e-6', unit='m', &
+            allowed=not_negative), &
+      key_t('openings', type_real, &
+            'of law = table: ascending; before one above 0 the traction rises from 0 by a line, without damage', &
+            example='0.0, 5.0e-6, 4.0e-5', unit='m', allowed=not_negative, fewest=0, most=most_openings), &
+      key_t('tractions', type_real, 'across the faces at these openings, the last 0', example='30.0e6, 8.0e6, 0.0', unit='Pa', &
+            allowed=not_negative, fewest=0, most=most_openings), &
+      key_t('strength_shear', type_real, 'largest traction along the faces; 0: that across them', default='0.0', unit='Pa', &
+            allowed=not_negative), &
+      key_t('toughness_shear', type_real, 'energy to part faces by sliding; 0: that by opening', default='0.0', unit='J/m2', &
+            allowed=not_negative), &
+      key_t('mixed_mode', type_name, 'how the toughness of both together is found', default='benzeggagh_kenane', &
+            allowed='benzeggagh_kenane|power'), &
+      key_t('exponent', type_real, 'of that', default='1.0', allowed='[1, inf)')]
 
    !> &cohesive: how faces hold each other.
    type :: cohesive_t

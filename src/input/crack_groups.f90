@@ -3,7 +3,7 @@ module hampm_crack_groups
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_estimator, only: estimator_t
    use hampm_estimators, only: estimators
-   use hampm_key_rows, only: group_t, key_t, type_logical, type_real, type_name, type_text, may, repeats, is_optional, any_number, &
+   use hampm_key_rows, only: group_t, key_t, type_logical, type_real, type_name, type_text, repeats, is_optional, any_number, &
                              not_negative, max_values, positive, once, is_assumed
    use hampm_settings, only: settings_t
    implicit none
@@ -14,28 +14,21 @@ module hampm_crack_groups
    type(group_t), parameter :: crack_group = group_t('crack', repeats, is_optional, &
       'a crack; without this group the model has none. Those of the kinds line and path may be several')
 
-   ! group, name, type, fewest values, most values, required, default, example, unit,
-   !    allowed, meaning
    type(key_t), parameter :: crack_keys(*) = [ &
-      key_t('crack', 'kind', type_name, 1, 1, may, 'symmetry', '', '', &
-            'symmetry|line|path', &
-            'along the constrained edge of a symmetric half, or straight to a tip, or along points'), &
-      key_t('crack', 'tip', type_real, 0, ndim, may, '', '0.05, 0.0', 'm', &
-            any_number, 'crack tip, at a symmetry plane a node of the lattice; of two tips the one that direction points '// &
-            'out of; none of a path'), &
-      key_t('crack', 'direction', type_real, ndim, ndim, may, '1.0, 0.0', '', '', &
-            any_number, 'from the crack out of its tip; at a symmetry plane along it'), &
-      key_t('crack', 'length', type_real, 1, 1, may, '0.0', '', 'm', &
-            not_negative, 'of a line with two tips: from one to the other; 0: it reaches the edge of the material'), &
-      key_t('crack', 'contact', type_name, 1, 1, may, 'none', '', '', &
-            'none|frictionless|friction', &
-            'of a line or a path: whether faces press on each other or go through'), &
-      key_t('crack', 'friction', type_real, 1, 1, may, '0.0', '', '', &
-            not_negative, 'with contact = ''friction'': coefficient'), &
-      key_t('crack', 'points', type_real, 0, max_values, may, '', '', 'm', &
-            any_number, 'of a path: x1, y1, x2, y2, ..., as one walks along it; ends inside the material are tips'), &
-      key_t('crack', 'name', type_text, 1, 1, may, '', '', '', &
-            '', 'of a line or a path: by which other groups mean it')]
+      key_t('kind', type_name, 'along the constrained edge of a symmetric half, or straight to a tip, or along points', &
+            default='symmetry', allowed='symmetry|line|path'), &
+      key_t('tip', type_real, 'crack tip, at a symmetry plane a node of the lattice; of two tips the one that direction '// &
+            'points out of; none of a path', example='0.05, 0.0', unit='m', allowed=any_number, fewest=0, most=ndim), &
+      key_t('direction', type_real, 'from the crack out of its tip; at a symmetry plane along it', default='1.0, 0.0', &
+            allowed=any_number, fewest=ndim, most=ndim), &
+      key_t('length', type_real, 'of a line with two tips: from one to the other; 0: it reaches the edge of the material', &
+            default='0.0', unit='m', allowed=not_negative), &
+      key_t('contact', type_name, 'of a line or a path: whether faces press on each other or go through', default='none', &
+            allowed='none|frictionless|friction'), &
+      key_t('friction', type_real, 'with contact = ''friction'': coefficient', default='0.0', allowed=not_negative), &
+      key_t('points', type_real, 'of a path: x1, y1, x2, y2, ..., as one walks along it; ends inside the material are tips', &
+            unit='m', allowed=any_number, fewest=0, most=max_values), &
+      key_t('name', type_text, 'of a line or a path: by which other groups mean it')]
 
    !> &crack.
    type :: path_spec_t
@@ -56,35 +49,30 @@ module hampm_crack_groups
       'how a crack grows; without this group cracks stay as they are', is_apart=.true.)
 
    type(key_t), parameter :: growth_keys(*) = [ &
-      key_t('growth', 'crack', type_text, 1, 1, may, '', 'a', '', &
-            '', 'name of the crack; may be left out where there is one crack'), &
-      key_t('growth', 'law', type_name, 1, 1, may, 'quasi_static', '', '', &
-            'quasi_static|prescribed|toughness', &
-            'at rest, by increments under loads that are scaled; in motion, at a given speed or as the toughness lets it'), &
-      key_t('growth', 'direction', type_name, 1, 1, may, 'hoop_stress', '', '', &
-            'straight|hoop_stress|local_symmetry|max_energy|path', 'where tips go to; path: along points'), &
-      key_t('growth', 'points', type_real, 0, max_values, may, '', '', 'm', &
-            any_number, 'of direction = path: x, y of each point, in the order in which the tip comes to them'), &
-      key_t('growth', 'toughness', type_real, 1, 1, may, '0.0', '100.0', 'J/m2', &
-            not_negative, 'energy release rate at which the crack grows, of the laws quasi_static and toughness'), &
-      key_t('growth', 'limit_speed', type_real, 1, 1, may, '0.0', '', 'm/s', &
-            not_negative, 'of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); '// &
-            '0: it is constant'), &
-      key_t('growth', 'exponent', type_real, 1, 1, may, '1.0', '', '', &
-            positive, 'of that'), &
-      key_t('growth', 'speed', type_real, 1, 1, may, '0.0', '', 'm/s', &
-            not_negative, 'of law = prescribed'), &
-      key_t('growth', 'start', type_real, 1, 1, may, '0.0', '', 's', &
-            not_negative, 'from when on this &growth applies, in motion'), &
-      key_t('growth', 'end', type_real, 1, 1, may, '0.0', '', 's', &
-            not_negative, 'until when; 0: to the end of the run'), &
-      key_t('growth', 'increment', type_real, 1, 1, may, '0.0', '1e-3', 'm', &
-            not_negative, 'of law = quasi_static: by which a tip advances in a load step'), &
-      key_t('growth', 'max_length', type_real, 1, 1, may, '0.0', '', 'm', &
-            not_negative, 'length of the whole crack at which it stops; 0: none'), &
-      key_t('growth', 'tips', type_name, 1, 1, may, 'all', '', '', &
-            'all|largest|last|first', &
-            'which tips go on: all, at rest that with the largest G, in motion that at the last or the first point')]
+      key_t('crack', type_text, 'name of the crack; may be left out where there is one crack', example='a'), &
+      key_t('law', type_name, &
+            'at rest, by increments under loads that are scaled; in motion, at a given speed or as the toughness lets it', &
+            default='quasi_static', allowed='quasi_static|prescribed|toughness'), &
+      key_t('direction', type_name, 'where tips go to; path: along points', default='hoop_stress', &
+            allowed='straight|hoop_stress|local_symmetry|max_energy|path'), &
+      key_t('points', type_real, 'of direction = path: x, y of each point, in the order in which the tip comes to them', unit='m', &
+            allowed=any_number, fewest=0, most=max_values), &
+      key_t('toughness', type_real, 'energy release rate at which the crack grows, of the laws quasi_static and toughness', &
+            default='0.0', example='100.0', unit='J/m2', allowed=not_negative), &
+      key_t('limit_speed', type_real, &
+            'of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it is constant', default='0.0', &
+            unit='m/s', allowed=not_negative), &
+      key_t('exponent', type_real, 'of that', default='1.0', allowed=positive), &
+      key_t('speed', type_real, 'of law = prescribed', default='0.0', unit='m/s', allowed=not_negative), &
+      key_t('start', type_real, 'from when on this &growth applies, in motion', default='0.0', unit='s', allowed=not_negative), &
+      key_t('end', type_real, 'until when; 0: to the end of the run', default='0.0', unit='s', allowed=not_negative), &
+      key_t('increment', type_real, 'of law = quasi_static: by which a tip advances in a load step', default='0.0', &
+            example='1e-3', unit='m', allowed=not_negative), &
+      key_t('max_length', type_real, 'length of the whole crack at which it stops; 0: none', default='0.0', unit='m', &
+            allowed=not_negative), &
+      key_t('tips', type_name, &
+            'which tips go on: all, at rest that with the largest G, in motion that at the last or the first point', &
+            default='all', allowed='all|largest|last|first')]
 
    !> &growth: how a crack grows.
    type :: growth_t
@@ -116,18 +104,17 @@ module hampm_crack_groups
    integer, parameter :: most_estimators = 9
 
    type(key_t), parameter :: energy_release_keys(*) = [ &
-      key_t('energy_release', 'estimators', type_name, 0, most_estimators, may, '', &
-            'vcct, stress_closure, domain_integral', '', &
-            '{estimators}', &
-            'of the energy release rate and of K, which the history records; none by default'), &
-      key_t('energy_release', 'energy_balance', type_logical, 1, 1, may, '.false.', '.true.', '', &
-            '', 'whether the history records the energy that the method itself loses, numerical_loss'), &
-      key_t('energy_release', 'radii', type_real, 0, most_radii, may, '', '4.0e-3, 6.0e-3, 8.0e-3', 'm', &
-            positive, 'of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more'), &
-      key_t('energy_release', 'reference', type_name, 1, 1, may, 'none', 'dcb', '', &
-            'none|dcb|value', 'where the reference value G_ref comes from: nowhere, double cantilever beam theory, or a key'), &
-      key_t('energy_release', 'reference_value', type_real, 1, 1, may, '0.0', '', 'J/m2', &
-            not_negative, 'G_ref where reference = ''value''; needed there')]
+      key_t('estimators', type_name, 'of the energy release rate and of K, which the history records; none by default', &
+            example='vcct, stress_closure, domain_integral', allowed='{estimators}', fewest=0, most=most_estimators), &
+      key_t('energy_balance', type_logical, 'whether the history records the energy that the method itself loses, numerical_loss', &
+            default='.false.', example='.true.'), &
+      key_t('radii', type_real, 'of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more', &
+            example='4.0e-3, 6.0e-3, 8.0e-3', unit='m', allowed=positive, fewest=0, most=most_radii), &
+      key_t('reference', type_name, &
+            'where the reference value G_ref comes from: nowhere, double cantilever beam theory, or a key', default='none', &
+            example='dcb', allowed='none|dcb|value'), &
+      key_t('reference_value', type_real, 'G_ref where reference = ''value''; needed there', default='0.0', unit='J/m2', &
+            allowed=not_negative)]
 
    !> &energy_release: what is recorded of energy.
    type :: energy_release_t

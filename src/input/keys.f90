@@ -27,6 +27,11 @@ module hampm_keys
       run_keys, grid_keys, material_keys, body_keys, constraint_keys, load_keys, damping_keys, contact_keys, &
       method_keys, refine_keys, crack_keys, cohesive_keys, growth_keys, energy_release_keys, output_keys]
 
+   integer, parameter :: key_count(size(groups)) = [ & !! of each group
+      size(run_keys), size(grid_keys), size(material_keys), size(body_keys), size(constraint_keys), size(load_keys), &
+      size(damping_keys), size(contact_keys), size(method_keys), size(refine_keys), size(crack_keys), size(cohesive_keys), &
+      size(growth_keys), size(energy_release_keys), size(output_keys)]
+
    !> A name of version 1.
    type :: renamed_t
       character(name_len) :: group = ''
@@ -93,14 +98,8 @@ contains
    !> Row of the first key of a group; the keys of a group stand together.
    pure integer function first_key(group)
       integer, intent(in) :: group
-      first_key = findloc(keys%group == groups(group)%name, .true., dim=1)
+      first_key = sum(key_count(:group - 1)) + 1
    end function first_key
-
-   !> Number of keys of a group.
-   pure integer function key_count(group)
-      integer, intent(in) :: group
-      key_count = count(keys%group == groups(group)%name)
-   end function key_count
 
    !> Whether the values of a key are text.
    pure logical function is_text(key)
@@ -219,8 +218,8 @@ contains
       names = keys(first:first + size(names) - 1)%name
       question = did_you_mean(name, names)
       if (question == '') question = '; its keys are '//listed(names)
-      do i = size(keys), 1, -1
-         if (keys(i)%name == name) question = '; '''//name//''' is a key of &'//trim(keys(i)%group)
+      do i = size(groups), 1, -1
+         if (find_key(i, name) > 0) question = '; '''//name//''' is a key of &'//trim(groups(i)%name)
       end do
       if (renamed(groups(group)%name, name, '') /= '') question = renamed(groups(group)%name, name, '')
       message = '&'//trim(groups(group)%name)//' has no key '''//printable(name, 40)//''''//question

@@ -3,8 +3,8 @@
 module hampm_load_groups
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_constraints, only: given_motion_t
-   use hampm_key_rows, only: key_t, type_real, type_name, may, any_number, not_negative, max_values, group_t, type_text, &
-                             type_logical, must, repeats, is_optional
+   use hampm_key_rows, only: key_t, type_real, type_name, any_number, not_negative, max_values, group_t, type_text, &
+                             type_logical, repeats, is_optional
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
    use hampm_time_history, only: time_history_t
@@ -13,48 +13,36 @@ module hampm_load_groups
    public :: history_keys, fill_history, check_history, constraint_group, constraint_keys, constraint_spec_t, fill_constraints, &
              load_group, load_keys, load_spec_t, fill_loads
 
-   ! group, which each group puts in, name, type, fewest values, most values, required, default, example, unit,
-   !    allowed, meaning
    type(key_t), parameter :: history_keys(*) = [ &
-      key_t('', 'history', type_name, 1, 1, may, 'step', '', '', &
-            'step|ramp|sine|table', &
-            'factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start'), &
-      key_t('', 'start', type_real, 1, 1, may, '0.0', '', 's', &
-            any_number, 'time at which the history begins; before it the factor is 0'), &
-      key_t('', 'rise_time', type_real, 1, 1, may, '0.0', '', 's', &
-            not_negative, 'of a ramp: time in which the factor rises from 0 to 1; needed there'), &
-      key_t('', 'frequency', type_real, 1, 1, may, '0.0', '', 'Hz', &
-            not_negative, 'of a sine: its frequency; needed there'), &
-      key_t('', 'times', type_real, 0, max_values, may, '', '', 's', &
-            any_number, 'of a table: increasing, counted from start; linear between, constant outside'), &
-      key_t('', 'factors', type_real, 0, max_values, may, '', '', '', &
-            any_number, 'of a table: factors at its times, as many as these')]
+      key_t('history', type_name, 'factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start', &
+            default='step', allowed='step|ramp|sine|table'), &
+      key_t('start', type_real, 'time at which the history begins; before it the factor is 0', default='0.0', unit='s', &
+            allowed=any_number), &
+      key_t('rise_time', type_real, 'of a ramp: time in which the factor rises from 0 to 1; needed there', default='0.0', &
+            unit='s', allowed=not_negative), &
+      key_t('frequency', type_real, 'of a sine: its frequency; needed there', default='0.0', unit='Hz', allowed=not_negative), &
+      key_t('times', type_real, 'of a table: increasing, counted from start; linear between, constant outside', unit='s', &
+            allowed=any_number, fewest=0, most=max_values), &
+      key_t('factors', type_real, 'of a table: factors at its times, as many as these', allowed=any_number, fewest=0, &
+            most=max_values)]
 
    type(group_t), parameter :: constraint_group = group_t('constraint', repeats, is_optional, &
       'displacement components of all grid nodes in a box that are held, or moved in a given way')
 
-   integer :: i                                  !! counts in the following tables only
-
-   ! group, name, type, fewest values, most values, required, default, example, unit,
-   !    allowed, meaning
    type(key_t), parameter :: constraint_keys(*) = [ &
-      key_t('constraint', 'lower', type_real, ndim, ndim, must, '', '0.05, 0.0', 'm', &
-            any_number, 'lower corner of the box whose nodes are held'), &
-      key_t('constraint', 'upper', type_real, ndim, ndim, must, '', '0.1, 0.0', 'm', &
-            any_number, 'upper corner of the box, may equal the lower one'), &
-      key_t('constraint', 'fix', type_name, 1, 1, must, '', 'y', '', &
-            'x|y|xy', 'components that are held there, or moved'), &
-      key_t('constraint', 'displacement', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
-            any_number, 'by which they are moved where its factor is 1'), &
-      key_t('constraint', 'velocity', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s', &
-            any_number, 'with which they are moved where its factor is 1'), &
-      (key_t('constraint', history_keys(i)%name, history_keys(i)%value_type, history_keys(i)%fewest, history_keys(i)%most, &
-             history_keys(i)%required, history_keys(i)%default, history_keys(i)%example, history_keys(i)%unit, &
-             history_keys(i)%allowed, history_keys(i)%meaning), i=1, size(history_keys)), &
-      key_t('constraint', 'name', type_text, 1, 1, may, '', 'grip', '', &
-            '', 'gives the force of this constraint columns of its own: reaction_<name>_x and _y'), &
-      key_t('constraint', 'unilateral', type_logical, 1, 1, may, '.false.', '', '', &
-            '', 'whether it holds what presses on it only: a support from which material may lift off')]
+      key_t('lower', type_real, 'lower corner of the box whose nodes are held', example='0.05, 0.0', unit='m', allowed=any_number, &
+            fewest=ndim, most=ndim, required=.true.), &
+      key_t('upper', type_real, 'upper corner of the box, may equal the lower one', example='0.1, 0.0', unit='m', &
+            allowed=any_number, fewest=ndim, most=ndim, required=.true.), &
+      key_t('fix', type_name, 'components that are held there, or moved', example='y', allowed='x|y|xy', required=.true.), &
+      key_t('displacement', type_real, 'by which they are moved where its factor is 1', default='0.0, 0.0', unit='m', &
+            allowed=any_number, fewest=ndim, most=ndim), &
+      key_t('velocity', type_real, 'with which they are moved where its factor is 1', default='0.0, 0.0', unit='m/s', &
+            allowed=any_number, fewest=ndim, most=ndim), &
+      history_keys, &
+      key_t('name', type_text, 'gives the force of this constraint columns of its own: reaction_<name>_x and _y', example='grip'), &
+      key_t('unilateral', type_logical, 'whether it holds what presses on it only: a support from which material may lift off', &
+            default='.false.')]
 
    !> &constraint: nodes that are held.
    type :: constraint_spec_t
@@ -69,28 +57,25 @@ module hampm_load_groups
       'a force on the material, with its history in time')
 
    type(key_t), parameter :: load_keys(*) = [ &
-      key_t('load', 'kind', type_name, 1, 1, must, '', 'traction', '', &
-            'point|traction|body|pressure|gravity', &
-            'acts at a point, on a part of an edge, on material in a box, normal to an edge or crack, or on all material'), &
-      key_t('load', 'lower', type_real, 0, ndim, may, '', '0.0, 0.0', 'm', &
-            any_number, 'lower corner of where it acts; none of gravity and of pressure on a crack'), &
-      key_t('load', 'upper', type_real, 0, ndim, may, '', '0.0, 0.01', 'm', &
-            any_number, 'upper corner of where it acts, for a point equal to the lower one; none where lower is none'), &
-      key_t('load', 'force', type_real, 0, ndim, may, '', '0.0, 1.0', 'N', &
-            any_number, 'of a point, traction or body: resultant of the whole load where its factor is 1'), &
-      key_t('load', 'pressure', type_real, 1, 1, may, '0.0', '', 'Pa', &
-            any_number, 'of a pressure: force on each area where its factor is 1, positive into the material'), &
-      key_t('load', 'on', type_name, 1, 1, may, 'edge', '', '', &
-            'edge|crack', 'of a pressure: whether on a part of a body''s edge or on all faces of a crack'), &
-      key_t('load', 'crack', type_text, 1, 1, may, '', '', '', &
-            '', 'of a pressure on a crack: its name, not needed where there is only one'), &
-      key_t('load', 'acceleration', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm/s2', &
-            any_number, 'of gravity: force on each mass where its factor is 1'), &
-      key_t('load', 'face', type_name, 1, 1, may, 'none', '', '', &
-            'none|left|right', 'of a point or traction on a line or path: its face, as one walks to its tip or last point'), &
-      (key_t('load', history_keys(i)%name, history_keys(i)%value_type, history_keys(i)%fewest, history_keys(i)%most, &
-             history_keys(i)%required, history_keys(i)%default, history_keys(i)%example, history_keys(i)%unit, &
-             history_keys(i)%allowed, history_keys(i)%meaning), i=1, size(history_keys))]
+      key_t('kind', type_name, &
+            'acts at a point, on a part of an edge, on material in a box, normal to an edge or crack, or on all material', &
+            example='traction', allowed='point|traction|body|pressure|gravity', required=.true.), &
+      key_t('lower', type_real, 'lower corner of where it acts; none of gravity and of pressure on a crack', example='0.0, 0.0', &
+            unit='m', allowed=any_number, fewest=0, most=ndim), &
+      key_t('upper', type_real, 'upper corner of where it acts, for a point equal to the lower one; none where lower is none', &
+            example='0.0, 0.01', unit='m', allowed=any_number, fewest=0, most=ndim), &
+      key_t('force', type_real, 'of a point, traction or body: resultant of the whole load where its factor is 1', &
+            example='0.0, 1.0', unit='N', allowed=any_number, fewest=0, most=ndim), &
+      key_t('pressure', type_real, 'of a pressure: force on each area where its factor is 1, positive into the material', &
+            default='0.0', unit='Pa', allowed=any_number), &
+      key_t('on', type_name, 'of a pressure: whether on a part of a body''s edge or on all faces of a crack', default='edge', &
+            allowed='edge|crack'), &
+      key_t('crack', type_text, 'of a pressure on a crack: its name, not needed where there is only one'), &
+      key_t('acceleration', type_real, 'of gravity: force on each mass where its factor is 1', default='0.0, 0.0', unit='m/s2', &
+            allowed=any_number, fewest=ndim, most=ndim), &
+      key_t('face', type_name, 'of a point or traction on a line or path: its face, as one walks to its tip or last point', &
+            default='none', allowed='none|left|right'), &
+      history_keys]
 
    !> &load: a force and its history.
    type :: load_spec_t

@@ -1,7 +1,7 @@
 !> The group &material: its row in the table of groups, its keys, and their values in a model.
 module hampm_material_group
    use hampm_kinds, only: dp, name_len
-   use hampm_key_rows, only: group_t, key_t, type_real, type_name, must, may, repeats, is_required, positive
+   use hampm_key_rows, only: group_t, key_t, type_real, type_name, repeats, is_required, positive
    use hampm_law, only: constant_t, constant
    use hampm_laws, only: law_keys
    use hampm_orthotropic, only: orthotropic_t, why_not_definite
@@ -12,23 +12,18 @@ module hampm_material_group
 
    type(group_t), parameter :: material_group = group_t('material', repeats, is_required, 'a material; bodies name it')
 
-   ! group, name, type, fewest values, most values, required, default, example, unit,
-   !    allowed, meaning
    type(key_t), parameter :: material_keys(*) = [ &
-      key_t('material', 'name', type_name, 1, 1, must, '', 'aluminium', '', &
-            '', 'name that bodies refer to'), &
-      key_t('material', 'law', type_name, 1, 1, may, 'linear_elastic', '', '', &
-            '{laws}', &
-            'neo_hookean and mooney_rivlin are for any strain and rotation, the others for small ones'), &
-      key_t('material', 'young', type_real, 0, 1, may, '', '70e9', 'Pa', &
-            positive, 'Young''s modulus, at small strain; required of isotropic laws'), &
-      key_t('material', 'poisson', type_real, 1, 1, may, '0.0', '0.3', '', &
-            '(-1, 0.5)', 'Poisson''s ratio, at small strain'), &
-      key_t('material', 'density', type_real, 1, 1, must, '', '2700.0', 'kg/m3', &
-            positive, 'mass per undeformed volume'), &
-      key_t('material', 'volumetric', type_name, 1, 1, may, 'standard', '', '', &
-            'standard|b_bar', &
-            'each point has its own dilatation, or the mean of its cell, which does not lock at constant volume'), &
+      key_t('name', type_name, 'name that bodies refer to', example='aluminium', required=.true.), &
+      key_t('law', type_name, 'neo_hookean and mooney_rivlin are for any strain and rotation, the others for small ones', &
+            default='linear_elastic', allowed='{laws}'), &
+      key_t('young', type_real, 'Young''s modulus, at small strain; required of isotropic laws', example='70e9', unit='Pa', &
+            allowed=positive, fewest=0), &
+      key_t('poisson', type_real, 'Poisson''s ratio, at small strain', default='0.0', example='0.3', allowed='(-1, 0.5)'), &
+      key_t('density', type_real, 'mass per undeformed volume', example='2700.0', unit='kg/m3', allowed=positive, &
+            required=.true.), &
+      key_t('volumetric', type_name, &
+            'each point has its own dilatation, or the mean of its cell, which does not lock at constant volume', &
+            default='standard', allowed='standard|b_bar'), &
       law_keys]
 
    !> &material: a law and its constants.

@@ -2,7 +2,7 @@
 !> keys, and their values in a model.
 module hampm_plain_groups
    use hampm_kinds, only: dp, ndim, name_len, path_len
-   use hampm_key_rows, only: group_t, key_t, type_real, type_integer, must, may, once, is_required, any_number, positive, &
+   use hampm_key_rows, only: group_t, key_t, type_real, type_integer, once, is_required, any_number, positive, &
                              type_name, type_text, is_assumed, not_negative, is_optional
    use hampm_settings, only: settings_t
    use hampm_thickness, only: thickness_t
@@ -15,16 +15,13 @@ module hampm_plain_groups
 
    type(group_t), parameter :: contact_group = group_t('contact', once, is_assumed, 'how bodies that meet act on each other')
 
-   ! group, name, type, fewest values, most values, required, default, example, unit,
-   !    allowed, meaning
    type(key_t), parameter :: contact_keys(*) = [ &
-      key_t('contact', 'bodies', type_name, 1, 1, may, 'bonded', '', '', &
-            'bonded|stick|frictionless|friction', &
-            'bonded: one velocity field, in which they stick; else one for each: those that touch stick, or slide'), &
-      key_t('contact', 'friction', type_real, 1, 1, may, '0.0', '', '', &
-            not_negative, 'of bodies = ''friction'': coefficient'), &
-      key_t('contact', 'distance', type_real, 1, 1, may, '0.0', '', 'm', &
-            not_negative, 'gap between their surfaces at which bodies touch')]
+      key_t('bodies', type_name, &
+            'bonded: one velocity field, in which they stick; else one for each: those that touch stick, or slide', &
+            default='bonded', allowed='bonded|stick|frictionless|friction'), &
+      key_t('friction', type_real, 'of bodies = ''friction'': coefficient', default='0.0', allowed=not_negative), &
+      key_t('distance', type_real, 'gap between their surfaces at which bodies touch', default='0.0', unit='m', &
+            allowed=not_negative)]
 
    !> &contact.
    type :: body_contact_spec_t
@@ -38,16 +35,14 @@ module hampm_plain_groups
    type(group_t), parameter :: output_group = group_t('output', once, is_assumed, 'what is written, and how often')
 
    type(key_t), parameter :: output_keys(*) = [ &
-      key_t('output', 'file', type_text, 1, 1, may, '', 'dcb.h5', '', &
-            '', 'result file in the output folder; by default named after the namelist file'), &
-      key_t('output', 'history_interval', type_real, 1, 1, may, '0.0', '', 's', &
-            not_negative, 'time between samples of the history; 0: a thousandth of end_time'), &
-      key_t('output', 'snapshot_interval', type_real, 1, 1, may, '0.0', '', 's', &
-            not_negative, 'time between snapshots of particles and mesh; 0: none'), &
-      key_t('output', 'checkpoint_interval', type_real, 1, 1, may, '0.0', '', 's', &
-            not_negative, 'wall time between checkpoints, from which --resume goes on; 0: none'), &
-      key_t('output', 'checkpoint_steps', type_integer, 1, 1, may, '0', '', '', &
-            '[0, inf)', 'steps between checkpoints; 0: none')]
+      key_t('file', type_text, 'result file in the output folder; by default named after the namelist file', example='dcb.h5'), &
+      key_t('history_interval', type_real, 'time between samples of the history; 0: a thousandth of end_time', default='0.0', &
+            unit='s', allowed=not_negative), &
+      key_t('snapshot_interval', type_real, 'time between snapshots of particles and mesh; 0: none', default='0.0', unit='s', &
+            allowed=not_negative), &
+      key_t('checkpoint_interval', type_real, 'wall time between checkpoints, from which --resume goes on; 0: none', &
+            default='0.0', unit='s', allowed=not_negative), &
+      key_t('checkpoint_steps', type_integer, 'steps between checkpoints; 0: none', default='0', allowed='[0, inf)')]
 
    !> &output: what is written, and how often.
    type :: output_t
@@ -61,8 +56,8 @@ module hampm_plain_groups
    type(group_t), parameter :: damping_group = group_t('damping', once, is_assumed, 'a force -rate m v on all material')
 
    type(key_t), parameter :: damping_keys(*) = [ &
-      key_t('damping', 'rate', type_real, 1, 1, may, '0.0', '1.0e4', '1/s', &
-            not_negative, 'damping force over mass times velocity')]
+      key_t('rate', type_real, 'damping force over mass times velocity', default='0.0', example='1.0e4', unit='1/s', &
+            allowed=not_negative)]
 
    !> &damping.
    type :: damping_t
@@ -72,14 +67,13 @@ module hampm_plain_groups
    type(group_t), parameter :: run_group = group_t('run', once, is_required, 'what is computed, and for how long')
 
    type(key_t), parameter :: run_keys(*) = [ &
-      key_t('run', 'title', type_text, 1, 1, may, '', 'DCB, suddenly loaded', '', &
-            '', 'what the run is about; the result keeps it'), &
-      key_t('run', 'plane', type_name, 1, 1, may, 'stress', '', '', &
-            'stress|strain|axisymmetric', 'plane stress, plane strain, or material around the axis x = 0, where x is the radius'), &
-      key_t('run', 'thickness', type_real, 1, 1, may, '1.0', '0.01', 'm', &
-            positive, 'thickness of the plane; forces and energies are those of all of it'), &
-      key_t('run', 'end_time', type_real, 1, 1, must, '', '1.5e-3', 's', &
-            positive, 'the run goes from time 0 to this time')]
+      key_t('title', type_text, 'what the run is about; the result keeps it', example='DCB, suddenly loaded'), &
+      key_t('plane', type_name, 'plane stress, plane strain, or material around the axis x = 0, where x is the radius', &
+            default='stress', allowed='stress|strain|axisymmetric'), &
+      key_t('thickness', type_real, 'thickness of the plane; forces and energies are those of all of it', default='1.0', &
+            example='0.01', unit='m', allowed=positive), &
+      key_t('end_time', type_real, 'the run goes from time 0 to this time', example='1.5e-3', unit='s', allowed=positive, &
+            required=.true.)]
 
    !> &run: what is computed, and for how long.
    type :: run_t
@@ -93,14 +87,14 @@ module hampm_plain_groups
       'the lattice of square root cells that the material moves through')
 
    type(key_t), parameter :: grid_keys(*) = [ &
-      key_t('grid', 'lower', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
-            any_number, 'lower corner of the lattice'), &
-      key_t('grid', 'cell', type_real, 1, 1, must, '', '1.25e-3', 'm', &
-            positive, 'size of a root cell, the same in both directions'), &
-      key_t('grid', 'cells', type_integer, ndim, ndim, must, '', '80, 9', '', &
-            '[1, inf)', 'number of root cells in each direction'), &
-      key_t('grid', 'order', type_integer, 1, 1, may, '1', '', '', &
-            '[1, 2]', 'of the shape functions: 1 bilinear, 2 biquadratic cells with nine nodes')]
+      key_t('lower', type_real, 'lower corner of the lattice', default='0.0, 0.0', unit='m', allowed=any_number, fewest=ndim, &
+            most=ndim), &
+      key_t('cell', type_real, 'size of a root cell, the same in both directions', example='1.25e-3', unit='m', allowed=positive, &
+            required=.true.), &
+      key_t('cells', type_integer, 'number of root cells in each direction', example='80, 9', allowed='[1, inf)', fewest=ndim, &
+            most=ndim, required=.true.), &
+      key_t('order', type_integer, 'of the shape functions: 1 bilinear, 2 biquadratic cells with nine nodes', default='1', &
+            allowed='[1, 2]')]
 
    !> &grid: the lattice of root cells.
    type :: grid_spec_t
@@ -113,46 +107,49 @@ module hampm_plain_groups
    type(group_t), parameter :: method_group = group_t('method', once, is_assumed, 'how the equations of motion are integrated')
 
    type(key_t), parameter :: method_keys(*) = [ &
-      key_t('method', 'time', type_name, 1, 1, may, 'explicit', '', '', &
-            'explicit|implicit|static', &
-            'how motion is followed: by short explicit steps, by implicit ones, or from equilibrium to equilibrium'), &
-      key_t('method', 'time_step', type_real, 1, 1, may, '0.0', '', 's', &
-            not_negative, 'of time = ''implicit'': longest time step; 0: by courant, and 1/1000 of end_time where that is 0'), &
-      key_t('method', 'hht_alpha', type_real, 1, 1, may, '0.0', '', '', &
-            '[-0.33334, 0]', 'of time = ''implicit'': 0 for average acceleration; below it steps damp what they do not resolve'), &
-      key_t('method', 'load_steps', type_integer, 1, 1, may, '1', '', '', &
-            '[1, 100000]', 'of time = ''static'': equal steps of the time, by which loads vary, up to end_time'), &
-      key_t('method', 'scheme', type_name, 1, 1, may, 'musl', '', '', &
-            'usf|usl|usavg|musl', &
-            'when a step updates the stress: first, last, half and half, or last by velocities mapped anew'), &
-      key_t('method', 'courant', type_real, 1, 1, may, '0.0', '', '', &
-            '[0, 1000]', 'time step over cell size / wave speed; 0: 0.9 of the limit, in the updated frame 0.1 or less'), &
-      key_t('method', 'path', type_name, 1, 1, may, 'fastest', '', '', &
-            'fastest|reference', 'of explicit steps: the fastest one for the model, or the plain reference step'), &
-      key_t('method', 'wave_speed', type_name, 1, 1, may, 'shear', '', '', &
-            'shear|dilatational', 'which wave speed courant refers to'), &
-      key_t('method', 'time_steps', type_name, 1, 1, may, 'global', '', '', &
-            'global|local', 'one for all cells, that of the smallest, or longer ones for larger cells'), &
-      key_t('method', 'frame', type_name, 1, 1, may, 'total', '', '', &
-            'updated|total', 'shape functions at the present positions, for bodies that meet, or always at the initial ones'), &
-      key_t('method', 'shape_functions', type_name, 1, 1, may, 'linear', '', '', &
-            'linear|cpdi', 'of a particle in frame = ''updated'': of its place, or the mean over the corners of its domain'), &
-      key_t('method', 'mass', type_name, 1, 1, may, 'lumped', '', '', &
-            'lumped|consistent|partial|fmpm|weighted', &
-            'mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a weighted mean of both'), &
-      key_t('method', 'order', type_integer, 1, 1, may, '2', '', '', &
-            '[1, 100]', 'of mass = ''fmpm'': number of terms of the series; 1 is lumped'), &
-      key_t('method', 'lumped_fraction', type_real, 1, 1, may, '0.2778', '', '', &
-            '[0, 1]', 'of mass = ''weighted'': weight of the lumped matrix; 5/18 has the least dispersion in short steps'), &
-      key_t('method', 'consistent_region', type_name, 1, 1, may, 'box', '', '', &
-            'box|refined', 'of mass = ''partial'': it is consistent in a box, or in the cells that are refined'), &
-      key_t('method', 'consistent_lower', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
-            any_number, 'of consistent_region = ''box'': lower corner of the box in which mass = ''partial'' is consistent'), &
-      key_t('method', 'consistent_upper', type_real, ndim, ndim, may, '0.0, 0.0', '', 'm', &
-            any_number, 'of consistent_region = ''box'': upper corner of this box; needed there'), &
-      key_t('method', 'solver', type_name, 1, 1, may, 'auto', '', '', &
-            'auto|cg|direct', &
-            'of mass matrices that are not lumped and of equilibrium: iterative, or a factorisation; auto: cg, direct')]
+      key_t('time', type_name, &
+            'how motion is followed: by short explicit steps, by implicit ones, or from equilibrium to equilibrium', &
+            default='explicit', allowed='explicit|implicit|static'), &
+      key_t('time_step', type_real, &
+            'of time = ''implicit'': longest time step; 0: by courant, and 1/1000 of end_time where that is 0', default='0.0', &
+            unit='s', allowed=not_negative), &
+      key_t('hht_alpha', type_real, &
+            'of time = ''implicit'': 0 for average acceleration; below it steps damp what they do not resolve', default='0.0', &
+            allowed='[-0.33334, 0]'), &
+      key_t('load_steps', type_integer, 'of time = ''static'': equal steps of the time, by which loads vary, up to end_time', &
+            default='1', allowed='[1, 100000]'), &
+      key_t('scheme', type_name, 'when a step updates the stress: first, last, half and half, or last by velocities mapped anew', &
+            default='musl', allowed='usf|usl|usavg|musl'), &
+      key_t('courant', type_real, 'time step over cell size / wave speed; 0: 0.9 of the limit, in the updated frame 0.1 or less', &
+            default='0.0', allowed='[0, 1000]'), &
+      key_t('path', type_name, 'of explicit steps: the fastest one for the model, or the plain reference step', default='fastest', &
+            allowed='fastest|reference'), &
+      key_t('wave_speed', type_name, 'which wave speed courant refers to', default='shear', allowed='shear|dilatational'), &
+      key_t('time_steps', type_name, 'one for all cells, that of the smallest, or longer ones for larger cells', default='global', &
+            allowed='global|local'), &
+      key_t('frame', type_name, 'shape functions at the present positions, for bodies that meet, or always at the initial ones', &
+            default='total', allowed='updated|total'), &
+      key_t('shape_functions', type_name, &
+            'of a particle in frame = ''updated'': of its place, or the mean over the corners of its domain', default='linear', &
+            allowed='linear|cpdi'), &
+      key_t('mass', type_name, &
+            'mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a weighted mean of both', &
+            default='lumped', allowed='lumped|consistent|partial|fmpm|weighted'), &
+      key_t('order', type_integer, 'of mass = ''fmpm'': number of terms of the series; 1 is lumped', default='2', &
+            allowed='[1, 100]'), &
+      key_t('lumped_fraction', type_real, &
+            'of mass = ''weighted'': weight of the lumped matrix; 5/18 has the least dispersion in short steps', default='0.2778', &
+            allowed='[0, 1]'), &
+      key_t('consistent_region', type_name, 'of mass = ''partial'': it is consistent in a box, or in the cells that are refined', &
+            default='box', allowed='box|refined'), &
+      key_t('consistent_lower', type_real, &
+            'of consistent_region = ''box'': lower corner of the box in which mass = ''partial'' is consistent', &
+            default='0.0, 0.0', unit='m', allowed=any_number, fewest=ndim, most=ndim), &
+      key_t('consistent_upper', type_real, 'of consistent_region = ''box'': upper corner of this box; needed there', &
+            default='0.0, 0.0', unit='m', allowed=any_number, fewest=ndim, most=ndim), &
+      key_t('solver', type_name, &
+            'of mass matrices that are not lumped and of equilibrium: iterative, or a factorisation; auto: cg, direct', &
+            default='auto', allowed='auto|cg|direct')]
 
    !> &method: how the equations of motion are integrated.
    type :: method_t
@@ -182,32 +179,30 @@ module hampm_plain_groups
       'where cells refine; without this group they never do')
 
    type(key_t), parameter :: refine_keys(*) = [ &
-      key_t('refine', 'indicator', type_name, 1, 1, may, 'none', 'tip', '', &
-            'none|gradient|zz|tip', 'what tells which cells refine: gradients, the estimated error, the distance to the tip'), &
-      key_t('refine', 'field', type_name, 1, 1, may, 'energy_density', '', '', &
-            'energy_density|stress_norm|speed', 'of indicator = ''gradient'': the field whose gradients count'), &
-      key_t('refine', 'r_crit', type_real, 1, 1, may, '0.03', '', '', &
-            positive, 'of ''gradient'': cells whose mean R is above it refine'), &
-      key_t('refine', 'r_coarsen', type_real, 1, 1, may, '0.0', '', '', &
-            not_negative, 'of ''gradient'': cells whose mean R is below it recombine; 0: never; below r_crit'), &
-      key_t('refine', 'tolerance', type_real, 1, 1, may, '0.02', '', '', &
-            '(0, 1)', 'of ''zz'': relative error in the energy norm that is aimed at'), &
-      key_t('refine', 'rings', type_integer, 1, 1, may, '4', '', '', &
-            '[1, 1000]', 'of ''tip'': cells within so many cells of a crack tip refine, level by level'), &
-      key_t('refine', 'max_level', type_integer, 1, 1, may, '4', '2', '', &
-            '[0, 20]', 'how often a root cell may be divided; its size is halved each time'), &
-      key_t('refine', 'energy_floor', type_real, 1, 1, may, '1e-3', '', '', &
-            '[0, 1)', 'of ''gradient'': cells whose field is below this part of its largest value do not refine'), &
-      key_t('refine', 'region_lower', type_real, 0, ndim, may, '', '0.04, 0.0', 'm', &
-            any_number, 'lower corner of the box in which cells may refine; without limit by default'), &
-      key_t('refine', 'region_upper', type_real, 0, ndim, may, '', '0.06, 0.01', 'm', &
-            any_number, 'upper corner of the box in which cells may refine; without limit by default'), &
-      key_t('refine', 'start', type_real, 1, 1, may, '0.0', '', 's', &
-            not_negative, 'time of the first look at gradient or zz: loads that begin make steep fronts'), &
-      key_t('refine', 'interval', type_integer, 1, 1, may, '100', '', '', &
-            '[1, inf)', 'steps between looks at the indicator'), &
-      key_t('refine', 'max_particles', type_integer, 1, 1, may, '1000000', '', '', &
-            '[1, 2e9]', 'most material points; where there would be more, refinement ends with a warning')]
+      key_t('indicator', type_name, 'what tells which cells refine: gradients, the estimated error, the distance to the tip', &
+            default='none', example='tip', allowed='none|gradient|zz|tip'), &
+      key_t('field', type_name, 'of indicator = ''gradient'': the field whose gradients count', default='energy_density', &
+            allowed='energy_density|stress_norm|speed'), &
+      key_t('r_crit', type_real, 'of ''gradient'': cells whose mean R is above it refine', default='0.03', allowed=positive), &
+      key_t('r_coarsen', type_real, 'of ''gradient'': cells whose mean R is below it recombine; 0: never; below r_crit', &
+            default='0.0', allowed=not_negative), &
+      key_t('tolerance', type_real, 'of ''zz'': relative error in the energy norm that is aimed at', default='0.02', &
+            allowed='(0, 1)'), &
+      key_t('rings', type_integer, 'of ''tip'': cells within so many cells of a crack tip refine, level by level', default='4', &
+            allowed='[1, 1000]'), &
+      key_t('max_level', type_integer, 'how often a root cell may be divided; its size is halved each time', default='4', &
+            example='2', allowed='[0, 20]'), &
+      key_t('energy_floor', type_real, 'of ''gradient'': cells whose field is below this part of its largest value do not refine', &
+            default='1e-3', allowed='[0, 1)'), &
+      key_t('region_lower', type_real, 'lower corner of the box in which cells may refine; without limit by default', &
+            example='0.04, 0.0', unit='m', allowed=any_number, fewest=0, most=ndim), &
+      key_t('region_upper', type_real, 'upper corner of the box in which cells may refine; without limit by default', &
+            example='0.06, 0.01', unit='m', allowed=any_number, fewest=0, most=ndim), &
+      key_t('start', type_real, 'time of the first look at gradient or zz: loads that begin make steep fronts', default='0.0', &
+            unit='s', allowed=not_negative), &
+      key_t('interval', type_integer, 'steps between looks at the indicator', default='100', allowed='[1, inf)'), &
+      key_t('max_particles', type_integer, 'most material points; where there would be more, refinement ends with a warning', &
+            default='1000000', allowed='[1, 2e9]')]
 
    !> &refine: where cells refine.
    type :: refine_t

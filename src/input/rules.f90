@@ -29,9 +29,9 @@ module hampm_rules
       character(96) :: subject                  !! condition
       integer :: verdict
       character(112) :: other                    !! condition; '' for one that always holds
-      integer :: basis                           !! kind of reason
-      character(176) :: reason                   !! '' where the conditions say it
-      character(80) :: use                       !! a condition, or words; '' for nothing
+      integer :: basis = by_meaning             !! kind of reason
+      character(176) :: reason = ''             !! '' where the conditions say it
+      character(80) :: use = ''                 !! a condition, or words; '' for nothing
    end type rule_t
 
    ! Of rows that differ by one word alone
@@ -51,425 +51,391 @@ module hampm_rules
 
    type(rule_t), parameter :: of_rings(*) = [ &
       rule_t("&method mass = 'lumped' | 'partial' | 'fmpm' | 'weighted'", not_with, &
-             "a mass matrix that acts and quadratic cells at an axis", mechanics, &
-             "nodes on the axis have a lumped mass of 0", "&method mass = 'consistent'"), &
-      rule_t("&run plane = 'axisymmetric'", not_with, "&run thickness", by_meaning, &
-             "the thickness of a ring is its circumference", ""), &
+             "a mass matrix that acts and quadratic cells at an axis", mechanics, "nodes on the axis have a lumped mass of 0", &
+             use="&method mass = 'consistent'"), &
+      rule_t("&run plane = 'axisymmetric'", not_with, "&run thickness", reason="the thickness of a ring is its circumference"), &
       rule_t("&body spin", not_with, "&run plane = 'axisymmetric'", mechanics, &
-             "a ring cannot rotate in the plane of its section", ""), &
-      rule_t("&energy_release reference = 'dcb'", not_with, "&run plane = 'axisymmetric'", mechanics, &
-             "a beam has no axis", ""), &
+             "a ring cannot rotate in the plane of its section"), &
+      rule_t("&energy_release reference = 'dcb'", not_with, "&run plane = 'axisymmetric'", mechanics, "a beam has no axis"), &
       rule_t("&run plane = 'axisymmetric'", not_with, "&method shape_functions = 'cpdi'", not_built, &
-             "corners of a domain do not give the hoop stretch", "&method shape_functions = 'linear'")]
+             "corners of a domain do not give the hoop stretch", use="&method shape_functions = 'linear'")]
 
    type(rule_t), parameter :: of_grids(*) = [ &
       rule_t("&grid order = 2", not_with, "&method time = 'explicit' | 'implicit' and &growth law = 'prescribed' | 'toughness'", &
-             not_built, "growth through quadratic cells is static only", "&grid order = 1"), &
+             not_built, "growth through quadratic cells is static only", use="&grid order = 1"), &
       rule_t("&grid order = 2", not_with, "&crack kind = 'symmetry' and &growth", not_built, &
-             "cohesive points ahead of the tip join nodes of bilinear cells", "&grid order = 1"), &
-      rule_t("&grid order = 2", not_with, "&crack kind = 'symmetry' and &cohesive", not_built, "", "&grid order = 1")]
+             "cohesive points ahead of the tip join nodes of bilinear cells", use="&grid order = 1"), &
+      rule_t("&grid order = 2", not_with, "&crack kind = 'symmetry' and &cohesive", not_built, use="&grid order = 1")]
 
    type(rule_t), parameter :: of_materials(*) = [ &
-      rule_t("&material law /= 'orthotropic'", requires, "&material young", &
-             by_meaning, "", ""), &
-      (rule_t("&material "//trim(law_keys(k)%name), requires, "&material "//law_keys(k)%only_with, by_meaning, "", ""), &
+      rule_t("&material law /= 'orthotropic'", requires, "&material young"), &
+      (rule_t("&material "//trim(law_keys(k)%name), requires, "&material "//law_keys(k)%only_with), &
        k=1, size(law_keys)), &
       rule_t("&material law = 'orthotropic'", requires, &
-             "&material young_1 and &material young_2 and &material shear_12 and &material poisson_12", by_meaning, "", ""), &
+             "&material young_1 and &material young_2 and &material shear_12 and &material poisson_12"), &
       rule_t("&material law = 'orthotropic' and &run plane = 'strain' | 'axisymmetric'", requires, &
              "&material young_3 and &material poisson_13 and &material poisson_23", mechanics, &
-             "strain across the plane is constrained", ""), &
-      rule_t("&material young", not_with, "&material law = 'orthotropic'", by_meaning, "", "young_1 and young_2"), &
-      rule_t("&material poisson", not_with, "&material law = 'orthotropic'", by_meaning, "", "poisson_12"), &
-      rule_t("&material young_3", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free", ""), &
-      rule_t("&material poisson_13", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free", ""), &
-      rule_t("&material poisson_23", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free", ""), &
-      rule_t("&material law = 'j2_plastic'", requires, "&material yield_stress > 0", by_meaning, "", ""), &
-      rule_t("&material saturation", requires, "&material saturation_strain", by_meaning, "", ""), &
-      rule_t("&material law = 'mooney_rivlin'", requires, "&material c01", by_meaning, "", ""), &
-      rule_t("&material law = 'viscoelastic'", requires, "&material moduli and &material relaxation_times", by_meaning, "", ""), &
+             "strain across the plane is constrained"), &
+      rule_t("&material young", not_with, "&material law = 'orthotropic'", use="young_1 and young_2"), &
+      rule_t("&material poisson", not_with, "&material law = 'orthotropic'", use="poisson_12"), &
+      rule_t("&material young_3", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free"), &
+      rule_t("&material poisson_13", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free"), &
+      rule_t("&material poisson_23", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free"), &
+      rule_t("&material law = 'j2_plastic'", requires, "&material yield_stress > 0"), &
+      rule_t("&material saturation", requires, "&material saturation_strain"), &
+      rule_t("&material law = 'mooney_rivlin'", requires, "&material c01"), &
+      rule_t("&material law = 'viscoelastic'", requires, "&material moduli and &material relaxation_times"), &
       rule_t("&material volumetric = 'b_bar'", not_with, &
              "&method time = 'static' | 'implicit' and &material law = {laws of any strain}", not_built, &
-             "the mean of large strains has no tangent yet", "&material volumetric = 'standard'"), &
+             "the mean of large strains has no tangent yet", use="&material volumetric = 'standard'"), &
       rule_t("&material volumetric = 'b_bar'", not_with, "&method shape_functions = 'cpdi'", mechanics, &
-             "a domain has one dilatation", "&material volumetric = 'standard'"), &
-      rule_t("&material volumetric = 'b_bar'", no_effect_with, "&grid order = 2", mechanics, "quadratic cells do not lock", ""), &
+             "a domain has one dilatation", use="&material volumetric = 'standard'"), &
+      rule_t("&material volumetric = 'b_bar'", no_effect_with, "&grid order = 2", mechanics, "quadratic cells do not lock"), &
       rule_t("&material volumetric = 'standard'", warned_with, &
              "&material law = 'j2_plastic' and &run plane /= 'stress' and &grid order = 1", mechanics, &
              "yielding cells lock: they are too stiff, and loads rise beyond the limit load", &
-             "&material volumetric = 'b_bar'"), &
-      rule_t(with_history, not_with, "&growth law = 'quasi_static'", mechanics, no_rate, ""), &
-      rule_t(with_history, not_with, "&growth law = 'toughness' and &method time = 'implicit'", mechanics, no_rate, ""), &
+             use="&material volumetric = 'b_bar'"), &
+      rule_t(with_history, not_with, "&growth law = 'quasi_static'", mechanics, no_rate), &
+      rule_t(with_history, not_with, "&growth law = 'toughness' and &method time = 'implicit'", mechanics, no_rate), &
       rule_t(with_history, not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", mechanics, &
-             "the direction needs stress intensity factors, which the law does not have", "&growth direction = 'straight'"), &
+             "the direction needs stress intensity factors, which the law does not have", use="&growth direction = 'straight'"), &
       rule_t("&material law = 'orthotropic'", not_with, "&growth law = 'prescribed' | 'toughness'", not_built, &
-             "K and the limiting speed of a moving tip are known for isotropic material only", ""), &
+             "K and the limiting speed of a moving tip are known for isotropic material only"), &
       rule_t("&material law = 'orthotropic'", not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", &
              mechanics, "the direction depends on the toughness in each direction, which is not known", &
-             "&growth direction = 'straight'"), &
-      rule_t("&material", no_effect_without, "a body of it", by_meaning, "", "")]
+             use="&growth direction = 'straight'"), &
+      rule_t("&material", no_effect_without, "a body of it")]
 
    type(rule_t), parameter :: of_bodies(*) = [ &
-      rule_t("&body", requires, "&body material or &body hole = .true.", by_meaning, "", ""), &
-      (rule_t("&body "//of_matter(k), not_with, "&body hole = .true.", by_meaning, "a hole has none", ""), k=1, size(of_matter)), &
-      rule_t("&body points_per_cell", no_effect_with, "&body hole = .true.", by_meaning, "", ""), &
-      rule_t("&body shape = 'rectangle'", requires, "&body lower and &body upper", by_meaning, "", ""), &
-      rule_t("&body shape = 'polygon'", requires, "&body points", by_meaning, "", ""), &
-      rule_t("&body shape = 'circle'", requires, "&body center and &body radius > 0", by_meaning, "", ""), &
-      (rule_t("&body "//corners(k), requires, "&body shape = 'rectangle'", by_meaning, "", ""), k=1, 2), &
-      rule_t("&body points", requires, "&body shape = 'polygon'", by_meaning, "", ""), &
-      rule_t("&body center", requires, "&body shape = 'circle'", by_meaning, "", ""), &
-      rule_t("&body radius", requires, "&body shape = 'circle'", by_meaning, "", ""), &
-      rule_t("&body contact_group", requires, "&contact bodies = 'stick' | 'frictionless' | 'friction'", by_meaning, &
-             "contact groups have an effect in contact only", ""), &
+      rule_t("&body", requires, "&body material or &body hole = .true."), &
+      (rule_t("&body "//of_matter(k), not_with, "&body hole = .true.", reason="a hole has none"), k=1, size(of_matter)), &
+      rule_t("&body points_per_cell", no_effect_with, "&body hole = .true."), &
+      rule_t("&body shape = 'rectangle'", requires, "&body lower and &body upper"), &
+      rule_t("&body shape = 'polygon'", requires, "&body points"), &
+      rule_t("&body shape = 'circle'", requires, "&body center and &body radius > 0"), &
+      (rule_t("&body "//corners(k), requires, "&body shape = 'rectangle'"), k=1, 2), &
+      rule_t("&body points", requires, "&body shape = 'polygon'"), &
+      rule_t("&body center", requires, "&body shape = 'circle'"), &
+      rule_t("&body radius", requires, "&body shape = 'circle'"), &
+      rule_t("&body contact_group", requires, "&contact bodies = 'stick' | 'frictionless' | 'friction'", &
+             reason="contact groups have an effect in contact only"), &
       rule_t("&body contact_group", no_effect_without, "another body of that group", mechanics, &
-             "a body without this key is a contact group by itself", ""), &
+             "a body without this key is a contact group by itself"), &
       rule_t("&body points_per_cell < 3", not_with, "&grid order = 2", mechanics, &
-             "fewer than 3 leave hourglass motions of the nodes without strain of a particle", "&body points_per_cell = 3"), &
-      rule_t("&body velocity", not_with, "&method time = 'static'", mechanics, "a static model has no velocity", ""), &
-      rule_t("&body spin", not_with, "&method time = 'static'", mechanics, "a static model has no velocity", ""), &
+             "fewer than 3 leave hourglass motions of the nodes without strain of a particle", use="&body points_per_cell = 3"), &
+      rule_t("&body velocity", not_with, "&method time = 'static'", mechanics, "a static model has no velocity"), &
+      rule_t("&body spin", not_with, "&method time = 'static'", mechanics, "a static model has no velocity"), &
       rule_t("&body eigenstrain and a shear of the eigenstrain", not_with, "&crack kind = 'symmetry'", mechanics, &
-             "the other half would have the opposite shear, the third value", ""), &
-      rule_t("&body eigenstrain", not_with, "&energy_release reference = 'dcb'", mechanics, "the closed form is for forces", &
-             ""), &
+             "the other half would have the opposite shear, the third value"), &
+      rule_t("&body eigenstrain", not_with, "&energy_release reference = 'dcb'", mechanics, "the closed form is for forces"), &
       rule_t("&body eigenstrain and a fourth value of the eigenstrain", warned_with, "&run plane = 'stress'", mechanics, &
-             "the fourth value has no effect, as the thickness is free", "")]
+             "the fourth value has no effect, as the thickness is free")]
 
    type(rule_t), parameter :: of_histories(*) = [ &
-      (rule_t(trim(acting(k))//" rise_time", requires, trim(acting(k))//" history = 'ramp'", by_meaning, "", ""), &
-       rule_t(trim(acting(k))//" frequency", requires, trim(acting(k))//" history = 'sine'", by_meaning, "", ""), &
-       rule_t(trim(acting(k))//" times", requires, trim(acting(k))//" history = 'table'", by_meaning, "", ""), &
-       rule_t(trim(acting(k))//" factors", requires, trim(acting(k))//" history = 'table'", by_meaning, "", ""), &
-       rule_t(trim(acting(k))//" history = 'ramp'", requires, trim(acting(k))//" rise_time > 0", by_meaning, "", ""), &
-       rule_t(trim(acting(k))//" history = 'sine'", requires, trim(acting(k))//" frequency > 0", by_meaning, "", ""), &
-       rule_t(trim(acting(k))//" history = 'table'", requires, trim(acting(k))//" times and "//trim(acting(k))//" factors", &
-              by_meaning, "", ""), k=1, size(acting))]
+      (rule_t(trim(acting(k))//" rise_time", requires, trim(acting(k))//" history = 'ramp'"), &
+       rule_t(trim(acting(k))//" frequency", requires, trim(acting(k))//" history = 'sine'"), &
+       rule_t(trim(acting(k))//" times", requires, trim(acting(k))//" history = 'table'"), &
+       rule_t(trim(acting(k))//" factors", requires, trim(acting(k))//" history = 'table'"), &
+       rule_t(trim(acting(k))//" history = 'ramp'", requires, trim(acting(k))//" rise_time > 0"), &
+       rule_t(trim(acting(k))//" history = 'sine'", requires, trim(acting(k))//" frequency > 0"), &
+       rule_t(trim(acting(k))//" history = 'table'", requires, &
+              trim(acting(k))//" times and "//trim(acting(k))//" factors"), k=1, size(acting))]
 
    type(rule_t), parameter :: of_constraints(*) = [ &
-      rule_t("&constraint history", no_effect_without, "&constraint displacement or &constraint velocity", by_meaning, &
-             "the factor applies to a prescribed motion, and none is given", ""), &
-      rule_t("&constraint start", no_effect_without, "&constraint displacement or &constraint velocity", by_meaning, &
-             "the factor applies to a prescribed motion, and none is given", ""), &
+      rule_t("&constraint history", no_effect_without, "&constraint displacement or &constraint velocity", &
+             reason="the factor applies to a prescribed motion, and none is given"), &
+      rule_t("&constraint start", no_effect_without, "&constraint displacement or &constraint velocity", &
+             reason="the factor applies to a prescribed motion, and none is given"), &
       rule_t("&constraint displacement and &constraint history = 'step'", not_with, "&method time = 'explicit' | 'implicit'", &
-             mechanics, "prescribed nodes would jump", "history = 'ramp', or a velocity"), &
-      rule_t("&constraint displacement", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, "", &
-             "&method time_steps = 'global'"), &
-      rule_t("&constraint velocity", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, "", &
-             "&method time_steps = 'global'"), &
+             mechanics, "prescribed nodes would jump", use="history = 'ramp', or a velocity"), &
+      rule_t("&constraint displacement", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, &
+             use="&method time_steps = 'global'"), &
+      rule_t("&constraint velocity", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, &
+             use="&method time_steps = 'global'"), &
       rule_t("&constraint unilateral = .true.", not_with, "&method time = 'explicit'", not_built, &
-             "faces with contact separate and touch again in explicit steps", "&method time = 'implicit'"), &
+             "faces with contact separate and touch again in explicit steps", use="&method time = 'implicit'"), &
       rule_t("&constraint unilateral = .true.", not_with, "&growth", not_built, &
-             "growth scales the loads, but reactions of a support are not proportional to them", "")]
+             "growth scales the loads, but reactions of a support are not proportional to them")]
 
    type(rule_t), parameter :: of_loads(*) = [ &
-      rule_t("&load kind = 'point' | 'traction' | 'body'", requires, "&load lower and &load upper and &load force", by_meaning, &
-             "", ""), &
-      rule_t("&load kind = 'pressure'", requires, "&load pressure", by_meaning, "", ""), &
-      rule_t("&load kind = 'pressure' and &load on = 'edge'", requires, "&load lower and &load upper", by_meaning, "", ""), &
-      rule_t("&load kind = 'gravity'", requires, "&load acceleration", by_meaning, "", ""), &
-      (rule_t("&load "//corners(k), not_with, "&load kind = 'gravity'", by_meaning, "gravity acts on all bodies", &
-              "kind = 'body'"), &
-       rule_t("&load "//corners(k), not_with, "&load kind = 'pressure' and &load on = 'crack'", by_meaning, &
-              "the pressure acts on both faces of the whole crack", ""), k=1, 2), &
-      rule_t("&load force", not_with, "&load kind = 'pressure' | 'gravity'", by_meaning, "", ""), &
-      rule_t("&load pressure", requires, "&load kind = 'pressure'", by_meaning, "", ""), &
-      rule_t("&load acceleration", requires, "&load kind = 'gravity'", by_meaning, "", ""), &
-      rule_t("&load on = 'crack'", requires, "&load kind = 'pressure'", by_meaning, "", ""), &
-      rule_t("&load crack", requires, "&load kind = 'pressure' and &load on = 'crack'", by_meaning, "", ""), &
-      rule_t("&load face = 'left' | 'right'", not_with, "&load kind = 'pressure' | 'gravity'", by_meaning, "", ""), &
-      rule_t("&load on = 'crack'", requires, "&crack", by_meaning, "", ""), &
-      rule_t("&load crack", requires, "&crack kind = 'line' | 'path'", by_meaning, "other cracks are the only one", ""), &
-      rule_t("&load on = 'crack' and several cracks", requires, "&load crack", by_meaning, "the name selects the crack", ""), &
+      rule_t("&load kind = 'point' | 'traction' | 'body'", requires, "&load lower and &load upper and &load force"), &
+      rule_t("&load kind = 'pressure'", requires, "&load pressure"), &
+      rule_t("&load kind = 'pressure' and &load on = 'edge'", requires, "&load lower and &load upper"), &
+      rule_t("&load kind = 'gravity'", requires, "&load acceleration"), &
+      (rule_t("&load "//corners(k), not_with, "&load kind = 'gravity'", reason="gravity acts on all bodies", use="kind = 'body'"), &
+       rule_t("&load "//corners(k), not_with, "&load kind = 'pressure' and &load on = 'crack'", &
+              reason="the pressure acts on both faces of the whole crack"), k=1, 2), &
+      rule_t("&load force", not_with, "&load kind = 'pressure' | 'gravity'"), &
+      rule_t("&load pressure", requires, "&load kind = 'pressure'"), &
+      rule_t("&load acceleration", requires, "&load kind = 'gravity'"), &
+      rule_t("&load on = 'crack'", requires, "&load kind = 'pressure'"), &
+      rule_t("&load crack", requires, "&load kind = 'pressure' and &load on = 'crack'"), &
+      rule_t("&load face = 'left' | 'right'", not_with, "&load kind = 'pressure' | 'gravity'"), &
+      rule_t("&load on = 'crack'", requires, "&crack"), &
+      rule_t("&load crack", requires, "&crack kind = 'line' | 'path'", reason="other cracks are the only one"), &
+      rule_t("&load on = 'crack' and several cracks", requires, "&load crack", reason="the name selects the crack"), &
       rule_t("&load on = 'crack'", not_with, "a pressed path that grows in motion", not_built, &
-             "cohesive points join cells that are cut ahead of the tip; pressure must not act there", "law = 'quasi_static'"), &
-      rule_t("&load start < 0", no_effect_with, "&load history = 'step'", by_meaning, &
-             "a step load that begins before the run acts from its beginning", "")]
+             "cohesive points join cells that are cut ahead of the tip; pressure must not act there", use="law = 'quasi_static'"), &
+      rule_t("&load start < 0", no_effect_with, "&load history = 'step'", &
+             reason="a step load that begins before the run acts from its beginning")]
 
    type(rule_t), parameter :: of_contact(*) = [ &
-      rule_t("&contact bodies = 'friction'", requires, "&contact friction > 0", by_meaning, "", &
-             "&contact bodies = 'frictionless'"), &
-      rule_t("&contact friction", requires, "&contact bodies = 'friction'", by_meaning, "", ""), &
-      rule_t("&contact distance", requires, "&contact bodies = 'stick' | 'frictionless' | 'friction'", by_meaning, &
-             "bonded bodies interact as soon as both have cells at a node", ""), &
-      rule_t("&contact bodies = 'stick' | 'frictionless' | 'friction'", not_with, "&grid order = 2", not_built, "", &
-             "&grid order = 1")]
+      rule_t("&contact bodies = 'friction'", requires, "&contact friction > 0", use="&contact bodies = 'frictionless'"), &
+      rule_t("&contact friction", requires, "&contact bodies = 'friction'"), &
+      rule_t("&contact distance", requires, "&contact bodies = 'stick' | 'frictionless' | 'friction'", &
+             reason="bonded bodies interact as soon as both have cells at a node"), &
+      rule_t("&contact bodies = 'stick' | 'frictionless' | 'friction'", not_with, "&grid order = 2", not_built, &
+             use="&grid order = 1")]
 
    type(rule_t), parameter :: of_method(*) = [ &
       rule_t("&method time = 'static' | 'implicit'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", &
-             not_built, "contact of bodies is found step by step in explicit steps", "&method time = 'explicit'"), &
+             not_built, "contact of bodies is found step by step in explicit steps", use="&method time = 'explicit'"), &
       rule_t("&method frame = 'total'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", mechanics, &
-             "bodies never come into contact in the total Lagrangian frame", "&method frame = 'updated'"), &
+             "bodies never come into contact in the total Lagrangian frame", use="&method frame = 'updated'"), &
       rule_t("&method frame = 'updated'", not_with, "&method time = 'static'", not_built, &
-             "static equilibrium is found in the reference configuration", "&method frame = 'total'"), &
+             "static equilibrium is found in the reference configuration", use="&method frame = 'total'"), &
       rule_t("&method frame = 'updated'", not_with, "&method time = 'implicit'", not_built, &
              "nodes keep velocity and acceleration from step to step, so they must keep their material", &
-             "&method frame = 'total'"), &
+             use="&method frame = 'total'"), &
       rule_t("&method frame = 'updated'", not_with, "&grid order = 2", not_built, &
-             "quadrature weights of particles hold at their reference positions only", &
-             "&method frame = 'total'"), &
+             "quadrature weights of particles hold at their reference positions only", use="&method frame = 'total'"), &
       rule_t("&method frame = 'updated'", not_with, "&growth law = 'prescribed' | 'toughness'", not_built, &
-             "cohesive points ahead of a tip join nodes that keep their material", "&method frame = 'total'"), &
+             "cohesive points ahead of a tip join nodes that keep their material", use="&method frame = 'total'"), &
       rule_t("&method shape_functions = 'cpdi'", requires, "&method frame = 'updated'", mechanics, &
-             "particles stay in their cells in the total Lagrangian frame, where shape functions of cells are more accurate", ""), &
+             "particles stay in their cells in the total Lagrangian frame, where shape functions of cells are more accurate"), &
       rule_t("&method time_steps = 'local'", requires, "&method frame = 'total'", mechanics, &
-             "local steps use mass matrices and moments of cells, which are constant only where particles stay in their cells", &
-             ""), &
-      rule_t("&method time_steps = 'local'", requires, "&method scheme = 'musl'", not_built, &
-             "coarse steps have that scheme", ""), &
+             "local steps use mass matrices and moments of cells, which are constant only where particles stay in their cells"), &
+      rule_t("&method time_steps = 'local'", requires, "&method scheme = 'musl'", not_built, "coarse steps have that scheme"), &
       rule_t("&method time_steps = 'local'", requires, "&method mass = 'lumped'", not_built, &
-             "cells with different steps need masses of their own", ""), &
+             "cells with different steps need masses of their own"), &
       rule_t("&method time_steps = 'local'", not_with, "&method time = 'static'", mechanics, &
-             "equilibrium is found for all cells together", &
-             "&method time_steps = 'global'"), &
+             "equilibrium is found for all cells together", use="&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&method time = 'implicit'", mechanics, &
-             "implicit steps solve for all nodes together", "&method time_steps = 'global'"), &
+             "implicit steps solve for all nodes together", use="&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&grid order = 2 and &method time = 'explicit' | 'implicit'", not_built, &
-             "", "&method time_steps = 'global'"), &
+             use="&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&material law /= 'linear_elastic' | 'orthotropic'", mechanics, &
-             "local steps need a linear relation of forces to displacements", "&method time_steps = 'global'"), &
+             "local steps need a linear relation of forces to displacements", use="&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&material volumetric = 'b_bar'", not_built, &
-             "fine steps use moments of the volume of cells", "&material volumetric = 'standard'"), &
+             "fine steps use moments of the volume of cells", use="&material volumetric = 'standard'"), &
       rule_t("&method time_steps = 'local'", not_with, "&refine indicator = 'gradient' | 'zz'", mechanics, &
-             "vibrations of small cells grow where the mesh changes", "&method time_steps = 'global'"), &
+             "vibrations of small cells grow where the mesh changes", use="&method time_steps = 'global'"), &
       (rule_t("&method time_steps = 'local'", not_with, with_forces(k), not_built, &
-              "forces across faces would join cells with different steps", "&method time_steps = 'global'"), k=1, 3), &
+              "forces across faces would join cells with different steps", use="&method time_steps = 'global'"), k=1, 3), &
       rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'symmetry' and &growth law = 'prescribed' | 'toughness'", &
-             not_built, "nodal release needs steps that are the same for all cells", "&method time_steps = 'global'"), &
+             not_built, "nodal release needs steps that are the same for all cells", use="&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&energy_release energy_balance = .true.", not_built, &
-             "the numerical loss of local steps is not known", "&method time_steps = 'global'"), &
-      rule_t("&method path = 'reference'", not_with, "&method time = 'static' | 'implicit'", by_meaning, &
-             "the reference step is explicit", &
-             "&method time = 'explicit'"), &
-      rule_t("&method path = 'reference'", not_with, "&method time_steps = 'local'", by_meaning, &
-             "the reference step is one step of all cells", &
-             "&method time_steps = 'global'"), &
+             "the numerical loss of local steps is not known", use="&method time_steps = 'global'"), &
+      rule_t("&method path = 'reference'", not_with, "&method time = 'static' | 'implicit'", &
+             reason="the reference step is explicit", use="&method time = 'explicit'"), &
+      rule_t("&method path = 'reference'", not_with, "&method time_steps = 'local'", &
+             reason="the reference step is one step of all cells", use="&method time_steps = 'global'"), &
       rule_t("&method path = 'reference'", not_with, "&method shape_functions = 'cpdi'", not_built, &
-             "particles of the reference step are points of cells", "&method shape_functions = 'linear'"), &
+             "particles of the reference step are points of cells", use="&method shape_functions = 'linear'"), &
       rule_t("&method path = 'reference'", not_with, "&method mass = 'consistent' | 'partial' | 'fmpm' | 'weighted'", not_built, &
-             "the reference step divides by lumped masses", "&method mass = 'lumped'"), &
+             "the reference step divides by lumped masses", use="&method mass = 'lumped'"), &
       rule_t("&method path = 'reference'", not_with, "&material volumetric = 'b_bar'", not_built, &
-             "particles of the reference step have their own dilatation", "&material volumetric = 'standard'"), &
+             "particles of the reference step have their own dilatation", use="&material volumetric = 'standard'"), &
       rule_t("&constraint displacement", not_with, "&method path = 'reference'", not_built, &
-             "the reference step has no prescribed motion", &
-             "&method path = 'fastest'"), &
+             "the reference step has no prescribed motion", use="&method path = 'fastest'"), &
       rule_t("&constraint velocity", not_with, "&method path = 'reference'", not_built, &
-             "the reference step has no prescribed motion", &
-             "&method path = 'fastest'"), &
+             "the reference step has no prescribed motion", use="&method path = 'fastest'"), &
       rule_t("&method path = 'reference'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
-             "the reference step has one velocity field", "&contact bodies = 'bonded'"), &
+             "the reference step has one velocity field", use="&contact bodies = 'bonded'"), &
       rule_t("&method path = 'reference'", not_with, "&crack contact = 'frictionless' | 'friction'", not_built, &
-             "the reference step has no contact of faces", "&crack contact = 'none'"), &
-      rule_t("&method path = 'reference'", not_with, "&growth", not_built, "the reference step has no growth", ""), &
+             "the reference step has no contact of faces", use="&crack contact = 'none'"), &
+      rule_t("&method path = 'reference'", not_with, "&growth", not_built, "the reference step has no growth"), &
       rule_t("&method path = 'reference'", not_with, "&energy_release energy_balance = .true.", not_built, &
-             "the reference step does not record numerical losses", ""), &
+             "the reference step does not record numerical losses"), &
       rule_t("&method mass = 'fmpm'", not_with, "&method time = 'implicit'", mechanics, &
-             "fmpm is a series for the inverse, and implicit steps use the matrix", "&method mass = 'consistent'"), &
+             "fmpm is a series for the inverse, and implicit steps use the matrix", use="&method mass = 'consistent'"), &
       rule_t("&method mass = 'lumped' | 'partial' | 'fmpm' | 'weighted'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", mechanics, &
-             "some nodes would have a lumped mass below 0", "&method mass = 'consistent'"), &
-      rule_t("&method solver = 'cg'", not_with, &
-             "a mass matrix that acts and quadratic cells at an axis", mechanics, &
-             "cg is preconditioned by lumped masses, which are 0 on the axis", "&method solver = 'direct'"), &
+             "some nodes would have a lumped mass below 0", use="&method mass = 'consistent'"), &
+      rule_t("&method solver = 'cg'", not_with, "a mass matrix that acts and quadratic cells at an axis", mechanics, &
+             "cg is preconditioned by lumped masses, which are 0 on the axis", use="&method solver = 'direct'"), &
       rule_t("&method solver = 'cg'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
              "cg is preconditioned by inverses of mass matrices of cells, and those of small cut cells may be singular", &
-             "&method solver = 'direct'"), &
-      rule_t("&method time_step", requires, "&method time = 'implicit'", by_meaning, &
-             "courant gives the step of 'explicit', load_steps those of 'static'", ""), &
-      rule_t("&method hht_alpha", requires, "&method time = 'implicit'", by_meaning, "", ""), &
-      rule_t("&method time_step > 0", not_with, "&method time = 'implicit' and &method courant > 0", by_meaning, &
-             "both give the time step", "one of both"), &
+             use="&method solver = 'direct'"), &
+      rule_t("&method time_step", requires, "&method time = 'implicit'", &
+             reason="courant gives the step of 'explicit', load_steps those of 'static'"), &
+      rule_t("&method hht_alpha", requires, "&method time = 'implicit'"), &
+      rule_t("&method time_step > 0", not_with, "&method time = 'implicit' and &method courant > 0", &
+             reason="both give the time step", use="one of both"), &
       rule_t("&method consistent_region = 'refined' and &method mass = 'partial'", requires, &
-             "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "the matrix is consistent in refined cells", ""), &
-      rule_t("&method courant > 0", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit", &
-             ""), &
+             "&refine indicator = 'tip' | 'zz' | 'gradient'", reason="the matrix is consistent in refined cells"), &
+      rule_t("&method courant > 0", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit"), &
       rule_t("&method scheme", no_effect_with, "&method time = 'static' | 'implicit'", mechanics, &
-             "the scheme is the order of updates in an explicit step", ""), &
+             "the scheme is the order of updates in an explicit step"), &
       rule_t("&method mass", no_effect_without, "a mass matrix that acts", mechanics, &
-             "a static model needs mass to extrapolate stress only", ""), &
-      rule_t("&method wave_speed", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit", &
-             ""), &
+             "a static model needs mass to extrapolate stress only"), &
+      rule_t("&method wave_speed", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit"), &
       rule_t("&method wave_speed and &method time = 'explicit' | 'implicit'", no_effect_without, &
-             "&method courant or &method frame = 'updated'", by_meaning, "the step is a fraction of the largest stable one", ""), &
-      rule_t("&method load_steps", no_effect_without, "&method time = 'static'", by_meaning, "", ""), &
-      rule_t("&method order", no_effect_without, "&method mass = 'fmpm' and a mass matrix that acts", by_meaning, &
-             "", ""), &
-      rule_t("&method lumped_fraction", no_effect_without, "&method mass = 'weighted' and a mass matrix that acts", by_meaning, &
-             "", ""), &
-      rule_t("&method consistent_region", no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
-             by_meaning, "", ""), &
-      (rule_t("&method consistent_"//corners(k), no_effect_without, "&method mass = 'partial' and a mass matrix that acts", &
-              by_meaning, "", ""), k=1, 2), &
+             "&method courant or &method frame = 'updated'", reason="the step is a fraction of the largest stable one"), &
+      rule_t("&method load_steps", no_effect_without, "&method time = 'static'"), &
+      rule_t("&method order", no_effect_without, "&method mass = 'fmpm' and a mass matrix that acts"), &
+      rule_t("&method lumped_fraction", no_effect_without, "&method mass = 'weighted' and a mass matrix that acts"), &
+      rule_t("&method consistent_region", no_effect_without, "&method mass = 'partial' and a mass matrix that acts"), &
+      (rule_t("&method consistent_"//corners(k), no_effect_without, &
+              "&method mass = 'partial' and a mass matrix that acts"), k=1, 2), &
       (rule_t("&method consistent_"//corners(k), no_effect_with, &
               "&method mass = 'partial' and &method consistent_region = 'refined'", &
-              by_meaning, "the region consists of the refined cells", ""), k=1, 2), &
-      rule_t("&method solver = 'direct'", no_effect_with, &
-             "&method time = 'explicit' and &method mass = 'lumped' | 'fmpm'", mechanics, "lumped masses need no solution", ""), &
-      rule_t("&damping rate", no_effect_with, "&method time = 'static'", mechanics, "a static model has no damping", ""), &
-      rule_t("&output history_interval", no_effect_with, "samples apart from load steps", by_meaning, &
-             "a row of a static history is a load step", ""), &
+              reason="the region consists of the refined cells"), k=1, 2), &
+      rule_t("&method solver = 'direct'", no_effect_with, "&method time = 'explicit' and &method mass = 'lumped' | 'fmpm'", &
+             mechanics, "lumped masses need no solution"), &
+      rule_t("&damping rate", no_effect_with, "&method time = 'static'", mechanics, "a static model has no damping"), &
+      rule_t("&output history_interval", no_effect_with, "samples apart from load steps", &
+             reason="a row of a static history is a load step"), &
       rule_t("&method scheme = 'usf'", warned_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
              "stresses lag behind a growing tip: J is 6 % low at a third of the speed of Rayleigh waves", &
-             "&method scheme = 'musl'"), &
+             use="&method scheme = 'musl'"), &
       rule_t("&method scheme = 'usavg'", warned_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
              "stresses lag behind a growing tip: J is 3 % low at a third of the speed of Rayleigh waves", &
-             "&method scheme = 'musl'"), &
+             use="&method scheme = 'musl'"), &
       rule_t("&method mass = 'lumped'", noted_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
-             "K of a tip at 0.6 of the speed of Rayleigh waves is up to 4 % low, and a crack that grows by its toughness comes "// &
-             "5 % less far", "&method mass = 'weighted'")]
+             "K of a tip at 0.6 of the speed of Rayleigh waves is up to 4 % low, and a crack that grows by its toughness "// &
+             "comes "// "5 % less far", use="&method mass = 'weighted'")]
 
    type(rule_t), parameter :: of_refinement(*) = [ &
-      rule_t("&refine indicator = 'tip'", requires, "&crack", by_meaning, "", ""), &
+      rule_t("&refine indicator = 'tip'", requires, "&crack"), &
       rule_t("&refine indicator = 'gradient'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
-             "the indicator takes all nodes of a cell for those of one body", "&refine indicator = 'zz'"), &
+             "the indicator takes all nodes of a cell for those of one body", use="&refine indicator = 'zz'"), &
       rule_t("&refine indicator = 'zz' | 'gradient'", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
-             "particles would have to move to finer cells", "&refine indicator = 'tip'"), &
-      rule_t("&refine max_level", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, &
-             "an indicator selects the cells to refine", ""), &
-      (rule_t("&refine region_"//corners(k), no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", &
-              ""), k=1, 2), &
-      rule_t("&refine max_particles", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", by_meaning, "", ""), &
-      rule_t("&refine rings", no_effect_without, "&refine indicator = 'tip'", by_meaning, "", ""), &
-      rule_t("&refine tolerance", no_effect_without, "&refine indicator = 'zz'", by_meaning, "", ""), &
-      (rule_t("&refine "//of_gradient(k), no_effect_without, "&refine indicator = 'gradient'", by_meaning, "", ""), &
+             "particles would have to move to finer cells", use="&refine indicator = 'tip'"), &
+      rule_t("&refine max_level", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", &
+             reason="an indicator selects the cells to refine"), &
+      (rule_t("&refine region_"//corners(k), no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'"), k=1, 2), &
+      rule_t("&refine max_particles", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'"), &
+      rule_t("&refine rings", no_effect_without, "&refine indicator = 'tip'"), &
+      rule_t("&refine tolerance", no_effect_without, "&refine indicator = 'zz'"), &
+      (rule_t("&refine "//of_gradient(k), no_effect_without, "&refine indicator = 'gradient'"), &
        k=1, size(of_gradient)), &
-      (rule_t("&refine "//of_looks(k), no_effect_without, "&refine indicator = 'zz' | 'gradient'", by_meaning, &
-              "the indicator tip refines before the first step", ""), &
+      (rule_t("&refine "//of_looks(k), no_effect_without, "&refine indicator = 'zz' | 'gradient'", &
+              reason="the indicator tip refines before the first step"), &
        rule_t("&refine "//of_looks(k), no_effect_with, "&method time = 'static' and &refine indicator = 'zz' | 'gradient'", &
-              mechanics, "static refinement is between load steps", ""), k=1, 2)]
+              mechanics, "static refinement is between load steps"), k=1, 2)]
 
    type(rule_t), parameter :: of_cracks(*) = [ &
-      rule_t("&crack kind = 'symmetry' | 'line'", requires, "&crack tip", by_meaning, "", ""), &
-      rule_t("&crack kind = 'path'", requires, "&crack points", by_meaning, "", ""), &
-      rule_t("&crack points", requires, "&crack kind = 'path'", by_meaning, "", ""), &
-      rule_t("&crack tip", not_with, "&crack kind = 'path'", by_meaning, "the ends of a path inside the material are its tips", &
-             ""), &
-      rule_t("&crack name", no_effect_with, "&crack kind = 'symmetry'", by_meaning, "the crack is the only one and needs no name", &
-             ""), &
-      rule_t("&crack direction", no_effect_with, "&crack kind = 'path'", by_meaning, "its points give its direction", ""), &
+      rule_t("&crack kind = 'symmetry' | 'line'", requires, "&crack tip"), &
+      rule_t("&crack kind = 'path'", requires, "&crack points"), &
+      rule_t("&crack points", requires, "&crack kind = 'path'"), &
+      rule_t("&crack tip", not_with, "&crack kind = 'path'", reason="the ends of a path inside the material are its tips"), &
+      rule_t("&crack name", no_effect_with, "&crack kind = 'symmetry'", reason="the crack is the only one and needs no name"), &
+      rule_t("&crack direction", no_effect_with, "&crack kind = 'path'", reason="its points give its direction"), &
       rule_t("&crack kind = 'symmetry'", not_with, "several cracks", not_built, &
-             "only cracks of the kinds line and path may be several", "a whole body and kind = 'line'"), &
+             "only cracks of the kinds line and path may be several", use="a whole body and kind = 'line'"), &
       rule_t("&crack kind = 'symmetry'", not_with, "edges that are no grid lines", not_built, &
-             "cells that edges cut are those of lines and paths", "a whole body and kind = 'line'"), &
-      rule_t("&crack length", requires, "&crack kind = 'line'", by_meaning, &
-             "constraints give the place of a crack on a symmetry plane, points that of a path", ""), &
+             "cells that edges cut are those of lines and paths", use="a whole body and kind = 'line'"), &
+      rule_t("&crack length", requires, "&crack kind = 'line'", &
+             reason="constraints give the place of a crack on a symmetry plane, points that of a path"), &
       rule_t("&crack contact = 'frictionless' | 'friction'", requires, "&crack kind = 'line' | 'path'", mechanics, &
-             "a symmetry plane has one face, which cannot be in contact with another", ""), &
+             "a symmetry plane has one face, which cannot be in contact with another"), &
       rule_t("&crack contact = 'frictionless'", no_effect_with, "cohesion all along it", mechanics, &
-             "faces with a cohesive zone are in contact anyway", ""), &
-      rule_t("&crack contact = 'friction'", requires, "&crack friction > 0", by_meaning, "", "&crack contact = 'frictionless'"), &
-      rule_t("&crack friction", requires, "&crack contact = 'friction'", by_meaning, "", ""), &
+             "faces with a cohesive zone are in contact anyway"), &
+      rule_t("&crack contact = 'friction'", requires, "&crack friction > 0", use="&crack contact = 'frictionless'"), &
+      rule_t("&crack friction", requires, "&crack contact = 'friction'"), &
       rule_t("&crack contact = 'friction'", not_with, "&growth and &method time = 'static'", not_built, &
-             "growth precedes the scaling of loads, and slip meanwhile is not reversible", &
-             "&method time = 'implicit'")]
+             "growth precedes the scaling of loads, and slip meanwhile is not reversible", use="&method time = 'implicit'")]
 
    type(rule_t), parameter :: of_cohesion(*) = [ &
-      rule_t("&cohesive", requires, "&crack", by_meaning, "the group is a law for the faces of a crack", ""), &
-      rule_t("&cohesive crack", not_with, "&crack kind = 'symmetry'", by_meaning, "such a crack is the only one", ""), &
-      rule_t("&cohesive from", not_with, "&crack kind = 'symmetry'", by_meaning, "the tip of the crack gives it", ""), &
-      rule_t("&cohesive strength_shear", no_effect_with, "&crack kind = 'symmetry'", mechanics, "its faces do not slide", ""), &
-      rule_t("&cohesive toughness_shear", no_effect_with, "&crack kind = 'symmetry'", mechanics, "its faces do not slide", ""), &
-      rule_t("&cohesive and several cracks", requires, "&cohesive crack", by_meaning, "the name selects the crack", ""), &
+      rule_t("&cohesive", requires, "&crack", reason="the group is a law for the faces of a crack"), &
+      rule_t("&cohesive crack", not_with, "&crack kind = 'symmetry'", reason="such a crack is the only one"), &
+      rule_t("&cohesive from", not_with, "&crack kind = 'symmetry'", reason="the tip of the crack gives it"), &
+      rule_t("&cohesive strength_shear", no_effect_with, "&crack kind = 'symmetry'", mechanics, "its faces do not slide"), &
+      rule_t("&cohesive toughness_shear", no_effect_with, "&crack kind = 'symmetry'", mechanics, "its faces do not slide"), &
+      rule_t("&cohesive and several cracks", requires, "&cohesive crack", reason="the name selects the crack"), &
       rule_t("&cohesive", requires, "&method frame = 'total'", not_built, &
-             "damage is lost where cells are cut again as faces move", ""), &
+             "damage is lost where cells are cut again as faces move"), &
       rule_t("&cohesive", not_with, "&growth law = 'quasi_static'", mechanics, &
-             "growth scales loads as in a linear body, but cohesion depends on the history", ""), &
-      rule_t("&cohesive law = 'linear' | 'bilinear'", requires, "&cohesive strength > 0 and &cohesive toughness > 0", by_meaning, &
-             "", ""), &
-      rule_t("&cohesive law = 'bilinear'", requires, "&cohesive opening > 0", by_meaning, "", ""), &
-      rule_t("&cohesive law = 'table'", requires, "&cohesive openings and &cohesive tractions", by_meaning, "", ""), &
-      rule_t("&cohesive strength", requires, "&cohesive law = 'linear' | 'bilinear'", by_meaning, &
-             "the points of the table give it", ""), &
-      rule_t("&cohesive toughness", requires, "&cohesive law = 'linear' | 'bilinear'", by_meaning, &
-             "the points of the table give it", ""), &
-      rule_t("&cohesive opening", requires, "&cohesive law = 'bilinear'", by_meaning, "", ""), &
-      rule_t("&cohesive openings", requires, "&cohesive law = 'table'", by_meaning, "", ""), &
-      rule_t("&cohesive tractions", requires, "&cohesive law = 'table'", by_meaning, "", ""), &
-      rule_t("&cohesive exponent", no_effect_without, "&cohesive toughness_shear or &cohesive strength_shear", by_meaning, &
-             "mode II has the values of mode I", ""), &
-      rule_t("&cohesive mixed_mode", no_effect_without, "&cohesive toughness_shear or &cohesive strength_shear", by_meaning, &
-             "mode II has the values of mode I", "")]
+             "growth scales loads as in a linear body, but cohesion depends on the history"), &
+      rule_t("&cohesive law = 'linear' | 'bilinear'", requires, "&cohesive strength > 0 and &cohesive toughness > 0"), &
+      rule_t("&cohesive law = 'bilinear'", requires, "&cohesive opening > 0"), &
+      rule_t("&cohesive law = 'table'", requires, "&cohesive openings and &cohesive tractions"), &
+      rule_t("&cohesive strength", requires, "&cohesive law = 'linear' | 'bilinear'", reason="the points of the table give it"), &
+      rule_t("&cohesive toughness", requires, "&cohesive law = 'linear' | 'bilinear'", reason="the points of the table give it"), &
+      rule_t("&cohesive opening", requires, "&cohesive law = 'bilinear'"), &
+      rule_t("&cohesive openings", requires, "&cohesive law = 'table'"), &
+      rule_t("&cohesive tractions", requires, "&cohesive law = 'table'"), &
+      rule_t("&cohesive exponent", no_effect_without, "&cohesive toughness_shear or &cohesive strength_shear", &
+             reason="mode II has the values of mode I"), &
+      rule_t("&cohesive mixed_mode", no_effect_without, "&cohesive toughness_shear or &cohesive strength_shear", &
+             reason="mode II has the values of mode I")]
 
    type(rule_t), parameter :: of_growth(*) = [ &
-      rule_t("&growth", requires, "&crack", by_meaning, "", ""), &
+      rule_t("&growth", requires, "&crack"), &
       rule_t("&growth", requires, "&energy_release estimators = 'domain_integral'", mechanics, &
-             "a crack grows by G, K_I and K_II", ""), &
-      rule_t("&growth crack", not_with, "&crack kind = 'symmetry'", by_meaning, "such a crack is the only one", ""), &
-      rule_t("&growth and several cracks", requires, "&growth crack", by_meaning, "the name selects the crack", ""), &
-      rule_t("&growth law = 'quasi_static'", not_with, "growth by laws of both kinds", not_built, "", &
-             "law = 'quasi_static' of each or of none"), &
-      rule_t("&growth law = 'quasi_static'", requires, "&method time = 'static'", by_meaning, "", ""), &
-      rule_t("&growth law = 'prescribed' | 'toughness'", requires, "&method time = 'explicit' | 'implicit'", by_meaning, &
-             "a static model has no time", ""), &
-      rule_t("&growth law = 'quasi_static'", requires, "&growth increment > 0 and &growth toughness > 0", by_meaning, "", ""), &
-      rule_t("&growth law = 'prescribed'", requires, "&growth speed > 0", by_meaning, "", ""), &
-      rule_t("&growth law = 'toughness'", requires, "&growth toughness > 0", by_meaning, "", ""), &
-      rule_t("&growth toughness", not_with, "&growth law = 'prescribed'", by_meaning, "its speed is given", ""), &
-      rule_t("&growth speed", requires, "&growth law = 'prescribed'", by_meaning, "the toughness gives the speed otherwise", ""), &
-      rule_t("&growth increment", requires, "&growth law = 'quasi_static'", by_meaning, &
-             "dynamic growth advances in each time step", ""), &
-      rule_t("&growth limit_speed", requires, "&growth law = 'toughness'", by_meaning, "", ""), &
-      rule_t("&growth exponent", no_effect_without, "&growth limit_speed > 0", by_meaning, "", ""), &
-      rule_t("&growth start", not_with, "&growth law = 'quasi_static'", by_meaning, "a static model has no time", ""), &
-      rule_t("&growth end", not_with, "&growth law = 'quasi_static'", by_meaning, "a static model has no time", ""), &
-      rule_t("&growth direction = 'path'", requires, "&growth points", by_meaning, "", ""), &
-      rule_t("&growth points", requires, "&growth direction = 'path'", by_meaning, "", ""), &
+             "a crack grows by G, K_I and K_II"), &
+      rule_t("&growth crack", not_with, "&crack kind = 'symmetry'", reason="such a crack is the only one"), &
+      rule_t("&growth and several cracks", requires, "&growth crack", reason="the name selects the crack"), &
+      rule_t("&growth law = 'quasi_static'", not_with, "growth by laws of both kinds", not_built, &
+             use="law = 'quasi_static' of each or of none"), &
+      rule_t("&growth law = 'quasi_static'", requires, "&method time = 'static'"), &
+      rule_t("&growth law = 'prescribed' | 'toughness'", requires, "&method time = 'explicit' | 'implicit'", &
+             reason="a static model has no time"), &
+      rule_t("&growth law = 'quasi_static'", requires, "&growth increment > 0 and &growth toughness > 0"), &
+      rule_t("&growth law = 'prescribed'", requires, "&growth speed > 0"), &
+      rule_t("&growth law = 'toughness'", requires, "&growth toughness > 0"), &
+      rule_t("&growth toughness", not_with, "&growth law = 'prescribed'", reason="its speed is given"), &
+      rule_t("&growth speed", requires, "&growth law = 'prescribed'", reason="the toughness gives the speed otherwise"), &
+      rule_t("&growth increment", requires, "&growth law = 'quasi_static'", reason="dynamic growth advances in each time step"), &
+      rule_t("&growth limit_speed", requires, "&growth law = 'toughness'"), &
+      rule_t("&growth exponent", no_effect_without, "&growth limit_speed > 0"), &
+      rule_t("&growth start", not_with, "&growth law = 'quasi_static'", reason="a static model has no time"), &
+      rule_t("&growth end", not_with, "&growth law = 'quasi_static'", reason="a static model has no time"), &
+      rule_t("&growth direction = 'path'", requires, "&growth points"), &
+      rule_t("&growth points", requires, "&growth direction = 'path'"), &
       rule_t("&growth direction = 'path'", not_with, "&growth law = 'quasi_static'", not_built, &
-             "static growth follows a criterion or the crack's own line", ""), &
-      rule_t("&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy' | 'path'", not_with, &
-             "&crack kind = 'symmetry'", mechanics, "the crack stays on its symmetry plane", "&growth direction = 'straight'"), &
-      rule_t("&growth tips = 'last' | 'first'", not_with, "&growth law = 'quasi_static'", not_built, "", &
-             "&growth tips = 'largest'"), &
-      rule_t("&growth tips = 'largest'", requires, "&growth law = 'quasi_static'", not_built, "", "&growth tips = 'all'"), &
-      rule_t("&growth tips = 'first'", not_with, "&crack kind = 'symmetry'", by_meaning, &
-             "the crack has one tip, its last point", ""), &
-      rule_t("&growth tips = 'largest' | 'last'", no_effect_with, "&crack kind = 'symmetry'", mechanics, &
-             "the crack has one tip", "")]
+             "static growth follows a criterion or the crack's own line"), &
+      rule_t("&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy' | 'path'", not_with, "&crack kind = 'symmetry'", &
+             mechanics, "the crack stays on its symmetry plane", use="&growth direction = 'straight'"), &
+      rule_t("&growth tips = 'last' | 'first'", not_with, "&growth law = 'quasi_static'", not_built, &
+             use="&growth tips = 'largest'"), &
+      rule_t("&growth tips = 'largest'", requires, "&growth law = 'quasi_static'", not_built, use="&growth tips = 'all'"), &
+      rule_t("&growth tips = 'first'", not_with, "&crack kind = 'symmetry'", reason="the crack has one tip, its last point"), &
+      rule_t("&growth tips = 'largest' | 'last'", no_effect_with, "&crack kind = 'symmetry'", mechanics, "the crack has one tip")]
 
    type(rule_t), parameter :: of_energies(*) = [ &
-      rule_t("&energy_release estimators = {estimators}", requires, "&crack", by_meaning, "", ""), &
+      rule_t("&energy_release estimators = {estimators}", requires, "&crack"), &
       rule_t("&energy_release estimators = {estimators at nodes}", not_with, "tips at no nodes", mechanics, &
-             "virtual crack closure needs a tip at a node", "'domain_integral' or 'series_fit'"), &
-      rule_t("&energy_release estimators = {estimators at nodes}", not_with, "&growth and &crack kind = 'symmetry'", &
-             mechanics, "virtual crack closure needs a tip at a node, and a growing tip is between nodes", "'domain_integral'"), &
-      rule_t("&energy_release estimators = {estimators at nodes}", not_with, "&cohesive", &
-             mechanics, "virtual crack closure assumes traction-free crack faces", "'domain_integral'"), &
+             "virtual crack closure needs a tip at a node", use="'domain_integral' or 'series_fit'"), &
+      rule_t("&energy_release estimators = {estimators at nodes}", not_with, "&growth and &crack kind = 'symmetry'", mechanics, &
+             "virtual crack closure needs a tip at a node, and a growing tip is between nodes", use="'domain_integral'"), &
+      rule_t("&energy_release estimators = {estimators at nodes}", not_with, "&cohesive", mechanics, &
+             "virtual crack closure assumes traction-free crack faces", use="'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators of elastic material}", not_with, with_history, mechanics, &
-             "the work of closing a crack is not that of opening it", "'domain_integral'"), &
+             "the work of closing a crack is not that of opening it", use="'domain_integral'"), &
       rule_t("&energy_release estimators = 'stress_closure'", not_with, "&load on = 'crack'", mechanics, &
-             "the derivation assumes traction-free crack faces", "'domain_integral'"), &
+             "the derivation assumes traction-free crack faces", use="'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, &
              "&crack contact = 'frictionless' | 'friction'", mechanics, "the estimator assumes traction-free crack faces", &
-                               "'domain_integral'"), &
+             use="'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators of isotropic material}", not_with, "&material law = 'orthotropic'", &
-             not_built, "the near-tip fields are those of isotropic material", "'domain_integral'"), &
+             not_built, "the near-tip fields are those of isotropic material", use="'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, "&load on = 'crack'", mechanics, &
-             "the estimator assumes traction-free crack faces", "'domain_integral'"), &
+             "the estimator assumes traction-free crack faces", use="'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, "&load face = 'left' | 'right'", &
-             mechanics, &
-             "the estimator assumes traction-free crack faces", "'domain_integral'"), &
+             mechanics, "the estimator assumes traction-free crack faces", use="'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, "&cohesive", mechanics, &
-             "the estimator assumes traction-free crack faces", "'domain_integral'"), &
+             "the estimator assumes traction-free crack faces", use="'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators for stationary tips}", not_with, "&growth", not_built, &
-             "the estimator is for stationary tips", "'domain_integral'"), &
-      rule_t("&energy_release estimators = 'domain_integral'", warned_with, with_history, &
-             mechanics, &
+             "the estimator is for stationary tips", use="'domain_integral'"), &
+      rule_t("&energy_release estimators = 'domain_integral'", warned_with, with_history, mechanics, &
              "J depends on its domain where material yields or creeps; K, modes and errors are not recorded; J_near_tip and "// &
-             "J_far_field are those of the smallest and the largest one", ""), &
-      rule_t("&energy_release radii", no_effect_without, "&energy_release estimators = {estimators by radii}", &
-             by_meaning, "", ""), &
-      rule_t("&energy_release reference = 'value'", requires, "&energy_release reference_value > 0", by_meaning, "", ""), &
-      rule_t("&energy_release reference_value", requires, "&energy_release reference = 'value'", by_meaning, "", ""), &
+             ""// "J_far_field are those of the smallest and the largest one"), &
+      rule_t("&energy_release radii", no_effect_without, "&energy_release estimators = {estimators by radii}"), &
+      rule_t("&energy_release reference = 'value'", requires, "&energy_release reference_value > 0"), &
+      rule_t("&energy_release reference_value", requires, "&energy_release reference = 'value'"), &
       rule_t("&energy_release reference = 'dcb'", requires, "&crack kind = 'symmetry' | 'line'", mechanics, &
-             "the closed form is for a crack along the beam", ""), &
+             "the closed form is for a crack along the beam"), &
       rule_t("&energy_release reference = 'dcb'", not_with, "several bodies", mechanics, "the closed form is for one beam", &
-             "reference = 'value'"), &
+             use="reference = 'value'"), &
       rule_t("&energy_release reference = 'dcb'", not_with, "&material law = 'orthotropic'", mechanics, &
-             "the closed form is for isotropic material", "reference = 'value'"), &
+             "the closed form is for isotropic material", use="reference = 'value'"), &
       rule_t("&energy_release reference = 'dcb'", not_with, "&load kind = 'pressure' | 'gravity'", mechanics, &
-             "the closed form is for forces", "reference = 'value'"), &
-      rule_t("&energy_release reference = 'dcb'", not_with, "&growth", mechanics, "the closed form is for a stationary crack", "")]
+             "the closed form is for forces", use="reference = 'value'"), &
+      rule_t("&energy_release reference = 'dcb'", not_with, "&growth", mechanics, "the closed form is for a stationary crack")]
 
    !> All rows.
    type(rule_t), parameter :: rules(*) = [ &

@@ -53,7 +53,8 @@ contains
             if (.not. settings%entries(entry)%settings(k)%given) then
                if (key%required) then
                   settings%entries(entry)%settings(k)%good = .false.
-                  call settings%errors%add(settings%entries(entry)%location//': '//missing_key(key))
+                  call settings%errors%add(settings%entries(entry)%location//': &'//trim(settings%entries(entry)%name)//' '// &
+                                           missing_key(key))
                   cycle
                end if
                do i = 1, default_count(key, .false.)
@@ -61,7 +62,7 @@ contains
                end do
             end if
             if (.not. settings%entries(entry)%settings(k)%good) cycle
-            call validate_setting(key, settings%entries(entry)%settings(k), message)
+            call validate_setting(settings%entries(entry)%name, key, settings%entries(entry)%settings(k), message)
             settings%entries(entry)%settings(k)%good = message == ''
             if (message /= '') call settings%complain(entry, trim(key%name), message)
          end associate
@@ -74,12 +75,13 @@ contains
       character(:), allocatable :: message, example
       example = trim(key%example)
       if (is_text(key)) example = ''''//example//''''
-      message = '&'//trim(key%group)//' '//trim(key%name)//': is missing: '//trim(key%meaning)//'; for example '// &
+      message = trim(key%name)//': is missing: '//trim(key%meaning)//'; for example '// &
                 trim(key%name)//' = '//example//'; '//must_be(key)
    end function missing_key
 
    !> Check one key; numbers are converted, choices brought to lower case.
-   pure subroutine validate_setting(key, setting, message)
+   pure subroutine validate_setting(group, key, setting, message)
+      character(*), intent(in) :: group
       type(key_t), intent(in) :: key
       type(setting_t), intent(inout) :: setting
       character(:), allocatable, intent(out) :: message   !! what is wrong, '' for nothing
@@ -89,7 +91,7 @@ contains
       allocate (setting%numbers(merge(0, setting%count, is_text(key))))
       do i = 1, setting%count
          if (is_text(key)) then
-            call validate_text(key, setting%values(i), message)
+            call validate_text(group, key, setting%values(i), message)
          else
             call validate_number(key, setting%values(i), setting%numbers(i), message)
          end if
@@ -163,7 +165,8 @@ contains
    end subroutine validate_number
 
    !> Check a text or choice; `message` stays where nothing is wrong.
-   pure subroutine validate_text(key, value, message)
+   pure subroutine validate_text(group, key, value, message)
+      character(*), intent(in) :: group
       type(key_t), intent(in) :: key
       type(value_t), intent(inout) :: value
       character(:), allocatable, intent(inout) :: message
@@ -181,21 +184,13 @@ contains
       else if (key%allowed /= '') then
          call choices(key, list)
          value%text = lower_case(value%text)
-         if (.not. any(list == value%text)) message = must_be(key)//why_not(key, value%text, list)
+         if (any(list == value%text)) return
+         message = must_be(key)//renamed(group, key%name, value%text)
+         if (renamed(group, key%name, value%text) == '') message = message//did_you_mean(value%text, list)
       else if (key%required .and. value%text == '') then
          message = 'must not be empty'
       end if
    end subroutine validate_text
-
-   !> What else there is to say of a choice that a key does not have: its new name, or one like it.
-   pure function why_not(key, text, list) result(hint)
-      type(key_t), intent(in) :: key
-      character(*), intent(in) :: text
-      character(*), intent(in) :: list(:)
-      character(:), allocatable :: hint
-      hint = renamed(key%group, key%name, text)
-      if (hint == '') hint = did_you_mean(text, list)
-   end function why_not
 
    !> What a value of this key must be: `must be in (0, inf) [Pa]`, `must be 'stress' or 'strain'`.
    pure function must_be(key) result(text)

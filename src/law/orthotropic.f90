@@ -11,37 +11,29 @@
 !> order, and the axes of the material do not turn with it.
 module hampm_orthotropic
    use hampm_kinds, only: dp, ndim
-   use hampm_key_rows, only: key_t, type_real, may, positive, any_number
+   use hampm_key_rows, only: key_t, type_real, positive, any_number
    implicit none
    private
    public :: orthotropic_t, n_voigt, plane_compliance, inverse_of, turned_stiffness, turned_compliance, turned_strain, &
              voigt_stress, voigt_energy_density, voigt_stress_energy_density, acoustic_modulus, why_not_definite, orthotropic_keys
 
    type(key_t), parameter :: orthotropic_keys(*) = [ &
-      key_t('material', 'young_1', type_real, 0, 1, may, '', '', 'Pa', &
-            positive, 'of ''orthotropic'': Young''s modulus along axis 1 of the material', &
-            'law = ''orthotropic'''), &
-      key_t('material', 'young_2', type_real, 0, 1, may, '', '', 'Pa', &
-            positive, 'the same along axis 2', &
-            'law = ''orthotropic'''), &
-      key_t('material', 'young_3', type_real, 0, 1, may, '', '', 'Pa', &
-            positive, 'the same across the plane; required in plane strain', &
-            'law = ''orthotropic'''), &
-      key_t('material', 'shear_12', type_real, 0, 1, may, '', '', 'Pa', &
-            positive, 'shear modulus in the plane, between axes 1 and 2', &
-            'law = ''orthotropic'''), &
-      key_t('material', 'poisson_12', type_real, 0, 1, may, '', '', '', &
-            any_number, '-(strain along 2)/(strain along 1) under stress along 1; poisson_21 follows', &
-            'law = ''orthotropic'''), &
-      key_t('material', 'poisson_13', type_real, 0, 1, may, '', '', '', &
-            any_number, '-(strain across the plane)/(strain along 1) under stress along 1; required in plane strain', &
-            'law = ''orthotropic'''), &
-      key_t('material', 'poisson_23', type_real, 0, 1, may, '', '', '', &
-            any_number, '-(strain across the plane)/(strain along 2) under stress along 2; required in plane strain', &
-            'law = ''orthotropic'''), &
-      key_t('material', 'angle', type_real, 1, 1, may, '0.0', '', 'degrees', &
-            any_number, 'of axis 1 of an orthotropic material from x, anticlockwise', &
-            'law = ''orthotropic''')]
+      key_t('young_1', type_real, 'of ''orthotropic'': Young''s modulus along axis 1 of the material', unit='Pa', &
+            allowed=positive, fewest=0, only_with='law = ''orthotropic'''), &
+      key_t('young_2', type_real, 'the same along axis 2', unit='Pa', allowed=positive, fewest=0, &
+            only_with='law = ''orthotropic'''), &
+      key_t('young_3', type_real, 'the same across the plane; required in plane strain', unit='Pa', allowed=positive, fewest=0, &
+            only_with='law = ''orthotropic'''), &
+      key_t('shear_12', type_real, 'shear modulus in the plane, between axes 1 and 2', unit='Pa', allowed=positive, fewest=0, &
+            only_with='law = ''orthotropic'''), &
+      key_t('poisson_12', type_real, '-(strain along 2)/(strain along 1) under stress along 1; poisson_21 follows', &
+            allowed=any_number, fewest=0, only_with='law = ''orthotropic'''), &
+      key_t('poisson_13', type_real, '-(strain across the plane)/(strain along 1) under stress along 1; required in plane strain', &
+            allowed=any_number, fewest=0, only_with='law = ''orthotropic'''), &
+      key_t('poisson_23', type_real, '-(strain across the plane)/(strain along 2) under stress along 2; required in plane strain', &
+            allowed=any_number, fewest=0, only_with='law = ''orthotropic'''), &
+      key_t('angle', type_real, 'of axis 1 of an orthotropic material from x, anticlockwise', default='0.0', unit='degrees', &
+            allowed=any_number, only_with='law = ''orthotropic''')]
 
    integer, parameter :: n_voigt = 3             !! components 11, 22, 12
    real(dp), parameter :: to_radians = acos(-1.0_dp)/180

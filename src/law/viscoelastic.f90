@@ -19,7 +19,7 @@
 !> sections 10.2 and 10.3.
 module hampm_viscoelastic
    use hampm_kinds, only: dp
-   use hampm_key_rows, only: key_t, type_real, may, positive
+   use hampm_key_rows, only: key_t, type_real, positive
    use hampm_law, only: law_t, constant_t, values_of, most_values
    use hampm_tensors, only: space, unit_tensor, trace_of, symmetric, deviator, n_deviator, components_of, deviator_of
    implicit none
@@ -30,12 +30,11 @@ module hampm_viscoelastic
    integer, parameter :: taken_energy = n_deviator + 1 !! which state variable it is
 
    type(key_t), parameter :: viscoelastic_keys(*) = [ &
-      key_t('material', 'moduli', type_real, 0, most_branches, may, '', '', 'Pa', &
-            positive, 'of law = ''viscoelastic'': the relaxing parts of the instantaneous shear modulus, a Prony series', &
-            'law = ''viscoelastic'''), &
-      key_t('material', 'relaxation_times', type_real, 0, most_branches, may, '', '', 's', &
-            positive, 'of law = ''viscoelastic'': the time in which each of them falls to 1/e', &
-            'law = ''viscoelastic''')]
+      key_t('moduli', type_real, &
+            'of law = ''viscoelastic'': the relaxing parts of the instantaneous shear modulus, a Prony series', unit='Pa', &
+            allowed=positive, fewest=0, most=most_branches, only_with='law = ''viscoelastic'''), &
+      key_t('relaxation_times', type_real, 'of law = ''viscoelastic'': the time in which each of them falls to 1/e', unit='s', &
+            allowed=positive, fewest=0, most=most_branches, only_with='law = ''viscoelastic''')]
 
    type, extends(law_t) :: viscoelastic_t
       real(dp) :: kappa = 0                      !! bulk modulus [Pa]
