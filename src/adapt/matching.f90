@@ -307,7 +307,7 @@ contains
             if (n == 0) cycle
             if (allocated(p%widening)) p%widening(k) = p%widening(k) + u(1) - p%displacement(k, 1)
             p%displacement(k, :) = u
-            if (.not. m%materials(p%material(k))%has_history()) p%gradient(k, :, :) = h
+            if (.not. m%materials(p%material(k))%has_history) p%gradient(k, :, :) = h
          end do
       end associate
    end subroutine change_sides

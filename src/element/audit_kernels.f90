@@ -62,7 +62,7 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: number                     !! of the particle; may be not set where the law has no history
       real(dp), intent(in), optional :: hoop            !! H_33 [-]
-      if (material%has_history()) then
+      if (material%has_history) then
          work = history_work(material, before, change, dt, p%history_of(number), hoop)
       else if (material%linear) then
          work = sum(change*material%first_piola_stress(before + change/2, hoop=hoop))

@@ -406,7 +406,7 @@ contains
       integer :: k
       do k = 1, lanes*rows
          if (number(k) == 0) cycle
-         if (.not. materials(material(k))%has_history()) cycle
+         if (.not. materials(material(k))%has_history) cycle
          h_of = h(k, :, :)
          state = history(number(k), :)
          call materials(material(k))%update_state(h_of, dt, state)

@@ -133,7 +133,7 @@ contains
                   strain(2, :) = strain(2, :) + missing
                end if
                kind%stiffness(:dofs, :dofs) = kind%stiffness(:dofs, :dofs) + m%particles%volume(i)*matmul(transpose(strain), &
-                     matmul(material%small_strain_moduli(), strain))
+                     matmul(material%stiffness, strain))
                strain = 0
             end do
          end do

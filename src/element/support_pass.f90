@@ -191,7 +191,7 @@ contains
    pure logical function is_by_place(material, p)
       type(material_t), intent(in) :: material
       type(particles_t), intent(in) :: p
-      is_by_place = material%mean_dilatation .and. p%total_frame .and. material%is_finite()
+      is_by_place = material%mean_dilatation .and. p%total_frame .and. material%is_finite
    end function is_by_place
 
    !> The gradients by which a particle is strained [1/m], (points, ndim): those of its frame or, above, F^-T times these.
@@ -242,7 +242,7 @@ contains
                if (.not. material%mean_dilatation) cycle
                call find_particle_support(m%particles, cell, i, n, gradient)
                weight = m%particles%volume(i)
-               if (material%is_finite()) &
+               if (material%is_finite) &
                   weight = weight*determinant(identity + m%particles%gradient_of(i))*(1 + m%particles%hoop_of(i))
                mean = mean + weight*gradients_by_place(material, m%particles, i, gradient)
                if (material%is_ring) mean(:, 1) = mean(:, 1) + weight*n/radius_of(material, m%particles, i)

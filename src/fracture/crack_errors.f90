@@ -2,7 +2,6 @@
 module hampm_crack_errors
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t
-   use hampm_crack_tip_field, only: modes
    use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t, first_point
    use hampm_estimated_errors, only: relative_errors, hardly
@@ -14,7 +13,7 @@ module hampm_crack_errors
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
-   use hampm_tip_field, only: tip_field_t, new_tip_field
+   use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
    use hampm_tip_measurements, only: estimate_rates, measure_domain
    use hampm_missing_energy, only: missing_energy, displace
    implicit none
@@ -39,7 +38,7 @@ contains
       integer :: k
       if (size(values) == 0) return
       if (size(values(1)%estimates) == 0 .and. .not. allocated(values(1)%j)) return
-      if (any(problem%materials(problem%particles%material(:problem%particles%n))%has_history())) return
+      if (any(problem%materials(problem%particles%material(:problem%particles%n))%has_history)) return
       associate (tips => cracks%tips(:size(values)))
          at_nodes = all(tips%nodes%tip > 0)
          if (.not. at_nodes) call find_static_tips(problem, tips, static_tips)
@@ -87,7 +86,7 @@ contains
       type(crack_values_t) :: found
       type(particles_t) :: p
       integer :: k
-      type(tip_field_t) :: field                 ! an associate name of what a function returns would free its law twice in gfortran 12
+      type(tip_field_t) :: field
       associate (tip => cracks%tips(number), errors => values%errors)
          call find_static_crack(problem, cracks%tips, number, problem%particles%thickness%at(tip%now), crack)
          if (.not. crack%known) then

@@ -4,7 +4,6 @@ module hampm_crack_measurements
    use hampm_kinds, only: dp, ndim
    use hampm_crack_closure, only: crack_opening, path_opening
    use hampm_crack_tip, only: crack_tip_t
-   use hampm_crack_tip_field, only: modes
    use hampm_crack_values, only: crack_values_t, best_t
    use hampm_cracks, only: cracks_t
    use hampm_estimated_errors, only: error_t, follow
@@ -16,7 +15,7 @@ module hampm_crack_measurements
    use hampm_material, only: material_t
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
-   use hampm_tip_field, only: tip_field_t, new_tip_field
+   use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
    use hampm_tip_measurements, only: estimate_rates, error_of_rate, of_any_sign
    implicit none
    private
@@ -143,17 +142,17 @@ contains
             end associate
          end do
          if (allocated(v%j)) then        ! where material yields or creeps J depends on the domain, and K are of elastic fields
-            if (.not. (tip%has_layers .or. material%has_history())) call record_parts()
+            if (.not. (tip%has_layers .or. material%has_history)) call record_parts()
             call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))
             if (v%errors%are_known) call history%record('J_error', 'J/m2', 'estimated error of J', v%errors%j%now)
             call history%record('J_domain_dependence', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
-            if (material%has_history()) then
+            if (material%has_history) then
                call history%record('J_near_tip', 'J/m2', 'J integral of the smallest domain', v%j(1))
                call history%record('J_far_field', 'J/m2', 'J integral of the largest domain', v%j(size(v%j)))
             end if
             call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j, may_change=may_grow)
          end if
-         if (.not. material%has_history()) call record_best(material, tip, v, history)
+         if (.not. material%has_history) call record_best(material, tip, v, history)
          call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
          if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
          call history%record('mouth_opening', 'm', &

@@ -1,77 +1,209 @@
-!> The singular fields at the tip of a crack in an isotropic elastic plane (Williams 1957), which the stress intensity factors
-!> multiply. Axes: the crack lies on the negative first axis and ends at the origin.
+!> The singular fields at the tip of a crack in an elastic plane, which the stress intensity factors multiply (Sih, Paris & Irwin 1965), by the roots s_1
+!> and s_2 of Lekhnitskii's equation, and how G follows from these. Axes: the crack lies on the negative first axis and ends at the origin.
+!>
+!> With the compliances a_ij in these axes,
+!>
+!>    a_11 s**4 - 2 a_16 s**3 + (2 a_12 + a_66) s**2 - 2 a_26 s + a_22 = 0,   Im s_1, Im s_2 > 0,
+!>    p(s) = a_11 s**2 + a_12 - a_16 s,   q(s) = a_12 s + a_22/s - a_26,   z(s) = x + s y,
+!>    u_i = sqrt(2/pi) Re[ (s_1 w_i(s_2) sqrt(z_2) - s_2 w_i(s_1) sqrt(z_1))/(s_1 - s_2) ]    of a unit K_I,   w = (p, q),
+!>    u_i = sqrt(2/pi) Re[ (w_i(s_2) sqrt(z_2) - w_i(s_1) sqrt(z_1))/(s_1 - s_2) ]             of a unit K_II.
+!>
+!> Both are divided differences of a function of s. Where s_1 and s_2 are nearly the same, they are its derivative in the middle between them: in an
+!> isotropic material, where both are i, the field of Williams (1957).
+!>
+!>    G = sum_mn K_m Y_mn K_n,   opening and sliding r behind the tip = 8 sqrt(r/(2 pi)) sum_n Y_mn K_n,
+!>
+!> in an isotropic material with Y = 1/E' times the unit matrix.
 module hampm_crack_tip_field
    use hampm_kinds, only: dp, ndim
-   use hampm_linear_elastic, only: linear_stress
    use hampm_material, only: material_t
+   use hampm_orthotropic, only: n_voigt, turned_stiffness, turned_compliance, voigt_stress
    implicit none
    private
-   public :: modes, effective_modulus, tip_gradient, tip_stress, tip_opening, kolosov
+   public :: modes, tip_field_t, new_tip_field
 
    integer, parameter :: modes = 2               !! opening (I) and in-plane shear (II)
    real(dp), parameter :: pi = acos(-1.0_dp)
 
+   !> Difference of the roots over their size below which they are taken as one: what the derivative misses is of its square, what
+   !> rounding leaves of the difference is epsilon over it.
+   real(dp), parameter :: same = 3.0e-5_dp
+
+   real(dp), parameter :: same_rate = 1e-6_dp    !! well above what nearly equal roots of the field leave of rounding, 1e-10
+
+   !> A tip in a material.
+   type :: tip_field_t
+      private
+      complex(dp) :: root(2) = 0                 !! s_1 and s_2 [-]
+      real(dp) :: compliance(n_voigt, n_voigt) = 0 !! a in the axes of the crack [1/Pa]
+      real(dp) :: stiffness(n_voigt, n_voigt) = 0 !! its inverse [Pa]
+      real(dp) :: rate(modes, modes) = 0         !! Y [1/Pa]
+   contains
+      procedure :: gradient
+      procedure :: stress
+      procedure :: opening
+      procedure :: rate_of
+      procedure :: modes_couple
+      procedure :: intensities_of
+      procedure :: of_rate
+      procedure :: shares
+      procedure :: typical_intensities
+   end type tip_field_t
+
 contains
 
-   !> E' of J = (K_I**2 + K_II**2)/E' [Pa]: E in plane stress, E/(1 - nu**2) in plane strain.
-   pure real(dp) function effective_modulus(material) result(modulus)
+   !> The field at a tip.
+   pure type(tip_field_t) function new_tip_field(material, direction) result(field)
       type(material_t), intent(in) :: material
-      modulus = material%plane_modulus()
-   end function effective_modulus
+      real(dp), intent(in) :: direction(ndim)    !! unit vector out of the crack
+      real(dp) :: angle                          ! of the direction of the crack from x [degrees]
+      complex(dp) :: product
+      angle = atan2(direction(2), direction(1))*180/pi
+      field%compliance = turned_compliance(material%in_its_axes, material%angle - angle)
+      field%stiffness = turned_stiffness(material%stiffness, -angle)
+      field%root = turned_roots(roots_in_axes(material%in_its_axes), material%angle - angle)
+      product = field%root(1)*field%root(2)
+      associate (a => field%compliance)
+         field%rate(1, 1) = -a(2, 2)*aimag(sum(field%root)/product)/2
+         field%rate(2, 2) = a(1, 1)*aimag(sum(field%root))/2
+         field%rate(1, 2) = a(1, 1)*aimag(product)/2
+         field%rate(2, 1) = field%rate(1, 2)
+      end associate
+   end function new_tip_field
 
-   !> Displacement gradient for a unit stress intensity factor of a mode [1/(Pa sqrt(m))]:
-   !>
-   !>    u = sqrt(r/(2 pi)) g(theta)/(2 mu),
-   !>    mode I:  g = (kappa - cos theta) (cos theta/2, sin theta/2),
-   !>    mode II: g = ((kappa + 2 + cos theta) sin theta/2, -(kappa - 2 + cos theta) cos theta/2).
-   pure function tip_gradient(material, mode, x) result(gradient)
-      type(material_t), intent(in) :: material
+   !> The roots in the axes of the material: with L = sqrt(a_22/a_11) and S = sqrt((2 a_12 + a_66)/a_11 + 2 L) they have the sum i S and
+   !> the product -L.
+   pure function roots_in_axes(a) result(root)
+      real(dp), intent(in) :: a(n_voigt, n_voigt)
+      complex(dp) :: root(2)
+      real(dp) :: l, s
+      complex(dp) :: half
+      l = sqrt(a(2, 2)/a(1, 1))
+      s = sqrt((2*a(1, 2) + a(3, 3))/a(1, 1) + 2*l)
+      half = sqrt(cmplx(4*l - s**2, 0, dp))/2
+      root = cmplx(0, s/2, dp) + [half, -half]
+   end function roots_in_axes
+
+   !> The roots in axes from which those of the material are turned by an angle.
+   pure function turned_roots(root, angle) result(turned)
+      complex(dp), intent(in) :: root(2)
+      real(dp), intent(in) :: angle              !! [degrees]
+      complex(dp) :: turned(2)
+      associate (c => cos(angle*pi/180), s => sin(angle*pi/180))
+         turned = (root*c + s)/(c - root*s)
+      end associate
+   end function turned_roots
+
+   !> Displacement gradient for a unit stress intensity factor of a mode [1/(Pa sqrt(m))].
+   pure function gradient(self, mode, x)
+      class(tip_field_t), intent(in) :: self
       integer, intent(in) :: mode
       real(dp), intent(in) :: x(ndim)            !! place, not the tip itself [m]
       real(dp) :: gradient(ndim, ndim)
-      real(dp) :: r, c, s, half_c, half_s, kappa, g(ndim), slope(ndim)
-      kappa = kolosov(material)
-      r = norm2(x)
-      c = x(1)/r
-      s = x(2)/r
-      half_c = cos(atan2(x(2), x(1))/2)
-      half_s = sin(atan2(x(2), x(1))/2)
-      if (mode == 1) then
-         g = (kappa - c)*[half_c, half_s]
-         slope = 0.5_dp*(kappa - c)*[-half_s, half_c] + s*[half_c, half_s]
+      complex(dp) :: f(ndim, ndim, 2), derivative(ndim, ndim), difference(ndim, ndim)
+      difference(1, 1) = self%root(1) - self%root(2)
+      if (abs(difference(1, 1)) > same*abs(self%root(1))) then
+         call find_terms(self, mode, x, self%root(1), f(:, :, 1), derivative)
+         call find_terms(self, mode, x, self%root(2), f(:, :, 2), derivative)
+         difference = (f(:, :, 2) - f(:, :, 1))/difference(1, 1)
       else
-         g = [(kappa + 2 + c)*half_s, -(kappa - 2 + c)*half_c]
-         slope = [0.5_dp*(kappa + 2 + c)*half_c - s*half_s, 0.5_dp*(kappa - 2 + c)*half_s + s*half_c]
+         call find_terms(self, mode, x, sum(self%root)/2, f(:, :, 1), derivative)
+         difference = -derivative
       end if
-      gradient(:, 1) = 0.5_dp*g*c - slope*s
-      gradient(:, 2) = 0.5_dp*g*s + slope*c
-      gradient = gradient/(2*material%mu*sqrt(2*pi*r))
-   end function tip_gradient
+      if (mode == 1) difference = self%root(1)*self%root(2)*difference
+      gradient = real(difference, dp)/sqrt(2*pi)
+   end function gradient
+
+   !> Of a root: w_i z,j/sqrt(z), in mode I over s, and its derivative with respect to s.
+   pure subroutine find_terms(self, mode, x, s, f, derivative)
+      class(tip_field_t), intent(in) :: self
+      integer, intent(in) :: mode
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      complex(dp), intent(in) :: s
+      complex(dp), intent(out) :: f(ndim, ndim), derivative(ndim, ndim)
+      complex(dp) :: w(ndim), dw(ndim), z
+      associate (a => self%compliance)
+         w = [a(1, 1)*s**2 + a(1, 2) - a(1, 3)*s, a(1, 2)*s + a(2, 2)/s - a(2, 3)]
+         dw = [2*a(1, 1)*s - a(1, 3), a(1, 2) - a(2, 2)/s**2]
+      end associate
+      if (mode == 1) then
+         dw = (dw - w/s)/s
+         w = w/s
+      end if
+      z = cmplx(x(1) + real(s, dp)*x(2), aimag(s)*x(2), dp)  ! with the sign of a zero: it tells the face of the crack
+      f(:, 1) = w/sqrt(z)
+      f(:, 2) = s*f(:, 1)
+      derivative(:, 1) = (dw - w*x(2)/(2*z))/sqrt(z)
+      derivative(:, 2) = f(:, 1) + s*derivative(:, 1)
+   end subroutine find_terms
 
    !> Stress of a displacement gradient at small strain [Pa].
-   pure function tip_stress(material, gradient) result(stress)
-      type(material_t), intent(in) :: material
-      real(dp), intent(in) :: gradient(ndim, ndim)
+   pure function stress(self, h)
+      class(tip_field_t), intent(in) :: self
+      real(dp), intent(in) :: h(ndim, ndim)
       real(dp) :: stress(ndim, ndim)
-      real(dp) :: kappa
-      kappa = kolosov(material)
-      stress = linear_stress(material%mu*(3 - kappa)/(kappa - 1), material%mu, gradient)
-   end function tip_stress
+      stress = voigt_stress(self%stiffness, h)
+   end function stress
 
-   !> Opening behind the tip for a unit K_I [sqrt(m)/Pa]: 8/E' sqrt(r/(2 pi)). K_II opens nothing.
-   pure real(dp) function tip_opening(material, r)
-      type(material_t), intent(in) :: material
+   !> Opening (1) or sliding (2) behind the tip for a unit stress intensity factor of a mode [sqrt(m)/Pa].
+   pure real(dp) function opening(self, component, mode, r)
+      class(tip_field_t), intent(in) :: self
+      integer, intent(in) :: component, mode
       real(dp), intent(in) :: r                  !! distance from the tip [m]
-      tip_opening = 8/effective_modulus(material)*sqrt(r/(2*pi))
-   end function tip_opening
+      opening = 8*self%rate(component, mode)*sqrt(r/(2*pi))
+   end function opening
 
-   !> Kolosov's constant kappa of the plane condition [-].
-   pure real(dp) function kolosov(material)
-      type(material_t), intent(in) :: material
-      if (material%plane_stress) then
-         kolosov = (3 - material%poisson)/(1 + material%poisson)
-      else
-         kolosov = 3 - 4*material%poisson
-      end if
-   end function kolosov
+   !> G of stress intensity factors [J/m2].
+   pure real(dp) function rate_of(self, k)
+      class(tip_field_t), intent(in) :: self
+      real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
+      rate_of = dot_product(k, matmul(self%rate, k))
+   end function rate_of
+
+   !> Whether G has a part of both modes together, as it does where a crack lies across the axes of a material.
+   pure logical function modes_couple(self)
+      class(tip_field_t), intent(in) :: self
+      associate (y => self%rate)
+         modes_couple = abs(y(1, 2)) > same_rate*(y(1, 1) + y(2, 2))
+      end associate
+   end function modes_couple
+
+   !> Stress intensity factors from the interactions 2 sum_n Y_mn K_n with the fields of a unit K of each mode, over any number [Pa sqrt(m)].
+   pure function intensities_of(self, interaction, over) result(k)
+      class(tip_field_t), intent(in) :: self
+      real(dp), intent(in) :: interaction(modes)
+      real(dp), intent(in) :: over               !! by which interactions are too large
+      real(dp) :: k(modes)
+      associate (y => self%rate)
+         k = [y(2, 2)*interaction(1) - y(1, 2)*interaction(2), y(1, 1)*interaction(2) - y(1, 2)*interaction(1)] &
+             /(2*over*(y(1, 1)*y(2, 2) - y(1, 2)**2))
+      end associate
+   end function intensities_of
+
+   !> Stress intensity factors in the ratio of some, of the size that goes with G, of whichever sign: rounding may be all that there is of it [Pa sqrt(m)].
+   pure function of_rate(self, k, g)
+      class(tip_field_t), intent(in) :: self
+      real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
+      real(dp), intent(in) :: g                  !! [J/m2]
+      real(dp) :: of_rate(modes)
+      of_rate = k
+      if (self%rate_of(k) > 0) of_rate = k*sqrt(abs(g)/self%rate_of(k))
+   end function of_rate
+
+   !> What each mode has of G, their sum being 1: the work of the tractions ahead of the tip across the crack on its opening, and of those
+   !> along it on its sliding. In an anisotropic material, where each K opens and slides the faces, one may be below 0.
+   pure function shares(self, k) result(part)
+      class(tip_field_t), intent(in) :: self
+      real(dp), intent(in) :: k(modes)           !! not both 0 [Pa sqrt(m)]
+      real(dp) :: part(modes)
+      part = k*matmul(self%rate, k)/self%rate_of(k)
+   end function shares
+
+   !> Sizes of the stress intensity factors that go with parts of G by mode [Pa sqrt(m)]; where modes couple as if they did not.
+   pure function typical_intensities(self, g) result(k)
+      class(tip_field_t), intent(in) :: self
+      real(dp), intent(in) :: g(modes)           !! [J/m2]
+      real(dp) :: k(modes)
+      k = sqrt(abs(g)/[self%rate(1, 1), self%rate(2, 2)])
+   end function typical_intensities
 end module hampm_crack_tip_field

@@ -6,7 +6,6 @@ module hampm_domain_integral
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_tip, only: frame_along
-   use hampm_crack_tip_field, only: modes
    use hampm_interface_points, only: interfaces_t, holds, is_half, find_face_force
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
@@ -16,7 +15,7 @@ module hampm_domain_integral
    use hampm_node_list, only: node_list_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity, trace
-   use hampm_tip_field, only: tip_field_t, new_tip_field
+   use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
    implicit none
    private
    public :: tip_domain_t, domain_integrals, shares_of_modes, weight_nodes
@@ -248,7 +247,7 @@ contains
       end do
       if (.not. total > 0) return
       mean = mean/total
-      if (domain%material%is_finite() .and. .not. domain%half) then
+      if (domain%material%is_finite .and. .not. domain%half) then
          angle = atan2(mean(2, 1) - mean(1, 2), 2 + mean(1, 1) + mean(2, 2))
          domain%turn = reshape([-2*sin(angle/2)**2, sin(angle), -sin(angle), -2*sin(angle/2)**2], [ndim, ndim])
       end if
@@ -312,7 +311,7 @@ contains
          constant = constant + matmul(domain%turn, constant) - domain%direction
          s%radial_constant = constant(1)
          ! What is stored without a stress in the plane is the same in the disc: it has no part in J, but what the sums leave of it
-         if (material%has_eigenstrain) s%energy = s%energy - material%idle_energy()
+         if (material%has_eigenstrain) s%energy = s%energy - material%idle_energy
          if (abs(domain%pressure) > 0) call take_off_pressure(domain, material, unturned, s)
          s%divergence = material%density*domain%in_axes(divergence)
       end associate

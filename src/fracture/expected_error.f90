@@ -245,13 +245,14 @@ contains
    pure subroutine add_eigenstrains(m, force)
       type(problem_t), intent(in) :: m
       real(dp), intent(inout) :: force(:, :)     !! [N], (ndim, n_points)
+      real(dp), parameter :: no_gradient(ndim, ndim) = 0
       integer :: i
       associate (p => m%particles)
          do i = 1, p%n
             associate (material => m%materials(p%material(i)), at => m%grid%support_of(p%cell(i)))
                if (.not. material%has_eigenstrain) cycle
                force(:, at) = force(:, at) - p%volume(i)*matmul(material%stress_at_first(), transpose(gradient_at(m, i)))
-               if (material%is_ring) force(1, at) = force(1, at) - p%volume(i)*material%hoop_stress_at_first() &
+               if (material%is_ring) force(1, at) = force(1, at) - p%volume(i)*material%hoop_stress(no_gradient, hoop=0.0_dp) &
                                                                    *m%grid%functions_in(p%cell(i), local_of(m, i))/p%reference(i, 1)
             end associate
          end do

@@ -19,7 +19,7 @@
 module hampm_path_closure
    use hampm_kinds, only: dp, ndim
    use hampm_crack_tip, only: crack_tip_t
-   use hampm_crack_tip_field, only: modes, effective_modulus, kolosov
+   use hampm_crack_tip_field, only: modes
    use hampm_failure, only: failure_t, exit_computation
    use hampm_lapack, only: dposv
    use hampm_mass_solver, only: mass_solver_t
@@ -97,10 +97,20 @@ contains
          if (failure%failed()) return
          k_t = sqrt(2*pi*h)*k_t
          k_u = sqrt(2*pi*h)*k_u
-         rate = abs(k_t)*k_u/effective_modulus(material)
-         uncertainty = maxval(abs(k_t**2 - k_u**2))/(2*effective_modulus(material))  ! what one has too much the other may lack
+         rate = abs(k_t)*k_u/material%plane_modulus()
+         uncertainty = maxval(abs(k_t**2 - k_u**2))/(2*material%plane_modulus())  ! what one has too much the other may lack
       end associate
    end subroutine path_closure
+
+   !> Kolosov's constant kappa of the plane condition [-].
+   pure real(dp) function kolosov(material)
+      type(material_t), intent(in) :: material
+      if (material%plane_stress) then
+         kolosov = (3 - material%poisson)/(1 + material%poisson)
+      else
+         kolosov = 3 - 4*material%poisson
+      end if
+   end function kolosov
 
    !> Rotation in the mean of F around a tip; none where all laws are for small ones.
    pure function rotation(tip, p, materials, reach) result(turn)

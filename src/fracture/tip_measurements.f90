@@ -3,7 +3,6 @@ module hampm_tip_measurements
    use hampm_kinds, only: dp, ndim
    use hampm_closed_faces, only: closed_faces_t, sample_behind_tip
    use hampm_crack_tip, only: crack_tip_t
-   use hampm_crack_tip_field, only: modes, effective_modulus
    use hampm_crack_values, only: crack_values_t
    use hampm_cut_cells, only: side_of_ties
    use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
@@ -15,7 +14,7 @@ module hampm_tip_measurements
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_quadratic_tip_offset, only: quadratic_tip_offset
-   use hampm_tip_field, only: tip_field_t, new_tip_field
+   use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
    implicit none
    private
    public :: estimate_rates, measure_domain, error_of_rate, of_any_sign
@@ -95,13 +94,13 @@ contains
       if (closed%are_closed) values%spread_of_k = [0.0_dp, values%spread_of_k(2) + abs(values%intensity(2)) &
                *values%errors%with_cells(tip%nodes%spacing)*values%errors%intensity(2)%relative] ! tractions and the place of the tip err apart
       values%g_of_k = field%rate_of(values%intensity)
-      if (domain%material%has_history()) values%g_of_k = sum(values%j)/size(values%j) ! K is of elastic fields
+      if (domain%material%has_history) values%g_of_k = sum(values%j)/size(values%j) ! K is of elastic fields
       values%uncertainty_of_j = 0
       if (closed%are_closed) values%uncertainty_of_j = hypot(sum(values%j)/size(values%j) - values%g_of_k, &
                                                              error_of_rate(field, values%intensity, values%spread_of_k))
       values%domain = shares_of_modes(field, sum(values%j)/size(values%j), values%intensity)
       if (tip%grown > 0) then                    ! the fields of the interaction integral are those of a tip at rest
-         values%intensity = sign(sqrt(effective_modulus(domain%material)*abs(values%domain) &
+         values%intensity = sign(sqrt(domain%material%plane_modulus()*abs(values%domain) &
                                       /energy_factors(domain%material, tip%speed)), values%domain)
          values%g_of_k = sum(values%j)/size(values%j)
       end if

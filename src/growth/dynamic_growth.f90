@@ -6,7 +6,6 @@ module hampm_dynamic_growth
    use hampm_nodal_release, only: fail_behind, fail_beyond, release_distance, soften_released, foremost_released
    use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_crack_placement, only: least_radius, body_at
-   use hampm_crack_tip_field, only: effective_modulus
    use hampm_cracks, only: cracks_t, last_point
    use hampm_interface_points, only: interface_energy
    use hampm_forest, only: forest_t, outside
@@ -303,7 +302,7 @@ contains
       associate (tip => cracks%tips(k), material => m%materials(cracks%tips(k)%material))
          taken = 0
          if (most > 0) then
-            call fail_beyond(m%interfaces, k, strength*sqrt(effective_modulus(material)*of%toughness_at(growing%speed(k))), &
+            call fail_beyond(m%interfaces, k, strength*sqrt(material%plane_modulus()*of%toughness_at(growing%speed(k))), &
                              tip%grown + zone*tip%nodes%spacing, taken, overload)
             if (overload > too_much) call growing%note_tip(k, 'is in cells that are too coarse for its toughness: '// &
                to_text(zone)//' cells ahead of it and more the material bears '//three_digits(overload)//' times the '// &
@@ -442,7 +441,7 @@ contains
          law = growing%law_at(model, cracks, k, m%state%time)
          growing%excess(k) = -1                  ! a tip that may not grow rests
          if (law == 0) cycle
-         associate (of => model%growth(law), modulus => effective_modulus(m%materials(cracks%tips(k)%material)))
+         associate (of => model%growth(law), modulus => m%materials(cracks%tips(k)%material)%plane_modulus())
             if (of%law /= 'toughness' .or. growing%is_running(k) .and. .not. growing%is_paced) cycle
             if (of%direction == 'hoop_stress') then
                rate = max(hoop_intensity(values(k)%intensity), 0.0_dp)**2/modulus

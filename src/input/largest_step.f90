@@ -140,7 +140,7 @@ contains
          length = max((body%upper - body%lower)/cell, thinnest)
          start = place_in_cell(model, body)
          speed = material%dilatational_wave_speed()
-         moduli = material%small_strain_moduli()/(material%density*speed**2)
+         moduli = material%stiffness/(material%density*speed**2)
          damping = min(model%damping%rate*smallest_cell(model), 1e100_dp*speed)/speed
          strains_last = model%method%scheme == 'usl'
          if (material%is_ring) ring = ring_t(start(1) - body%lower(1)/cell, material%hoop_moduli()/(material%density*speed**2))

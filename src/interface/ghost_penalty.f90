@@ -184,7 +184,7 @@ contains
                point%length = h
                point%cell = h
                associate (material => m%materials(m%particles%material(i)))
-                  point%stiffness = merge(soft, 1.0_dp, material%has_history()) &
+                  point%stiffness = merge(soft, 1.0_dp, material%has_history) &
                                     *material%plane_modulus()*(area/h**ndim)**2/12*interfaces%thickness%at(point%place)
                end associate
             end associate

@@ -8,7 +8,7 @@ module hampm_linear_elastic
    use hampm_tensors, only: trace
    implicit none
    private
-   public :: linear_stress, linear_energy_density, linear_stress_energy_density, small_gradient
+   public :: linear_stress, small_gradient
 
    real(dp), parameter :: small_gradient = 0.05_dp   !! largest |H| for which this law is meant [-]
 
@@ -30,17 +30,4 @@ contains
          stress(j, j) = stress(j, j) + pressure
       end do
    end function linear_stress
-
-   !> Energy density stress : eps / 2 [J/m3].
-   pure real(dp) function linear_energy_density(lambda, mu, h)
-      real(dp), intent(in) :: lambda, mu, h(ndim, ndim)
-      linear_energy_density = 0.5_dp*sum(linear_stress(lambda, mu, h)*h)
-   end function linear_energy_density
-
-   !> Energy density of a stress, stress : eps / 2 [J/m3].
-   pure real(dp) function linear_stress_energy_density(lambda, mu, stress) result(density)
-      real(dp), intent(in) :: lambda, mu         !! as in `linear_stress` [Pa]
-      real(dp), intent(in) :: stress(ndim, ndim) !! symmetric [Pa]
-      density = (sum(stress**2) - lambda/(2*mu + ndim*lambda)*trace(stress)**2)/(4*mu)
-   end function linear_stress_energy_density
 end module hampm_linear_elastic

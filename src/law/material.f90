@@ -13,9 +13,9 @@ module hampm_material
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_law, only: law_t, law_row_t, constant_t, most_columns
    use hampm_laws, only: law_row
-   use hampm_linear_elastic, only: linear_stress, linear_energy_density, linear_stress_energy_density
+   use hampm_linear_elastic, only: linear_stress
    use hampm_orthotropic, only: orthotropic_t, n_voigt, plane_compliance, inverse_of, turned_stiffness, turned_compliance, &
-                                turned_strain, voigt_stress, voigt_energy_density, voigt_stress_energy_density, acoustic_modulus
+                                turned_strain, voigt_stress, acoustic_modulus
    use hampm_tensors, only: space, identity, inverse_transpose, unit_tensor, inverse_transpose_of, volume_change, tensor_of
    implicit none
    private
@@ -27,6 +27,9 @@ module hampm_material
       character(name_len) :: law_name = ''       !! of its law in model files
       logical :: linear = .true.                 !! whether that is a linear one
       class(law_t), allocatable, private :: law  !! unless it is
+      logical :: is_finite = .false.             !! whether that is meant for any rotation and strain, with which bodies may buckle
+      logical :: yields = .false.                !! whether it is one of plasticity
+      logical :: has_history = .false.           !! whether stress depends on what has been
       logical :: isotropic = .true.              !! else `young` and `poisson` have no effect
       logical :: plane_stress = .true.           !! else plane strain
       logical :: is_ring = .false.               !! else, of a material as in plane strain, axisymmetric
@@ -39,7 +42,8 @@ module hampm_material
       integer :: columns = 0                     !! number of state variables
       logical :: is_trial = .false.              !! whether states are tried that are not kept
       real(dp) :: time_increment = 0             !! since the last that was kept [s]
-      ! Of an orthotropic material, where lambda and mu are C_12 and C_66 in its axes; of the columns (11, 22, 12):
+      ! At small strain, of the columns (s_11, s_22, s_12) and (eps_11, eps_22, 2 eps_12); of an orthotropic material lambda and mu are C_12 and
+      ! C_66 in its axes
       real(dp) :: stiffness(n_voigt, n_voigt) = 0  !! in x and y [Pa]
       real(dp) :: compliance(n_voigt, n_voigt) = 0 !! its inverse [1/Pa]
       real(dp) :: in_its_axes(n_voigt, n_voigt) = 0 !! the compliance in the axes of the material [1/Pa]
@@ -54,15 +58,10 @@ module hampm_material
       real(dp), private :: young_across = 0      !! Young's modulus there [Pa]
       real(dp) :: free(ndim, ndim) = 0           !! strain in the plane at which there is no stress in it [-]
       real(dp) :: free_hoop = 0                  !! and H_33 of axisymmetric material at which there is none across it [-]
-      real(dp), private :: out_of_plane = 0      !! energy density there, of the stress normal to it [J/m3]
+      real(dp) :: idle_energy = 0                !! energy density there, of the stress normal to it [J/m3]
    contains
       procedure :: give_eigenstrain
       procedure :: stress_at_first
-      procedure :: hoop_stress_at_first
-      procedure :: idle_energy
-      procedure :: has_history
-      procedure :: is_finite
-      procedure :: yields
       procedure :: update_state
       procedure :: equivalent_plastic_strain
       procedure :: dissipation
@@ -78,7 +77,6 @@ module hampm_material
       procedure :: small_hoop_stress
       procedure :: stress_across
       procedure :: strain_of_pressure
-      procedure :: small_strain_moduli
       procedure :: hoop_moduli
       procedure :: small_strain_lambda
       procedure :: plane_modulus
@@ -116,6 +114,17 @@ contains
       if (.not. plane_stress) m%by_across = poisson*identity
       if (.not. plane_stress) m%young_across = young
       if (m%linear .and. plane_stress) m%lambda = young*poisson/(1 - poisson**2)
+      m%fastest = young/(1 - poisson**2)
+      if (.not. plane_stress) m%fastest = m%lambda + 2*m%mu
+      m%stiffness(:2, :2) = m%small_strain_lambda()
+      m%stiffness(1, 1) = m%stiffness(1, 1) + 2*m%mu
+      m%stiffness(2, 2) = m%stiffness(1, 1)
+      m%stiffness(3, 3) = m%mu
+      associate (nu => merge(poisson, poisson/(1 - poisson), plane_stress), e => merge(young, young/(1 - poisson**2), plane_stress))
+         m%compliance(:2, :2) = reshape([1.0_dp, -nu, -nu, 1.0_dp], [2, 2])/e
+         m%compliance(3, 3) = 1/m%mu
+      end associate
+      m%in_its_axes = m%compliance
       row = law_row(law)
       if (.not. associated(row%make)) return
       if (present(constants)) then
@@ -123,7 +132,10 @@ contains
       else
          call row%make(m%lambda, m%mu, [constant_t ::], m%law)
       end if
+      m%is_finite = m%law%is_finite
+      m%yields = m%law%yields
       m%columns = m%law%columns
+      m%has_history = m%columns > 0
    end function new_material
 
    !> Give material a strain eps0 at which there is no stress: stress and energy are those of H - eps0 or, of laws for any strain, of (I + H)(I + eps0)**-1 - I, the
@@ -137,10 +149,10 @@ contains
          self%free = reshape([e(1), e(3), e(3), e(2)], [ndim, ndim])
          if (self%is_ring) self%free_hoop = e(4)
          if (.not. self%is_ring) self%free = self%free + e(4)*self%by_across
-         self%out_of_plane = self%young_across*e(4)**2/2
+         self%idle_energy = self%young_across*e(4)**2/2
          self%eigenstrain = tensor_of([e(1), e(2), e(3), merge(0.0_dp, e(4), self%plane_stress)])
       end associate
-      if (.not. self%is_finite()) return
+      if (.not. self%is_finite) return
       self%inverse = inverse_transpose_of(unit_tensor + self%eigenstrain)
       self%swelling = 1 + volume_change(self%eigenstrain)
    end subroutine give_eigenstrain
@@ -166,21 +178,6 @@ contains
       nothing = 0
       stress = self%first_piola_stress(no_gradient, nothing, 0.0_dp)
    end function stress_at_first
-
-   !> And stress_33 there of axisymmetric material [Pa].
-   pure real(dp) function hoop_stress_at_first(self) result(stress)
-      class(material_t), intent(in) :: self
-      real(dp) :: nothing(self%columns)
-      real(dp), parameter :: no_gradient(ndim, ndim) = 0
-      nothing = 0
-      stress = self%hoop_stress(no_gradient, nothing, 0.0_dp)
-   end function hoop_stress_at_first
-
-   !> Energy density of the stress across the plane where an eigenstrain leaves none in it [J/m3].
-   pure real(dp) function idle_energy(self)
-      class(material_t), intent(in) :: self
-      idle_energy = self%out_of_plane
-   end function idle_energy
 
    !> An orthotropic material, whose constants make it positive definite.
    function new_orthotropic(name, plane_stress, constants, density) result(m)
@@ -208,26 +205,6 @@ contains
       m%by_across = turned_strain(constants%young(3)*[constants%poisson_13, constants%poisson_23]/constants%young(:2), m%angle)
       m%young_across = constants%young(3)
    end function new_orthotropic
-
-   !> Whether stress depends on what has been.
-   elemental logical function has_history(self)
-      class(material_t), intent(in) :: self
-      has_history = self%columns > 0
-   end function has_history
-
-   !> Whether the law is meant for any rotation and strain, with which bodies may buckle.
-   elemental logical function is_finite(self)
-      class(material_t), intent(in) :: self
-      is_finite = .false.
-      if (allocated(self%law)) is_finite = self%law%is_finite
-   end function is_finite
-
-   !> Whether the law is one of plasticity.
-   elemental logical function yields(self)
-      class(material_t), intent(in) :: self
-      yields = .false.
-      if (allocated(self%law)) yields = self%law%yields
-   end function yields
 
    !> Update the state by a step of length `dt` at the end of which the displacement gradient is `h`.
    pure subroutine update_state(self, h, dt, old_state, hoop)
@@ -343,7 +320,7 @@ contains
       else
          in_space = stress_in_space(self, h, old_state, hoop)
          stress = in_space(space, space)
-         if (self%is_finite()) stress = stress/(1 + given_hoop(self, hoop))
+         if (self%is_finite) stress = stress/(1 + given_hoop(self, hoop))
       end if
    end function hoop_stress
 
@@ -358,7 +335,7 @@ contains
          stress = stress_of_plane(self, strain_of_plane(self, h, hoop))
       else
          stress = self%kirchhoff_stress(h, old_state, hoop)
-         if (self%law%is_finite .and. any(abs(stress) > 0)) stress = matmul(stress, inverse_transpose(identity + h))
+         if (self%is_finite .and. any(abs(stress) > 0)) stress = matmul(stress, inverse_transpose(identity + h))
       end if
    end function first_piola_stress
 
@@ -480,12 +457,8 @@ contains
          return
       end if
       in_plane = strain_of_plane(self, h, hoop)
-      if (self%isotropic) then
-         energy_density = linear_energy_density(self%lambda, self%mu, in_plane)
-      else
-         energy_density = voigt_energy_density(self%stiffness, in_plane)
-      end if
-      energy_density = energy_density + self%young_across*(given_hoop(self, hoop) - self%eigenstrain(space, space))**2/2
+      energy_density = 0.5_dp*sum(stress_of_plane(self, in_plane)*in_plane) &
+                       + self%young_across*(given_hoop(self, hoop) - self%eigenstrain(space, space))**2/2
    end function energy_density
 
    !> Elastic energy per volume of a small stress [J/m3]: in a plane what it takes there, of axisymmetric material with the stress_33 that is given.
@@ -493,11 +466,9 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: stress(ndim, ndim) !! symmetric [Pa]
       real(dp), intent(in), optional :: hoop_stress !! of axisymmetric material [Pa]
-      if (self%isotropic) then
-         stress_energy_density = linear_stress_energy_density(self%small_strain_lambda(), self%mu, stress)
-      else
-         stress_energy_density = voigt_stress_energy_density(self%compliance, stress)
-      end if
+      associate (column => [stress(1, 1), stress(2, 2), stress(1, 2)])
+         stress_energy_density = 0.5_dp*dot_product(column, matmul(self%compliance, column))
+      end associate
       if (self%is_ring) stress_energy_density = stress_energy_density + (given_hoop(self, hoop_stress) &
                                                                          - sum(self%by_across*stress))**2/(2*self%young_across)
    end function stress_energy_density
@@ -510,11 +481,7 @@ contains
       real(dp) :: stress(ndim, ndim), strain(ndim, ndim)
       strain = h
       if (self%is_ring) strain = strain + given_hoop(self, hoop)*self%by_across
-      if (self%isotropic) then
-         stress = linear_stress(self%small_strain_lambda(), self%mu, strain)
-      else
-         stress = voigt_stress(self%stiffness, strain)
-      end if
+      stress = voigt_stress(self%stiffness, strain)
    end function small_strain_stress
 
    !> And its stress_33 where material is axisymmetric [Pa].
@@ -538,16 +505,9 @@ contains
       real(dp), intent(in) :: tension            !! [Pa]
       real(dp) :: strain(ndim, ndim)
       real(dp) :: of_unit(n_voigt)
-      strain = 0
-      if (.not. abs(tension) > 0) return
-      if (self%isotropic) then
-         associate (lambda => self%small_strain_lambda())
-            strain = tension/(2*(lambda + self%mu) + merge(lambda, 0.0_dp, self%is_ring))*identity
-         end associate
-      else
-         of_unit = matmul(inverse_transpose_of(self%stiffness), [1, 1, 0])
-         strain = tension*reshape([of_unit(1), of_unit(3)/2, of_unit(3)/2, of_unit(2)], [ndim, ndim])
-      end if
+      of_unit = matmul(self%compliance, [1, 1, 0])
+      if (self%is_ring .and. self%isotropic) of_unit = of_unit/(1 + self%poisson) ! no strain is kept there by a stress across the plane
+      strain = tension*reshape([of_unit(1), of_unit(3)/2, of_unit(3)/2, of_unit(2)], [ndim, ndim])
    end function strain_of_pressure
 
    !> Lame constant with which every isotropic law is the linear one at small strain; in plane stress lambda' [Pa].
@@ -556,18 +516,6 @@ contains
       lambda = self%lambda
       if (self%plane_stress .and. .not. self%linear) lambda = 2*lambda*self%mu/(lambda + 2*self%mu)
    end function small_strain_lambda
-
-   !> Stiffness of the columns (s_11, s_22, s_12) and (eps_11, eps_22, 2 eps_12) at small strain, whatever the law [Pa].
-   pure function small_strain_moduli(self) result(moduli)
-      class(material_t), intent(in) :: self
-      real(dp) :: moduli(n_voigt, n_voigt)
-      moduli = self%stiffness
-      if (.not. self%isotropic) return
-      moduli(:2, :2) = self%small_strain_lambda()
-      moduli(1, 1) = moduli(1, 1) + 2*self%mu
-      moduli(2, 2) = moduli(1, 1)
-      moduli(3, 3) = self%mu
-   end function small_strain_moduli
 
    !> Stress 11, 22, 12 and 33 by H_33 at small strain, of axisymmetric material of any law [Pa].
    pure function hoop_moduli(self) result(moduli)
@@ -588,26 +536,13 @@ contains
    !> direction.
    pure real(dp) function dilatational_wave_speed(self)
       class(material_t), intent(in) :: self
-      real(dp) :: modulus
-      if (.not. self%isotropic) then
-         modulus = self%fastest
-      else if (self%plane_stress) then
-         modulus = self%young/(1 - self%poisson**2)
-      else
-         modulus = self%lambda + 2*self%mu
-      end if
-      dilatational_wave_speed = sqrt(modulus/self%density)
+      dilatational_wave_speed = sqrt(self%fastest/self%density)
    end function dilatational_wave_speed
 
    !> E' of the plane condition [Pa]: E in plane stress, E/(1 - nu**2) in plane strain; of an orthotropic material the geometric mean of
    !> those along its axes.
    pure real(dp) function plane_modulus(self)
       class(material_t), intent(in) :: self
-      if (.not. self%isotropic) then
-         plane_modulus = 1/sqrt(self%in_its_axes(1, 1)*self%in_its_axes(2, 2))
-         return
-      end if
-      plane_modulus = self%young
-      if (.not. self%plane_stress) plane_modulus = plane_modulus/(1 - self%poisson**2)
+      plane_modulus = 1/sqrt(self%in_its_axes(1, 1)*self%in_its_axes(2, 2))
    end function plane_modulus
 end module hampm_material

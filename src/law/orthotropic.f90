@@ -15,7 +15,7 @@ module hampm_orthotropic
    implicit none
    private
    public :: orthotropic_t, n_voigt, plane_compliance, inverse_of, turned_stiffness, turned_compliance, turned_strain, &
-             voigt_stress, voigt_energy_density, voigt_stress_energy_density, acoustic_modulus, why_not_definite, orthotropic_keys
+             voigt_stress, acoustic_modulus, why_not_definite, orthotropic_keys
 
    type(key_t), parameter :: orthotropic_keys(*) = [ &
       key_t('young_1', type_real, 'of ''orthotropic'': Young''s modulus along axis 1 of the material', unit='Pa', &
@@ -187,21 +187,6 @@ contains
       stress(2, 1) = c(1, 3)*h(1, 1) + c(2, 3)*h(2, 2) + c(3, 3)*shear
       stress(1, 2) = stress(2, 1)
    end function voigt_stress
-
-   !> Energy density stress : eps / 2 [J/m3].
-   pure real(dp) function voigt_energy_density(c, h) result(density)
-      real(dp), intent(in) :: c(n_voigt, n_voigt), h(ndim, ndim)
-      density = 0.5_dp*sum(voigt_stress(c, h)*h)
-   end function voigt_energy_density
-
-   !> Energy density of a stress [J/m3].
-   pure real(dp) function voigt_stress_energy_density(s, stress) result(density)
-      real(dp), intent(in) :: s(n_voigt, n_voigt) !! compliance [1/Pa]
-      real(dp), intent(in) :: stress(ndim, ndim) !! symmetric [Pa]
-      real(dp) :: column(n_voigt)
-      column = [stress(1, 1), stress(2, 2), stress(1, 2)]
-      density = 0.5_dp*dot_product(column, matmul(s, column))
-   end function voigt_stress_energy_density
 
    !> rho c**2 of the fastest plane wave [Pa]: the largest eigenvalue of the acoustic tensor over all directions n = (cos, sin).
    !>

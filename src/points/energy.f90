@@ -61,9 +61,9 @@ contains
       logical, intent(in) :: plastic
       integer :: i
       energy = 0
-      do i = 1, merge(p%n, 0, any(materials%has_history()))
+      do i = 1, merge(p%n, 0, any(materials%has_history))
          associate (material => materials(p%material(i)))
-            if (material%yields() .eqv. plastic) &
+            if (material%yields .eqv. plastic) &
                energy = energy + p%volume(i)*material%dissipation(p%gradient_of(i), p%history_of(i), p%hoop_of(i))
          end associate
       end do
@@ -110,12 +110,12 @@ contains
       type(material_t), intent(in) :: materials(:)
       integer :: i
       largest = 0
-      if (.not. any(materials%is_finite())) then
+      if (.not. any(materials%is_finite)) then
          largest = largest_of(size(p%gradient), p%gradient)
          return
       end if
       do i = 1, p%n
-         if (.not. materials(p%material(i))%is_finite()) largest = max(largest, maxval(abs(p%gradient(i, :, :))))
+         if (.not. materials(p%material(i))%is_finite) largest = max(largest, maxval(abs(p%gradient(i, :, :))))
       end do
    end function largest_gradient
 
@@ -149,10 +149,10 @@ contains
       real(dp) :: smallest
       integer :: i
       crushed = 0
-      if (.not. any(materials%is_finite())) return
+      if (.not. any(materials%is_finite)) return
       smallest = huge(smallest)
       do i = 1, p%n
-         if (.not. materials(p%material(i))%is_finite()) cycle
+         if (.not. materials(p%material(i))%is_finite) cycle
          if (crushed > 0 .and. determinant_of(p, i) >= smallest) cycle
          crushed = i
          smallest = determinant_of(p, i)

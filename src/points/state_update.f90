@@ -17,7 +17,7 @@ contains
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: i                   !! number of the particle
       real(dp) :: state(most_columns)
-      if (.not. material%has_history()) return
+      if (.not. material%has_history) return
       state = p%history_of(i)
       call material%update_state(p%gradient_of(i), dt, state, p%hoop_of(i))
       p%history(i, :) = state(:p%columns())

@@ -223,7 +223,7 @@ contains
    subroutine archive_history(m)
       type(problem_t), intent(inout) :: m
       integer :: i
-      if (.not. any(m%materials%has_history())) return
+      if (.not. any(m%materials%has_history)) return
       do i = 1, m%particles%n
          associate (material => m%materials(m%particles%material(i)))
             call update_particle_state(material, material%time_increment, m%particles, i)

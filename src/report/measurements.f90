@@ -12,7 +12,6 @@ module hampm_measurements
    use hampm_crack_measurements, only: measure_crack, record_crack
    use hampm_crack_placement, only: distance_in_material
    use hampm_crack_tip, only: crack_tip_t
-   use hampm_crack_tip_field, only: effective_modulus
    use hampm_crack_values, only: crack_values_t, new_crack_values, keep_crack_values
    use hampm_cohesive_zone, only: zone_length
    use hampm_cracks, only: cracks_t
@@ -104,7 +103,7 @@ contains
          associate (material => problem%materials(cracks%tips(1)%material))
             m%g_ref = dcb_energy_release_rate(force, length, depth, model%run%thickness%of_plate, material%young, 0.0_dp)
             m%g_beam_on_foundation = dcb_energy_release_rate(force, length, depth, model%run%thickness%of_plate, &
-                                                             effective_modulus(material), chi_foundation)
+                                                             material%plane_modulus(), chi_foundation)
          end associate
       end select
    end subroutine new_measurements
@@ -264,10 +263,10 @@ contains
          call history%record('external_work', 'J', 'work of the loads and of constraints that move', problem%energies%external_work)
          call history%record('damping_loss', 'J', 'energy taken by the damping', problem%energies%damping_loss)
          if (.not. p%total_frame) call record_momentum(p, history)
-         if (any(problem%materials%yields())) call history%record('plastic_dissipation', 'J', &
+         if (any(problem%materials%yields)) call history%record('plastic_dissipation', 'J', &
                                                                 'work of the stress on the plastic strain', &
                                                                 m%plastic_dissipation)
-         if (any(problem%materials%has_history() .and. .not. problem%materials%yields())) &
+         if (any(problem%materials%has_history .and. .not. problem%materials%yields)) &
             call history%record('viscous_dissipation', 'J', 'energy taken by the viscosity of the material', m%viscous_dissipation)
          if (any(model%paths%friction > 0) .or. model%contact%is_wanted()) &
             call history%record('friction_loss', 'J', 'energy taken by friction', &
@@ -287,7 +286,7 @@ contains
             call history%record('fracture_energy', 'J', 'energy dissipated by growth: static, the integral of G over the new '// &
                                 'area; dynamic, the work of nodal release; half of it on a symmetry plane', &
                                 problem%energies%fracture_energy)
-            if (.not. (growing%is_static .or. any(problem%materials%has_history()))) &
+            if (.not. (growing%is_static .or. any(problem%materials%has_history))) &
                call history%record('integral_of_G', 'J', 'integral of G over the area of new faces, by rows; on a '// &
                                    'symmetry plane half of it', growing%integral)
          end if

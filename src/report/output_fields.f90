@@ -41,7 +41,7 @@ contains
             associate (material => problem%materials(p%material(i)))
                stress = material%kirchhoff_stress(h, p%history_of(i), p%hoop_of(i))
                components(:3, i) = [stress(1, 1), stress(2, 2), stress(1, 2)]
-               if (p%thickness%is_ring) components(4, i) = (1 + merge(p%hoop_of(i), 0.0_dp, material%is_finite())) &
+               if (p%thickness%is_ring) components(4, i) = (1 + merge(p%hoop_of(i), 0.0_dp, material%is_finite)) &
                                                          *material%hoop_stress(h, p%history_of(i), p%hoop_of(i))
                energy(i) = material%energy_density(h, p%history_of(i), p%hoop_of(i))
                plastic(i) = material%equivalent_plastic_strain(p%history_of(i))
@@ -57,7 +57,7 @@ contains
          call add_field(output%point_fields, 'stress_xy', components(3:3, :))
          if (p%thickness%is_ring) call add_field(output%point_fields, 'stress_zz', components(4:4, :))
          call add_field(output%point_fields, 'energy_density', reshape(energy, [1, p%n]))
-         if (any(problem%materials%yields())) call add_field(output%point_fields, 'plastic_strain', reshape(plastic, [1, p%n]))
+         if (any(problem%materials%yields)) call add_field(output%point_fields, 'plastic_strain', reshape(plastic, [1, p%n]))
       end associate
       if (with_cracks) call add_sides(problem, output)
    end subroutine particle_fields

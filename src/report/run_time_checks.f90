@@ -194,11 +194,11 @@ contains
       integer :: i
       if (is_reported(crossed, warning)) return
       associate (p => problem%particles, laws => problem%materials)
-         if (p%total_frame .or. problem%has_domains() .or. .not. any(laws%is_finite())) return
+         if (p%total_frame .or. problem%has_domains() .or. .not. any(laws%is_finite)) return
          uncertain = 0
          crosses = .false.
          do i = 1, p%n
-            if (.not. laws(p%material(i))%is_finite()) cycle
+            if (.not. laws(p%material(i))%is_finite) cycle
             off = min(1.0_dp, 4*(largest_stretch(p, i) - 1)*spacing_in_cell(problem, i))
             if (off < noticed_error/10) cycle
             uncertain = uncertain + off*p%volume(i)*energy_density_of(p, laws, i)
@@ -265,7 +265,7 @@ contains
       real(dp) :: square, off
       integer :: i, n
       if (size(tip%radii) == 0 .or. is_reported(mixed, warning)) return
-      if (.not. problem%materials(tip%material)%is_finite()) return
+      if (.not. problem%materials(tip%material)%is_finite) return
       square = 0
       n = 0
       associate (p => problem%particles)
@@ -346,7 +346,7 @@ contains
       integer :: law
       largest = largest_gradient(problem%particles, problem%materials)
       if (largest <= small_gradient) return
-      law = findloc(problem%materials%is_finite(), .false., dim=1)
+      law = findloc(problem%materials%is_finite, .false., dim=1)
       advice = ''
       if (problem%materials(law)%linear) advice = '. Use law = ''neo_hookean'''
       call warn(now//strained//to_text(largest)//'; the law '''//trim(problem%materials(law)%law_name)// &

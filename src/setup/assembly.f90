@@ -266,7 +266,7 @@ contains
       end do
       call new_particles(sum(number), m%particles, failure)
       if (failure%failed()) return
-      if (any(m%materials%has_history())) call add_history(m%particles, maxval(m%materials%columns))
+      if (any(m%materials%has_history)) call add_history(m%particles, maxval(m%materials%columns))
       m%materials%is_trial = model%method%time /= 'explicit'
       if (has_shapes(model)) then
          allocate (m%particles%outlines(size(model%bodies)))

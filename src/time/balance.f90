@@ -160,7 +160,7 @@ contains
       type(rigid_constraint_t), allocatable :: rigid_constraints(:)
       integer :: turn, wrong, fewest, in_vain    ! numbers of nodes and of turns
       call add_rigid_constraints(self, m, rigid_constraints)
-      if (any(m%materials%has_history())) then
+      if (any(m%materials%has_history)) then
          m%materials%time_increment = time_increment
          call displace(m, 0*self%moved)
       end if

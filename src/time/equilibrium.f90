@@ -80,7 +80,7 @@ contains
       is_rough = .false.
       call go_to(self, m, between(self%first, self%last, part%from), between(self%first, self%last, part%to), part%length, failure)
       if (failure%failed()) return
-      if (any(m%materials%is_finite()) .or. m%interfaces%n_cohesive > 0) &
+      if (any(m%materials%is_finite) .or. m%interfaces%n_cohesive > 0) &
          call check_stability(self, m, start, .not. (self%begun .or. part%from > 0) .and. any(m%materials%has_eigenstrain), failure)
       if (failure%failed() .or. .not. tells_work(m)) return
       stored = stored_energy(m) + dissipated_energy(m)
@@ -123,7 +123,7 @@ contains
       type(loading_t) :: loading
       real(dp) :: work, at_once
       logical :: depends_on_path                 ! whether the state depends on the way to it
-      depends_on_path = any(m%materials%has_history()) .or. have_friction(m%interfaces) .and. m%state%steps > 0 .or. &
+      depends_on_path = any(m%materials%has_history) .or. have_friction(m%interfaces) .and. m%state%steps > 0 .or. &
          m%interfaces%n_cohesive > 0
       if (depends_on_path .or. .not. (self%forgets_mesh .and. all(m%materials%linear) .and. &
                                       .not. any(m%materials%has_eigenstrain))) then
@@ -199,7 +199,7 @@ contains
       self%outer%applied = after%force
       call self%with_contact(m, time_increment, after%shift - before%shift, failure)
       if (failure%failed()) return
-      if (any(m%materials%is_finite()) .and. differ(before, after)) call check_step_size(self, self%moved, failure)
+      if (any(m%materials%is_finite) .and. differ(before, after)) call check_step_size(self, self%moved, failure)
       m%energies%external_work = m%energies%external_work + work_of(m, (before%force + after%force)/2, self%moved)
       if (.not. is_prescribed) return
       call find_reactions(self, m, held)

@@ -124,7 +124,7 @@ contains
          if (iteration == 1) at_first = scale
          self%residuals = [self%residuals, largest/scale]
          done = .not. has_offset .and. largest <= balanced*scale
-         if (done .and. any(m%materials%is_finite())) then
+         if (done .and. any(m%materials%is_finite)) then
             call turn_until_balanced(self, m, outer, rigid_constraints, r, balanced*scale, last, moved, turned, failure)
             if (failure%failed()) exit
             if (turned) done = .false.
@@ -403,7 +403,7 @@ contains
       integer :: halving, crushed
       real(dp) :: left                           ! part of the work that may be left
       logical :: good
-      left = merge(lessened, 1.0_dp, any(m%materials%is_finite()) .or. m%interfaces%n_cohesive > 0)
+      left = merge(lessened, 1.0_dp, any(m%materials%is_finite) .or. m%interfaces%n_cohesive > 0)
       call check_increment(m, du, failure)
       if (failure%failed()) return
       call displace(m, du)

@@ -42,8 +42,8 @@ contains
       type(material_t) :: m
       do law = 1, size(rows)
          m = new_material('', trim(rows(law)%name), .true., young, poisson, density)
-         call check(m%has_history() .eqv. rows(law)%has_history, trim(rows(law)%name)//': has a history, or none')
-         call check(m%is_finite() .eqv. rows(law)%is_finite, trim(rows(law)%name)//': is for any strain, or not')
+         call check(m%has_history .eqv. rows(law)%has_history, trim(rows(law)%name)//': has a history, or none')
+         call check(m%is_finite .eqv. rows(law)%is_finite, trim(rows(law)%name)//': is for any strain, or not')
       end do
    end subroutine kinds_of_laws
 
@@ -57,7 +57,7 @@ contains
       call random_number(direction)
       other = new_material('', law, stress_free_across, young, poisson, density, &
                            [constant('c01', [0.1_dp*young])])
-      if (other%has_history()) then
+      if (other%has_history) then
          call check(difference_to_linear(law, stress_free_across, 1.0e-4_dp*direction) < 1.0e-14_dp*young, &
                     law//' begins with the linear stress')
          return
@@ -149,7 +149,7 @@ contains
       call check(abs(m%hoop_stress(exchanged, nothing, h(2, 2)) - work) < 1.0e-13_dp*young, &
                  law//': stress around the axis is that along it of exchanged stretches')
       stress = m%first_piola_stress(h, nothing, hoop)
-      if (.not. m%has_history()) then
+      if (.not. m%has_history) then
          work = (m%energy_density(h + step*dh, nothing, hoop + step*dhoop) &
                  - m%energy_density(h - step*dh, nothing, hoop - step*dhoop))/(2*step)
          call check(abs(work - sum(stress*dh) - m%hoop_stress(h, nothing, hoop)*dhoop) < 1.0e-9_dp*young, &

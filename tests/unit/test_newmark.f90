@@ -60,7 +60,7 @@ contains
       forest = forest_t([-1.0_dp, -2.0_dp], 0.5_dp, [14, 10])
       call place_bodies(forest, material, [rectangle_t([0.0_dp, 0.0_dp], [length, depth], [16, 4])], m)
       m%particles%total_frame = .true.
-      if (material%has_history()) call add_history(m%particles, material%columns)
+      if (material%has_history) call add_history(m%particles, material%columns)
       call start(m, 'musl')
       call refine_box(forest, [1.1_dp, 0.1_dp], [1.9_dp, 0.9_dp], 2)
       call adopt_forest(m, forest, failure)
