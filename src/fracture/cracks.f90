@@ -80,6 +80,15 @@ contains
       end do
    end subroutine list_tips
 
+   !> The points of a crack as one walks to an end, where the last of them is then. Turned twice they are as they were.
+   pure function toward(points, end)
+      real(dp), intent(in) :: points(:, :)       !! [m]
+      integer, intent(in) :: end                 !! `first_point` or `last_point`
+      real(dp) :: toward(ndim, size(points, 2))
+      toward = points
+      if (end == first_point) toward = points(:, size(points, 2):1:-1)
+   end function toward
+
    !> The tip at an end of a crack: its place, its frame and its faces. At the last point the upper face is to the left as one walks
    !> along the crack, at the first to the right.
    pure subroutine place_tip(crack, end, tip)
@@ -89,15 +98,10 @@ contains
       real(dp), allocatable :: points(:, :)
       real(dp) :: outward(ndim)
       integer :: n
-      allocate (points, source=crack%open_part())
-      if (end == last_point) then
-         n = size(points, 2)
-         tip%place = points(:, n)
-         outward = points(:, n) - points(:, n - 1)
-      else
-         tip%place = points(:, 1)
-         outward = points(:, 1) - points(:, 2)
-      end if
+      allocate (points, source=toward(crack%open_part(), end))
+      n = size(points, 2)
+      tip%place = points(:, n)
+      outward = points(:, n) - points(:, n - 1)
       tip%face(upper) = crack%face /= merge(right_face, left_face, end == last_point)
       tip%face(lower) = crack%face /= merge(left_face, right_face, end == last_point)
       tip%now = tip%place
@@ -115,19 +119,15 @@ contains
       real(dp), allocatable :: points(:, :)
       real(dp) :: to(ndim)
       associate (tip => self%tips(number))
-         allocate (points, source=self%crack(tip%crack)%points)
+         allocate (points, source=toward(self%crack(tip%crack)%points, tip%end))
          to = tip%place + length*matmul(tip%axis, [cos(angle), sin(angle)])
          if (abs(angle) > epsilon(angle)) then
-            if (tip%end == last_point) then
-               points = reshape([points, to], [ndim, size(points, 2) + 1])
-            else
-               points = reshape([to, points], [ndim, size(points, 2) + 1])
-            end if
+            points = reshape([points, to], [ndim, size(points, 2) + 1])
          else
-            points(:, merge(size(points, 2), 1, tip%end == last_point)) = to
+            points(:, size(points, 2)) = to
          end if
+         call self%put_back(number, toward(points, tip%end))
       end associate
-      call self%put_back(number, points)
    end subroutine extend
 
    !> Give the crack of a tip other points, and its tips their places: a straight part may end at both.
@@ -172,8 +172,7 @@ contains
       integer :: last
       real(dp) :: cosine
       associate (tip => self%tips(number))
-         allocate (points, source=self%crack(tip%crack)%points)
-         if (tip%end == first_point) points = points(:, size(points, 2):1:-1)
+         allocate (points, source=toward(self%crack(tip%crack)%points, tip%end))
          last = size(points, 2)
          associate (from => points(:, last), before => points(:, last - 1))
             self%crack(tip%crack)%bonded(tip%end) = self%crack(tip%crack)%bonded(tip%end) + norm2(to - from)
@@ -184,8 +183,7 @@ contains
          else
             points = reshape([points, to], [ndim, last + 1])
          end if
-         if (tip%end == first_point) points = points(:, size(points, 2):1:-1)
-         call self%put_back(number, points)
+         call self%put_back(number, toward(points, tip%end))
       end associate
    end subroutine plan_way
 
@@ -213,14 +211,10 @@ contains
       integer, intent(in) :: number              !! of the tip
       real(dp) :: direction(ndim)
       integer :: last
-      associate (tip => self%tips(number))
-         associate (points => self%crack(tip%crack)%points)
-            last = size(points, 2)
-            direction = points(:, last) - points(:, last - 1)
-            if (tip%end == first_point) direction = points(:, 1) - points(:, 2)
-         end associate
+      associate (points => toward(self%crack(self%tips(number)%crack)%points, self%tips(number)%end))
+         last = size(points, 2)
+         direction = (points(:, last) - points(:, last - 1))/norm2(points(:, last) - points(:, last - 1))
       end associate
-      direction = direction/norm2(direction)
    end function end_direction
 
    !> Turn the last straight part at a tip around its beginning.
@@ -229,14 +223,13 @@ contains
       integer, intent(in) :: number              !! of the tip
       real(dp), intent(in) :: angle              !! to the left [rad]
       real(dp), allocatable :: points(:, :)
-      integer :: at, before
+      integer :: n
       associate (tip => self%tips(number))
-         allocate (points, source=self%crack(tip%crack)%points)
-         at = merge(size(points, 2), 1, tip%end == last_point)
-         before = merge(at - 1, 2, tip%end == last_point)
-         points(:, at) = points(:, before) + norm2(points(:, at) - points(:, before))*matmul(tip%axis, [cos(angle), sin(angle)])
+         allocate (points, source=toward(self%crack(tip%crack)%points, tip%end))
+         n = size(points, 2)
+         points(:, n) = points(:, n - 1) + norm2(points(:, n) - points(:, n - 1))*matmul(tip%axis, [cos(angle), sin(angle)])
+         call self%put_back(number, toward(points, tip%end))
       end associate
-      call self%put_back(number, points)
    end subroutine turn
 
    !> The places of the tips in the grid [m], (ndim, number).

@@ -181,19 +181,13 @@ contains
       integer, intent(in) :: cells               !! how many are planned
       real(dp), intent(out) :: to(ndim)
       logical, intent(out) :: at_kink
-      real(dp) :: x(ndim), lower(ndim), way
-      integer :: leaf, d
+      real(dp) :: x(ndim), way
+      integer :: leaf
       x = from + forest%tolerance()*(direction + inward)
       leaf = forest%leaf_at(x)
       way = forest%cell
       if (leaf /= outside) then
-         way = huge(way)
-         lower = forest%position(forest%place_of(leaf))
-         do d = 1, ndim
-            if (direction(d) > 1e-9_dp) way = min(way, (lower(d) + forest%size_of(leaf) - from(d))/direction(d))
-            if (direction(d) < -1e-9_dp) way = min(way, (lower(d) - from(d))/direction(d))
-         end do
-         way = way + into_next*forest%size_of(leaf)
+         way = forest%way_out(leaf, from, direction, 1e-9_dp) + into_next*forest%size_of(leaf)
          way = way + (cells - 1)*forest%size_of(leaf)
       end if
       to = from + way*direction

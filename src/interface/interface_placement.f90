@@ -494,20 +494,14 @@ contains
       real(dp), intent(in) :: x(ndim)            !! on the line [m]
       real(dp), intent(in) :: direction(ndim)    !! unit vector
       real(dp), intent(in) :: aside(ndim)        !! from the line to the leaf [m]
-      real(dp) :: beside(ndim), lower(ndim)
-      integer :: d
+      real(dp) :: beside(ndim)
       beside = x + merge(0.0_dp, aside, abs(direction) > parallel)
       if (leaf == outside) then
          way = max(way_into(forest, beside, direction), least_part*forest%cell)
          return
       end if
-      lower = forest%position(forest%place_of(leaf))
-      way = 2*forest%size_of(leaf)
-      do d = 1, ndim
-         if (direction(d) > least_part) way = min(way, (lower(d) + forest%size_of(leaf) - beside(d))/direction(d))
-         if (direction(d) < -least_part) way = min(way, (lower(d) - beside(d))/direction(d))
-      end do
-      way = max(way, least_part*forest%size_of(leaf))
+      way = max(min(forest%way_out(leaf, beside, direction, least_part), 2*forest%size_of(leaf)), &
+                least_part*forest%size_of(leaf))
    end function way_to_edge
 
    !> How far it is along a line from a place outside a lattice to the edge at which it comes in [m]; huge where it does not.

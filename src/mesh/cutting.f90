@@ -88,32 +88,22 @@ contains
       real(dp), intent(in) :: from(ndim)         !! [m]
       real(dp), intent(inout) :: tip(ndim)       !! [m]
       type(end_leaf_t), intent(inout) :: end
-      real(dp) :: direction(ndim), lower(ndim), ahead, behind
-      integer :: leaf, d
+      real(dp) :: direction(ndim), behind
+      integer :: leaf
       end%tip = tip
       end%front = tip
       direction = (tip - from)/norm2(tip - from)
       end%direction = direction
       leaf = forest%leaf_at(tip + nearly_none*forest%cell*(direction + into_half(direction, face)))
       if (leaf == outside) return
-      lower = forest%position(forest%place_of(leaf))
-      ahead = huge(ahead)
-      behind = huge(behind)
-      do d = 1, ndim
-         if (abs(direction(d)) <= nearly_none) cycle
-         associate (to_lower => (tip(d) - lower(d))/abs(direction(d)), &
-                    to_upper => (lower(d) + forest%size_of(leaf) - tip(d))/abs(direction(d)))
-            ahead = min(ahead, merge(to_upper, to_lower, direction(d) > 0))
-            behind = min(behind, merge(to_lower, to_upper, direction(d) > 0))
-         end associate
-      end do
+      behind = forest%way_out(leaf, tip, -direction, nearly_none)
       if (behind <= 2*nearly_none*forest%cell .and. count(abs(direction) > nearly_none) == 1) then
          tip = tip - behind*direction
          return
       end if
       end%leaf = leaf
-      end%front = tip + ahead*direction
-      tip = end%front
+      tip = tip + forest%way_out(leaf, tip, direction, nearly_none)*direction
+      end%front = tip
    end subroutine move_end
 
    !> Cut leaves ahead of the tip, one after the other, as long as of the edge at which the cut ends a node is behind the tip: both faces
@@ -123,7 +113,7 @@ contains
       real(dp), intent(inout) :: front(ndim)     !! where the cut ends [m]
       type(end_leaf_t), intent(inout) :: end
       integer, parameter :: most = 4             ! leaves; a line meets no more before an edge across it
-      real(dp) :: lower(ndim), node(ndim), off(ndim), ahead
+      real(dp) :: lower(ndim), node(ndim), off(ndim)
       integer :: turn, leaf, d, across
       if (end%leaf == 0) return
       do turn = 1, most
@@ -139,13 +129,7 @@ contains
             if (leaf == outside .or. leaf == end%leaf) return
             end%leaf = leaf
          end associate
-         lower = forest%position(forest%place_of(leaf))
-         ahead = huge(ahead)
-         do d = 1, ndim
-            if (abs(end%direction(d)) <= nearly_none) cycle
-            ahead = min(ahead, (lower(d) + merge(forest%size_of(leaf), 0.0_dp, end%direction(d) > 0) - front(d))/end%direction(d))
-         end do
-         front = front + max(ahead, nearly_none*forest%cell)*end%direction
+         front = front + max(forest%way_out(leaf, front, end%direction, nearly_none), nearly_none*forest%cell)*end%direction
          end%front = front
       end do
    end subroutine cut_ahead

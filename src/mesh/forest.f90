@@ -36,6 +36,7 @@ module hampm_forest
       procedure :: level_of
       procedure :: size_of
       procedure :: middle_of
+      procedure :: way_out
       procedure :: finest_level
       procedure :: is_uniform
       procedure :: meets_finer
@@ -188,6 +189,23 @@ contains
       integer, intent(in) :: leaf
       size_of = self%cell/shiftl(1, self%level_of(leaf))
    end function size_of
+
+   !> How far it is from a place in a leaf along a direction to the edge at which it leaves that [m]; huge where it is along none.
+   pure real(dp) function way_out(self, leaf, x, direction, none) result(way)
+      class(forest_t), intent(in) :: self
+      integer, intent(in) :: leaf
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: direction(ndim)    !! unit vector
+      real(dp), intent(in) :: none               !! component of the direction that counts as none
+      real(dp) :: lower(ndim)
+      integer :: d
+      lower = self%position(self%place_of(leaf))
+      way = huge(way)
+      do d = 1, ndim
+         if (abs(direction(d)) > none) &
+            way = min(way, (lower(d) + merge(self%size_of(leaf), 0.0_dp, direction(d) > 0) - x(d))/direction(d))
+      end do
+   end function way_out
 
    !> Middle of a leaf [m].
    pure function middle_of(self, leaf) result(x)
