@@ -109,15 +109,15 @@ contains
       g = g/determinant_of(f)
    end function inverse_transpose_of
 
-   !> Components 11, 22, 12 of a symmetric tensor of space, in solids 13 and 23, and 33 at last.
+   !> Components of a deviator of space but the last, 33: 11, 22, 12 and, in solids, 13 and 23.
    pure function components_of(t) result(c)
       real(dp), intent(in) :: t(space, space)
-      real(dp) :: c(n_symmetric)
+      real(dp) :: c(n_deviator)
       integer :: k
-      c = [(t(row(k), column(k)), k=1, n_symmetric)]
+      c = [(t(row(k), column(k)), k=1, n_deviator)]
    end function components_of
 
-   !> The symmetric tensor of space of such components.
+   !> The symmetric tensor of space of such components and 33 at last.
    pure function tensor_of(c) result(t)
       real(dp), intent(in) :: c(n_symmetric)
       real(dp) :: t(space, space)

@@ -34,6 +34,16 @@ module hampm_body_contact
    ! How a pair is after a step
    integer, parameter :: apart = 0, slides = 1, sticks = 2
 
+   !> Copies of a node, of the body on the lower velocity field and of that on the upper one.
+   type :: body_pair_t
+      integer :: node(2) = 0
+      logical :: of_first = .false.              !! whether one of the two is on the first velocity field
+      integer :: state = apart                   !! or `slides` or `sticks`
+      real(dp) :: normal(ndim) = 0               !! from the first to the second
+      real(dp) :: gap = 0                        !! less `distance`, huge where bodies are too far apart to meet [m]
+      real(dp) :: slip(ndim) = 0                 !! v2 - v1 at t^n [m/s]
+   end type body_pair_t
+
    !> The pairs of nodes of bodies that are near each other.
    type :: body_contact_t
       logical :: wanted = .false.                !! whether bodies have velocity fields of their own; without, there are no pairs
@@ -41,13 +51,8 @@ module hampm_body_contact
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: distance = 0                   !! gap at which they touch [m]
       integer :: n = 0                           !! number of pairs
-      integer, allocatable :: node(:, :)         !! of the body on the lower and that on the upper velocity field, (2, n)
+      type(body_pair_t), allocatable :: pair(:)  !! (n)
       integer, allocatable :: first(:)           !! pairs at one place follow each other: the first of each place, and n + 1
-      logical, allocatable :: of_first(:)        !! whether one of the two is on the first velocity field, (n)
-      integer, allocatable :: state(:)           !! `apart`, `slides` or `sticks`, (n)
-      real(dp), allocatable :: normal(:, :)      !! from the first to the second (ndim, n)
-      real(dp), allocatable :: gap(:)            !! less `distance`, huge where bodies are too far apart to meet [m], (n)
-      real(dp), allocatable :: slip(:, :)        !! v2 - v1 at t^n [m/s], (ndim, n)
       real(dp) :: force(ndim) = 0                !! of what is on the first velocity field on all others, in the last step [N]
       real(dp) :: loss = 0                       !! energy that bodies have lost by meeting [J]
       real(dp) :: friction_loss = 0              !! energy taken by friction [J]
@@ -67,8 +72,7 @@ contains
       if (.not. c%wanted) return
       c%n = 0
       c%layout = -1
-      c%node = reshape([integer ::], [2, 0])
-      c%state = [integer ::]
+      c%pair = [body_pair_t ::]
       call grid%copies_of_nodes(c%copies)
    end subroutine rebuild_body_contact
 
@@ -77,8 +81,8 @@ contains
       type(body_contact_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(in) :: f
-      integer, allocatable :: node(:, :), state(:), first(:)
-      logical, allocatable :: of_first(:)
+      type(body_pair_t), allocatable :: pair(:)
+      integer, allocatable :: first(:)
       integer :: i, a, b, n, old, places
       if (c%layout == f%mass_matrix%layout) return
       c%layout = f%mass_matrix%layout
@@ -89,7 +93,7 @@ contains
          if (a > 1) places = places + 1
          n = n + (a*(a - 1))/2
       end do
-      allocate (node(2, n), of_first(n), state(n), first(places + 1))
+      allocate (pair(n), first(places + 1))
       n = 0
       places = 0
       old = 1
@@ -102,23 +106,17 @@ contains
             do b = a + 1, size(c%copies, 1)
                if (.not. f%is_active(c%copies(b, i))) cycle
                n = n + 1
-               node(:, n) = c%copies([a, b], i)
-               call find_in(c, node(:, n), old)
-               of_first(n) = a == 1
-               state(n) = apart
-               if (old <= c%n) state(n) = c%state(old)
+               pair(n)%node = c%copies([a, b], i)
+               pair(n)%of_first = a == 1
+               call find_in(c, pair(n)%node, old)
+               if (old <= c%n) pair(n)%state = c%pair(old)%state
             end do
          end do
       end do
       first(places + 1) = n + 1
       c%n = n
-      call move_alloc(node, c%node)
-      call move_alloc(of_first, c%of_first)
-      call move_alloc(state, c%state)
+      call move_alloc(pair, c%pair)
       call move_alloc(first, c%first)
-      c%normal = reshape(spread(0.0_dp, 1, ndim*n), [ndim, n])
-      c%gap = spread(0.0_dp, 1, n)
-      c%slip = c%normal
    end subroutine find_body_pairs
 
    !> How many of the copies of a node are active; none of a point that is no node of the first velocity field.
@@ -138,7 +136,7 @@ contains
       from = at
       do k = 0, c%n - 1
          at = 1 + modulo(from - 1 + k, c%n)
-         if (all(c%node(:, at) == node)) return
+         if (all(c%pair(at)%node == node)) return
       end do
       at = c%n + 1
    end subroutine find_in
@@ -152,13 +150,15 @@ contains
       type(corner_map_t), intent(in) :: map      !! of domains, where particles have any
       integer :: k, side
       do k = 1, c%n
-         do side = 1, 2
-            call gather_extents(grid, p, blocks, map, c%node(side, k), c%sides(side))
-         end do
-         c%gap(k) = huge(c%gap)
-         if (any(c%sides%n == 0)) cycle
-         call find_normal_and_gap(p, grid%smallest_leaf_at(c%node(1, k)), c%sides(1), c%sides(2), c%normal(:, k), c%gap(k))
-         if (c%gap(k) < huge(c%gap)) c%gap(k) = c%gap(k) - c%distance
+         associate (pair => c%pair(k))
+            do side = 1, 2
+               call gather_extents(grid, p, blocks, map, pair%node(side), c%sides(side))
+            end do
+            pair%gap = huge(pair%gap)
+            if (any(c%sides%n == 0)) cycle
+            call find_normal_and_gap(p, grid%smallest_leaf_at(pair%node(1)), c%sides(1), c%sides(2), pair%normal, pair%gap)
+            if (pair%gap < huge(pair%gap)) pair%gap = pair%gap - c%distance
+         end associate
       end do
    end subroutine find_gaps
 
@@ -174,22 +174,22 @@ contains
       integer :: k
       associate (v => f%velocity(:, :, which))
          do k = 1, c%n
-            associate (a => c%node(1, k), b => c%node(2, k), n => c%normal(:, k))
+            associate (pair => c%pair(k), a => c%pair(k)%node(1), b => c%pair(k)%node(2), n => c%pair(k)%normal)
                impulse = 0
-               if (c%state(k) /= apart .and. c%gap(k) < huge(c%gap)) then
+               if (pair%state /= apart .and. pair%gap < huge(pair%gap)) then
                   give = yielding(a, b, free, f)
-                  if (c%state(k) == sticks) then
+                  if (pair%state == sticks) then
                      impulse = impulse_to_stick(give, v(:, b) - v(:, a), spread(0.0_dp, 1, ndim))
                   else
                      impulse = n*impulse_along(n, n, give, dot_product(v(:, b) - v(:, a), n), 0.0_dp)
                   end if
                   call push(a, b, free, f, impulse, v)
                end if
-               if (which == v_n) c%slip(:, k) = v(:, b) - v(:, a)
+               if (which == v_n) pair%slip = v(:, b) - v(:, a)
             end associate
          end do
       end associate
-      if (any(c%state /= apart)) call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, which))
+      if (any(c%pair%state /= apart)) call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, which))
    end subroutine share_between_bodies
 
    !> Keep the bodies from interpenetrating: change accelerations and new velocities of the pairs that would, and book what bodies
@@ -204,7 +204,7 @@ contains
       integer :: place, sweep, k
       logical :: acts
       c%force = 0
-      c%state(:c%n) = apart
+      c%pair%state = apart
       do place = 1, size(c%first) - 1
          do sweep = 1, most_sweeps
             acts = .false.
@@ -215,7 +215,7 @@ contains
             if (.not. acts .or. c%first(place + 1) - c%first(place) == 1) exit
          end do
       end do
-      if (.not. any(c%state /= apart)) return
+      if (all(c%pair%state == apart)) return
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
    end subroutine separate_bodies
@@ -231,19 +231,20 @@ contains
       real(dp), dimension(ndim) :: give, w, along, way
       real(dp) :: closing
       impulse = 0
-      if (.not. c%gap(k) < huge(c%gap)) return
-      associate (a => c%node(1, k), b => c%node(2, k), n => c%normal(:, k), velocity => f%velocity(:, :, v_next))
+      associate (pair => c%pair(k), a => c%pair(k)%node(1), b => c%pair(k)%node(2), n => c%pair(k)%normal, &
+                 velocity => f%velocity(:, :, v_next))
+         if (.not. pair%gap < huge(pair%gap)) return
          give = yielding(a, b, free, f)
          w = velocity(:, b) - velocity(:, a)
-         closing = -max(c%gap(k), 0.0_dp)/dt
+         closing = -max(pair%gap, 0.0_dp)/dt
          if (.not. dot_product(w, n) < closing) return
-         c%state(k) = slides
+         pair%state = slides
          impulse = n*impulse_along(n, n, give, dot_product(w, n), closing)
          if (c%always_sticks .or. c%friction > 0) then
             impulse = impulse_to_stick(give, w, closing*n)
             along = impulse - dot_product(impulse, n)*n
             if (c%always_sticks .or. norm2(along) <= c%friction*dot_product(impulse, n)) then
-               c%state(k) = sticks
+               pair%state = sticks
             else
                along = n + c%friction*along/norm2(along)
                impulse = along*impulse_along(n, along, give, dot_product(w, n), closing)
@@ -251,12 +252,12 @@ contains
          end if
          call push(a, b, free, f, impulse, velocity)
          call push(a, b, free, f, impulse/dt, f%acceleration)
-         way = (c%slip(:, k) + velocity(:, b) - velocity(:, a))/2
+         way = (pair%slip + velocity(:, b) - velocity(:, a))/2
          along = dot_product(impulse, n)*n
          if (c%always_sticks) along = impulse    ! nothing slides: what is lost is lost by meeting
          c%loss = c%loss - dot_product(along, way)
          c%friction_loss = c%friction_loss - dot_product(impulse - along, way)
-         if (c%of_first(k)) c%force = c%force + impulse/dt
+         if (pair%of_first) c%force = c%force + impulse/dt
       end associate
    end subroutine meet
 
@@ -303,6 +304,8 @@ contains
    subroutine archive_body_contact(c, archive)
       type(body_contact_t), intent(inout) :: c
       class(archive_t), intent(inout) :: archive
+      integer, allocatable :: node(:, :)
+      integer :: k
       if (.not. c%wanted) return
       call archive%section('body_contact')
       call archive%serialise('loss', c%loss)
@@ -311,11 +314,14 @@ contains
       call archive%serialise('pairs', c%n)
       if (archive%failure%failed()) return
       if (archive%is_read) then
-         c%node = reshape(spread(0, 1, 2*c%n), [2, c%n])
-         c%state = spread(0, 1, c%n)
+         c%pair = spread(body_pair_t(), 1, c%n)
          c%layout = -1
       end if
-      call archive%archive_integers('node', 2*c%n, c%node)
-      call archive%archive_integers('state', c%n, c%state)
+      allocate (node, source=reshape([(c%pair(k)%node, k=1, c%n)], [2, c%n]))
+      call archive%archive_integers('node', 2*c%n, node)
+      do k = 1, c%n
+         c%pair(k)%node = node(:, k)
+      end do
+      call archive%archive_integers('state', c%n, c%pair%state)
    end subroutine archive_body_contact
 end module hampm_body_contact

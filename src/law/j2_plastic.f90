@@ -97,11 +97,9 @@ contains
       real(dp), intent(in) :: dt
       real(dp), intent(inout) :: state(:)
       type(return_t) :: r
-      real(dp) :: flow(n_deviator + 1)
       r = self%returned(h, state)
       if (.not. r%gamma > 0) return
-      flow = components_of(r%gamma*r%normal)
-      state(:n_deviator) = state(:n_deviator) + flow(:n_deviator)
+      state(:n_deviator) = state(:n_deviator) + components_of(r%gamma*r%normal)
       state(equivalent) = r%alpha
    end subroutine update
 

@@ -90,9 +90,9 @@ contains
          v = dashpot(state, k)
          q = 2*self%modulus(k)*(before - v)
          state(taken_energy) = state(taken_energy) + taken(x, q, 2*self%modulus(k)*change)/(2*self%modulus(k))
-         state(first_of(k):first_of(k + 1) - 1) = kept_of(before + change - exp(-x)*(before - v) - relaxing(x)*change)
+         state(first_of(k):first_of(k + 1) - 1) = components_of(before + change - exp(-x)*(before - v) - relaxing(x)*change)
       end do
-      state(:n_deviator) = kept_of(before + change)
+      state(:n_deviator) = components_of(before + change)
    end subroutine update
 
    !> Stress; of another strain than that of the state, the sudden one [Pa].
@@ -139,14 +139,6 @@ contains
       real(dp), intent(in) :: state(:)
       dissipation = state(taken_energy)
    end function dissipation
-
-   !> What of a deviator is kept.
-   pure function kept_of(e) result(kept)
-      real(dp), intent(in) :: e(space, space)
-      real(dp) :: kept(n_deviator), every(n_deviator + 1)
-      every = components_of(e)
-      kept = every(:n_deviator)
-   end function kept_of
 
    !> Strain of the k-th dashpot [-].
    pure function dashpot(state, k) result(v)
