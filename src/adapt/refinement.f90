@@ -14,28 +14,32 @@ module hampm_refinement
    use hampm_text, only: to_text
    implicit none
    private
-   public :: refinement_t, refine_at_start, refine, follow_particles, archive_refinement
+   public :: refine_t, refinement_t, refine_at_start, refine, follow_particles, archive_refinement
 
    real(dp), parameter :: marked_part = 0.5_dp   !! of the squared error, in the cells that are refined at once (Doerfler 1996)
    real(dp), parameter :: most_static = 0.8_dp   !! the same where each mesh takes a solution: few of them cost less than few cells
 
-   !> What tells cells to refine, its thresholds and limits, and what was found at the last look.
-   type :: refinement_t
-      character(name_len) :: indicator = 'none'  !! 'none', 'gradient', 'zz' or 'tip'
-      character(name_len) :: field = ''          !! of 'gradient': 'energy_density', 'stress_norm' or 'speed'
-      real(dp) :: r_crit = 0                     !! of 'gradient': mean R above which a leaf is refined
-      real(dp) :: r_coarsen = 0                  !! and below which a family is recombined
-      real(dp) :: tolerance = 0                  !! of 'zz': relative error in the energy norm
+   !> What tells cells to refine, its thresholds and limits: the keys of &refine.
+   type :: refine_t
+      character(name_len) :: indicator = 'none'  !! 'none', 'gradient', 'zz' or 'tip'; 'none' where the group is absent
+      character(name_len) :: field = ''          !! of gradient: 'energy_density', 'stress_norm' or 'speed'
+      real(dp) :: r_crit = 0                     !! of gradient: mean R of a cell above which it refines [-]
+      real(dp) :: r_coarsen = 0                  !! of gradient: R below which families recombine, 0: never [-]
+      real(dp) :: tolerance = 0                  !! of zz: relative error in the energy norm [-]
+      integer :: rings = 0                       !! of tip: distance from the tip, in cells of each level
+      integer :: max_level = 0                   !! level of the finest cells, 0: the root cells
+      real(dp) :: energy_floor = 0               !! of gradient: part of its largest value below which the field is not looked at
+      real(dp) :: region_lower(ndim) = -huge(1.0_dp)   !! box in which cells may refine [m]; -huge and huge where it has no
+      real(dp) :: region_upper(ndim) = huge(1.0_dp)    !! limit: compare with them, their difference overflows
+      real(dp) :: start = 0                      !! time of the first look at gradient or zz [s]
+      integer :: interval = 1                    !! steps between looks at the indicator
+      integer :: max_particles = huge(1)         !! refinement ends where there would be more particles
+   end type refine_t
+
+   !> The same in a run, and what was found at the last look.
+   type, extends(refine_t) :: refinement_t
       logical :: is_static = .false.             !! whether each mesh takes a solution
-      integer :: rings = 0                       !! of 'tip': cells around the tip, of every level
       logical :: tips_move = .false.             !! whether tips move through the grid
-      integer :: max_level = 0
-      real(dp) :: energy_floor = 0               !! part of the largest value below which the field is not looked at
-      real(dp) :: lower(ndim) = -huge(1.0_dp)    !! box in which cells may be refined [m]
-      real(dp) :: upper(ndim) = huge(1.0_dp)
-      real(dp) :: start = 0                      !! time of the first look, where it follows the motion [s]
-      integer :: interval = 1                    !! steps between two looks
-      integer :: max_particles = huge(1)
       logical :: reached_max_level = .false.     !! whether a leaf would have been refined further
       logical :: reached_max_particles = .false. !! whether refinement has ended
       real(dp) :: largest_r = 0                  !! largest mean R of a leaf in the box at the last look
@@ -140,7 +144,7 @@ contains
       type(problem_t), intent(in) :: m
       integer, intent(in) :: leaf
       associate (x => m%grid%forest%middle_of(leaf))
-         is_in_box = all(x >= r%lower .and. x <= r%upper)
+         is_in_box = all(x >= r%region_lower .and. x <= r%region_upper)
       end associate
    end function is_in_box
 

@@ -7,9 +7,10 @@ module hampm_model
    use hampm_cohesive_group, only: cohesive_t, fill_cohesive
    use hampm_crack_groups, only: path_spec_t, fill_paths, energy_release_t, fill_energy_release, &
                                  growth_t, fill_growth
-   use hampm_plain_groups, only: grid_spec_t, fill_grid, run_t, fill_run, damping_t, fill_damping, output_t, fill_output, &
-                                 body_contact_spec_t, fill_contact, method_t, fill_method, refine_t, fill_refine
+   use hampm_plain_groups, only: grid_spec_t, run_t, damping_t, output_t, body_contact_spec_t, method_t
    use hampm_material_group, only: material_spec_t, fill_materials
+   use hampm_namelist_text, only: component_text
+   use hampm_refinement, only: refine_t
    use hampm_settings, only: settings_t
    use hampm_tolerance, only: position_tolerance
    implicit none
@@ -69,26 +70,43 @@ contains
    pure subroutine fill_model(settings, model)
       type(settings_t), intent(in) :: settings
       type(model_t), intent(inout) :: model
-      call fill_run(settings, model%run)
-      call fill_grid(settings, model%grid)
+      call fill_plain(settings, model%run, model%grid, model%damping, model%contact, model%method, model%refine, model%output)
       call fill_materials(settings, model%materials)
       call fill_bodies(settings, model%bodies)
       call fill_holes(settings, model%bodies, model%holes)
       call fill_constraints(settings, model%constraints)
       call fill_loads(settings, model%loads)
-      call fill_damping(settings, model%damping)
-      call fill_contact(settings, model%contact)
-      call fill_method(settings, model%method)
-      call fill_refine(settings, model%refine)
       call fill_paths(settings, model%paths)
       call fill_cohesive(settings, model%cohesive)
       call fill_growth(settings, model%growth)
       call fill_energy_release(settings, model%energy_release)
-      call fill_output(settings, model%output)
       call find_materials(model)
       call place_lines(model)
       call find_growing_paths(model)
    end subroutine fill_model
+
+   !> Fill the groups that stand once: by the compiler's own input of namelists, as their components have the names of keys.
+   pure subroutine fill_plain(settings, run, grid, damping, contact, method, refine, output)
+      type(settings_t), intent(in) :: settings
+      type(run_t), intent(inout) :: run
+      type(grid_spec_t), intent(inout) :: grid
+      type(damping_t), intent(inout) :: damping
+      type(body_contact_spec_t), intent(inout) :: contact
+      type(method_t), intent(inout) :: method
+      type(refine_t), intent(inout) :: refine
+      type(output_t), intent(inout) :: output
+      namelist /plain/ run, grid, damping, contact, method, refine, output
+      character(*), parameter :: names(*) = [character(7) :: 'run', 'grid', 'damping', 'contact', 'method', 'refine', 'output']
+      character(:), allocatable :: text
+      integer :: i
+      text = '&plain'
+      do i = 1, settings%count
+         if (any(names == settings%entries(i)%name)) text = text//component_text(settings%entries(i))
+      end do
+      text = text//' /'
+      read (text, nml=plain)
+      run%thickness%is_ring = run%plane == 'axisymmetric'
+   end subroutine fill_plain
 
    !> Find the material of each body by its name; 0 where there is none. Materials of which there is no body are left out, and of several that
    !> differ by their names only all bodies are of the first one.

@@ -2,11 +2,11 @@
 module hampm_namelist_text
    use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required
    use hampm_keys, only: groups, keys, first_key, key_count, joined_choices, default_count, default_value, is_text
-   use hampm_settings, only: settings_t, setting_t
+   use hampm_settings, only: settings_t, setting_t, group_entry_t
    use hampm_text, only: to_text
    implicit none
    private
-   public :: template_text, canonical_text, example_list
+   public :: template_text, canonical_text, component_text, example_list
 
    character, parameter :: line_feed = new_line('a')
    integer, parameter :: comment_column = 48       !! where the comments of the template begin
@@ -94,12 +94,32 @@ contains
             if (settings%entries(entry)%group /= g) cycle
             group_text = '&'//trim(groups(g)%name)//line_feed
             do k = 1, key_count(g)
-               group_text = group_text//canonical_line(keys(first_key(g) + k - 1), settings%entries(entry)%settings(k))
+               group_text = group_text//canonical_line(keys(first_key(g) + k - 1), settings%entries(entry)%settings(k))// &
+                            line_feed
             end do
             text = text//group_text//'/'//line_feed
          end do
       end do
    end function canonical_text
+
+   !> The keys of a validated group as components of a variable of its name; 0 or '' where they are wrong.
+   pure function component_text(entry) result(text)
+      type(group_entry_t), intent(in) :: entry
+      character(:), allocatable :: text
+      integer :: k
+      text = ''
+      do k = 1, size(entry%settings)
+         associate (key => keys(first_key(entry%group) + k - 1), setting => entry%settings(k))
+            if (.not. setting%good .and. is_text(key)) then
+               text = text//' '//trim(entry%name)//'%'//trim(key%name)//' = '''''
+            else if (.not. setting%good) then
+               text = text//' '//trim(entry%name)//'%'//trim(key%name)//' = '//to_text(key%most)//'*0'
+            else if (setting%count > 0) then
+               text = text//' '//trim(entry%name)//'%'//adjustl(canonical_line(key, setting))
+            end if
+         end associate
+      end do
+   end function component_text
 
    !> One key of the canonical text: `   young = 7.0e10`.
    pure function canonical_line(key, setting) result(line)
@@ -120,7 +140,6 @@ contains
             line = line//' '//to_text(setting%numbers(i))
          end if
       end do
-      line = line//line_feed
    end function canonical_line
 
    !> Text in quotes, quotes in it doubled.

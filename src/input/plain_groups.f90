@@ -1,17 +1,15 @@
 !> The groups that stand once, &run, &grid, &damping, &output, &contact, &method and &refine: their rows in the table of groups, their
-!> keys, and their values in a model.
+!> keys, and their values in a model, in components with the names of the keys; those of &refine are in `hampm_refinement`.
 module hampm_plain_groups
    use hampm_kinds, only: dp, ndim, name_len, path_len
    use hampm_key_rows, only: group_t, key_t, type_real, type_integer, once, is_required, any_number, positive, &
                              type_name, type_text, is_assumed, not_negative, is_optional
-   use hampm_settings, only: settings_t
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: grid_group, grid_keys, grid_spec_t, fill_grid, run_group, run_keys, run_t, fill_run, damping_group, damping_keys, &
-             damping_t, fill_damping, output_group, output_keys, output_t, fill_output, contact_group, contact_keys, &
-             body_contact_spec_t, fill_contact, method_group, method_keys, method_t, fill_method, refine_group, refine_keys, &
-             refine_t, fill_refine
+   public :: grid_group, grid_keys, grid_spec_t, run_group, run_keys, run_t, damping_group, damping_keys, damping_t, output_group, &
+             output_keys, output_t, contact_group, contact_keys, body_contact_spec_t, method_group, method_keys, method_t, &
+             refine_group, refine_keys
 
    type(group_t), parameter :: contact_group = group_t('contact', once, is_assumed, 'how bodies that meet act on each other')
 
@@ -204,70 +202,7 @@ module hampm_plain_groups
       key_t('max_particles', type_integer, 'most material points; where there would be more, refinement ends with a warning', &
             default='1000000', allowed='[1, 2e9]')]
 
-   !> &refine: where cells refine.
-   type :: refine_t
-      character(name_len) :: indicator = 'none'  !! 'none', 'gradient', 'zz' or 'tip'; 'none' where the group is absent
-      character(name_len) :: field = ''          !! of gradient: 'energy_density', 'stress_norm' or 'speed'
-      real(dp) :: r_crit = 0                     !! of gradient: mean R of a cell above which it refines [-]
-      real(dp) :: r_coarsen = 0                  !! of gradient: R below which families recombine, 0: never [-]
-      real(dp) :: tolerance = 0                  !! of zz: relative error in the energy norm [-]
-      integer :: rings = 0                       !! of tip: distance from the tip, in cells of each level
-      integer :: max_level = 0                   !! level of the finest cells, 0: the root cells
-      real(dp) :: energy_floor = 0               !! of gradient: part of its largest value below which the field is not looked at
-      real(dp) :: region_lower(ndim) = -huge(1.0_dp)   !! box in which cells may refine [m]; -huge and huge where it has no
-      real(dp) :: region_upper(ndim) = huge(1.0_dp)    !! limit: compare with them, their difference overflows
-      real(dp) :: start = 0                      !! time of the first look at gradient or zz [s]
-      integer :: interval = 1                    !! steps between looks at the indicator
-      integer :: max_particles = 0               !! refinement ends where there would be more particles
-   end type refine_t
-
 contains
-
-   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
-   pure subroutine fill_grid(settings, grid)
-      type(settings_t), intent(in) :: settings
-      type(grid_spec_t), intent(inout) :: grid
-      integer :: entry
-      entry = settings%find('grid', 1)
-      grid%lower = settings%vector(entry, 'lower')
-      grid%cell = settings%number(entry, 'cell')
-      grid%cells = nint(settings%vector(entry, 'cells'))
-      grid%order = nint(settings%number(entry, 'order'))
-   end subroutine fill_grid
-
-   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
-   pure subroutine fill_run(settings, run)
-      type(settings_t), intent(in) :: settings
-      type(run_t), intent(inout) :: run
-      integer :: entry
-      entry = settings%find('run', 1)
-      run%title = settings%text(entry, 'title')
-      run%plane = settings%text(entry, 'plane')
-      run%thickness = thickness_t(settings%number(entry, 'thickness'), run%plane == 'axisymmetric')
-      run%end_time = settings%number(entry, 'end_time')
-   end subroutine fill_run
-
-   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
-   pure subroutine fill_damping(settings, damping)
-      type(settings_t), intent(in) :: settings
-      type(damping_t), intent(inout) :: damping
-      integer :: entry
-      entry = settings%find('damping', 1)
-      damping%rate = settings%number(entry, 'rate')
-   end subroutine fill_damping
-
-   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
-   pure subroutine fill_output(settings, output)
-      type(settings_t), intent(in) :: settings
-      type(output_t), intent(inout) :: output
-      integer :: entry
-      entry = settings%find('output', 1)
-      output%file = settings%text(entry, 'file')
-      output%history_interval = settings%number(entry, 'history_interval')
-      output%snapshot_interval = settings%number(entry, 'snapshot_interval')
-      output%checkpoint_interval = settings%number(entry, 'checkpoint_interval')
-      output%checkpoint_steps = nint(settings%number(entry, 'checkpoint_steps'))
-   end subroutine fill_output
 
    !> Whether bodies have velocity fields of their own.
    pure logical function is_wanted(self)
@@ -275,68 +210,9 @@ contains
       is_wanted = self%bodies == 'stick' .or. self%bodies == 'frictionless' .or. self%bodies == 'friction'
    end function is_wanted
 
-   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
-   pure subroutine fill_contact(settings, contact)
-      type(settings_t), intent(in) :: settings
-      type(body_contact_spec_t), intent(inout) :: contact
-      integer :: entry
-      entry = settings%find('contact', 1)
-      contact%bodies = settings%text(entry, 'bodies')
-      contact%friction = settings%number(entry, 'friction')
-      contact%distance = settings%number(entry, 'distance')
-   end subroutine fill_contact
-
    !> Whether particles have domains (`hampm_domains`).
    elemental logical function has_domains(self)
       class(method_t), intent(in) :: self
       has_domains = self%shape_functions == 'cpdi'
    end function has_domains
-
-   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
-   pure subroutine fill_method(settings, method)
-      type(settings_t), intent(in) :: settings
-      type(method_t), intent(inout) :: method
-      integer :: entry
-      entry = settings%find('method', 1)
-      method%time = settings%text(entry, 'time')
-      method%time_step = settings%number(entry, 'time_step')
-      method%hht_alpha = settings%number(entry, 'hht_alpha')
-      method%load_steps = nint(settings%number(entry, 'load_steps'))
-      method%scheme = settings%text(entry, 'scheme')
-      method%path = settings%text(entry, 'path')
-      method%courant = settings%number(entry, 'courant')
-      method%wave_speed = settings%text(entry, 'wave_speed')
-      method%time_steps = settings%text(entry, 'time_steps')
-      method%frame = settings%text(entry, 'frame')
-      method%shape_functions = settings%text(entry, 'shape_functions')
-      method%mass = settings%text(entry, 'mass')
-      method%order = nint(settings%number(entry, 'order'))
-      method%lumped_fraction = settings%number(entry, 'lumped_fraction')
-      method%consistent_region = settings%text(entry, 'consistent_region')
-      method%consistent_lower = settings%vector(entry, 'consistent_lower')
-      method%consistent_upper = settings%vector(entry, 'consistent_upper')
-      method%solver = settings%text(entry, 'solver')
-   end subroutine fill_method
-
-   !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
-   pure subroutine fill_refine(settings, refine)
-      type(settings_t), intent(in) :: settings
-      type(refine_t), intent(inout) :: refine
-      integer :: entry
-      entry = settings%find('refine', 1)
-      if (entry == 0) return
-      refine%indicator = settings%text(entry, 'indicator')
-      refine%field = settings%text(entry, 'field')
-      refine%r_crit = settings%number(entry, 'r_crit')
-      refine%r_coarsen = settings%number(entry, 'r_coarsen')
-      refine%tolerance = settings%number(entry, 'tolerance')
-      refine%rings = nint(settings%number(entry, 'rings'))
-      refine%max_level = nint(settings%number(entry, 'max_level'))
-      refine%energy_floor = settings%number(entry, 'energy_floor')
-      if (size(settings%numbers(entry, 'region_lower')) == ndim) refine%region_lower = settings%numbers(entry, 'region_lower')
-      if (size(settings%numbers(entry, 'region_upper')) == ndim) refine%region_upper = settings%numbers(entry, 'region_upper')
-      refine%start = settings%number(entry, 'start')
-      refine%interval = nint(settings%number(entry, 'interval'))
-      refine%max_particles = nint(settings%number(entry, 'max_particles'))
-   end subroutine fill_refine
 end module hampm_plain_groups

@@ -228,24 +228,10 @@ contains
    pure function refinement_of(model) result(r)
       type(model_t), intent(in) :: model
       type(refinement_t) :: r
-      associate (spec => model%refine)
-         r%indicator = spec%indicator
-         r%field = spec%field
-         r%r_crit = spec%r_crit
-         r%r_coarsen = spec%r_coarsen
-         r%tolerance = spec%tolerance
-         r%rings = spec%rings
-         r%tips_move = (model%method%frame /= 'total' .and. any(model%paths%kind /= 'symmetry')) .or. size(model%growth) > 0 &
-                       .or. any(model%cohesive%from > 0) .or. model%is_half() .and. size(model%cohesive) > 0
-         r%is_static = model%method%time == 'static'
-         r%max_level = spec%max_level
-         r%energy_floor = spec%energy_floor
-         r%lower = spec%region_lower
-         r%upper = spec%region_upper
-         r%start = spec%start
-         r%interval = spec%interval
-         r%max_particles = spec%max_particles
-      end associate
+      r%refine_t = model%refine
+      r%tips_move = (model%method%frame /= 'total' .and. any(model%paths%kind /= 'symmetry')) .or. size(model%growth) > 0 &
+                    .or. any(model%cohesive%from > 0) .or. model%is_half() .and. size(model%cohesive) > 0
+      r%is_static = model%method%time == 'static'
    end function refinement_of
 
    !> Fill the bodies with particles and sort these into the cells.
