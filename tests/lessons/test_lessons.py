@@ -4,7 +4,8 @@ measured, and are what theory asks.
 The lessons themselves have no marks. `<lesson>.toml` says what a number is and among which words it stands:
 
     [let]       optional: names for numbers and expressions, in order
-    [name]      measured  an expression; optional where the lesson gives theory alone
+    [name]      warned    some words of a warning of `--check`, which the lesson tells of; with `source` alone
+                measured  an expression; optional where the lesson gives theory alone
                 asked     a number or an expression, from theory or an independent method
                 rtol      of `asked`, and/or; a number or an expression
                 atol      absolute
@@ -179,8 +180,12 @@ def test_a_lesson_has_its_parts(name):
 
 @each_lesson
 def test_the_namelist_is_valid(hampm, name):
+    """Without a warning, but for those that the lesson tells of."""
     result = hampm("--check", FOLDER / f"{name}.nml")
-    assert (result.returncode, result.stderr) == (0, "")
+    warned = [check["warned"] for check in checks_of(name).values() if "warned" in check]
+    lines = result.stderr.splitlines()
+    assert result.returncode == 0 and len(lines) == len(warned)
+    assert all(words in line for words, line in zip(warned, lines))
 
 
 @each_lesson
