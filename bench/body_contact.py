@@ -18,8 +18,8 @@ import numpy as np
 from tables import command_line, write
 
 CPDI = "method.shape_functions='cpdi'"
-BLEND = "method.mass='weighted'"
-BARS = [(25, ()), (50, ()), (100, ()), (25, (BLEND,)), (50, (BLEND,)), (100, (BLEND,)), (50, (CPDI,)), (50, (CPDI, BLEND)), (100, (CPDI, BLEND)),
+WEIGHTED = "method.mass='weighted'"
+BARS = [(25, ()), (50, ()), (100, ()), (25, (WEIGHTED,)), (50, (WEIGHTED,)), (100, (WEIGHTED,)), (50, (CPDI,)), (50, (CPDI, WEIGHTED)), (100, (CPDI, WEIGHTED)),
         (50, ("method.mass='consistent'",)), (50, ("method.mass='fmpm'",))]
 PHASES = (0.0, 0.13, 0.25, 0.5, 0.77)
 HERTZ = [(16, 0.2, 0.0, ()), (24, 0.16, 0.0, ()), (24, 0.16, 0.4, ()), (48, 0.16, 0.0, ()), (16, 0.2, 0.0, (CPDI,)), (24, 0.16, 0.0, (CPDI,)),

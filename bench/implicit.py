@@ -4,7 +4,7 @@
             explicit steps with the same mesh and mass matrix, and against converged finite elements
     chen    Chen's problem, where waves matter: K_I(t) over 0.2 us against independent finite elements
 
-Run by `make -C bench implicit`, about ten minutes, most of it explicit steps with the full mass matrix; or for one part:
+Run by `make -C bench implicit`, about ten minutes, most of it explicit steps with the consistent mass matrix; or for one part:
 .venv/bin/python bench/implicit.py chen
 """
 

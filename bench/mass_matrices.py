@@ -119,7 +119,7 @@ def cost(program, repeats):
 
 
 def memory(program):
-    rows = [("cell [mm]", "nodes", "MiB lumped", "MiB full, cg", "KiB a node more than the row above, cg")]
+    rows = [("cell [mm]", "nodes", "MiB lumped", "MiB consistent, cg", "KiB a node more than the row above, cg")]
     last = None
     for cell in (1.25e-3, 0.625e-3, 0.3125e-3, 0.15625e-3):
         scene, columns = ROOT / "input/dcb.nml", round(0.1 / cell)

@@ -2,14 +2,14 @@
 
 In cells of size 1, density 1 and dilatational wave speed 1, a time step is a courant number. With the particles' shape
 functions S, their masses m, M = S^T m S, its row sums D, the stiffness K of the particles and the matrix A that the run
-takes for the inverse of M (D^-1, a series, or the inverse of a full, partial or blended matrix), a step changes the
+takes for the inverse of M (D^-1, a series, or the inverse of a consistent, partial or weighted matrix), a step changes the
 nodal momentum p = S^T m v and the sum u of the strain displacements by
 
     p <- p - dt M A K u,    u <- u + dt w,
 
 with w = A p from before or after the change of p: `usf`, `musl` and `usavg` are leapfrog schemes of omega^2 = A M A K,
 with the limit omega dt = 2. `usl` strains with w = A p - dt A K u instead. Momentum is mapped to the grid and back, and so
-the squared frequency carries the factor M A, which is 1 for the full matrix only.
+the squared frequency carries the factor M A, which is 1 for the consistent matrix only.
 """
 
 import numpy as np
@@ -93,7 +93,7 @@ class Block:
         zero = np.zeros((len(first), len(second)))
         return np.block([[first, zero], [zero.T, second]])
 
-    def inverse(self, mass, order=2, blend=0.5):
+    def inverse(self, mass, order=2, lumped_fraction=0.5):
         """The matrix A of a kind of mass matrix; 'partial' is consistent in the left half."""
         if mass == "lumped":
             return np.linalg.inv(self.lumped)
@@ -103,7 +103,7 @@ class Block:
             return sum(np.linalg.matrix_power(rest, k) for k in range(order)) @ inverse
 
         def prepared(cell, part):
-            lumping = {"consistent": 0, "weighted": blend, "partial": 0 if part[0] + 0.5 <= self.middle else 1}[mass]
+            lumping = {"consistent": 0, "weighted": lumped_fraction, "partial": 0 if part[0] + 0.5 <= self.middle else 1}[mass]
             diagonal = np.diag(cell[1].sum(axis=1))
             matrix = (1 - lumping) * cell[1] + lumping * diagonal
             if np.linalg.eigvalsh(matrix - self.floor * diagonal)[0] <= 0:

@@ -114,7 +114,7 @@ def tension(runs):
     write(rows, "tension", runs.program.folder)
 
 
-def frequency(q, blend, points, maps=True):
+def frequency(q, lumped_fraction, points, maps=True):
     """omega h/c of the slowest wave that grows by exp(i q) from cell to cell: of material points, which map to the nodes and back, or of
     elements."""
     import numpy as np
@@ -125,7 +125,7 @@ def frequency(q, blend, points, maps=True):
         mass += weight * np.outer(shape, shape)
         stiffness += weight * np.outer(slope, slope)
     last = np.array([[1, 0], [0, 1], [np.exp(1j * q), 0]])  # the last node of a cell is the first of the next
-    m, k, b = (last.conj().T @ x @ last for x in (mass, stiffness, (1 - blend) * mass + blend * np.diag(mass.sum(axis=1))))
+    m, k, b = (last.conj().T @ x @ last for x in (mass, stiffness, (1 - lumped_fraction) * mass + lumped_fraction * np.diag(mass.sum(axis=1))))
     inverse = np.linalg.inv(b)
     return np.sqrt(np.linalg.eigvals(inverse @ m @ inverse @ k if maps else inverse @ k).real.min())
 
@@ -136,12 +136,12 @@ def dispersion(runs):
     rows = [("points", "mass", "4 cells a wave", "8", "16", "order", "error/q^4", "elements: error/q^4", "limit of musl", "of usl")]
     for points in (3, 4):
         block = Block(5, 4, 0.3, held_left=False, order=2, points=points)
-        for name, blend in (("lumped", 1.0), ("weighted 0.5", 0.5), ("weighted 5/18", 5 / 18), ("weighted 0.25", 0.25), ("consistent", 0.0)):
+        for name, lumped_fraction in (("lumped", 1.0), ("weighted 0.5", 0.5), ("weighted 5/18", 5 / 18), ("weighted 0.25", 0.25), ("consistent", 0.0)):
             waves = 2 * np.pi / np.array([4, 8, 16])
-            error = [frequency(q, blend, points) / q - 1 for q in waves]
-            elements = frequency(waves[-1], blend, points, maps=False) / waves[-1] - 1
+            error = [frequency(q, lumped_fraction, points) / q - 1 for q in waves]
+            elements = frequency(waves[-1], lumped_fraction, points, maps=False) / waves[-1] - 1
             kind = name.split()[0]
-            limits = [block.limit(scheme, block.inverse(kind, blend=blend)) for scheme in ("musl", "usl")]
+            limits = [block.limit(scheme, block.inverse(kind, lumped_fraction=lumped_fraction)) for scheme in ("musl", "usl")]
             rows.append((points, name, *[f"{e:.1e}" for e in error], f"{np.log2(abs(error[1] / error[2])):.1f}",
                          *[f"{e / waves[-1] ** 4:.1e}" for e in (error[-1], elements)], *[f"{limit:.3f}" for limit in limits]))
     write(rows, "dispersion", runs.program.folder)

@@ -15,8 +15,8 @@ SLOW = COARSE[:-1]  # of settings that take several times as long
 FINE = (*COARSE, 20, 24, 28, 32, 40)
 BASE = {"method.frame": "total", "method.scheme": "musl", "method.mass": "lumped", "method.courant": 0}
 UPDATED = {"method.frame": "updated", "method.courant": 0.9}  # whose courant = 0 is that of the paper
-FULL = {"method.solver": "direct"}
-BEST_BLEND = 0.2778  # 5/18, of the least dispersion in small steps (docs/mass.md)
+CONSISTENT = {"method.solver": "direct"}
+BEST_FRACTION = 0.2778  # 5/18, of the least dispersion in small steps (docs/mass.md)
 
 
 class Family(NamedTuple):
@@ -48,8 +48,8 @@ def masses():
     """Uniform cells with the other mass matrices and solvers."""
     for name, settings in (("fmpm 2", {"method.order": 2}), ("fmpm 4", {"method.order": 4}),
                            ("weighted 0.5, direct", {"method.lumped_fraction": 0.5, "method.solver": "direct"}),
-                           ("weighted 5/18, direct", {"method.lumped_fraction": BEST_BLEND, "method.solver": "direct"}),
-                           ("full, cg", FULL | {"method.solver": "cg"}), ("full, direct", FULL)):
+                           ("weighted 5/18, direct", {"method.lumped_fraction": BEST_FRACTION, "method.solver": "direct"}),
+                           ("consistent, cg", CONSISTENT | {"method.solver": "cg"}), ("consistent, direct", CONSISTENT)):
         yield Family("other mass", name, {"method.mass": name.replace(",", "").split()[0], **settings}, SLOW)
 
 
@@ -63,10 +63,10 @@ def refined():
     for name, cells, settings in (("updated frame", SLOW, UPDATED), ("usavg", SLOW, {"method.scheme": "usavg"}),
                                   ("local time steps", SLOW, {"method.time_steps": "local"}),
                                   ("fmpm 2", SLOW[:-1], {"method.mass": "fmpm"}),
-                                  ("weighted 5/18, direct", SLOW[:-2], {"method.mass": "weighted", "method.lumped_fraction": BEST_BLEND,
+                                  ("weighted 5/18, direct", SLOW[:-2], {"method.mass": "weighted", "method.lumped_fraction": BEST_FRACTION,
                                                                       "method.solver": "direct"}),
-                                  ("full, direct", SLOW[:-2], FULL | {"method.mass": "consistent"}),
-                                  ("partial, direct", SLOW[:-2], FULL | {"method.mass": "partial", "method.consistent_region": "refined"})):
+                                  ("consistent, direct", SLOW[:-2], CONSISTENT | {"method.mass": "consistent"}),
+                                  ("partial, direct", SLOW[:-2], CONSISTENT | {"method.mass": "partial", "method.consistent_region": "refined"})):
         yield tip(other + name, 2, 2, cells, settings)
 
 
@@ -156,12 +156,12 @@ def implicit_beam():
     """Steps that follow the vibration of the beam and not its waves."""
     for step in (4e-6, 2e-6, 1e-6):
         settings = {"method.time": "implicit", "method.mass": "consistent", "method.time_step": step, "output.history_interval": step}
-        yield Family(IMPLICIT, f"implicit {1e6 * step:g} us, full", settings, COARSE)
+        yield Family(IMPLICIT, f"implicit {1e6 * step:g} us, consistent", settings, COARSE)
         for levels, cells in {2: COARSE, 3: SLOW, 4: SLOW}.items():
-            yield Family(IMPLICIT, f"implicit {1e6 * step:g} us, full, tip, {levels} levels, 2 n rings",
+            yield Family(IMPLICIT, f"implicit {1e6 * step:g} us, consistent, tip, {levels} levels, 2 n rings",
                          {**settings, "refine.indicator": "tip", "refine.max_level": levels}, cells, 2)
     for step in (1e-6, 5e-7):  # and what quadratic cells are given
-        for mass, more in (("lumped", {}), ("weighted 5/18", {"method.lumped_fraction": BEST_BLEND})):
+        for mass, more in (("lumped", {}), ("weighted 5/18", {"method.lumped_fraction": BEST_FRACTION})):
             settings = {**of_step(step), "method.mass": mass.split()[0], **more}
             name = f"implicit {1e6 * step:g} us, {mass}"
             yield Family(IMPLICIT, name, settings, COARSE)
@@ -201,13 +201,13 @@ def impact():
     yield Family(YARDSTICK, "courant 0.3", {"method.courant": 0.3}, PLATE[:3])
     yield Family(YARDSTICK, "musl", {"method.scheme": "musl"}, PLATE[:3])
     for name, settings in (("fmpm 2", {"method.order": 2}), ("weighted 0.5", {"method.lumped_fraction": 0.5}), ("weighted 0.4", {"method.lumped_fraction": 0.4}),
-                           ("weighted 5/18", {"method.lumped_fraction": BEST_BLEND}),
-                           ("weighted 5/18, courant 0.3", {"method.lumped_fraction": BEST_BLEND, "method.courant": 0.3}), ("consistent", {})):
+                           ("weighted 5/18", {"method.lumped_fraction": BEST_FRACTION}),
+                           ("weighted 5/18, courant 0.3", {"method.lumped_fraction": BEST_FRACTION, "method.courant": 0.3}), ("consistent", {})):
         yield Family("other mass", name, {"method.mass": name.replace(",", "").split()[0], **settings}, PLATE[:3])
-    for name, settings in (("lumped", {}), ("weighted 5/18", {"method.mass": "weighted", "method.lumped_fraction": BEST_BLEND})):
+    for name, settings in (("lumped", {}), ("weighted 5/18", {"method.mass": "weighted", "method.lumped_fraction": BEST_FRACTION})):
         yield tip(f"tip, 1 levels, {name}", 1, 0.12, PLATE[:3], settings)
     for courant in (1, 2):
-        yield Family(IMPLICIT, f"implicit, courant {courant}, full", {"method.time": "implicit", "method.mass": "consistent",
+        yield Family(IMPLICIT, f"implicit, courant {courant}, consistent", {"method.time": "implicit", "method.mass": "consistent",
                                                                       "method.courant": courant}, PLATE[:3])
     for levels in (1, 2):
         yield graded(REFINED, "lumped", {}, levels, 4, PLATE[:3])
@@ -215,7 +215,7 @@ def impact():
     yield graded(QUADRATIC, "quadratic, lumped", NINE_NODES, 1, 2, QUADRATIC_PLATE)
     yield graded(QUADRATIC, "quadratic, lumped", NINE_NODES, 2, 1, QUADRATIC_PLATE[:-1])
     yield Family(QUADRATIC, "quadratic, fmpm 2", {**NINE_NODES, "method.mass": "fmpm", "method.order": 2}, QUADRATIC_PLATE)
-    yield Family(QUADRATIC, "quadratic, blend 5/18", {**NINE_NODES, "method.mass": "weighted", "method.lumped_fraction": BEST_BLEND}, QUADRATIC_PLATE[:-1])
+    yield Family(QUADRATIC, "quadratic, weighted 5/18", {**NINE_NODES, "method.mass": "weighted", "method.lumped_fraction": BEST_FRACTION}, QUADRATIC_PLATE[:-1])
     for step in (2e-8, 1e-8):
         settings = {**NINE_NODES, "method.time": "implicit", "method.time_step": step}
         yield Family(QUADRATIC, f"quadratic, implicit {1e6 * step:g} us, lumped", settings, QUADRATIC_PLATE[:-1])

@@ -42,7 +42,7 @@ output: {output}
 checkpoint: 0.5
 runtime: 1
 product:
-  method.mass: [lumped, full]
+  method.mass: [lumped, consistent]
   grid.cell: [2.5e-3]
   grid.cells: [[40, 5]]
 columns: [time, G_vcct_I, J, kinetic_energy]

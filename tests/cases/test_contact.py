@@ -164,7 +164,7 @@ def test_arms_that_part_and_meet_gain_no_energy(case, steps, crack):
         text = text.replace("lower=0.0, -5e-3 cell=2.5e-3 cells=21", "lower=-5e-3, -5e-3 cell=2.5e-3 cells=23")
     if steps in QUADRATIC:
         if "mass='consistent'" not in steps and "path" in crack:
-            pytest.skip("quadratic cells that are cut have the full mass matrix")
+            pytest.skip("quadratic cells that are cut have the consistent mass matrix")
         text = text.replace("cells=21, 12", "cells=21, 12 order=2").replace("0.05, 0.02 /", "0.05, 0.02 points_per_cell=3 /", 1)
     run = case("flapping", text=text + f"&method {steps} /\n&crack {crack} /\n")
     assert run.code == 0, run.stderr

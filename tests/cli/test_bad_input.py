@@ -526,7 +526,7 @@ def test_mistakes_of_other_groups_do_not_spread_to_refinement(hampm, tmp_path):
 
 
 def test_a_wrong_indicator_is_one_mistake(hampm, tmp_path):
-    """A mass matrix that is full where cells refine does not count it as no indicator."""
+    """A mass matrix that is consistent where cells refine does not count it as no indicator."""
     method = ("'musl'", "'musl' mass = 'partial' consistent_region = 'refined'")
     (tmp_path / "case.nml").write_text(changed(method, ("'gradient'", "'gradent'"), scene=GOOD + REFINE))
     result = hampm("case.nml")

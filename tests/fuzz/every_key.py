@@ -66,7 +66,7 @@ LINE = """&crack kind = 'line'  tip = 2e-3, 0.0  {} /
 
 SCENES = {
     "beam in motion": BEAM.format("3e-5") + END_FORCE.format("") + ALL_ENERGIES.format("") + EVERY.format("1e-5"),
-    "beam, updated, ramp, full mass in a box": BEAM.format("2e-5") + END_FORCE.format("history = 'ramp' rise_time = 1e-5") + ALL_ENERGIES.format("reference = 'dcb'")
+    "beam, updated, ramp, consistent mass in a box": BEAM.format("2e-5") + END_FORCE.format("history = 'ramp' rise_time = 1e-5") + ALL_ENERGIES.format("reference = 'dcb'")
     + "&method frame = 'updated' mass = 'partial' consistent_lower = 0.03, 0.0 consistent_upper = 0.06, 0.01 /\n&damping rate = 1e4 /\n" + EVERY.format("1e-5"),
     "beam at rest, refined at the tip": BEAM.format("1.0") + END_FORCE.format("") + J.format("reference = 'value' reference_value = 1.0")
     + "&refine indicator = 'tip' max_level = 2 rings = 3 /\n" + STATIC.format(""),
@@ -136,13 +136,13 @@ SCENES = {
     "pulled by a table": plate(end="8e-6") + HELD + "&constraint lower = -10e-3, 10e-3 upper = 10e-3, 10e-3 fix = 'y' velocity = 0.0, 1.0 "
     "history = 'table' times = 0.0, 4e-6 factors = 0.0, 1.0 /\n" + EVERY.format("1e-6"),
     "bodies that meet": TWO.format("spin = 0.3 contact_group = 'y'", "contact_group = 'x'") + "&method frame = 'updated' shape_functions = 'cpdi' courant = 0.07 /\n&contact bodies = 'friction' friction = 0.3 distance = 0.02 /\n",
-    "bodies that meet, joined, full mass": TWO.format("", "") + "&method frame = 'updated' mass = 'consistent' /\n",
+    "bodies that meet, joined, consistent mass": TWO.format("", "") + "&method frame = 'updated' mass = 'consistent' /\n",
     "bodies that meet, frictionless, zz": TWO.format("", "") + "&method frame = 'updated' mass = 'fmpm' order = 3 /\n&contact bodies = 'frictionless' /\n"
     "&refine indicator = 'zz' max_level = 1 tolerance = 0.1 interval = 5 /\n",
-    "two tips blend": plate(end="4e-6") + HELD + PULL.format("start = 1e-6") + LINE.format("length = 8e-3 direction = 0.0, 1.0")
+    "two tips weighted": plate(end="4e-6") + HELD + PULL.format("start = 1e-6") + LINE.format("length = 8e-3 direction = 0.0, 1.0")
     + "&energy_release estimators = 'vcct'  energy_balance = .true. /\n&method mass = 'weighted' lumped_fraction = 0.4 scheme = 'usavg' wave_speed = 'dilatational' courant = 0.3 solver = 'direct' /\n"
     + EVERY.format("1e-6"),
-    "full mass where refined": plate(end="2e-6") + HELD + PULL.format("") + PATH.format("") + J.format("") + "&refine indicator = 'tip' max_level = 1 rings = 2 /\n"
+    "consistent mass where refined": plate(end="2e-6") + HELD + PULL.format("") + PATH.format("") + J.format("") + "&refine indicator = 'tip' max_level = 1 rings = 2 /\n"
     + "&method mass = 'partial' consistent_region = 'refined' consistent_lower = -6e-3, -6e-3 consistent_upper = 6e-3, 6e-3 /\n" + EVERY.format("1e-6"),
 }
 

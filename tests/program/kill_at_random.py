@@ -50,7 +50,7 @@ SCENES = {
     "quadratic": [INPUT / "dcb.nml", "grid.cell=1.25e-3", "grid.cells=80,9", "grid.order=2", "body.points_per_cell=3",
                   "run.end_time=1e-4", "energy_release.estimators=domain_integral", "method.frame=total",
                   "output.history_interval=1e-6", "output.snapshot_interval=1e-5"],
-    "quadratic full": [INPUT / "dcb.nml", "grid.cell=2.5e-3", "grid.cells=40,5", "grid.order=2", "body.points_per_cell=3", "run.end_time=1.5e-4",
+    "quadratic consistent": [INPUT / "dcb.nml", "grid.cell=2.5e-3", "grid.cells=40,5", "grid.order=2", "body.points_per_cell=3", "run.end_time=1.5e-4",
                        "energy_release.estimators=domain_integral", "method.frame=total", "method.courant=0", "method.mass=consistent",
                        "refine.indicator=zz", "refine.tolerance=0.1", "refine.max_level=2", "refine.region_lower=0.04,0.0",
                        "refine.region_upper=0.06,0.005", "output.history_interval=1e-6", "output.snapshot_interval=1e-5"],

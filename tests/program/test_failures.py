@@ -152,7 +152,7 @@ def test_a_full_standard_output(arguments):
 SCENES_IN_LITTLE_ROOM = {
     "explicit": COARSE_DCB, "static": [INPUT / "edge_crack.nml"], "refined": [*COARSE_DCB, "--set", "refine.indicator=gradient",
                                                                               "--set", "refine.max_level=2"],
-    "full mass": [*COARSE_DCB, "--set", "method.mass=consistent", "--set", "method.solver=direct", "--set", "run.end_time=1e-6"]}
+    "consistent mass": [*COARSE_DCB, "--set", "method.mass=consistent", "--set", "method.solver=direct", "--set", "run.end_time=1e-6"]}
 
 
 @pytest.mark.parametrize("megabytes", [330, 400, 460, 520, 600, 700, 900])

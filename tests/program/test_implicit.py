@@ -90,7 +90,7 @@ def test_the_period_is_that_of_average_acceleration(columns, mass, dt):
 
 
 def test_explicit_steps_with_lumped_masses_have_more_inertia(columns):
-    """They map velocities anew in each step, v = D^-1 p with p = C v of the particles: their mass is D C^-1 D, C being the full
+    """They map velocities anew in each step, v = D^-1 p with p = C v of the particles: their mass is D C^-1 D, C being the consistent
     matrix, of which D is (1/2)**2/(5/16) of the body's here. Implicit steps have D itself."""
     found = columns(CELL, "method.time=explicit", "method.time_step=0", "method.courant=0.02", "output.history_interval=1e-7")
     frequency = np.sqrt(E * SECTION / LENGTH / (0.8 * MASS))
@@ -165,7 +165,7 @@ def test_driven_nodes_do_not_swing_around_their_way(columns):
 
 
 def test_small_steps_give_the_motion_of_explicit_steps(columns):
-    """With the full mass matrix nodes keep their velocity in both; explicit steps with usavg are of second order too."""
+    """With the consistent mass matrix nodes keep their velocity in both; explicit steps with usavg are of second order too."""
     same = ("method.mass=consistent", "method.solver=direct", "output.history_interval=1e-5")
     implicit = columns(BEAM, *same, "method.time_step=2.5e-7")
     explicit = columns(BEAM, *same, "method.time=explicit", "method.scheme=usavg", "method.courant=0.1")

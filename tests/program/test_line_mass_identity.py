@@ -76,7 +76,7 @@ def test_equation_14_with_stress_smoothed_from_particles_is_not(beam):
 
 @pytest.mark.parametrize("points, refined", [(2, False), (3, False), (2, True), (4, True)])
 def test_the_ratio_of_both_mass_matrices_is_not_that_of_the_paper(run_hampm, tmp_path, points, refined):
-    """Lumped over full by (14): factors, reference values and loads cancel in it. The paper's errors, of either sign, need 0.67 or more on regular
+    """Lumped over consistent by (14): factors, reference values and loads cancel in it. The paper's errors, of either sign, need 0.67 or more on regular
     cells (24 and 14 %), and 0.94 on adaptive ones (5 and 1 %)."""
     g = []
     for mass in ("lumped", "consistent"):

@@ -166,7 +166,7 @@ def test_pressed_faces_on_a_symmetry_plane(hampm):
         assert half[name] == pytest.approx(whole[name], rel=tolerance), name
 
 
-MOTION = {"explicit, usf": "scheme = 'usf'", "explicit, full": "mass = 'consistent' scheme = 'musl'", "weighted": "mass = 'weighted'",
+MOTION = {"explicit, usf": "scheme = 'usf'", "explicit, consistent": "mass = 'consistent' scheme = 'musl'", "weighted": "mass = 'weighted'",
           "usavg": "scheme = 'usavg'", "implicit": "time = 'implicit' time_step = 1e-6"}
 
 

@@ -1,4 +1,4 @@
-"""Quadratic cells that cracks and edges cut, `&grid order = 2`, in motion with the full mass matrix: rigid motion, energy, the limit of the
+"""Quadratic cells that cracks and edges cut, `&grid order = 2`, in motion with the consistent mass matrix: rigid motion, energy, the limit of the
 time step for any cut, cracks along grid lines, and K(t) and K at rest of slanted ones."""
 
 import math

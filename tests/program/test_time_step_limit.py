@@ -166,7 +166,7 @@ def test_limit_is_that_of_the_matrices(hampm, tmp_path, mass, scheme, order, poi
     three digits, but for the 2e-4 to which the limit of usl is searched there."""
     block, (kind, _, number) = Block(3, 2, 0.3, held_left=False, order=order, points=points), mass.partition(" ")
     number = float(number or 1)
-    theory = block.limit(scheme, block.inverse(kind, order=int(number), blend=number))
+    theory = block.limit(scheme, block.inverse(kind, order=int(number), lumped_fraction=number))
     named = named_limit(hampm, tmp_path, size=(3.0, 2.0), scheme=scheme, mass=MASSES[mass], order=order, points=points)
     theory /= (2 * 0.7 / 0.4) ** 0.5
     digit = 10 ** (np.floor(np.log10(named)) - 2)

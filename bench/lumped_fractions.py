@@ -1,6 +1,6 @@
-"""Which lumped part of the mass matrix gives waves that load a crack best: K_I of Chen's plate against independent finite elements.
+"""Which lumped fraction of the mass matrix gives waves that load a crack best: K_I of Chen's plate against independent finite elements.
 
-    .venv/bin/python bench/blends.py [--cells 50] [--courant 0.3]
+    .venv/bin/python bench/lumped_fractions.py [--cells 50] [--courant 0.3]
 
 The scene is input/chen.nml in the total frame; errors are over the peak of K_I, until the wave that closes the crack.
 The table is in docs/mass.md, with that of a surface wave, which tests/unit/test_surface_wave.f90 measures.
@@ -29,16 +29,16 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cells", type=int, default=50, metavar="N", help="across the plate (default: 50)")
     parser.add_argument("--courant", type=float, default=0.3,
-                        help="of shear waves; 0, and for full: 0.9 of the limit (default: 0.3)")
+                        help="of shear waves; 0, and for consistent: 0.9 of the limit (default: 0.3)")
     options = parser.parse_args()
     reference = np.loadtxt(CASE / "reference.csv", delimiter=",", skiprows=header_lines())
-    print("matrix        rms [%]  rms of the mean over 0.2 us [%]  time [s]")
+    print("matrix            rms [%]  rms of the mean over 0.2 us [%]  time [s]")
     for mass, part in PARTS:
         with tempfile.TemporaryDirectory() as folder:
             seconds = run(mass, part, options.cells, options.courant if mass != "consistent" else 0, folder)
             columns = History(Path(folder) / "chen.h5").columns
         raw, mean = errors(columns["time"], columns["K_I"], reference)
-        print(f"{mass:6} {part:6.3f} {100 * raw:8.2f} {100 * mean:33.2f} {seconds:14.1f}", flush=True)
+        print(f"{mass:10} {part:6.3f} {100 * raw:8.2f} {100 * mean:33.2f} {seconds:14.1f}", flush=True)
 
 
 def header_lines():
