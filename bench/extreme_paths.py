@@ -17,7 +17,7 @@ from mass_matrices import KINDS, SCHEMES, body, group
 HALF = 8  # of the side of the square [cells]
 STRESS = 1e-6  # far away, over the modulus of dilatational waves
 REST = {"time": "'static'"}
-MAY_CLOSE = ("stable", "warned")  # faces that nothing keeps apart may go through each other, of which the program warns
+MAY_CLOSE = ("stable", "warned")  # faces that nothing keeps apart may interpenetrate, of which the program warns
 MOTION = 60.0  # some four passages of the square [cell/wave speed]
 
 

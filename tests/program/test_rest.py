@@ -1,4 +1,4 @@
-"""How far from rest a run ends, how to come there, and faces of a crack that go through each other."""
+"""How far from rest a run ends, how to come there, and faces of a crack that interpenetrate."""
 
 import math
 import re
