@@ -18,7 +18,7 @@ release := -O3 --param inline-unit-growth=100 -fno-tree-loop-distribute-patterns
 # What a step computes is optimised as one piece in these builds
 release_kernels := -flto
 counted_kernels := -flto
-kernel_folders := base solve law mesh points element interface problem time adapt
+kernel_folders := base solve law mesh points element interface problem time adapt fracture
 # To compile what is edited, and run it, in a few seconds
 quick := -O1 -Wno-maybe-uninitialized
 debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
