@@ -111,16 +111,14 @@ contains
          associate (growth => s%model%growth(k), of => s%cracks%tips(tip))
             if (growth%path /= of%crack .or. .not. growth%of_end(of%end)) cycle
             text = text//'growth          '//trim(growth%direction)
-            select case (growth%law)
-             case ('quasi_static')
-               text = text//', by '//length_text(growth%increment)//' m a load step, at '//to_text(growth%toughness)//' J/m2'
-             case ('prescribed')
-               text = text//', at '//to_text(growth%speed)//' m/s, '// &
-                      three_digits(growth%speed/rayleigh_speed(s%problem%materials(of%material)))// &
+            if (growth%law%is_static) text = text//', by '//length_text(growth%increment)//' m a load step'
+            if (growth%law%gives_speed()) then
+               text = text//', at '//to_text(growth%speed_at(growth%start))//' m/s, '// &
+                      three_digits(growth%speed_at(growth%start)/rayleigh_speed(s%problem%materials(of%material)))// &
                       ' of that of Rayleigh waves'
-             case default
-               text = text//', at '//to_text(growth%toughness)//' J/m2'
-            end select
+            else
+               text = text//', at '//to_text(growth%toughness_at(0.0_dp, s%cracks%crack(of%crack)%length()))//' J/m2'
+            end if
             if (growth%start > 0) text = text//', from '//to_text(growth%start)//' s'
             if (growth%end < huge(growth%end)) text = text//' to '//to_text(growth%end)//' s'
             text = text//nl

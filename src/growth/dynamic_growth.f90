@@ -64,7 +64,7 @@ contains
          associate (of => model%growth(law), tip => cracks%tips(k))
             if (of%turns() .and. growing%law(k) /= law .and. growing%law(k) > 0) call cracks%forget_way(k)
             growing%law(k) = law
-            if (of%law == 'toughness') then
+            if (.not. of%law%gives_speed()) then
                if (.not. growing%is_running(k)) cycle
                if (growing%is_paced) then
                   if (cracks%crack(tip%crack)%bonded(tip%end) > growing%reserve(k) + growing%way(k)) cycle
@@ -219,11 +219,11 @@ contains
          if (growing%law(k) == 0) cycle
          associate (of => model%growth(growing%law(k)), tip => cracks%tips(k))
             taken = 0
-            if (of%law == 'prescribed') then
+            if (of%law%gives_speed()) then
                way = min(growing%given_way(model, cracks, k, time, dt), most(k))
                call cracks%move_tip(k, way)
                tip%speed = way/dt
-               growing%faded(k) = merge(0.0_dp, growing%faded(k) + of%speed*dt, way > 0)
+               growing%faded(k) = merge(0.0_dp, growing%faded(k) + of%speed_at(time)*dt, way > 0)
                call fail_behind(m%interfaces, k, tip%grown, growing%faded(k), taken)
             else if (growing%is_running(k) .and. growing%is_paced) then
                call try_way(growing, m, cracks, k, dt, most(k), taken)
@@ -264,7 +264,7 @@ contains
          law(k) = growing%law_at(model, cracks, k, time, dt)
          if (law(k) == 0) cycle
          most(k) = cracks%crack(cracks%tips(k)%crack)%bonded(cracks%tips(k)%end)
-         if (model%growth(law(k))%law == 'prescribed') way(k) = growing%given_way(model, cracks, k, time, dt)
+         if (model%growth(law(k))%law%gives_speed()) way(k) = growing%given_way(model, cracks, k, time, dt)
       end do
       way = min(way, most)
       do k = 1, size(most)
@@ -290,13 +290,14 @@ contains
       real(dp), intent(in) :: most               !! that it may move [m]
       real(dp), intent(out) :: taken             !! energy that cohesive points that fail had stored [J]
       character(:), allocatable, intent(inout) :: message
-      real(dp) :: low, high, fastest, of_step, overload, released
+      real(dp) :: low, high, fastest, of_step, overload, released, length
       logical :: has_parted
       integer :: i
       associate (tip => cracks%tips(k), material => m%materials(cracks%tips(k)%material))
          taken = 0
+         length = cracks%crack(tip%crack)%length()
          if (most > 0) then
-            call fail_beyond(m%interfaces, k, strength*sqrt(material%plane_modulus()*of%toughness_at(growing%speed(k))), &
+            call fail_beyond(m%interfaces, k, strength*sqrt(material%plane_modulus()*toughness_at(growing%speed(k))), &
                              tip%grown + zone*tip%nodes%spacing, taken, overload)
             if (overload > too_much) call growing%note_tip(k, 'is in cells that are too coarse for its toughness: '// &
                to_text(zone)//' cells ahead of it and more the material bears '//three_digits(overload)//' times the '// &
@@ -308,19 +309,19 @@ contains
          of_step = min(1.0_dp, dt/growing%memory(k))
          low = 0
          high = fastest
-         if (.not. of%limit_speed > 0) low = fastest ! the toughness is the same at any speed
+         if (.not. toughness_at(fastest) > toughness_at(low)) low = fastest ! it is the same at any speed
          do i = 1, digits(low)
             if (.not. low < high) exit
             associate (speed => (low + high)/2)
-               if (new_speed(release_distance(m%interfaces, k, part_of_crack(tip)*of%toughness_at(speed))) > speed) then
+               if (new_speed(release_distance(m%interfaces, k, part_of_crack(tip)*toughness_at(speed))) > speed) then
                   low = speed
                else
                   high = speed
                end if
             end associate
          end do
-         released = release_distance(m%interfaces, k, part_of_crack(tip)*of%toughness_at(low))
-         call soften_released(m%interfaces, k, part_of_crack(tip)*of%toughness_at(low), has_parted)
+         released = release_distance(m%interfaces, k, part_of_crack(tip)*toughness_at(low))
+         call soften_released(m%interfaces, k, part_of_crack(tip)*toughness_at(low), has_parted)
          growing%has_parted(k) = growing%has_parted(k) .or. has_parted
          growing%speed(k) = new_speed(released)
          tip%speed = growing%speed(k)
@@ -330,6 +331,12 @@ contains
          end associate
       end associate
    contains
+      !> The toughness at a speed [J/m2].
+      pure real(dp) function toughness_at(speed)
+         real(dp), intent(in) :: speed           !! [m/s]
+         toughness_at = of%toughness_at(speed, length)
+      end function toughness_at
+
       !> By how much the tip moves where so much is released [m].
       real(dp) function way_of(released)
          real(dp), intent(in) :: released        !! [m]
@@ -399,7 +406,7 @@ contains
          law = growing%law_at(model, cracks, k, m%state%time)
          if (law == 0) cycle
          associate (of => model%growth(law))
-            if (of%law == 'toughness' .and. .not. growing%is_running(k)) must_check = .true.
+            if (.not. (of%law%gives_speed() .or. growing%is_running(k))) must_check = .true.
             if (of%turns()) must_check = .true.
          end associate
       end do
@@ -431,22 +438,25 @@ contains
       type(crack_values_t), intent(in) :: values(:)
       real(dp) :: rate
       integer :: k, law
+      logical :: depends_on_speed
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, cracks, k, m%state%time)
          growing%excess(k) = -1                  ! a tip that may not grow rests
          if (law == 0) cycle
-         associate (of => model%growth(law), modulus => m%materials(cracks%tips(k)%material)%plane_modulus())
-            if (of%law /= 'toughness' .or. growing%is_running(k) .and. .not. growing%is_paced) cycle
+         associate (of => model%growth(law), modulus => m%materials(cracks%tips(k)%material)%plane_modulus(), &
+                    length => cracks%crack(cracks%tips(k)%crack)%length())
+            if (of%law%gives_speed() .or. growing%is_running(k) .and. .not. growing%is_paced) cycle
             if (of%direction == 'hoop_stress') then
                rate = max(hoop_intensity(values(k)%intensity), 0.0_dp)**2/modulus
             else
                rate = best_rate(values(k), cracks%tips(k))
                if (.not. is_opened(trim(of%direction), values(k)%intensity)) rate = 0
             end if
-            growing%excess(k) = rate/of%toughness_at(growing%speed(k)) - 1
+            growing%excess(k) = rate/of%toughness_at(growing%speed(k), length) - 1
             if (growing%is_running(k)) cycle
-            growing%is_running(k) = rate >= of%toughness
-            if (growing%is_running(k)) growing%memory(k) = merge(late_of_speed, late, of%limit_speed > 0) &
+            growing%is_running(k) = rate >= of%toughness_at(0.0_dp, length)
+            depends_on_speed = of%toughness_at(huge(length), length) > of%toughness_at(0.0_dp, length)
+            if (growing%is_running(k)) growing%memory(k) = merge(late_of_speed, late, depends_on_speed) &
                                                            *cracks%tips(k)%nodes%spacing &
                                                            /m%materials(cracks%tips(k)%material)%shear_wave_speed()
          end associate

@@ -113,8 +113,10 @@ contains
       if (.not. self%is_growing(tip)) return
       do k = 1, size(model%growth)
          associate (growth => model%growth(k), of => cracks%tips(tip))
-            if (growth%path /= of%crack .or. .not. growth%of_end(of%end) .or. growth%law /= 'prescribed') cycle
-            way = way + growth%speed*max(0.0_dp, min(time + step, growth%end) - max(time, growth%start))
+            if (growth%path /= of%crack .or. .not. growth%of_end(of%end) .or. .not. growth%law%gives_speed()) cycle
+            associate (from => max(time, growth%start), to => min(time + step, growth%end))
+               way = way + growth%speed_at((from + to)/2)*max(0.0_dp, to - from)
+            end associate
          end associate
       end do
    end function given_way
@@ -126,7 +128,7 @@ contains
       type(growing_t), intent(out) :: growing
       integer :: k, i
       if (size(model%growth) == 0) return
-      growing%is_static = any(model%growth%is_quasi_static())
+      growing%is_static = any(model%growth%law%is_static)
       growing%is_paced = model%method%time == 'implicit'
       associate (n => size(cracks%tips))
          allocate (growing%grows(n), growing%has_stopped(n), growing%is_running(n), growing%has_parted(n), &
@@ -257,9 +259,9 @@ contains
          if (.not. growing%grows(tip)) return
          toughness = 0
          law = growing%law_at(model, cracks, tip, time)
-         if (law > 0) toughness = model%growth(law)%toughness_at(of%speed)
-         if (growing%is_static) toughness = model%growth(findloc(model%growth%path, of%crack, dim=1))%toughness
-         if (any(model%growth%law /= 'prescribed')) &
+         if (growing%is_static) law = findloc(model%growth%path, of%crack, dim=1)
+         if (law > 0) toughness = model%growth(law)%toughness_at(of%speed, cracks%crack(of%crack)%length())
+         if (.not. all(model%growth%law%gives_speed())) &
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
                                 toughness)
       end associate

@@ -242,8 +242,10 @@ contains
       integer :: k
       largest = 0
       do k = 1, size(values)
-         if (growing%is_growing(k)) largest = max(largest, best_rate(values(k), cracks%tips(k)) &
-                                                        /model%growth(law_of(model, cracks%tips(k)))%toughness)
+         if (.not. growing%is_growing(k)) cycle
+         associate (law => model%growth(law_of(model, cracks%tips(k))), crack => cracks%crack(cracks%tips(k)%crack))
+            largest = max(largest, best_rate(values(k), cracks%tips(k))/law%toughness_at(0.0_dp, crack%length()))
+         end associate
       end do
       factor = 1
       if (largest > nothing) factor = 1/sqrt(largest)

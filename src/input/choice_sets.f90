@@ -3,6 +3,7 @@
 module hampm_choice_sets
    use hampm_kinds, only: name_len
    use hampm_estimators, only: estimators
+   use hampm_growth_laws, only: growth_laws
    use hampm_laws, only: laws
    implicit none
    private
@@ -39,33 +40,39 @@ contains
    pure function names_of(set) result(names)
       character(*), intent(in) :: set
       character(name_len), allocatable :: names(:)
-      logical, allocatable :: is_in(:)
-      if (index(set, 'laws') == 1) then
-         associate (rows => laws())
-            allocate (is_in(size(rows)), source=.true.)
-            if (set == 'laws with a history') is_in = rows%has_history
-            if (set == 'laws of any strain') is_in = rows%is_finite
-            allocate (names, source=pack(rows%name, is_in))
-         end associate
-         return
-      end if
-      associate (rows => estimators())
-         allocate (is_in(size(rows)), source=.true.)
+      associate (law => laws(), estimator => estimators(), growth => growth_laws())
          select case (set)
+          case ('laws')
+            names = law%name
+          case ('laws with a history')
+            names = pack(law%name, law%has_history)
+          case ('laws of any strain')
+            names = pack(law%name, law%is_finite)
+          case ('growth laws')
+            names = growth%name
+          case ('growth laws at rest')
+            names = pack(growth%name, growth%is_static)
+          case ('growth laws in motion')
+            names = pack(growth%name, .not. growth%is_static)
+          case ('growth laws in motion by toughness')
+            names = pack(growth%name, .not. (growth%is_static .or. growth%gives_speed()))
+          case ('growth laws by speed')
+            names = pack(growth%name, growth%gives_speed())
+          case ('estimators')
+            names = estimator%name
           case ('estimators at nodes')
-            is_in = rows%needs_nodes
+            names = pack(estimator%name, estimator%needs_nodes)
           case ('estimators by radii')
-            is_in = rows%needs_radii
+            names = pack(estimator%name, estimator%needs_radii)
           case ('estimators of elastic material')
-            is_in = rows%needs_elasticity
+            names = pack(estimator%name, estimator%needs_elasticity)
           case ('estimators of isotropic material')
-            is_in = rows%needs_isotropy
+            names = pack(estimator%name, estimator%needs_isotropy)
           case ('estimators for traction-free faces')
-            is_in = rows%needs_free_faces
+            names = pack(estimator%name, estimator%needs_free_faces)
           case ('estimators for stationary tips')
-            is_in = rows%needs_tip_at_rest
+            names = pack(estimator%name, estimator%needs_tip_at_rest)
          end select
-         allocate (names, source=pack(rows%name, is_in))
       end associate
    end function names_of
 end module hampm_choice_sets

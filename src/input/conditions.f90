@@ -247,7 +247,7 @@ contains
        case ('edges that are no grid lines')
          has = any([(model%bodies(k)%outline%is_there(), k=1, size(model%bodies))])
        case ('growth by laws of both kinds')
-         has = any(model%growth%is_quasi_static()) .and. .not. all(model%growth%is_quasi_static())
+         has = any(model%growth%law%is_static) .and. .not. all(model%growth%law%is_static)
        case ('a body of it')                     ! of a material
          has = any(model%materials%name == settings%text(entry, 'name'))
        case ('cohesion all along it')            ! along a crack
@@ -265,7 +265,7 @@ contains
          do k = 1, size(model%loads)
             if (.not. is_on_faces(model%loads(k)) .or. path_of(model, model%loads(k)%crack) == 0) cycle
             has = has .or. any(model%growth%path == path_of(model, model%loads(k)%crack) .and. &
-                               .not. model%growth%is_quasi_static()) &
+                               .not. model%growth%law%is_static) &
                            .and. .not. model%is_half()
          end do
        case ('samples apart from load steps')

@@ -112,9 +112,9 @@ contains
       logical, intent(in) :: has_geometry        !! whether grid, bodies and crack are without errors
       integer :: entry, i
       entry = settings%find('energy_release', 1)
-      if (settings%good(entry, 'estimators') .and. model%energy_release%needs_radii() .and. has_geometry .and. &
+      if (settings%good(entry, 'estimators') .and. any(model%energy_release%chosen%needs_radii) .and. has_geometry .and. &
           settings%good(entry, 'radii') .and. surroundings_good(model, settings)) call check_path_radii(model, settings, entry)
-      if (model%energy_release%has('stress_closure') .and. has_geometry .and. &
+      if (any(model%energy_release%chosen%name == 'stress_closure') .and. has_geometry .and. &
           any([(any(model%loads(i)%kind == ['traction', 'pressure']) .and. &
                 any(path_at(model, model%loads(i)%lower, model%loads(i)%upper) > 0), i=1, size(model%loads))])) &
          call settings%complain(entry, 'estimators', '''stress_closure'' is not defined with tractions on the faces '// &

@@ -3,8 +3,10 @@ module hampm_crack_groups
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_estimator, only: estimator_t
    use hampm_estimators, only: estimators
+   use hampm_growth_laws, only: growth_law_t, growth_laws, growth_law_keys
    use hampm_key_rows, only: group_t, key_t, type_logical, type_real, type_name, type_text, repeats, is_optional, any_number, &
                              not_negative, max_values, positive, once, is_assumed
+   use hampm_law, only: constant_t, constant
    use hampm_settings, only: settings_t
    implicit none
    private
@@ -52,7 +54,7 @@ module hampm_crack_groups
       key_t('crack', type_text, 'name of the crack; may be left out where there is one crack', example='a'), &
       key_t('law', type_name, &
             'at rest, by increments under loads that are scaled; in motion, at a given speed or as the toughness lets it', &
-            default='quasi_static', allowed='quasi_static|prescribed|toughness'), &
+            default='quasi_static', allowed='{growth laws}'), &
       key_t('direction', type_name, 'where tips go to; path: along points', default='hoop_stress', &
             allowed='straight|hoop_stress|local_symmetry|max_energy|path'), &
       key_t('points', type_real, 'of direction = path: x, y of each point, in the order in which the tip comes to them', unit='m', &
@@ -63,7 +65,7 @@ module hampm_crack_groups
             'of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it is constant', default='0.0', &
             unit='m/s', allowed=not_negative), &
       key_t('exponent', type_real, 'of that', default='1.0', allowed=positive), &
-      key_t('speed', type_real, 'of law = prescribed', default='0.0', unit='m/s', allowed=not_negative), &
+      growth_law_keys, &
       key_t('start', type_real, 'from when on this &growth applies, in motion', default='0.0', unit='s', allowed=not_negative), &
       key_t('end', type_real, 'until when; 0: to the end of the run', default='0.0', unit='s', allowed=not_negative), &
       key_t('increment', type_real, 'of law = quasi_static: by which a tip advances in a load step', default='0.0', &
@@ -78,22 +80,20 @@ module hampm_crack_groups
    type :: growth_t
       character(name_len) :: crack = ''          !! name of the crack; '' where there is one
       integer :: path = 0                        !! number of the path, or 1 of a crack on a symmetry plane; 0: there is no such one
-      character(name_len) :: law = ''            !! 'quasi_static', 'prescribed' or 'toughness'
+      type(growth_law_t) :: law                  !! without a name where there is none of the one given
+      type(constant_t) :: constants(3 + size(growth_law_keys)) !! of it
       character(name_len) :: direction = ''      !! 'straight', 'hoop_stress', 'local_symmetry', 'max_energy' or 'path'
       real(dp), allocatable :: points(:, :)      !! of 'path' [m], (ndim, any)
       real(dp) :: limit_speed = 0                !! 0: the toughness is constant [m/s]
-      real(dp) :: exponent = 1
-      real(dp) :: speed = 0                      !! [m/s]
       real(dp) :: start = 0                      !! from when on it applies [s]
       real(dp) :: end = huge(1.0_dp)             !! until when [s]
-      real(dp) :: toughness = 0                  !! [J/m2]
       real(dp) :: increment = 0                  !! [m]
       real(dp) :: max_length = 0                 !! 0: none [m]
       logical :: only_largest = .false.          !! whether only the tip with the largest G advances
       logical :: of_end(2) = .true.              !! whether the tip at the first and that at the last point do
    contains
-      procedure :: is_quasi_static
       procedure :: toughness_at
+      procedure :: speed_at
       procedure :: turns
    end type growth_t
 
@@ -118,18 +118,11 @@ module hampm_crack_groups
 
    !> &energy_release: what is recorded of energy.
    type :: energy_release_t
-      logical, allocatable :: takes(:)           !! which estimators, in the order of their table
+      type(estimator_t), allocatable :: chosen(:) !! estimators of G and K, the best one first
       logical :: energy_balance = .false.        !! whether the loss of the method is recorded
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending [m]
       character(name_len) :: reference = ''      !! 'none', 'dcb' or 'value'
       real(dp) :: reference_value = 0            !! G_ref where reference = 'value' [J/m2]
-   contains
-      procedure :: chosen
-      procedure :: has
-      procedure :: needs_crack
-      procedure :: needs_radii
-      procedure :: needs_nodes
-      procedure :: needs_mass
    end type energy_release_t
 
 contains
@@ -157,45 +150,51 @@ contains
       end do
    end subroutine fill_paths
 
-   !> Whether the crack grows at rest, by increments.
-   pure elemental logical function is_quasi_static(self)
-      class(growth_t), intent(in) :: self
-      is_quasi_static = self%law == 'quasi_static'
-   end function is_quasi_static
-
    !> Whether the crack turns by itself, as its modes have it.
    pure logical function turns(self)
       class(growth_t), intent(in) :: self
       turns = self%direction /= 'straight' .and. self%direction /= 'path'
    end function turns
 
-   !> Toughness at a speed [J/m2]; huge from `limit_speed` on.
-   pure real(dp) function toughness_at(self, speed)
+   !> Toughness [J/m2].
+   pure real(dp) function toughness_at(self, speed, length)
       class(growth_t), intent(in) :: self
-      real(dp), intent(in) :: speed              !! [m/s]
-      real(dp), parameter :: least = 1e-12_dp    ! so that nothing overflows
-      toughness_at = self%toughness
-      if (self%limit_speed > 0) toughness_at = toughness_at/max(1 - min(speed/self%limit_speed, 1.0_dp)**self%exponent, least)
+      real(dp), intent(in) :: speed, length      !! of the tip [m/s], of the whole crack [m]
+      toughness_at = 0
+      if (associated(self%law%toughness)) toughness_at = self%law%toughness(self%constants, speed, length)
    end function toughness_at
+
+   !> Speed that is given at a time [m/s].
+   pure real(dp) function speed_at(self, time)
+      class(growth_t), intent(in) :: self
+      real(dp), intent(in) :: time               !! [s]
+      speed_at = 0
+      if (self%law%gives_speed()) speed_at = self%law%speed(self%constants, time)
+   end function speed_at
 
    !> Take all groups of this name.
    pure subroutine fill_growth(settings, growth)
       type(settings_t), intent(in) :: settings
       type(growth_t), allocatable, intent(out) :: growth(:)
+      type(growth_law_t), allocatable :: laws(:)
       real(dp), allocatable :: numbers(:)
-      integer :: k, entry
+      integer :: k, i, entry
+      allocate (laws, source=growth_laws())
       allocate (growth(settings%count_of('growth')))
       do k = 1, size(growth)
          entry = settings%find('growth', k)
          growth(k)%crack = settings%text(entry, 'crack')
-         growth(k)%law = settings%text(entry, 'law')
+         i = findloc(laws%name == settings%text(entry, 'law'), .true., dim=1)
+         if (i > 0) growth(k)%law = laws(i)
+         growth(k)%constants = [constant('toughness', settings%numbers(entry, 'toughness')), &
+                                constant('limit_speed', settings%numbers(entry, 'limit_speed')), &
+                                constant('exponent', settings%numbers(entry, 'exponent')), &
+                                (constant(growth_law_keys(i)%name, settings%numbers(entry, trim(growth_law_keys(i)%name))), &
+                                 i=1, size(growth_law_keys))]
          growth(k)%direction = settings%text(entry, 'direction')
          numbers = settings%numbers(entry, 'points')
          growth(k)%points = reshape(numbers, [ndim, size(numbers)/ndim])
-         growth(k)%toughness = settings%number(entry, 'toughness')
          growth(k)%limit_speed = settings%number(entry, 'limit_speed')
-         growth(k)%exponent = settings%number(entry, 'exponent')
-         growth(k)%speed = settings%number(entry, 'speed')
          growth(k)%start = settings%number(entry, 'start')
          if (settings%number(entry, 'end') > 0) growth(k)%end = settings%number(entry, 'end')
          growth(k)%increment = settings%number(entry, 'increment')
@@ -205,52 +204,6 @@ contains
       end do
    end subroutine fill_growth
 
-   !> The chosen estimators of G and K, the best one first.
-   function chosen(self) result(rows)
-      class(energy_release_t), intent(in) :: self
-      type(estimator_t), allocatable :: rows(:)
-      allocate (rows, source=pack(estimators(), self%takes))
-   end function chosen
-
-   !> Whether an estimator is chosen.
-   pure logical function has(self, name)
-      class(energy_release_t), intent(in) :: self
-      character(*), intent(in) :: name
-      associate (rows => estimators())
-         has = any(self%takes .and. rows%name == name)
-      end associate
-   end function has
-
-   !> Whether an estimator is chosen that finds G or K at the tip of a crack.
-   pure logical function needs_crack(self)
-      class(energy_release_t), intent(in) :: self
-      needs_crack = any(self%takes)
-   end function needs_crack
-
-   !> Whether one is chosen that looks at the material within a radius of the tip.
-   pure logical function needs_radii(self)
-      class(energy_release_t), intent(in) :: self
-      associate (rows => estimators())
-         needs_radii = any(self%takes .and. rows%needs_radii)
-      end associate
-   end function needs_radii
-
-   !> Whether one is chosen that needs a node at the tip.
-   pure logical function needs_nodes(self)
-      class(energy_release_t), intent(in) :: self
-      associate (rows => estimators())
-         needs_nodes = any(self%takes .and. rows%needs_nodes)
-      end associate
-   end function needs_nodes
-
-   !> Whether one is chosen that extrapolates with the mass matrix.
-   pure logical function needs_mass(self)
-      class(energy_release_t), intent(in) :: self
-      associate (rows => estimators())
-         needs_mass = any(self%takes .and. rows%needs_mass)
-      end associate
-   end function needs_mass
-
    !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
    pure subroutine fill_energy_release(settings, energy_release)
       type(settings_t), intent(in) :: settings
@@ -258,7 +211,7 @@ contains
       integer :: entry, k
       entry = settings%find('energy_release', 1)
       associate (rows => estimators())
-         energy_release%takes = [(settings%texts(entry, 'estimators', trim(rows(k)%name)), k=1, size(rows))]
+         energy_release%chosen = pack(rows, [(settings%texts(entry, 'estimators', trim(rows(k)%name)), k=1, size(rows))])
       end associate
       energy_release%radii = settings%numbers(entry, 'radii')
       energy_release%energy_balance = settings%flag(entry, 'energy_balance')

@@ -62,11 +62,11 @@ contains
             'must be x, y of each point')
          do i = 1, size(model%materials)
             associate (of => model%materials(i))
-               if (growth%law /= 'prescribed' .or. .not. (of%young > 0 .and. of%density > 0 .and. of%poisson > -1 .and. &
+               if (.not. growth%law%gives_speed() .or. .not. (of%young > 0 .and. of%density > 0 .and. of%poisson > -1 .and. &
                                                           of%poisson < 0.5_dp)) cycle
             end associate
             rayleigh = rayleigh_speed(material_of(model, i))
-            if (growth%speed >= rayleigh) then
+            if (growth%speed_at(growth%start) >= rayleigh) then
                call settings%complain(entry, 'speed', 'must be below the speed of Rayleigh waves, '//to_text(rayleigh)// &
                                       ' m/s: the energy release rate of a faster crack is negative')
                exit
@@ -96,22 +96,22 @@ contains
          else if (growth%path == 0) then
             call settings%complain(entry, 'crack', 'there is no &crack of this name')
             return
-         else if (growth%is_quasi_static() .and. any(model%growth(:k - 1)%path == growth%path)) then
+         else if (growth%law%is_static .and. any(model%growth(:k - 1)%path == growth%path)) then
             call settings%complain(entry, 'crack', 'is the crack of another &growth: choose another crack')
          end if
-         if (.not. growth%is_quasi_static()) call check_keys_in_motion(model, settings, k)
+         if (.not. growth%law%is_static) call check_keys_in_motion(model, settings, k)
          if (.not. has_bodies) return
          if (size(model%paths(growth%path)%points, 2) < 2) return ! told already
          if (.not. any(path_tips(model, growth%path))) &
             call settings%complain(entry, 'crack', 'this crack has no tip inside the material')
-         if (growth%is_quasi_static() .and. growth%increment > 0 .and. &
+         if (growth%law%is_static .and. growth%increment > 0 .and. &
              growth%increment < least_radius(model) - tolerance(model%grid)) &
             call settings%complain(entry, 'increment', 'must be at least two of the finest cells, '// &
                                         to_text(least_radius(model))// &
                                            ' m: a radius of the domain integral must fit between two kinks '// &
                                         'integral')
       end associate
-      if (size(model%energy_release%radii) > 0 .and. model%growth(k)%is_quasi_static()) then
+      if (size(model%energy_release%radii) > 0 .and. model%growth(k)%law%is_static) then
          if (model%growth(k)%increment < maxval(model%energy_release%radii) .and. model%growth(k)%direction /= 'straight') &
             call settings%complain(entry, 'increment', 'must be at least the largest of &energy_release radii, '// &
                                    to_text(maxval(model%energy_release%radii))//' m, in which the crack is to be straight')

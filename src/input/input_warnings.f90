@@ -78,7 +78,7 @@ contains
       type(model_t), intent(in) :: model
       character(:), allocatable, intent(inout) :: text
       integer :: k
-      if (size(model%paths) == 0 .or. .not. model%energy_release%needs_crack()) return
+      if (size(model%paths) == 0 .or. size(model%energy_release%chosen) == 0) return
       do k = 1, size(model%paths)
          if (any(path_tips(model, k))) return
       end do
@@ -122,7 +122,7 @@ contains
       integer :: body
       real(dp), allocatable :: tips(:, :), directions(:, :)
       integer :: k
-      if (.not. model%energy_release%has('vcct')) return
+      if (.not. any(model%energy_release%chosen%name == 'vcct')) return
       call list_tips(model, tips, directions)
       body = 0
       do k = 1, size(tips, 2)

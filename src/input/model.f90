@@ -55,7 +55,7 @@ contains
    !> Whether the mass matrix acts: in motion, and where stress is extrapolated by it.
    pure logical function mass_acts(model)
       type(model_t), intent(in) :: model
-      mass_acts = model%method%time /= 'static' .or. model%energy_release%needs_mass()
+      mass_acts = model%method%time /= 'static' .or. any(model%energy_release%chosen%needs_mass)
    end function mass_acts
 
    !> The mass matrix that a run has: nodes have no more than masses where it does not act.

@@ -7,6 +7,7 @@
 !> several; a condition on another group that may stand several times `requires` it of all of these, and is met by any of them else.
 !> Only materials of which there is a body, and bodies that are no holes count.
 module hampm_rules
+   use hampm_growth_laws, only: growth_law_keys
    use hampm_laws, only: law_keys
    implicit none
    private
@@ -61,7 +62,7 @@ module hampm_rules
              "corners of a domain do not give the hoop stretch", use="&method shape_functions = 'linear'")]
 
    type(rule_t), parameter :: of_grids(*) = [ &
-      rule_t("&grid order = 2", not_with, "&method time = 'explicit' | 'implicit' and &growth law = 'prescribed' | 'toughness'", &
+      rule_t("&grid order = 2", not_with, "&method time = 'explicit' | 'implicit' and &growth law = {growth laws in motion}", &
              not_built, "growth through quadratic cells is static only", use="&grid order = 1"), &
       rule_t("&grid order = 2", not_with, "&crack kind = 'symmetry' and &growth", not_built, &
              "cohesive points ahead of the tip join nodes of bilinear cells", use="&grid order = 1"), &
@@ -95,11 +96,12 @@ module hampm_rules
              "&material law = 'j2_plastic' and &run plane /= 'stress' and &grid order = 1", mechanics, &
              "yielding cells lock: they are too stiff, and loads rise beyond the limit load", &
              use="&material volumetric = 'b_bar'"), &
-      rule_t(with_history, not_with, "&growth law = 'quasi_static'", mechanics, no_rate), &
-      rule_t(with_history, not_with, "&growth law = 'toughness' and &method time = 'implicit'", mechanics, no_rate), &
+      rule_t(with_history, not_with, "&growth law = {growth laws at rest}", mechanics, no_rate), &
+      rule_t(with_history, not_with, "&growth law = {growth laws in motion by toughness} and &method time = 'implicit'", &
+             mechanics, no_rate), &
       rule_t(with_history, not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", mechanics, &
              "the direction needs stress intensity factors, which the law does not have", use="&growth direction = 'straight'"), &
-      rule_t("&material law = 'orthotropic'", not_with, "&growth law = 'prescribed' | 'toughness'", not_built, &
+      rule_t("&material law = 'orthotropic'", not_with, "&growth law = {growth laws in motion}", not_built, &
              "K and the limiting speed of a moving tip are known for isotropic material only"), &
       rule_t("&material law = 'orthotropic'", not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", &
              mechanics, "the direction depends on the toughness in each direction, which is not known", &
@@ -199,7 +201,7 @@ module hampm_rules
              use="&method frame = 'total'"), &
       rule_t("&method frame = 'updated'", not_with, "&grid order = 2", not_built, &
              "quadrature weights of particles hold at their reference positions only", use="&method frame = 'total'"), &
-      rule_t("&method frame = 'updated'", not_with, "&growth law = 'prescribed' | 'toughness'", not_built, &
+      rule_t("&method frame = 'updated'", not_with, "&growth law = {growth laws in motion}", not_built, &
              "cohesive points ahead of a tip join nodes that keep their material", use="&method frame = 'total'"), &
       rule_t("&method shape_functions = 'cpdi'", requires, "&method frame = 'updated'", mechanics, &
              "particles stay in their cells in the total Lagrangian frame, where shape functions of cells are more accurate"), &
@@ -222,7 +224,7 @@ module hampm_rules
              "vibrations of small cells grow where the mesh changes", use="&method time_steps = 'global'"), &
       (rule_t("&method time_steps = 'local'", not_with, with_forces(k), not_built, &
               "forces across faces would join cells with different steps", use="&method time_steps = 'global'"), k=1, 3), &
-      rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'symmetry' and &growth law = 'prescribed' | 'toughness'", &
+      rule_t("&method time_steps = 'local'", not_with, "&crack kind = 'symmetry' and &growth law = {growth laws in motion}", &
              not_built, "nodal release needs steps that are the same for all cells", use="&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&energy_release energy_balance = .true.", not_built, &
              "the numerical loss of local steps is not known", use="&method time_steps = 'global'"), &
@@ -287,13 +289,13 @@ module hampm_rules
       rule_t("&damping rate", no_effect_with, "&method time = 'static'", mechanics, "a static model has no damping"), &
       rule_t("&output history_interval", no_effect_with, "samples apart from load steps", &
              reason="a row of a static history is a load step"), &
-      rule_t("&method scheme = 'usf'", warned_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
+      rule_t("&method scheme = 'usf'", warned_with, "&growth law = {growth laws in motion}", mechanics, &
              "stresses lag behind a growing tip: J is 6 % low at a third of the speed of Rayleigh waves", &
              use="&method scheme = 'musl'"), &
-      rule_t("&method scheme = 'usavg'", warned_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
+      rule_t("&method scheme = 'usavg'", warned_with, "&growth law = {growth laws in motion}", mechanics, &
              "stresses lag behind a growing tip: J is 3 % low at a third of the speed of Rayleigh waves", &
              use="&method scheme = 'musl'"), &
-      rule_t("&method mass = 'lumped'", noted_with, "&growth law = 'prescribed' | 'toughness'", mechanics, &
+      rule_t("&method mass = 'lumped'", noted_with, "&growth law = {growth laws in motion}", mechanics, &
              "K of a tip at 0.6 of the speed of Rayleigh waves is up to 4 % low, and a crack that grows by its toughness "// &
              "comes "// "5 % less far", use="&method mass = 'weighted'")]
 
@@ -348,7 +350,7 @@ module hampm_rules
       rule_t("&cohesive and several cracks", requires, "&cohesive crack", reason="the name selects the crack"), &
       rule_t("&cohesive", requires, "&method frame = 'total'", not_built, &
              "damage is lost where cells are cut again as faces move"), &
-      rule_t("&cohesive", not_with, "&growth law = 'quasi_static'", mechanics, &
+      rule_t("&cohesive", not_with, "&growth law = {growth laws at rest}", mechanics, &
              "growth scales loads as in a linear body, but cohesion depends on the history"), &
       rule_t("&cohesive law = 'linear' | 'bilinear'", requires, "&cohesive strength > 0 and &cohesive toughness > 0"), &
       rule_t("&cohesive law = 'bilinear'", requires, "&cohesive opening > 0"), &
@@ -369,30 +371,32 @@ module hampm_rules
              "a crack grows by G, K_I and K_II"), &
       rule_t("&growth crack", not_with, "&crack kind = 'symmetry'", reason="such a crack is the only one"), &
       rule_t("&growth and several cracks", requires, "&growth crack", reason="the name selects the crack"), &
-      rule_t("&growth law = 'quasi_static'", not_with, "growth by laws of both kinds", not_built, &
+      rule_t("&growth law = {growth laws at rest}", not_with, "growth by laws of both kinds", not_built, &
              use="law = 'quasi_static' of each or of none"), &
-      rule_t("&growth law = 'quasi_static'", requires, "&method time = 'static'"), &
-      rule_t("&growth law = 'prescribed' | 'toughness'", requires, "&method time = 'explicit' | 'implicit'", &
+      rule_t("&growth law = {growth laws at rest}", requires, "&method time = 'static'"), &
+      rule_t("&growth law = {growth laws in motion}", requires, "&method time = 'explicit' | 'implicit'", &
              reason="a static model has no time"), &
-      rule_t("&growth law = 'quasi_static'", requires, "&growth increment > 0 and &growth toughness > 0"), &
+      rule_t("&growth law = {growth laws at rest}", requires, "&growth increment > 0 and &growth toughness > 0"), &
       rule_t("&growth law = 'prescribed'", requires, "&growth speed > 0"), &
-      rule_t("&growth law = 'toughness'", requires, "&growth toughness > 0"), &
-      rule_t("&growth toughness", not_with, "&growth law = 'prescribed'", reason="its speed is given"), &
-      rule_t("&growth speed", requires, "&growth law = 'prescribed'", reason="the toughness gives the speed otherwise"), &
-      rule_t("&growth increment", requires, "&growth law = 'quasi_static'", reason="dynamic growth advances in each time step"), &
-      rule_t("&growth limit_speed", requires, "&growth law = 'toughness'"), &
+      rule_t("&growth law = {growth laws in motion by toughness}", requires, "&growth toughness > 0"), &
+      rule_t("&growth toughness", not_with, "&growth law = {growth laws by speed}", reason="its speed is given"), &
+      (rule_t("&growth "//trim(growth_law_keys(k)%name), requires, "&growth "//growth_law_keys(k)%only_with), &
+       k=1, size(growth_law_keys)), &
+      rule_t("&growth increment", requires, "&growth law = {growth laws at rest}", &
+             reason="dynamic growth advances in each time step"), &
+      rule_t("&growth limit_speed", requires, "&growth law = {growth laws in motion by toughness}"), &
       rule_t("&growth exponent", no_effect_without, "&growth limit_speed > 0"), &
-      rule_t("&growth start", not_with, "&growth law = 'quasi_static'", reason="a static model has no time"), &
-      rule_t("&growth end", not_with, "&growth law = 'quasi_static'", reason="a static model has no time"), &
+      rule_t("&growth start", not_with, "&growth law = {growth laws at rest}", reason="a static model has no time"), &
+      rule_t("&growth end", not_with, "&growth law = {growth laws at rest}", reason="a static model has no time"), &
       rule_t("&growth direction = 'path'", requires, "&growth points"), &
       rule_t("&growth points", requires, "&growth direction = 'path'"), &
-      rule_t("&growth direction = 'path'", not_with, "&growth law = 'quasi_static'", not_built, &
+      rule_t("&growth direction = 'path'", not_with, "&growth law = {growth laws at rest}", not_built, &
              "static growth follows a criterion or the crack's own line"), &
       rule_t("&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy' | 'path'", not_with, "&crack kind = 'symmetry'", &
              mechanics, "the crack stays on its symmetry plane", use="&growth direction = 'straight'"), &
-      rule_t("&growth tips = 'last' | 'first'", not_with, "&growth law = 'quasi_static'", not_built, &
+      rule_t("&growth tips = 'last' | 'first'", not_with, "&growth law = {growth laws at rest}", not_built, &
              use="&growth tips = 'largest'"), &
-      rule_t("&growth tips = 'largest'", requires, "&growth law = 'quasi_static'", not_built, use="&growth tips = 'all'"), &
+      rule_t("&growth tips = 'largest'", requires, "&growth law = {growth laws at rest}", not_built, use="&growth tips = 'all'"), &
       rule_t("&growth tips = 'first'", not_with, "&crack kind = 'symmetry'", reason="the crack has one tip, its last point"), &
       rule_t("&growth tips = 'largest' | 'last'", no_effect_with, "&crack kind = 'symmetry'", mechanics, "the crack has one tip")]
 

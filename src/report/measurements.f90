@@ -92,7 +92,7 @@ contains
       call angular_momentum(problem%particles, m%initial_angular_momentum, largest)
       allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
       do k = 1, size(m%crack)
-         call new_crack_values(model%energy_release%chosen(), cracks%tips(k), model%method%time /= 'static' .and. &
+         call new_crack_values(model%energy_release%chosen, cracks%tips(k), model%method%time /= 'static' .and. &
                                any(model%refine%indicator == ['gradient', 'zz      ']), m%crack(k))
       end do
       select case (model%energy_release%reference)
@@ -237,7 +237,7 @@ contains
    !> Whether what is recorded asks for the motion of the nodes: the domain integral, and forces of constraints.
    pure logical function needs_nodal_state(model) result(requires)
       type(model_t), intent(in) :: model
-      requires = model%energy_release%has('domain_integral') .or. any(model%constraints%name /= '') &
+      requires = any(model%energy_release%chosen%name == 'domain_integral') .or. any(model%constraints%name /= '') &
                  .or. (size(model%paths) > 0 .and. size(model%constraints) > 0)
    end function needs_nodal_state
 

@@ -126,7 +126,7 @@ contains
       if (model%method%time == 'static') then
          static%equilibrium%newton%solver = model%method%solver
          static%is_static = .true.
-         static%equilibrium%forgets_mesh = size(model%growth) == 0 .or. any(model%growth%is_quasi_static())
+         static%equilibrium%forgets_mesh = size(model%growth) == 0 .or. any(model%growth%law%is_static)
          static%fixed_step = model%output%history_interval
          allocate (integrator, source=static)
       else if (model%method%time == 'implicit') then
@@ -175,7 +175,7 @@ contains
          associate (tip => cracks%tips(k))
             body = body_at(model, tip%place)
             if (body > 0) tip%material = material_of_body(model, body)
-            if (.not. model%energy_release%needs_radii()) cycle
+            if (.not. any(model%energy_release%chosen%needs_radii)) cycle
             tip%radii = domain_radii(model, path_radius(model, tip%crack, tip%end))
             tip%has_layers = any([(is_other_within(model, body, tip%place, maxval(tip%radii)), body=1, size(model%bodies))])
          end associate

@@ -131,7 +131,7 @@ contains
          bytes = bytes + of_refined_particle*particles + of_refined_cell*cells
       if (model%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles &
          + merge(of_viewed_quadratic_cell, of_viewed_cell, model%grid%order == 2)*cells
-      if ((model%energy_release%needs_crack() .or. model%damping%rate > 0) .and. occupied <= most_static &
+      if ((size(model%energy_release%chosen) > 0 .or. model%damping%rate > 0) .and. occupied <= most_static &
           .or. model%method%time /= 'explicit') &
          bytes = bytes + of_stiffness*fill
       if (mass_used(model) == 'lumped') return

@@ -68,7 +68,7 @@ contains
       call assemble(model, s%problem, s%cracks, s%refinement, failure)
       call choose_integrator(model, s%integrator)
       if (.not. failure%failed()) then
-         call attach_cracks(s%carried, s%problem, model%energy_release%needs_nodes())
+         call attach_cracks(s%carried, s%problem, any(model%energy_release%chosen%needs_nodes))
          call new_measurements(model, s%problem, s%cracks, s%measurements) ! of the start, as G_ref is
          call new_growing(model, s%cracks, s%growing)
          call archive_cracks(s%cracks, checkpoint)

@@ -68,7 +68,7 @@ contains
       call assemble(model, s%problem, s%cracks, s%refinement, failure)
       call choose_integrator(model, s%integrator)
       if (failure%failed()) return
-      call attach_cracks(s%carried, s%problem, model%energy_release%needs_nodes())
+      call attach_cracks(s%carried, s%problem, any(model%energy_release%chosen%needs_nodes))
       call refine_at_start(s%refinement, s%problem, s%cracks%tip_places(), failure)
       if (failure%failed()) return
       do k = 1, size(model%bodies)               ! with the particles as they now are: rigid motions to the last digit

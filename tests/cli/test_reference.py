@@ -63,6 +63,7 @@ def test_each_key_gives_its_value_to_the_scene(choices):
     """A key that nothing takes from what was written would be allowed, documented, and without effect."""
     sources = "".join(path.read_text() for path in sorted((ROOT / "src/input").glob("*_group*.f90")))
     fills = re.findall(r"subroutine fill_.*?end subroutine", sources, re.DOTALL)
+    everything = "".join(path.read_text() for path in sorted((ROOT / "src").glob("*/*.f90")))
     history = next(fill for fill in fills if fill.startswith("subroutine fill_history("))
     # by the names of keys, at the first of which without a component every model would stop
     by_name = set(re.search(r"namelist /plain/ (.*)", (ROOT / "src/input/model.f90").read_text())[1].split(", "))
@@ -73,8 +74,10 @@ def test_each_key_gives_its_value_to_the_scene(choices):
         if "call fill_history(" in source:
             source += history
         taken = set(re.findall(r"settings%\w+\(entry, '(\w+)'", source))
-        if "settings%numbers(entry, trim(law_keys(k)%name))" in source:
-            taken |= {key for path in (ROOT / "src/law").glob("*.f90") for key in re.findall(r"key_t\('(\w+)'", path.read_text())}
+        for table in re.findall(r"settings%numbers\(entry, trim\((\w+)\(\w\)%name\)\)", source):
+            parts = re.search(rf":: {table}\(\*\) = \[([\w, ]+)\]\n", everything)[1].split(", ")
+            rows = "".join(re.search(rf":: {part}\(\*\) = \[(.*?)\]\n", everything, re.DOTALL)[1] for part in parts)
+            taken |= set(re.findall(r"key_t\('(\w+)'", rows))
         assert taken == {key for of, key in choices if of == group}
 
 

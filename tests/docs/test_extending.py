@@ -7,12 +7,14 @@ import shutil
 import subprocess
 
 import h5py
+import numpy as np
 import pytest
 from paths import ROOT
 
 PAGE = (ROOT / "docs/extending.md").read_text()
 BLOCK = re.compile(r"^```(fortran|diff) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-FILES = {"A material law": (1, 1), "A key": (0, 3), "An estimator": (1, 1)}  # new, changed
+FILES = {"A material law": (1, 1), "A key": (0, 3), "An estimator": (1, 1),
+         "A law of crack growth": (1, 1)}  # new, changed
 
 
 def sections():
@@ -120,7 +122,14 @@ class TestTheExtendedProgram:
         assert abs(history["G_displacements_II"][-1]) < 1e-6 * history["G_displacements_I"][-1]
         assert history["G"][-1] == history["G_displacements_I"][-1] + abs(history["G_displacements_II"][-1])
 
+    def test_a_crack_grows_at_its_resistance(self, program, tmp_path):
+        history = results(program, "growth.nml", tmp_path)["history"]
+        length = history["crack_length"][:]
+        assert length == pytest.approx(0.03 + 5e-3 * np.arange(5), rel=1e-12)
+        assert history["toughness"][:] == pytest.approx(300 - 200 * np.exp(-(length - 0.03) / 0.01), rel=1e-12)
+        assert history["G"][:] == pytest.approx(history["toughness"][:], rel=1e-5)
+
     def test_choices_of_the_keys_are_those_of_the_tables(self, program):
         keys = subprocess.run([program, "--keys"], capture_output=True, text=True).stdout
-        for name in "blatz_ko", "displacements", "chi":
+        for name in "blatz_ko", "displacements", "chi", "r_curve", "plateau":
             assert f"`{name}`" in keys

@@ -53,7 +53,7 @@ contains
       model%bodies(1)%upper = upper
       model%bodies(1)%points_per_cell = 2
       associate (rows => estimators())
-         model%energy_release%takes = rows%name == 'domain_integral'
+         model%energy_release%chosen = pack(rows, rows%name == 'domain_integral')
       end associate
    end function scene_of
 

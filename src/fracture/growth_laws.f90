@@ -1,0 +1,81 @@
+!> The laws by which cracks grow. A law tells how much energy a tip takes for its way, the toughness, at rest or in motion, or in motion the speed
+!> that it is given.
+!>
+!> A new law is a file with one of these procedures and a row in this table: its choice in `&growth`, its column of the history, and the rules on
+!> what it goes with follow from the row. Keys of its own stand in its file, and join `growth_law_keys`.
+module hampm_growth_laws
+   use hampm_kinds, only: dp, name_len
+   use hampm_key_rows, only: key_t, type_real, not_negative
+   use hampm_law, only: constant_t, value_of
+   implicit none
+   private
+   public :: growth_law_t, growth_laws, growth_law_keys
+
+   !> A row of the table.
+   type :: growth_law_t
+      character(name_len) :: name = ''           !! in model files
+      logical :: is_static = .false.             !! whether tips advance by increments at rest, under loads that are scaled to the toughness
+      procedure(toughness_of), pointer, nopass :: toughness => null() !! of a law that gives this
+      procedure(speed_of), pointer, nopass :: speed => null() !! or this
+   contains
+      procedure :: gives_speed
+   end type growth_law_t
+
+   abstract interface
+      !> Energy release rate that a tip takes [J/m2].
+      pure real(dp) function toughness_of(constants, speed, length) result(toughness)
+         import :: dp, constant_t
+         type(constant_t), intent(in) :: constants(:) !! toughness, limit_speed and exponent of &growth, and the keys of laws
+         real(dp), intent(in) :: speed           !! of the tip, 0 at rest [m/s]
+         real(dp), intent(in) :: length          !! of the whole crack [m]
+      end function toughness_of
+
+      !> Speed of a tip [m/s].
+      pure real(dp) function speed_of(constants, time) result(speed)
+         import :: dp, constant_t
+         type(constant_t), intent(in) :: constants(:)
+         real(dp), intent(in) :: time            !! [s]
+      end function speed_of
+   end interface
+
+   type(key_t), parameter :: prescribed_keys(*) = [ &
+      key_t('speed', type_real, 'of law = prescribed', default='0.0', unit='m/s', allowed=not_negative, &
+            only_with="law = 'prescribed'")]
+
+   type(key_t), parameter :: growth_law_keys(*) = [prescribed_keys]
+
+contains
+
+   !> All rows.
+   pure function growth_laws() result(rows)
+      type(growth_law_t), allocatable :: rows(:)
+      allocate (rows, source=[ &
+         growth_law_t('quasi_static', is_static=.true., toughness=toughness_at_speed), &
+         growth_law_t('prescribed', speed=prescribed_speed), &
+         growth_law_t('toughness', toughness=toughness_at_speed)])
+   end function growth_laws
+
+   !> Whether a law gives the speed, else the toughness.
+   elemental logical function gives_speed(self)
+      class(growth_law_t), intent(in) :: self
+      gives_speed = associated(self%speed)
+   end function gives_speed
+
+   !> A speed that is constant [m/s].
+   pure real(dp) function prescribed_speed(constants, time) result(speed)
+      type(constant_t), intent(in) :: constants(:)
+      real(dp), intent(in) :: time
+      speed = value_of(constants, 'speed', 0.0_dp)
+   end function prescribed_speed
+
+   !> A toughness that is constant, or rises with the speed beyond all bounds at `limit_speed` [J/m2].
+   pure real(dp) function toughness_at_speed(constants, speed, length) result(toughness)
+      type(constant_t), intent(in) :: constants(:)
+      real(dp), intent(in) :: speed, length
+      real(dp), parameter :: least = 1e-12_dp    ! so that nothing overflows
+      toughness = value_of(constants, 'toughness', 0.0_dp)
+      associate (limit => value_of(constants, 'limit_speed', 0.0_dp))
+         if (limit > 0) toughness = toughness/max(1 - min(speed/limit, 1.0_dp)**value_of(constants, 'exponent', 1.0_dp), least)
+      end associate
+   end function toughness_at_speed
+end module hampm_growth_laws
