@@ -6,9 +6,11 @@ module hampm_input_warnings
    use hampm_crack_placement, only: body_at
    use hampm_history_resolution, only: begins_too_late, coarse_histories
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, velocity_fields_of
+   use hampm_law, only: value_of
    use hampm_path_placement, only: path_tip, path_direction, path_tips
    use hampm_placement, only: upper_corner, points_of, spacing_of, tolerance
    use hampm_model, only: model_t, material_spec_t
+   use hampm_orthotropic, only: orthotropic_keys
    use hampm_text, only: add => add_line, to_text, length_text, three_digits
    implicit none
    private
@@ -241,11 +243,14 @@ contains
    elemental logical function are_alike(model, i, j)
       type(model_t), intent(in) :: model
       integer, intent(in) :: i, j
+      integer :: k
       are_alike = i == j
       if (are_alike .or. min(i, j) == 0) return
       associate (a => model%materials(i), b => model%materials(j))
          are_alike = a%law == b%law .and. .not. (abs(a%young - b%young) > 0 .or. abs(a%poisson - b%poisson) > 0)
-         are_alike = are_alike .and. all(abs(a%orthotropic%constants() - b%orthotropic%constants()) <= 0)
+         are_alike = are_alike .and. all([(abs(value_of(a%constants, orthotropic_keys(k)%name, 0.0_dp) - &
+                                               value_of(b%constants, orthotropic_keys(k)%name, 0.0_dp)) <= 0, &
+                                           k=1, size(orthotropic_keys))])
       end associate
    end function are_alike
 

@@ -2,9 +2,9 @@
 module hampm_material_group
    use hampm_kinds, only: dp, name_len
    use hampm_key_rows, only: group_t, key_t, type_real, type_name, repeats, is_required, positive
-   use hampm_law, only: constant_t, constant
+   use hampm_law, only: constant_t, constant, value_of
    use hampm_laws, only: law_keys
-   use hampm_orthotropic, only: orthotropic_t, why_not_definite
+   use hampm_orthotropic, only: orthotropic_of, why_not_definite
    use hampm_settings, only: settings_t
    implicit none
    private
@@ -35,8 +35,7 @@ module hampm_material_group
       real(dp) :: poisson = 0                    !! [-]
       real(dp) :: density = 0                    !! [kg/m3]
       character(name_len) :: volumetric = ''     !! 'standard' or 'b_bar'
-      type(constant_t) :: constants(size(law_keys)) !! of laws of space
-      type(orthotropic_t) :: orthotropic         !! constants of that law
+      type(constant_t) :: constants(size(law_keys)) !! of single laws
    contains
       procedure :: is_linear
       procedure :: is_complete
@@ -65,15 +64,6 @@ contains
             do k = 1, size(law_keys)
                material%constants(k) = constant(law_keys(k)%name, settings%numbers(entry, trim(law_keys(k)%name)))
             end do
-            associate (of => material%orthotropic)
-               of%young = [settings%number(entry, 'young_1'), settings%number(entry, 'young_2'), &
-                           settings%number(entry, 'young_3')]
-               of%shear_12 = settings%number(entry, 'shear_12')
-               of%poisson_12 = settings%number(entry, 'poisson_12')
-               of%poisson_13 = settings%number(entry, 'poisson_13')
-               of%poisson_23 = settings%number(entry, 'poisson_23')
-               of%angle = settings%number(entry, 'angle')
-            end associate
          end associate
       end do
    end subroutine fill_materials
@@ -92,7 +82,7 @@ contains
          is_complete = self%young > 0
          return
       end if
-      associate (of => self%orthotropic)
+      associate (of => orthotropic_of(self%constants, 0.0_dp, 0.0_dp))
          is_complete = minval(of%young(:merge(2, 3, plane == 'stress'))) > 0 .and. of%shear_12 > 0
          if (is_complete) is_complete = len(why_not_definite(of, plane == 'stress')) == 0
       end associate
@@ -102,7 +92,8 @@ contains
    elemental real(dp) function least_young(self)
       class(material_spec_t), intent(in) :: self
       least_young = self%young
-      if (self%law == 'orthotropic') least_young = minval(self%orthotropic%young(:2))
+      if (self%law == 'orthotropic') least_young = min(value_of(self%constants, 'young_1', 0.0_dp), &
+                                                       value_of(self%constants, 'young_2', 0.0_dp))
    end function least_young
 
    !> Whether another one has the same law and constants, whatever its name.

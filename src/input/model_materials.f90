@@ -1,6 +1,6 @@
 !> The materials of a model as the method has them, from their keys.
 module hampm_model_materials
-   use hampm_material, only: material_t, new_material, new_orthotropic
+   use hampm_material, only: material_t, new_material
    use hampm_model, only: model_t
    implicit none
    private
@@ -59,12 +59,8 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: k
       associate (spec => model%materials(k))
-         if (spec%law == 'orthotropic') then
-            material = new_orthotropic(spec%name, model%run%plane == 'stress', spec%orthotropic, spec%density)
-         else
-            material = new_material(spec%name, spec%law, model%run%plane == 'stress', spec%young, spec%poisson, spec%density, &
-                                    spec%constants)
-         end if
+         material = new_material(spec%name, spec%law, model%run%plane == 'stress', spec%young, spec%poisson, spec%density, &
+                                 spec%constants)
          material%mean_dilatation = spec%volumetric == 'b_bar' .and. model%grid%order == 1
          material%is_ring = model%run%thickness%is_ring
       end associate

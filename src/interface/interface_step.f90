@@ -31,7 +31,7 @@ module hampm_interface_step
    use hampm_kinds, only: dp, ndim, corners
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_domain_pass, only: corner_map_t
-   use hampm_element_assembly, only: matrix_by_masters
+   use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
    use hampm_interface_points, only: interfaces_t, along, interface_states, interface_stiffness, force_at, have_friction, &
@@ -41,6 +41,7 @@ module hampm_interface_step
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_mass_solver, only: mass_solver_t, solve_aside
    use hampm_matter, only: matter_t
+   use hampm_numbering, only: numbering_t, number_unknowns
    use hampm_sparse, only: sparse_t, pattern_of_cliques
    implicit none
    private
@@ -59,26 +60,19 @@ module hampm_interface_step
    !> What unit forces of a point do, those along x along x, and those along y along y: on some nodes the accelerations A C', and M A C', by which it feels
    !> others.
    type :: response_t
-      integer, allocatable :: felt_by(:)         !! elements that have nodes of the point
       integer, allocatable :: node(:)
       real(dp), allocatable :: acceleration(:, :) !! of the first of these, others have none [1/kg], (ndim, nodes)
       real(dp), allocatable :: mapped(:, :)      !! [-], (ndim, nodes)
    end type response_t
-
-   !> The masses of the particles of an element, between the nodes that have degrees of freedom.
-   type :: element_t
-      integer :: number = 0
-      integer :: n = 0                           !! of nodes
-      integer :: node(most_nodes_of_leaf) = 0
-      real(dp) :: mass(most_nodes_of_leaf, most_nodes_of_leaf) = 0 !! [kg]
-   end type element_t
 
    !> What a mesh has for this, what the matrix was factorised for, and workspace. Unknowns are the normal and the tangential force of each
    !> point. Material that moves through the cells changes numbers in each step, and not what there is.
    type :: interface_step_t
       private
       type(response_t), allocatable :: responses(:) !! (points)
-      type(element_t), allocatable :: elements(:) !! by which points feel others
+      integer, allocatable :: elements(:)        !! by which points feel others
+      type(numbering_t) :: numbering             !! of all nodes that have degrees of freedom, as they are
+      type(sparse_t) :: masses                   !! of the particles of these elements [kg]
       type(sparse_t) :: compliance               !! W [m/N]
       type(sparse_t) :: matrix
       type(factorisation_t) :: factor
@@ -175,13 +169,12 @@ contains
       type(mass_matrix_t), intent(in) :: masses
       type(mass_solver_t), intent(inout) :: solver
       type(failure_t), intent(inout) :: failure
-      integer :: k, j, e
+      integer :: k, j
       real(dp) :: unused(ndim)
       logical :: is_new
       is_new = .not. allocated(self%responses)
-      if (is_new) call gather_elements(m, interfaces, self%elements)
-      call weigh_elements(m, map, self%elements)
-      if (is_new) call prepare(self, interfaces, m%grid%n_points)
+      if (is_new) call prepare(self, interfaces, m)
+      call weigh_elements(self, m, map)
       do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k), of => self%responses(k))
             associate (nodes => point%node(:count(point%node > 0)))
@@ -195,9 +188,11 @@ contains
                   call solve_aside(solver, m%grid, masses, self%unit, self%moved, failure)
                   if (failure%failed()) return
                end if
-               do e = 1, size(of%felt_by)
-                  call map_by(self%elements(of%felt_by(e)), self%moved, self%mapped)
-               end do
+               if (interfaces%are_lumped) then
+                  call map_by(self%masses, of%node, self%moved, self%mapped)
+               else
+                  call map_by(self%masses, self%numbering%node, self%moved, self%mapped)
+               end if
                if (allocated(masses%ghosts)) call add_mass_product(masses%ghosts, self%moved, self%mapped, unused)
                do j = 1, size(nodes)             ! what is given there the particles do not change
                   where (fixed(:, nodes(j))) &
@@ -222,63 +217,47 @@ contains
       call find_compliance(self, interfaces)
    end subroutine find_responses
 
-   !> Find the elements by which the forces of each point are felt and, where masses are lumped, the nodes of these, which they reach.
-   pure subroutine prepare(self, interfaces, n_points)
+   !> Find the elements by which forces are felt and, where masses are lumped, the nodes that the forces of each point reach.
+   subroutine prepare(self, interfaces, m)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(in) :: interfaces
-      integer, intent(in) :: n_points            !! of the grid
-      integer :: e, k
+      type(matter_t), intent(in) :: m
+      integer :: j, k
       allocate (self%responses(interfaces%n_at_end), self%states(interfaces%n), self%slopes(ndim*interfaces%n_at_end), &
                 self%opening(ndim, interfaces%n_at_end), self%beta(interfaces%n_at_end))
-      allocate (self%unit(ndim, n_points), self%moved(ndim, n_points), self%mapped(ndim, n_points), source=0.0_dp)
+      allocate (self%unit(ndim, m%grid%n_points), self%moved(ndim, m%grid%n_points), self%mapped(ndim, m%grid%n_points), &
+                source=0.0_dp)
+      call gather_elements(m, interfaces, self%elements)
+      call number_unknowns([(k, k=1, m%grid%n_nodes)], spread([(.false., k=1, m%grid%n_nodes)], 1, 1), self%numbering)
+      call pattern_of_elements(m%grid, self%elements, self%numbering, self%masses)
+      if (.not. interfaces%are_lumped) return
       do k = 1, interfaces%n_at_end
-         associate (of => self%responses(k), node => interfaces%list(k)%node)
-            of%felt_by = [(e, e=1, size(self%elements))]
-            if (.not. interfaces%are_lumped) cycle
-            of%felt_by = pack(of%felt_by, [(have_common(self%elements(e)%node, pack(node, node > 0)), e=1, size(self%elements))])
-            of%node = nodes_of(self%elements(of%felt_by), node)
+         associate (node => interfaces%list(k)%node, at => self%masses%row_start, of => self%responses(k))
+            of%node = node(:count(node > 0))
+            do j = 1, count(node > 0)
+               of%node = [of%node, self%masses%column(at(node(j)):at(node(j) + 1) - 1)]
+            end do
+            of%node = pack(of%node, [(all(of%node(:j - 1) /= of%node(j)), j=1, size(of%node))])
          end associate
       end do
    end subroutine prepare
 
-   !> Add the masses of an element times accelerations, of which most are 0 where masses are lumped.
-   pure subroutine map_by(element, acceleration, mapped)
-      type(element_t), intent(in) :: element
+   !> Add masses times accelerations, of which most are 0.
+   pure subroutine map_by(masses, nodes, acceleration, mapped)
+      type(sparse_t), intent(in) :: masses
+      integer, intent(in) :: nodes(:)            !! others have no acceleration
       real(dp), intent(in) :: acceleration(:, :) !! (ndim, n_points)
       real(dp), intent(inout) :: mapped(:, :)
-      integer :: i, j
-      do j = 1, element%n
-         associate (a => acceleration(:, element%node(j)))
+      integer :: j, k
+      do j = 1, size(nodes)
+         associate (a => acceleration(:, nodes(j)))
             if (.not. any(abs(a) > 0)) cycle
-            do i = 1, element%n
-               mapped(:, element%node(i)) = mapped(:, element%node(i)) + element%mass(i, j)*a
+            do k = masses%row_start(nodes(j)), masses%row_start(nodes(j) + 1) - 1
+               mapped(:, masses%column(k)) = mapped(:, masses%column(k)) + masses%value(k)*a
             end do
          end associate
       end do
    end subroutine map_by
-
-   !> Whether two lists of nodes have any in common.
-   pure logical function have_common(a, b)
-      integer, intent(in) :: a(:), b(:)          !! no 0 in `b`
-      integer :: k
-      have_common = any([(any(a == b(k)), k=1, size(b))])
-   end function have_common
-
-   !> Some nodes, and those of some elements, each once.
-   pure function nodes_of(elements, first) result(nodes)
-      type(element_t), intent(in) :: elements(:)
-      integer, intent(in) :: first(:)            !! 0 for none
-      integer, allocatable :: nodes(:)
-      integer :: k, n
-      nodes = [first, (elements(k)%node, k=1, size(elements))]
-      n = 0
-      do k = 1, size(nodes)
-         if (nodes(k) == 0 .or. any(nodes(:n) == nodes(k))) cycle
-         n = n + 1
-         nodes(n) = nodes(k)
-      end do
-      nodes = nodes(:n)
-   end function nodes_of
 
    !> The nodes with accelerations, or something that they map to.
    pure function reached_by(moved, mapped) result(nodes)
@@ -294,10 +273,10 @@ contains
    pure subroutine gather_elements(m, interfaces, elements)
       type(matter_t), intent(in) :: m
       type(interfaces_t), intent(in) :: interfaces
-      type(element_t), allocatable, intent(out) :: elements(:)
+      integer, allocatable, intent(out) :: elements(:)
       integer :: e, k
-      logical, allocatable :: is_near(:), is_wanted(:)
-      allocate (is_near(m%grid%n_points), is_wanted(m%grid%n_elements))
+      logical, allocatable :: is_near(:)
+      allocate (is_near(m%grid%n_points))
       is_near = .not. interfaces%are_lumped
       do k = 1, interfaces%n_at_end
          is_near(pack(interfaces%list(k)%node, interfaces%list(k)%node > 0)) = .true.
@@ -307,21 +286,21 @@ contains
             is_near(dofs%n_nodes + k) = any(is_near(dofs%master(dofs%first_master(k):dofs%first_master(k + 1) - 1)))
          end do
       end associate
-      is_wanted = [(any(is_near(m%grid%support_of(e))) .and. &
-                    (m%blocks%count_in(e) > 0 .or. .not. m%particles%total_frame), e=1, m%grid%n_elements)]
-      allocate (elements(count(is_wanted)))
-      elements%number = pack([(e, e=1, m%grid%n_elements)], is_wanted)
+      elements = pack([(e, e=1, m%grid%n_elements)], &
+                      [(any(is_near(m%grid%support_of(e))) .and. &
+                        (m%blocks%count_in(e) > 0 .or. .not. m%particles%total_frame), e=1, m%grid%n_elements)])
    end subroutine gather_elements
 
-   !> Find the masses of elements, those of domains at their corners.
-   pure subroutine weigh_elements(m, map, elements)
+   !> Find the masses of the elements, those of domains at their corners.
+   pure subroutine weigh_elements(self, m, map)
+      type(interface_step_t), intent(inout) :: self
       type(matter_t), intent(in) :: m
       type(corner_map_t), intent(in) :: map
-      type(element_t), intent(inout) :: elements(:)
-      real(dp) :: by_node(m%grid%n_functions, m%grid%n_functions)
-      integer :: i, e, found
-      do found = 1, size(elements)
-         e = elements(found)%number
+      real(dp) :: by_node(m%grid%n_functions, m%grid%n_functions), by_master(most_nodes_of_leaf, most_nodes_of_leaf)
+      integer :: i, e, found, n, masters(most_nodes_of_leaf)
+      self%masses%value = 0
+      do found = 1, size(self%elements)
+         e = self%elements(found)
          by_node = 0
          if (allocated(m%particles%corner_velocity)) then
             do i = map%first(max(1, map%number(e))), merge(map%first(map%number(e) + 1) - 1, 0, map%number(e) > 0)
@@ -335,8 +314,8 @@ contains
                              m%grid%functions_in(e, m%grid%local_coordinate(e, m%particles%place_in_grid(i))), by_node)
             end do
          end if
-         call matrix_by_masters(m%grid, e, 1, by_node, elements(found)%n, elements(found)%node, elements(found)%mass)
-         elements(found)%node(elements(found)%n + 1:) = 0
+         call matrix_by_masters(m%grid, e, 1, by_node, n, masters, by_master)
+         call add_element(self%numbering, masters(:n), by_master(:n, :n), self%masses)
       end do
    contains
       !> Add a mass at a place with these functions of the nodes.

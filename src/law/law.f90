@@ -13,7 +13,7 @@ module hampm_law
    use hampm_tensors, only: space, unit_tensor, inverse_transpose_of
    implicit none
    private
-   public :: law_t, law_row_t, constant_t, constant, value_of, values_of, most_columns, most_values
+   public :: law_t, law_row_t, constant_t, flaw_t, constant, value_of, values_of, most_columns, most_values
 
    integer, parameter :: most_columns = 48       !! state variables that a law may have
 
@@ -26,12 +26,19 @@ module hampm_law
       real(dp) :: value(most_values) = 0         !! in the unit of the key
    end type constant_t
 
+   !> What is wrong with a constant.
+   type :: flaw_t
+      character(name_len) :: key = ''
+      character(:), allocatable :: what          !! as it goes on behind the key
+   end type flaw_t
+
    !> A row of the table of laws.
    type :: law_row_t
       character(name_len) :: name = ''           !! in model files
       logical :: is_finite = .false.             !! whether it is for any rotation and strain
       logical :: has_history = .false.           !! whether it has state variables
       procedure(make_law), pointer, nopass :: make => null() !! of the linear laws none
+      procedure(check_law), pointer, nopass :: check => null() !! of laws whose constants have to fit each other
    end type law_row_t
 
    !> A law with its constants.
@@ -57,6 +64,15 @@ module hampm_law
          type(constant_t), intent(in) :: constants(:)
          class(law_t), allocatable, intent(out) :: law
       end subroutine make_law
+
+      !> Find in which constants, each of which is by itself as its key asks, do not fit the others.
+      pure subroutine check_law(young, poisson, plane_stress, constants, flaws)
+         import :: dp, constant_t, flaw_t
+         real(dp), intent(in) :: young, poisson
+         logical, intent(in) :: plane_stress     !! else plane strain
+         type(constant_t), intent(in) :: constants(:)
+         type(flaw_t), allocatable, intent(out) :: flaws(:)
+      end subroutine check_law
 
       !> Stress of a state; of a finite law the Kirchhoff stress, 0 where the material is turned inside out, which the caller notices [Pa].
       pure function stress_of(self, h, state) result(stress)

@@ -3,10 +3,10 @@ module hampm_laws
    use hampm_j2_plastic, only: new_j2_plastic, j2_plastic_keys
    use hampm_key_rows, only: key_t
    use hampm_law, only: law_row_t
-   use hampm_mooney_rivlin, only: new_mooney_rivlin, mooney_rivlin_keys
+   use hampm_mooney_rivlin, only: new_mooney_rivlin, check_mooney_rivlin, mooney_rivlin_keys
    use hampm_neo_hookean, only: new_neo_hookean
-   use hampm_orthotropic, only: orthotropic_keys
-   use hampm_viscoelastic, only: new_viscoelastic, viscoelastic_keys
+   use hampm_orthotropic, only: check_orthotropic, orthotropic_keys
+   use hampm_viscoelastic, only: new_viscoelastic, check_viscoelastic, viscoelastic_keys
    implicit none
    private
    public :: laws, law_row, law_keys
@@ -21,10 +21,10 @@ contains
       allocate (rows, source=[ &
          law_row_t('linear_elastic'), &
          law_row_t('neo_hookean', is_finite=.true., make=new_neo_hookean), &
-         law_row_t('mooney_rivlin', is_finite=.true., make=new_mooney_rivlin), &
+         law_row_t('mooney_rivlin', is_finite=.true., make=new_mooney_rivlin, check=check_mooney_rivlin), &
          law_row_t('j2_plastic', has_history=.true., make=new_j2_plastic), &
-         law_row_t('viscoelastic', has_history=.true., make=new_viscoelastic), &
-         law_row_t('orthotropic')])
+         law_row_t('viscoelastic', has_history=.true., make=new_viscoelastic, check=check_viscoelastic), &
+         law_row_t('orthotropic', check=check_orthotropic)])
    end function laws
 
    !> The row of a name, without one where there is none.

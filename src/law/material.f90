@@ -14,8 +14,8 @@ module hampm_material
    use hampm_law, only: law_t, law_row_t, constant_t, most_columns
    use hampm_laws, only: law_row
    use hampm_linear_elastic, only: linear_stress
-   use hampm_orthotropic, only: orthotropic_t, n_voigt, plane_compliance, inverse_of, turned_stiffness, turned_compliance, &
-                                turned_strain, voigt_stress, acoustic_modulus
+   use hampm_orthotropic, only: orthotropic_t, orthotropic_of, n_voigt, plane_compliance, inverse_of, turned_stiffness, &
+                                turned_compliance, turned_strain, voigt_stress, acoustic_modulus
    use hampm_tensors, only: space, identity, inverse_transpose, unit_tensor, inverse_transpose_of, volume_change, tensor_of
    implicit none
    private
@@ -86,7 +86,7 @@ module hampm_material
 
 contains
 
-   !> A material from its engineering constants; of the orthotropic law one that is isotropic.
+   !> A material from its engineering constants; of the orthotropic law one that is isotropic as far as its own are not given.
    function new_material(name, law, plane_stress, young, poisson, density, constants) result(m)
       character(*), intent(in) :: name
       character(*), intent(in) :: law            !! one of those of `hampm_laws`
@@ -96,10 +96,12 @@ contains
       real(dp), intent(in) :: density            !! [kg/m3]
       type(constant_t), intent(in), optional :: constants(:) !! of its law alone
       type(material_t) :: m
+      type(constant_t), allocatable :: own(:)
       type(law_row_t) :: row
+      allocate (own(0))
+      if (present(constants)) own = constants
       if (law == 'orthotropic') then
-         m = new_orthotropic(name, plane_stress, orthotropic_t(spread(young, 1, 3), young/(2*(1 + poisson)), poisson, poisson, &
-                                                               poisson), density)
+         m = new_orthotropic(name, plane_stress, orthotropic_of(own, young, poisson), density)
          return
       end if
       m%name = name
@@ -127,11 +129,7 @@ contains
       m%in_its_axes = m%compliance
       row = law_row(law)
       if (.not. associated(row%make)) return
-      if (present(constants)) then
-         call row%make(m%lambda, m%mu, constants, m%law)
-      else
-         call row%make(m%lambda, m%mu, [constant_t ::], m%law)
-      end if
+      call row%make(m%lambda, m%mu, own, m%law)
       m%is_finite = m%law%is_finite
       m%yields = m%law%yields
       m%columns = m%law%columns

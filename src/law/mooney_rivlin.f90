@@ -9,12 +9,13 @@
 module hampm_mooney_rivlin
    use hampm_kinds, only: dp
    use hampm_key_rows, only: key_t, type_real, positive
-   use hampm_law, only: law_t, constant_t, value_of
+   use hampm_law, only: law_t, constant_t, flaw_t, value_of
    use hampm_neo_hookean, only: log_of, isochoric_change
    use hampm_tensors, only: space, unit_tensor, trace_of, volume_change, inverse_transpose_of
+   use hampm_text, only: to_text
    implicit none
    private
-   public :: mooney_rivlin_t, new_mooney_rivlin, mooney_rivlin_keys
+   public :: mooney_rivlin_t, new_mooney_rivlin, check_mooney_rivlin, mooney_rivlin_keys
 
    type(key_t), parameter :: mooney_rivlin_keys(*) = [ &
       key_t('c01', type_real, 'of law = ''mooney_rivlin'': modulus of the second invariant; c10 = young/(4 (1 + poisson)) - c01', &
@@ -45,6 +46,20 @@ contains
          allocate (law, source=this)
       end associate
    end subroutine new_mooney_rivlin
+
+   !> The modulus of the second invariant leaves that of the first, and the volume stiff however it changes.
+   pure subroutine check_mooney_rivlin(young, poisson, plane_stress, constants, flaws)
+      real(dp), intent(in) :: young, poisson
+      logical, intent(in) :: plane_stress
+      type(constant_t), intent(in) :: constants(:)
+      type(flaw_t), allocatable, intent(out) :: flaws(:)
+      real(dp) :: most
+      most = young/(4*(1 + poisson))*min(1.0_dp, poisson/(1 - 2*poisson))
+      allocate (flaws(merge(1, 0, value_of(constants, 'c01', 0.0_dp) > most)))
+      if (size(flaws) > 0) flaws(1) = flaw_t('c01', 'must be at most '//to_text(max(most, 0.0_dp))//' [Pa], the less of '// &
+                                             'mu/2 and lambda/4 of young and poisson: else c10, or the stiffness of the '// &
+                                             'volume, is below 0')
+   end subroutine check_mooney_rivlin
 
    !> Kirchhoff stress [Pa].
    pure function stress(self, h, state)

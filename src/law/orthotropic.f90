@@ -12,10 +12,11 @@
 module hampm_orthotropic
    use hampm_kinds, only: dp, ndim
    use hampm_key_rows, only: key_t, type_real, positive, any_number
+   use hampm_law, only: constant_t, flaw_t, value_of
    implicit none
    private
-   public :: orthotropic_t, n_voigt, plane_compliance, inverse_of, turned_stiffness, turned_compliance, turned_strain, &
-             voigt_stress, acoustic_modulus, why_not_definite, orthotropic_keys
+   public :: orthotropic_t, orthotropic_of, check_orthotropic, n_voigt, plane_compliance, inverse_of, turned_stiffness, &
+             turned_compliance, turned_strain, voigt_stress, acoustic_modulus, why_not_definite, orthotropic_keys
 
    type(key_t), parameter :: orthotropic_keys(*) = [ &
       key_t('young_1', type_real, 'of ''orthotropic'': Young''s modulus along axis 1 of the material', unit='Pa', &
@@ -46,18 +47,45 @@ module hampm_orthotropic
       real(dp) :: poisson_13 = 0                 !! -eps_3/eps_1 under s_1 alone [-]; in plane strain only, as the next
       real(dp) :: poisson_23 = 0                 !! -eps_3/eps_2 under s_2 alone [-]
       real(dp) :: angle = 0                      !! of axis 1 from x, anticlockwise [degrees]
-   contains
-      procedure :: constants
    end type orthotropic_t
 
 contains
 
-   !> All of them, in the order in which they are declared.
-   pure function constants(self)
-      class(orthotropic_t), intent(in) :: self
-      real(dp) :: constants(8)
-      constants = [self%young, self%shear_12, self%poisson_12, self%poisson_13, self%poisson_23, self%angle]
-   end function constants
+   !> Those that are given by their keys; where they are not, those of isotropic material.
+   pure type(orthotropic_t) function orthotropic_of(constants, young, poisson) result(of)
+      type(constant_t), intent(in) :: constants(:)
+      real(dp), intent(in) :: young, poisson     !! of that [Pa], [-]
+      of%young = [value_of(constants, 'young_1', young), value_of(constants, 'young_2', young), &
+                  value_of(constants, 'young_3', young)]
+      of%shear_12 = value_of(constants, 'shear_12', young/(2*(1 + poisson)))
+      of%poisson_12 = value_of(constants, 'poisson_12', poisson)
+      of%poisson_13 = value_of(constants, 'poisson_13', poisson)
+      of%poisson_23 = value_of(constants, 'poisson_23', poisson)
+      of%angle = value_of(constants, 'angle', 0.0_dp)
+   end function orthotropic_of
+
+   !> No strain releases energy.
+   pure subroutine check_orthotropic(young, poisson, plane_stress, constants, flaws)
+      real(dp), intent(in) :: young, poisson
+      logical, intent(in) :: plane_stress
+      type(constant_t), intent(in) :: constants(:)
+      type(flaw_t), allocatable, intent(out) :: flaws(:)
+      real(dp), parameter :: most_apart = 1e10_dp ! the largest of moduli, over the least
+      real(dp), allocatable :: moduli(:)
+      type(orthotropic_t) :: of
+      character(:), allocatable :: why
+      of = orthotropic_of(constants, young, poisson)
+      moduli = [of%young(:merge(2, 3, plane_stress)), of%shear_12]
+      allocate (flaws(0))
+      if (minval(moduli) <= 0) return
+      if (maxval(moduli) > most_apart*minval(moduli)) then
+         flaws = [flaw_t('young_1', 'and the other moduli must be within a factor of 1e10 of each other: else rounding hides '// &
+                         'the least of them')]
+         return
+      end if
+      why = why_not_definite(of, plane_stress)
+      if (why /= '') flaws = [flaw_t('poisson_12', why//': else a strain would release energy')]
+   end subroutine check_orthotropic
 
    !> Compliance of the plane in the axes of the material [1/Pa].
    pure function plane_compliance(m, plane_stress) result(s)

@@ -20,14 +20,16 @@
 module hampm_viscoelastic
    use hampm_kinds, only: dp
    use hampm_key_rows, only: key_t, type_real, positive
-   use hampm_law, only: law_t, constant_t, values_of, most_values
+   use hampm_law, only: law_t, constant_t, flaw_t, values_of, most_values
    use hampm_tensors, only: space, unit_tensor, trace_of, symmetric, deviator, n_deviator, components_of, deviator_of
+   use hampm_text, only: to_text
    implicit none
    private
-   public :: viscoelastic_t, new_viscoelastic, most_branches, viscoelastic_keys
+   public :: viscoelastic_t, new_viscoelastic, check_viscoelastic, most_branches, viscoelastic_keys
 
    integer, parameter :: most_branches = most_values !! of a series
    integer, parameter :: taken_energy = n_deviator + 1 !! which state variable it is
+   real(dp), parameter :: decimals = 1.0e-6_dp   !! of constants that are given by their decimals
 
    type(key_t), parameter :: viscoelastic_keys(*) = [ &
       key_t('moduli', type_real, &
@@ -59,7 +61,6 @@ contains
       real(dp), intent(in) :: lambda, mu         !! of instantaneous strain
       type(constant_t), intent(in) :: constants(:)
       class(law_t), allocatable, intent(out) :: law
-      real(dp), parameter :: decimals = 1.0e-6_dp
       type(viscoelastic_t) :: this
       this%kappa = lambda + 2*mu/3
       this%mu = mu
@@ -73,6 +74,21 @@ contains
       this%columns = taken_energy + n_deviator*this%branches
       allocate (law, source=this)
    end subroutine new_viscoelastic
+
+   !> No more can relax than there is.
+   pure subroutine check_viscoelastic(young, poisson, plane_stress, constants, flaws)
+      real(dp), intent(in) :: young, poisson
+      logical, intent(in) :: plane_stress
+      type(constant_t), intent(in) :: constants(:)
+      type(flaw_t), allocatable, intent(out) :: flaws(:)
+      associate (moduli => values_of(constants, 'moduli'), mu => young/(2*(1 + poisson)))
+         allocate (flaws(0))
+         if (size(moduli) /= size(values_of(constants, 'relaxation_times'))) &
+            flaws = [flaw_t('relaxation_times', 'must be as many as moduli: '//to_text(size(moduli)))]
+         if (sum(moduli) > (1 + decimals)*mu) flaws = [flaws, flaw_t('moduli', 'must have a sum of at most '//to_text(mu)// &
+            ' [Pa], the instantaneous shear modulus, young/(2 (1 + poisson)); theirs is '//to_text(sum(moduli)))]
+      end associate
+   end subroutine check_viscoelastic
 
    !> Let the dashpots yield in a step.
    pure subroutine update(self, h, dt, state)
