@@ -52,7 +52,7 @@ contains
          call remove_file(checkpoint_name(s%results%path))
          call remove_file(partial_name(checkpoint_name(s%results%path)))
       end if
-      call s%results%release()
+      call s%results%lock%release()
    end subroutine run
 
    !> Find the equilibrium, or the motion of the nodes, with which a run begins that is not one of explicit steps, and record the start.

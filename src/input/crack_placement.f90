@@ -3,7 +3,7 @@
 module hampm_crack_placement
    use hampm_kinds, only: dp, ndim, long
    use hampm_placement, only: tolerance, within, is_part_of, overlap
-   use hampm_model, only: model_t, load_spec_t, area_around
+   use hampm_model, only: model_t, load_spec_t, area_around, has_shapes
    use hampm_model_materials, only: are_alike
    implicit none
    private
@@ -65,7 +65,7 @@ contains
       integer :: i, k
       radius = 0
       if (is_covered(model, tip, most)) radius = most
-      if (any([(model%bodies(i)%outline%is_there(), i=1, size(model%bodies))])) then
+      if (has_shapes(model)) then
          above = min(most, norm2(model%grid%cells*model%grid%cell))
          do k = 1, digits(above)
             if (radius >= above) exit

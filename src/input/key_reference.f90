@@ -1,7 +1,7 @@
 !> The reference of all groups and keys as Markdown, which `--keys` prints: docs/keys.md is this text.
 module hampm_key_reference
    use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required, is_assumed
-   use hampm_keys, only: groups, keys, first_key, key_count, joined_choices, is_text
+   use hampm_keys, only: groups, keys, first_key, key_count, allowed_text, is_text
    use hampm_namelist_text, only: example_list
    use hampm_text, only: line, to_text
    implicit none
@@ -58,12 +58,14 @@ contains
    !> A key's row of the table.
    pure function table_row(key) result(text)
       type(key_t), intent(in) :: key
-      character(:), allocatable :: text, default
+      character(:), allocatable :: text, default, allowed
+      allowed = allowed_text(key, '`', ', ')
+      if (allowed == '') allowed = 'any'
       default = 'none'
       if (key%default /= '') default = '`'//trim(adjustl(example_list(key, .false.)))//'`'
       if (key%required) default = 'must be given'
       text = line('| `'//trim(key%name)//'` | '//number_and_type(key)//' | '//trim(key%unit)//' | '//default//' | '// &
-                  allowed(key)//' | '//trim(key%meaning)//' |')
+                  allowed//' | '//trim(key%meaning)//' |')
    end function table_row
 
    !> How many values of which type: `real`, `2 integers`, `0 to 10 reals`.
@@ -77,16 +79,6 @@ contains
       if (key%most > 1) text = to_text(key%most)//' '//text//'s'
       if (key%fewest < key%most) text = to_text(key%fewest)//' to '//text
    end function number_and_type
-
-   !> The choices of a text, or the interval of a number.
-   pure function allowed(key) result(text)
-      type(key_t), intent(in) :: key
-      character(:), allocatable :: text
-      text = trim(key%allowed)
-      if (key%value_type == type_logical) text = '`.true.`, `.false.`'
-      if (is_text(key)) text = joined_choices(key, '`', ', ')
-      if (text == '') text = 'any'
-   end function allowed
 
    !> A text with a capital letter at its beginning and a full stop.
    pure function sentence(text)

@@ -9,13 +9,13 @@ module hampm_keys
    use hampm_crack_groups, only: crack_group, crack_keys, energy_release_group, energy_release_keys, growth_group, growth_keys
    use hampm_plain_groups, only: grid_group, grid_keys, run_group, run_keys, damping_group, damping_keys, output_group, &
                                  output_keys, contact_group, contact_keys, method_group, method_keys, refine_group, refine_keys
-   use hampm_key_rows, only: group_t, key_t, list_len, type_name, type_text
+   use hampm_key_rows, only: group_t, key_t, list_len, type_name, type_text, type_logical
    use hampm_material_group, only: material_group, material_keys
    use hampm_settings, only: group_entry_t
    use hampm_text, only: did_you_mean, printable
    implicit none
    private
-   public :: groups, keys, renamed, find_group, find_key, first_key, key_count, choices, joined_choices, default_count, &
+   public :: groups, keys, renamed, find_group, find_key, first_key, key_count, choices, allowed_text, default_count, &
              default_value, unknown_group, unknown_key, is_text, new_entry
 
    type(group_t), parameter :: groups(*) = [ &
@@ -120,20 +120,21 @@ contains
       end do
    end subroutine choices
 
-   !> The texts that a key allows in one, each between quotes; '' where it allows any text.
-   pure function joined_choices(key, quote, separator) result(text)
+   !> What a key allows: the interval of a number, or choices, each between quotes; '' where it allows any text.
+   pure function allowed_text(key, quote, separator) result(text)
       type(key_t), intent(in) :: key
       character(*), intent(in) :: quote, separator
-      character(:), allocatable :: text
-      character(name_len), allocatable :: list(:)
+      character(:), allocatable :: text, list
       integer :: i
-      call choices(key, list)
-      text = ''
-      do i = 1, size(list)
-         if (i > 1) text = text//separator
-         text = text//quote//trim(list(i))//quote
+      text = trim(key%allowed)
+      list = expanded(key%allowed, '', '|')
+      if (key%value_type == type_logical) list = '.true.|.false.'
+      if (list == '' .or. .not. (is_text(key) .or. key%value_type == type_logical)) return
+      text = quote//part(list, '|', 1)//quote
+      do i = 2, part_count(list, '|')
+         text = text//separator//quote//part(list, '|', i)//quote
       end do
-   end function joined_choices
+   end function allowed_text
 
    !> Number of values of a key that is not given, or of its values in the template.
    pure integer function default_count(key, as_example)

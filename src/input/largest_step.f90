@@ -62,6 +62,7 @@ module hampm_largest_step
    real(dp), parameter :: small_move = 0.1_dp    !! by which a body may fly without being elsewhere in its cells [cells]
    real(dp), parameter :: thinnest = 1e-6_dp     !! body that is looked at; the limit grows as bodies become thinner [cells]
    real(dp), parameter :: most = 1000            !! that is taken, as the key may be
+   integer, parameter :: parts = 6               !! in which the fills of cells at edges are looked at
    integer, parameter :: shifted_cells = 3       !! of a sample that is looked at anywhere in the cells
 
 contains
@@ -145,8 +146,9 @@ contains
          strains_last = model%method%scheme == 'usl'
          if (material%is_ring) ring = ring_t(start(1) - body%lower(1)/cell, material%hoop_moduli()/(material%density*speed**2))
          if (body%outline%is_there() .and. .not. crosses_cells(model, body) .and. model%grid%order == 1) then
-            limit = of_outlines*limit_of_fills(fills_at_edges(), least_fill, body%points_per_cell, moduli, material%isotropic, &
-                                               mass, strains_last, damping)/speed
+            ! Edges cut cells anywhere; those that are less full than `least_fill` move with others
+            limit = of_outlines*limit_of_fills([(least_fill + i*(1 - least_fill)/parts, i=0, parts)], least_fill, &
+                                               body%points_per_cell, moduli, material%isotropic, mass, strains_last, damping)/speed
             if (material%is_ring) limit = limit*of_rings
             return
          end if
@@ -161,9 +163,10 @@ contains
             end do
             limit = largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false., &
                                     are_quadratic=model%grid%order > 1, ring=ring)/speed
-            if (cracks_cut_cells(model) .and. model%grid%order == 1) &
-               limit = min(limit, limit_of_fills(fills_at_cracks(body%points_per_cell), 0.0_dp, body%points_per_cell, moduli, &
-                                                 material%isotropic, mass, strains_last, damping)/speed/of_cut_cells)
+            if (cracks_cut_cells(model) .and. model%grid%order == 1) & ! between columns of particles; nodes beyond have next to no mass
+               limit = min(limit, limit_of_fills([(i, i=1, body%points_per_cell)]/real(body%points_per_cell, dp), 0.0_dp, &
+                                                 body%points_per_cell, moduli, material%isotropic, mass, strains_last, &
+                                                 damping)/speed/of_cut_cells)
             if (.not. refines(model) .or. model%grid%order > 1) return
             if (fits_cells([rows(1)%spacing, rows(2)%spacing], start, body%points_per_cell)) return
             limit = min(limit, limit_at_edges(start, length, n, model%refine%max_level, moduli, mass, strains_last, damping)/speed)
@@ -268,23 +271,6 @@ contains
          end do
       end do
    end function limit_of_fills
-
-   !> Fills of cells that edges cut anywhere, as far as cells that are less full than `least_fill` move with others [-].
-   pure function fills_at_edges() result(fills)
-      integer, parameter :: parts = 6
-      real(dp) :: fills(parts + 1)
-      integer :: i
-      fills = [(least_fill + i*(1 - least_fill)/parts, i=0, parts)]
-   end function fills_at_edges
-
-   !> Fills of cells that cracks cut between columns of particles, into pieces with few of them, in which nodes beyond the crack have next to no
-   !> mass [-].
-   pure function fills_at_cracks(points_per_cell) result(fills)
-      integer, intent(in) :: points_per_cell
-      real(dp) :: fills(points_per_cell)
-      integer :: i
-      fills = [(real(i, dp)/points_per_cell, i=1, points_per_cell)]
-   end function fills_at_cracks
 
    !> Whether the particles of a body come to stand anywhere in the cells: where it flies, or is of a law for large strains. With usl
    !> no time step would do for all positions.

@@ -7,9 +7,9 @@ module hampm_load_consistency
    use hampm_crack_placement, only: path_at
    use hampm_load_placement, only: is_on_faces, find_edge_normal
    use hampm_placement, only: tolerance, nodes_touched, on_face, is_part_of, point_text
-   use hampm_model, only: model_t, load_spec_t, constraint_spec_t, path_of
+   use hampm_model, only: model_t, load_spec_t, constraint_spec_t, path_of, has_shapes
    use hampm_settings, only: settings_t
-   use hampm_shape_consistency, only: has_shapes, comes_near_edges
+   use hampm_shape_consistency, only: comes_near_edges
    implicit none
    private
    public :: check_constraints, check_loads, bodies_good

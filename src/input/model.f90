@@ -15,7 +15,7 @@ module hampm_model
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: model_t, fill_model, area_around, path_of, cuts_cells, cracks_cut_cells, mass_acts, mass_used, run_t, &
+   public :: model_t, fill_model, area_around, path_of, cuts_cells, has_shapes, cracks_cut_cells, mass_acts, mass_used, run_t, &
              grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
              damping_t, body_contact_spec_t, method_t, refine_t, path_spec_t, growth_t, energy_release_t, output_t
 
@@ -232,9 +232,15 @@ contains
    !> Whether cracks, or edges of bodies that are no rectangles, cut cells.
    pure logical function cuts_cells(model)
       type(model_t), intent(in) :: model
-      integer :: k
-      cuts_cells = cracks_cut_cells(model) .or. any([(model%bodies(k)%outline%is_there(), k=1, size(model%bodies))])
+      cuts_cells = cracks_cut_cells(model) .or. has_shapes(model)
    end function cuts_cells
+
+   !> Whether any body is no mere rectangle.
+   pure logical function has_shapes(model)
+      type(model_t), intent(in) :: model
+      integer :: k
+      has_shapes = any([(model%bodies(k)%outline%is_there(), k=1, size(model%bodies))])
+   end function has_shapes
 
    !> Whether cracks do: all but those along grid lines, with tips at nodes, that stay there.
    pure logical function cracks_cut_cells(model) result(cut)

@@ -91,7 +91,10 @@ contains
          else
             call settings%errors%add(location(s)//': '//excerpt(s)// &
                                      ' stands outside of the groups (a group is &name key = value /)')
-            call skip_to_group(s)
+            do while (.not. at_end(s) .and. peek(s) /= '&')
+               call advance(s)
+               call skip_blanks(s)
+            end do
          end if
       end do
    end subroutine scan_namelist
@@ -158,41 +161,28 @@ contains
       character(*), intent(in) :: start, name
       type(input_errors_t), intent(inout) :: errors
       logical, intent(out) :: ended
+      type(scanner_t) :: ahead
+      character(:), allocatable :: next
       call skip_blanks(s)
       ended = .true.
       if (at_end(s)) then
          call errors%add(start//': &'//name//': its ''/'' is missing: the file ends before')
-      else if (ends_old_style(s)) then
-         call errors%add(location(s)//': &'//name//': a group ends with ''/'', not with ''&end''')
-         call skip_word_behind(s)
       else if (peek(s) == '&') then
-         call errors%add(start//': &'//name//': its ''/'' is missing: line '//to_text(s%line)//' begins another group')
+         ahead = s
+         call advance(ahead)
+         call take_name(ahead, next)
+         if (next == 'end') then                 ! with which groups ended before Fortran 90
+            call errors%add(location(s)//': &'//name//': a group ends with ''/'', not with ''&end''')
+            s = ahead
+         else
+            call errors%add(start//': &'//name//': its ''/'' is missing: line '//to_text(s%line)//' begins another group')
+         end if
       else if (peek(s) == '/') then
          call advance(s)
       else
          ended = .false.
       end if
    end subroutine check_end
-
-   !> Whether `&end` comes next, with which groups ended before Fortran 90.
-   pure logical function ends_old_style(s)
-      type(scanner_t), intent(in) :: s
-      type(scanner_t) :: ahead
-      character(:), allocatable :: name
-      ends_old_style = .false.
-      if (at_end(s) .or. peek(s) /= '&') return
-      ahead = s
-      call advance(ahead)
-      call take_name(ahead, name)
-      ends_old_style = name == 'end'
-   end function ends_old_style
-
-   !> Pass over a character and the word behind it.
-   pure subroutine skip_word_behind(s)
-      type(scanner_t), intent(inout) :: s
-      call advance(s)
-      call skip_word(s)
-   end subroutine skip_word_behind
 
    !> `key = values`.
    pure subroutine scan_assignment(s, entry, errors)
@@ -366,29 +356,17 @@ contains
       type(scanner_t), intent(inout) :: s
       type(setting_t) :: ignored
       type(input_errors_t) :: nobody
+      logical :: ended
       do
-         call skip_blanks(s)
-         if (ends_old_style(s)) call skip_word_behind(s)
-         if (at_end(s) .or. peek(s) == '&') return
-         if (peek(s) == '/') exit
+         call check_end(s, '', '', nobody, ended)
+         if (ended) return
          if (index('''"', peek(s)) > 0) then
             call scan_value(s, ignored, nobody)
          else
             call skip_word(s)
          end if
       end do
-      call advance(s)
    end subroutine skip_group
-
-   !> Pass over text outside of groups.
-   pure subroutine skip_to_group(s)
-      type(scanner_t), intent(inout) :: s
-      do
-         call skip_blanks(s)
-         if (at_end(s) .or. peek(s) == '&') return
-         call advance(s)
-      end do
-   end subroutine skip_to_group
 
    !> Pass over blanks, ends of lines and comments.
    pure subroutine skip_blanks(s)

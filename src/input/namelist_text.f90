@@ -1,7 +1,7 @@
 !> Models as namelist text: the template with every key, and the canonical text of what was set.
 module hampm_namelist_text
    use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required
-   use hampm_keys, only: groups, keys, first_key, key_count, joined_choices, default_count, default_value, is_text
+   use hampm_keys, only: groups, keys, first_key, key_count, allowed_text, default_count, default_value, is_text
    use hampm_settings, only: settings_t, setting_t, group_entry_t
    use hampm_text, only: to_text
    implicit none
@@ -45,28 +45,20 @@ contains
    !> One key of the template: `   young = 70e9   ! Young's modulus [Pa]; (0, inf); required`.
    pure function template_line(key) result(line)
       type(key_t), intent(in) :: key
-      character(:), allocatable :: line
+      character(:), allocatable :: line, allowed
+      allowed = allowed_text(key, '', ' | ')
+      if (allowed == '') allowed = 'text'
+      if (key%value_type == type_integer) allowed = 'integer in '//allowed
       line = '   '//trim(key%name)//' ='//example_list(key, .true.)
       line = line//repeat(' ', max(comment_column - len(line), 1))//' ! '//trim(key%meaning)
       if (key%unit /= '') line = line//' ['//trim(key%unit)//']'
-      line = line//'; '//allowed_text(key)
+      line = line//'; '//allowed
       if (key%required) then
          line = line//'; required'
       else if (key%default /= '') then
          line = line//'; default'//example_list(key, .false.)
       end if
    end function template_line
-
-   !> What a key allows: `a | b`, `integer in [1, 16]`, `(0, inf)`, `text`.
-   pure function allowed_text(key) result(text)
-      type(key_t), intent(in) :: key
-      character(:), allocatable :: text
-      text = trim(key%allowed)
-      if (key%value_type == type_integer) text = 'integer in '//text
-      if (key%value_type == type_logical) text = '.true. | .false.'
-      if (is_text(key)) text = joined_choices(key, '', ' | ')
-      if (text == '') text = 'text'
-   end function allowed_text
 
    !> The values of a key in the template or its defaults, each behind a blank.
    pure function example_list(key, as_example) result(text)

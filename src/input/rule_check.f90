@@ -20,8 +20,9 @@ module hampm_rule_check
 
    !> A rule with its conditions taken apart, and where groups meet those that are not about the group of the message.
    type :: reading_t
-      type(atom_t), allocatable :: subject(:), other(:)
-      integer, allocatable :: met_by(:)          !! group that meets each word of `subject` and then of `other`, or `nowhere`
+      type(atom_t), allocatable :: atoms(:)      !! words of the first condition, whose alternative is 0, and then of the other
+      integer :: first = 0                       !! number of those of the first condition
+      integer, allocatable :: met_by(:)          !! group that meets each word, or `nowhere`
       logical, allocatable :: everywhere(:)      !! whether all groups of its name meet it, and there is one
    end type reading_t
 
@@ -58,7 +59,7 @@ contains
             end if
             select case (rule%verdict)
              case (not_with, requires)
-               call settings%errors%add(settings%location(breaches(k)%entry, trim(reading%subject(1)%key))//': '//message)
+               call settings%errors%add(settings%location(breaches(k)%entry, trim(reading%atoms(1)%key))//': '//message)
              case (noted_with)
                call add_line(notes, message)
              case default
@@ -88,11 +89,10 @@ contains
          call parse_condition(rules(k)%subject, subject)
          if (.not. any([(holds(subject(1), model, settings, entry), entry=1, settings%count)])) cycle
          call read_rule(rules(k), model, settings, reading)
-         associate (group => reading%subject(1)%group)
+         associate (group => reading%atoms(1)%group)
             do entry = 1, settings%count
                if (settings%entries(entry)%name /= group) cycle
-               if (any([reading%subject%group, reading%other%group] /= group .and. &
-                       [reading%subject%group, reading%other%group] /= '')) then
+               if (any(reading%atoms%group /= group .and. reading%atoms%group /= '')) then
                   if (.not. counts(model, settings, entry)) cycle
                end if
                if (is_broken(rules(k), reading, model, settings, entry)) breaches = [breaches, breach_t(k, entry)]
@@ -107,29 +107,28 @@ contains
       type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       type(reading_t), intent(out) :: reading
-      type(atom_t), allocatable :: atoms(:)
-      integer :: i, n, entry
+      type(atom_t), allocatable :: subject(:), other(:)
+      integer :: i, entry
       logical :: fits
-      call parse_condition(rule%subject, reading%subject)
-      call parse_condition(rule%other, reading%other)
-      n = size(reading%subject)
-      allocate (reading%met_by(n + size(reading%other)), source=nowhere)
-      allocate (reading%everywhere(n + size(reading%other)), source=.false.)
-      atoms = [reading%subject, reading%other]
-      do i = 1, size(atoms)
-         if (atoms(i)%group == reading%subject(1)%group .or. atoms(i)%group == '') cycle
-         reading%everywhere(i) = settings%count_of(trim(atoms(i)%group)) > 0
-         do entry = 1, settings%count
-            if (settings%entries(entry)%name /= atoms(i)%group) cycle
-            if (.not. counts(model, settings, entry)) cycle
-            if (i <= n) then
-               fits = all_of_group(reading%subject, atoms(i), model, settings, entry)
-            else
-               fits = all_of_group(reading%other, atoms(i), model, settings, entry)
-            end if
-            reading%everywhere(i) = reading%everywhere(i) .and. fits
-            if (fits .and. reading%met_by(i) == nowhere) reading%met_by(i) = entry
-         end do
+      call parse_condition(rule%subject, subject)
+      call parse_condition(rule%other, other)
+      subject%alternative = 0
+      reading%atoms = [subject, other]
+      reading%first = size(subject)
+      allocate (reading%met_by(size(reading%atoms)), source=nowhere)
+      allocate (reading%everywhere(size(reading%atoms)), source=.false.)
+      do i = 1, size(reading%atoms)
+         associate (atom => reading%atoms(i))
+            if (atom%group == reading%atoms(1)%group .or. atom%group == '') cycle
+            reading%everywhere(i) = settings%count_of(trim(atom%group)) > 0
+            do entry = 1, settings%count
+               if (settings%entries(entry)%name /= atom%group) cycle
+               if (.not. counts(model, settings, entry)) cycle
+               fits = all_of_group(reading%atoms, atom, model, settings, entry)
+               reading%everywhere(i) = reading%everywhere(i) .and. fits
+               if (fits .and. reading%met_by(i) == nowhere) reading%met_by(i) = entry
+            end do
+         end associate
       end do
    end subroutine read_rule
 
@@ -155,54 +154,35 @@ contains
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry
       logical :: is_required
-      integer :: i
+      integer :: k
       is_required = any(rule%verdict == [requires, no_effect_without])
-      is_broken = .false.
-      do i = 1, size(reading%subject)
-         if (.not. is_met(reading, i, .false., model, settings, entry)) return
-      end do
-      is_broken = is_required .neqv. alternative_of(reading, is_required, model, settings, entry) > 0
+      is_broken = is_met(reading, 0, .false., model, settings, entry)
+      if (.not. is_broken) return
+      is_broken = is_required .neqv. any([(is_met(reading, k, is_required, model, settings, entry), &
+                                           k=1, max(1, maxval(reading%atoms%alternative)))])
       if (is_broken .and. is_required) is_broken = all_known(reading, settings, entry)
    end function is_broken
 
-   !> Number of the first alternative of the other condition that is met, 0 for none.
-   pure integer function alternative_of(reading, is_required, model, settings, entry) result(alternative)
+   !> Whether all words of an alternative of a rule are met.
+   pure logical function is_met(reading, alternative, by_all, model, settings, entry)
       type(reading_t), intent(in) :: reading
-      logical, intent(in) :: is_required         !! whether all groups have to meet it
-      type(model_t), intent(in) :: model
-      type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry
-      logical :: met
-      integer :: i
-      do alternative = 1, max(1, maxval(reading%other%alternative))
-         met = .true.
-         do i = 1, size(reading%other)
-            if (reading%other(i)%alternative /= alternative) cycle
-            met = met .and. is_met(reading, size(reading%subject) + i, is_required, model, settings, entry)
-         end do
-         if (met) return
-      end do
-      alternative = 0
-   end function alternative_of
-
-   !> Whether a word of a rule is met.
-   pure logical function is_met(reading, i, by_all, model, settings, entry)
-      type(reading_t), intent(in) :: reading
-      integer, intent(in) :: i                   !! its place in `subject`, and behind it in `other`
+      integer, intent(in) :: alternative
       logical, intent(in) :: by_all              !! whether all groups have to, where it is not about that of the message
       type(model_t), intent(in) :: model
       type(settings_t), intent(in) :: settings
       integer, intent(in) :: entry
-      type(atom_t) :: atom
-      if (i <= size(reading%subject)) atom = reading%subject(i)
-      if (i > size(reading%subject)) atom = reading%other(i - size(reading%subject))
-      if (atom%group == '' .or. atom%group == reading%subject(1)%group) then
-         is_met = holds(atom, model, settings, entry)
-      else if (by_all) then
-         is_met = reading%everywhere(i)
-      else
-         is_met = reading%met_by(i) > 0
-      end if
+      integer :: i
+      is_met = .true.
+      do i = 1, size(reading%atoms)
+         associate (atom => reading%atoms(i))
+            if (atom%alternative /= alternative .or. .not. is_met) cycle
+            if (atom%group == '' .or. atom%group == reading%atoms(1)%group) then
+               is_met = holds(atom, model, settings, entry)
+            else
+               is_met = merge(reading%everywhere(i), reading%met_by(i) > 0, by_all)
+            end if
+         end associate
+      end do
    end function is_met
 
    !> Whether no error was found in the keys that a rule requires.
@@ -212,15 +192,12 @@ contains
       integer, intent(in) :: entry
       integer :: i, k
       known = .true.
-      do i = 1, size(reading%other)
-         associate (atom => reading%other(i))
+      do i = reading%first + 1, size(reading%atoms)
+         associate (atom => reading%atoms(i))
             if (atom%key == '') cycle
-            if (atom%group == reading%subject(1)%group) then
-               known = known .and. settings%good(entry, trim(atom%key))
-               cycle
-            end if
             do k = 1, settings%count
-               if (settings%entries(k)%name == atom%group) known = known .and. settings%good(k, trim(atom%key))
+               if (settings%entries(k)%name /= atom%group .or. k /= entry .and. atom%group == reading%atoms(1)%group) cycle
+               known = known .and. settings%good(k, trim(atom%key))
             end do
          end associate
       end do
@@ -246,55 +223,39 @@ contains
       integer, intent(in) :: entry               !! position of the group, here and below
       character(:), allocatable :: message, other
       integer :: i
-      associate (subject => reading%subject, met_by => reading%met_by)
-         message = shown_atom(subject(1), settings, entry)
-         if (subject(1)%key /= '') then
-            if (.not. settings%given(entry, trim(subject(1)%key))) message = message//' (default)'
-         end if
-         do i = 2, size(subject)
-            message = message//trim(merge(' with', ' and ', i == 2))//' '// &
-                      shown_other(subject(i), subject(1), settings, entry, met_by(i))
+      message = shown_atom(reading%atoms(1), settings, entry)
+      if (reading%atoms(1)%key /= '') then
+         if (.not. settings%given(entry, trim(reading%atoms(1)%key))) message = message//' (default)'
+      end if
+      do i = 2, reading%first
+         message = message//trim(merge(' with', ' and ', i == 2))//' '//shown_other(reading, i, settings, entry)
+      end do
+      other = ''
+      if (any(rule%verdict == [requires, no_effect_without])) other = required_text(rule)
+      if (other == '') then                      ! as the model meets it
+         do i = reading%first + 1, size(reading%atoms)
+            if (other /= '') other = other//' and '
+            other = other//shown_other(reading, i, settings, entry)
          end do
-      end associate
-      if (any(rule%verdict == [requires, no_effect_without])) then
-         other = required_text(rule)
-      else
-         other = met_text(reading, settings, entry)
       end if
       if (other /= '') message = message//' '//trim(words(rule%verdict))//' '//other
       if (rule%reason /= '') message = message//': '//trim(rule%reason)
    end function message_of
 
    !> A word behind the first one: without its group where this is the same.
-   pure function shown_other(atom, first, settings, entry, met_by) result(text)
-      type(atom_t), intent(in) :: atom, first
-      type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry, met_by       !! group of the first word, and group that meets this one
-      character(:), allocatable :: text
-      if (atom%group == '') then
-         text = trim(atom%text)
-      else if (atom%group == first%group) then
-         text = shown_atom(atom, settings, entry)
-         if (atom%key /= '') text = text(len('& ') + len(settings%title(entry)) + 1:)
-      else
-         text = shown_atom(atom, settings, met_by)
-      end if
-   end function shown_other
-
-   !> The other condition of a rule as a model meets it.
-   pure function met_text(reading, settings, entry) result(text)
+   pure function shown_other(reading, i, settings, entry) result(text)
       type(reading_t), intent(in) :: reading
+      integer, intent(in) :: i
       type(settings_t), intent(in) :: settings
-      integer, intent(in) :: entry
+      integer, intent(in) :: entry               !! group of the first word
       character(:), allocatable :: text
-      integer :: i, n
-      text = ''
-      n = size(reading%subject)
-      do i = 1, size(reading%other)
-         if (text /= '') text = text//' and '
-         text = text//shown_other(reading%other(i), reading%subject(1), settings, entry, reading%met_by(n + i))
-      end do
-   end function met_text
+      associate (atom => reading%atoms(i))
+         text = trim(atom%text)
+         if (atom%group == '') return
+         text = shown_atom(atom, settings, merge(entry, reading%met_by(i), atom%group == reading%atoms(1)%group))
+         if (atom%group == reading%atoms(1)%group .and. atom%key /= '') text = text(len('& ') + len(settings%title(entry)) + 1:)
+      end associate
+   end function shown_other
 
    !> The other condition of a rule as it stands, without the name of the group that the first has, and with `or` between values.
    pure function required_text(rule) result(text)

@@ -10,18 +10,11 @@ module hampm_shape_consistency
    use hampm_text, only: to_text
    implicit none
    private
-   public :: check_shape, check_holes, outlines_overlap, has_shapes, comes_near_edges, do_cross
+   public :: check_shape, check_holes, outlines_overlap, comes_near_edges, do_cross
 
    integer, parameter :: looks = 720             !! around a circle
 
 contains
-
-   !> Whether any body is no mere rectangle.
-   pure logical function has_shapes(model)
-      type(model_t), intent(in) :: model
-      integer :: i
-      has_shapes = any([(model%bodies(i)%outline%is_there(), i=1, size(model%bodies))])
-   end function has_shapes
 
    !> Whether a polyline comes nearer than two cells to an edge of a polygon, a circle or a body with holes.
    pure logical function comes_near_edges(model, points) result(near)

@@ -3,7 +3,7 @@
 module hampm_validation
    use hampm_kinds, only: dp, ndim, name_len, path_len
    use hampm_key_rows, only: key_t, type_integer, type_real, type_logical, type_name, is_required, is_assumed
-   use hampm_keys, only: groups, keys, renamed, first_key, choices, default_count, default_value, is_text, new_entry
+   use hampm_keys, only: groups, keys, renamed, first_key, choices, allowed_text, default_count, default_value, is_text, new_entry
    use hampm_settings, only: settings_t, setting_t, group_entry_t, value_t
    use hampm_text, only: to_text, lower_case, did_you_mean, printable
    use hampm_values, only: parse_real, parse_integer, in_interval, is_number, is_extreme, is_no_number
@@ -53,8 +53,11 @@ contains
             if (.not. settings%entries(entry)%settings(k)%given) then
                if (key%required) then
                   settings%entries(entry)%settings(k)%good = .false.
+                  message = trim(key%example)
+                  if (is_text(key)) message = ''''//message//''''
                   call settings%errors%add(settings%entries(entry)%location//': &'//trim(settings%entries(entry)%name)//' '// &
-                                           missing_key(key))
+                                           trim(key%name)//': is missing: '//trim(key%meaning)//'; for example '// &
+                                           trim(key%name)//' = '//message//'; '//must_be(key))
                   cycle
                end if
                do i = 1, default_count(key, .false.)
@@ -68,16 +71,6 @@ contains
          end associate
       end do
    end subroutine validate_entry
-
-   !> Complaint about a key that is missing, with what to add.
-   pure function missing_key(key) result(message)
-      type(key_t), intent(in) :: key
-      character(:), allocatable :: message, example
-      example = trim(key%example)
-      if (is_text(key)) example = ''''//example//''''
-      message = trim(key%name)//': is missing: '//trim(key%meaning)//'; for example '// &
-                trim(key%name)//' = '//example//'; '//must_be(key)
-   end function missing_key
 
    !> Check one key; numbers are converted, choices brought to lower case.
    pure subroutine validate_setting(group, key, setting, message)
@@ -196,17 +189,12 @@ contains
    pure function must_be(key) result(text)
       type(key_t), intent(in) :: key
       character(:), allocatable :: text
-      character(name_len), allocatable :: list(:)
-      integer :: i
+      integer :: last
       if (is_text(key)) then
-         call choices(key, list)
-         text = 'must be text in quotes'
-         do i = 1, size(list)
-            if (i == 1) text = 'must be '
-            if (i > 1 .and. i < size(list)) text = text//', '
-            if (i > 1 .and. i == size(list)) text = text//' or '
-            text = text//''''//trim(list(i))//''''
-         end do
+         text = 'must be '//allowed_text(key, '''', ', ')
+         last = index(text, ', ', back=.true.)
+         if (last > 0) text = text(:last - 1)//' or'//text(last + 1:)
+         if (key%allowed == '') text = 'must be text in quotes'
       else
          text = 'must be in '//trim(key%allowed)
          if (key%value_type == type_logical) text = 'must be .true. or .false., without quotes'

@@ -32,7 +32,7 @@ module hampm_results
    !> A result file that is being written.
    type :: results_t
       character(:), allocatable :: path          !! name of the result
-      type(run_lock_t), private :: lock          !! held from the beginning to the end
+      type(run_lock_t) :: lock                   !! held from the beginning, until other runs may write this result
       type(hdf5_file_t), private :: file
       type(snapshots_t), private :: snapshots
       type(column_t), allocatable, private :: columns(:)
@@ -54,7 +54,6 @@ module hampm_results
       procedure :: write_snapshot
       procedure :: flush => flush_results
       procedure :: close => close_results
-      procedure :: release => release_results
    end type results_t
 
 contains
@@ -305,12 +304,6 @@ contains
          call remove_file(partial_name(self%path))
       end if
    end subroutine close_results
-
-   !> Let other runs write this result, and the checkpoint beside it.
-   subroutine release_results(self)
-      class(results_t), intent(inout) :: self
-      call self%lock%release()
-   end subroutine release_results
 
    !> Add the waiting samples to the columns.
    subroutine write_samples(self, fault)

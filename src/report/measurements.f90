@@ -212,7 +212,8 @@ contains
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(problem%energies%external_work))
       m%largest_inner_energy = max(m%largest_inner_energy, abs(problem%energies%external_work), &
                                    m%kinetic_energy + m%strain_energy - energy_of_flight(problem))
-      if (needs_nodal_state(model)) call find_nodal_state(problem, state, failure)
+      if (any(model%energy_release%chosen%name == 'domain_integral') .or. any(model%constraints%name /= '') &
+          .or. (size(model%paths) > 0 .and. size(model%constraints) > 0)) call find_nodal_state(problem, state, failure)
       if (failure%failed()) return
       m%reaction = state%reaction
       if (any(model%constraints%name /= '')) m%reactions = state%reactions
@@ -233,13 +234,6 @@ contains
       if (allocated(m%g_ratio)) deallocate (m%g_ratio)
       if (m%g_ref > 0 .and. allocated(g)) m%g_ratio = g/m%g_ref
    end subroutine measure
-
-   !> Whether what is recorded asks for the motion of the nodes: the domain integral, and forces of constraints.
-   pure logical function needs_nodal_state(model) result(requires)
-      type(model_t), intent(in) :: model
-      requires = any(model%energy_release%chosen%name == 'domain_integral') .or. any(model%constraints%name /= '') &
-                 .or. (size(model%paths) > 0 .and. size(model%constraints) > 0)
-   end function needs_nodal_state
 
    !> Take a row of what was measured last: this is the list of all columns.
    subroutine take_row(model, problem, cracks, growing, dt, m)

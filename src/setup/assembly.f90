@@ -28,9 +28,8 @@ module hampm_assembly
    use hampm_reference_step, only: reference_t
    use hampm_step, only: explicit_t
    use hampm_refinement, only: refinement_t
-   use hampm_model, only: model_t, mass_used
+   use hampm_model, only: model_t, mass_used, has_shapes
    use hampm_model_materials, only: materials_of, material_of_body
-   use hampm_shape_consistency, only: has_shapes
    use hampm_sorting, only: sort_into_cells
    use hampm_static, only: static_t
    use hampm_supports, only: check_supports
@@ -55,6 +54,7 @@ contains
       type(outline_t), allocatable :: bodies(:)  ! whose edges cut cells
       integer, allocatable :: velocity_fields(:) ! of bodies that have their own velocity fields
       real(dp), allocatable :: solids(:, :, :)   ! where cells are quadratic
+      character(:), allocatable :: scheme
       integer :: k
       refinement = refinement_of(model)
       call place_cracks(model, cracks)
@@ -100,21 +100,15 @@ contains
       problem%body_contact%friction = model%contact%friction
       problem%body_contact%distance = model%contact%distance
       problem%audit = model%energy_release%energy_balance
+      scheme = trim(model%method%scheme)
+      if (model%method%time /= 'explicit') scheme = 'musl' ! by which cells hold the forces of the present stress
       associate (method => model%method)
-         call start_problem(problem, scheme_of(model), failure, new_mass_choice(mass_used(model), method%solver, method%order, &
+         call start_problem(problem, scheme, failure, new_mass_choice(mass_used(model), method%solver, method%order, &
                                                                               method%lumped_fraction, method%consistent_lower, &
                                                                               method%consistent_upper, &
                                                                               method%consistent_region == 'refined'))
       end associate
    end subroutine assemble
-
-   !> The scheme of a model; at rest and in implicit steps it is one by which cells hold the forces of the present stress.
-   pure function scheme_of(model) result(scheme)
-      type(model_t), intent(in) :: model
-      character(:), allocatable :: scheme
-      scheme = trim(model%method%scheme)
-      if (model%method%time /= 'explicit') scheme = 'musl'
-   end function scheme_of
 
    !> The integrator of a model.
    subroutine choose_integrator(model, integrator)

@@ -56,7 +56,7 @@ contains
    type(resources_t) function estimate_resources(model) result(resources)
       type(model_t), intent(in) :: model
       real(dp) :: occupied, most_cells
-      integer :: k
+      integer :: k, columns                         ! of the history
       resources%particles = sum([(particle_number(model, model%bodies(k)), k=1, size(model%bodies))])
       resources%cells = product(real(model%grid%cells, dp))
       occupied = sum([(area_in_box(model%bodies(k), model%bodies(k)%lower, model%bodies(k)%upper), k=1, size(model%bodies))]) &
@@ -83,7 +83,8 @@ contains
       resources%rows = 1 + anint(model%run%end_time/model%output%history_interval*(1 - 4*epsilon(resources%rows)) + 0.5_dp)
       if (model%output%snapshot_interval > 0) resources%snapshots = 1 + model%run%end_time/model%output%snapshot_interval
       resources%snapshots = aint(resources%snapshots*(1 + 4*epsilon(resources%rows)))
-      resources%results = 5e4_dp + 8*columns_of(model)*max(resources%rows, 512.0_dp) + &
+      columns = 10 + merge(1, 2*size(model%paths), model%is_half())*(24 + size(model%energy_release%radii)) ! about
+      resources%results = 5e4_dp + 8*columns*max(resources%rows, 512.0_dp) + &
                           resources%snapshots*(of_snapshot_particle*resources%particles + of_snapshot_cell*resources%cells)
       resources%most_results = resources%results + max(resources%snapshots - 1, 0.0_dp)* &
                                (of_snapshot_particle*(resources%most_particles - resources%particles) + &
@@ -140,17 +141,10 @@ contains
       select case (model%method%solver)
        case ('cg')
          bytes = bytes + merge(of_quadratic_cg, of_cg, model%grid%order == 2)*cells
-       case default
-         bytes = bytes + factors_of(model, occupied)
+       case default                              ! the factors of the mass matrix of two directions
+         bytes = bytes + 28*2*fill_of(model%grid%order**ndim*occupied)*merge(of_quadratic_fill, 1.0_dp, model%grid%order == 2)
       end select
    end function memory_for
-
-   !> Memory of the factors of the mass matrix of two directions [bytes].
-   pure real(dp) function factors_of(model, occupied) result(bytes)
-      type(model_t), intent(in) :: model
-      real(dp), intent(in) :: occupied
-      bytes = 28*2*fill_of(model%grid%order**ndim*occupied)*merge(of_quadratic_fill, 1.0_dp, model%grid%order == 2)
-   end function factors_of
 
    !> Entries of the factors of a matrix of the nodes by nested dissection, but for a constant.
    pure real(dp) function fill_of(occupied)
@@ -158,19 +152,13 @@ contains
       fill_of = occupied*max(log(occupied)/log(2.0_dp), 1.0_dp)
    end function fill_of
 
-   !> About how many columns the history has.
-   pure integer function columns_of(model) result(columns)
-      type(model_t), intent(in) :: model
-      columns = 10
-      columns = columns + merge(1, 2*size(model%paths), model%is_half())*(24 + size(model%energy_release%radii))
-   end function columns_of
-
    !> Fail where the libraries have no room, before anything calls them.
    subroutine check_room(failure)
       type(failure_t), intent(inout) :: failure
       if (stack_there_is() < least_stack) call failure%report(exit_input, 'the limit of the stack (ulimit -s) is '// &
                               bytes_text(stack_there_is())//': allow '//bytes_text(least_stack)//' or more; 8 MB are usual')
-      if (.not. room_for_algebra()) call failure%report(exit_input, 'the limit of the address space (ulimit -v) leaves no room '// &
+      ! Where the library of linear algebra cannot take the room that it asks for at its first use, it waits for ever
+      if (memory_available() <= 1) call failure%report(exit_input, 'the limit of the address space (ulimit -v) leaves no room '// &
                               'for the library of linear algebra: allow about 600 MB and the memory of the model, or set no limit')
    end subroutine check_room
 
@@ -231,24 +219,16 @@ contains
    pure function rough(number) result(text)
       real(dp), intent(in) :: number
       character(:), allocatable :: text
-      character(16) :: buffer
+      character(9) :: buffer
+      integer :: decade
       if (number < 1e9_dp) then
          text = to_text(nint(number))
       else
          write (buffer, '(es9.1e3)') number
-         text = trim(adjustl(buffer))
-         text = text(:3)//'e'//to_text(decade(number))
+         read (buffer(6:9), '(i4)') decade
+         text = buffer(2:4)//'e'//to_text(decade)
       end if
    end function rough
-
-   !> Power of ten of a number not below 1, as its text with two digits has it.
-   pure integer function decade(number)
-      real(dp), intent(in) :: number
-      character(16) :: buffer
-      write (buffer, '(es9.1e3)') number
-      buffer = adjustl(buffer)
-      read (buffer(5:8), '(i4)') decade
-   end function decade
 
    !> The least of what the machine has and of what this process or its group of processes is allowed [bytes]; huge where
    !> nothing tells. A limit on the address space counts what the program and its libraries have mapped already.
@@ -270,11 +250,6 @@ contains
          if (limit > 0) bytes = min(bytes, limit)
       end subroutine take
    end function memory_available
-
-   !> Whether the library of linear algebra can take the room that it asks for at its first use. Where it cannot, it waits for ever.
-   logical function room_for_algebra()
-      room_for_algebra = memory_available() > 1
-   end function room_for_algebra
 
    !> The limit of the stack [bytes]; huge where there is none or nothing tells.
    real(dp) function stack_there_is() result(bytes)
