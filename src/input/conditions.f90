@@ -13,7 +13,7 @@ module hampm_conditions
    use hampm_load_placement, only: is_on_faces
    implicit none
    private
-   public :: atom_t, parse_condition, holds, shown_atom, features, is_present, is_named
+   public :: atom_t, parse_condition, next_break, holds, shown_atom, features, is_present, is_named
 
    !> The names of the features.
    character(*), parameter :: features(*) = [character(48) :: &
@@ -74,7 +74,7 @@ contains
    pure function atom_of(text) result(atom)
       character(*), intent(in) :: text
       type(atom_t) :: atom
-      character(:), allocatable :: rest
+      character(:), allocatable :: rest, value
       integer :: blank
       atom%text = text
       atom%kind = is_named
@@ -106,18 +106,12 @@ contains
       rest = rest(blank + 1:)//' |'
       do while (index(rest, '|') > 0)
          atom%choices = atom%choices + 1
-         atom%values(atom%choices) = without_quotes(trim(adjustl(rest(:index(rest, '|') - 1))))
+         value = trim(adjustl(rest(:index(rest, '|') - 1)))
+         if (index(value, '''') == 1) value = value(2:len(value) - 1) ! without the quotes around it
+         atom%values(atom%choices) = value
          rest = rest(index(rest, '|') + 1:)
       end do
    end function atom_of
-
-   !> A text without the quotes around it.
-   pure function without_quotes(text)
-      character(*), intent(in) :: text
-      character(:), allocatable :: without_quotes
-      without_quotes = text
-      if (index(text, '''') == 1) without_quotes = text(2:len(text) - 1)
-   end function without_quotes
 
    !> Whether a word holds of a model, and of one of its groups where it is about such. What has an error in it does not hold.
    pure logical function holds(atom, model, settings, entry)

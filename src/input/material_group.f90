@@ -37,7 +37,6 @@ module hampm_material_group
       character(name_len) :: volumetric = ''     !! 'standard' or 'b_bar'
       type(constant_t) :: constants(size(law_keys)) !! of single laws
    contains
-      procedure :: is_linear
       procedure :: is_complete
       procedure :: least_young
       procedure :: is_the_same_as
@@ -67,12 +66,6 @@ contains
          end associate
       end do
    end subroutine fill_materials
-
-   !> Whether the stress is linear in the displacement gradient.
-   elemental logical function is_linear(self)
-      class(material_spec_t), intent(in) :: self
-      is_linear = self%law == 'linear_elastic' .or. self%law == 'orthotropic'
-   end function is_linear
 
    !> Whether there is a material with these constants.
    pure logical function is_complete(self, plane)

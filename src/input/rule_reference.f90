@@ -1,6 +1,7 @@
 !> The table of rules as text, which `--rules` prints: docs/key_rules.md is this text, and `--json` the same for programs.
 module hampm_rule_reference
    use hampm_choice_sets, only: expanded
+   use hampm_conditions, only: next_break
    use hampm_keys, only: groups
    use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, &
                           mechanics, not_built, by_meaning
@@ -88,7 +89,7 @@ contains
       text = ''
       from = 1
       do while (from <= len(condition))
-         behind = min(next(condition(from:), ' and '), next(condition(from:), ' or ')) + from - 1
+         behind = next_break(condition(from:)) + from - 1
          if (scan(condition(from:behind - 1), '&=><''') > 0 .or. index(condition(from:behind - 1), ' ') == 0) then
             text = text//'`'//condition(from:behind - 1)//'`'
          else
@@ -99,13 +100,6 @@ contains
          text = text//condition(behind:from - 1)
       end do
    end function as_code
-
-   !> Where a word is in a text, and past the end where it is not.
-   pure integer function next(text, word)
-      character(*), intent(in) :: text, word
-      next = index(text, word)
-      if (next == 0) next = len(text) + 1
-   end function next
 
    !> All rules as JSON.
    pure function rules_json() result(text)

@@ -157,12 +157,12 @@ contains
          chars = c_string(value)
          address = c_loc(chars)
          type_id = text_type()
-         call write_attribute(self, object, name, type_id, type_id, scalar_space(), c_loc(address), failure)
+         call write_attribute(self, object, name, type_id, type_id, h5screate(scalar), c_loc(address), failure)
          e = h5release(type_id)
        type is (real(dp))
-         call write_attribute(self, object, name, real64_le, native_real, scalar_space(), c_loc(value), failure)
+         call write_attribute(self, object, name, real64_le, native_real, h5screate(scalar), c_loc(value), failure)
        type is (integer)
-         call write_attribute(self, object, name, int64_le, native_integer, scalar_space(), c_loc(value), failure)
+         call write_attribute(self, object, name, int64_le, native_integer, h5screate(scalar), c_loc(value), failure)
       end select
    end subroutine put_attribute_value
 
@@ -175,8 +175,10 @@ contains
       integer(long) :: type_id
       integer :: e
       chars = c_string(value)
-      type_id = label_type(len(value))
-      call write_attribute(self, object, name, type_id, type_id, scalar_space(), c_loc(chars), failure)
+      type_id = h5tcopy(c_text)
+      e = h5tset_size(type_id, len(value, c_size_t))
+      e = h5tset_strpad(type_id, null_padded)
+      call write_attribute(self, object, name, type_id, type_id, h5screate(scalar), c_loc(chars), failure)
       e = h5release(type_id)
    end subroutine put_label
 
@@ -202,7 +204,7 @@ contains
       chars = c_string(text)
       address = c_loc(chars)
       type_id = text_type()
-      call write_dataset(self, path, type_id, type_id, scalar_space(), c_loc(address), failure)
+      call write_dataset(self, path, type_id, type_id, h5screate(scalar), c_loc(address), failure)
       e = h5release(type_id)
    end subroutine put_text
 
@@ -327,7 +329,7 @@ contains
       integer(long) :: limit(size(extent))
       integer :: e
       extent = 0
-      dataset = h5dopen(file%id, c_string(path), default)
+      dataset = h5oopen(file%id, c_string(path), default)
       space = h5dget_space(dataset)
       if (h5sget_simple_extent_ndims(space) == size(extent)) then
          e = h5sget_simple_extent_dims(space, extent, limit)
@@ -416,20 +418,6 @@ contains
       e = h5tset_size(text_type, variable_length)
       e = h5tset_cset(text_type, utf8)
    end function text_type
-
-   !> A new HDF5 type: an ASCII text of fixed length.
-   integer(long) function label_type(length)
-      integer, intent(in) :: length             !! number of characters, > 0
-      integer :: e
-      label_type = h5tcopy(c_text)
-      e = h5tset_size(label_type, int(length, c_size_t))
-      e = h5tset_strpad(label_type, null_padded)
-   end function label_type
-
-   !> A new space of one element.
-   integer(long) function scalar_space()
-      scalar_space = h5screate(scalar)
-   end function scalar_space
 
    !> A new space of the given extent.
    integer(long) function simple_space(extent)

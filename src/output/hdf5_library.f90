@@ -119,6 +119,7 @@ module hampm_hdf5_library
          integer(long), value :: place, access
          character(c_char), intent(in) :: path(*)
       end function h5lexists
+      !> Open a group or a dataset.
       integer(long) function h5oopen(place, path, access) bind(c, name='H5Oopen')
          import :: c_char, long
          integer(long), value :: place, access
@@ -176,11 +177,6 @@ module hampm_hdf5_library
          integer(long), value :: place, type, space, links, creation, access
          character(c_char), intent(in) :: path(*)
       end function h5dcreate
-      integer(long) function h5dopen(place, path, access) bind(c, name='H5Dopen2')
-         import :: c_char, long
-         integer(long), value :: place, access
-         character(c_char), intent(in) :: path(*)
-      end function h5dopen
       integer(long) function h5dget_space(dataset) bind(c, name='H5Dget_space')
          import :: long
          integer(long), value :: dataset

@@ -43,8 +43,10 @@ contains
       integer, intent(in) :: chunk               !! entries stored together
       type(failure_t), intent(inout) :: failure
       integer(long) :: list, space
+      integer(long) :: types(3)                  ! in the file, in the order of their names above
       real(dp), target :: missing
       integer :: e(5)
+      types = [real64_le, int64_le, uint8_le]
       self%path = path
       if (file%holds(path)) then
          call self%reopen(file, failure)
@@ -59,7 +61,7 @@ contains
       missing = ieee_value(1.0_dp, ieee_quiet_nan)
       e(3) = 0
       if (values == real_values) e(3) = h5pset_fill_value(list, native_real, c_loc(missing))
-      self%id = h5dcreate(file%id, c_string(path), file_type(values), space, default, list, default)
+      self%id = h5dcreate(file%id, c_string(path), types(values), space, default, list, default)
       e(4) = h5release(list)
       e(5) = h5release(space)
       if (self%id < 0 .or. any(e < 0)) call file%unwritten('making '//path//' failed', failure)
@@ -74,7 +76,7 @@ contains
       integer(long) :: extent(2), limit(2)
       integer :: e, rank
       extent = 1
-      self%id = h5dopen(file%id, c_string(self%path), default)
+      self%id = h5oopen(file%id, c_string(self%path), default)
       space = h5dget_space(self%id)
       rank = h5sget_simple_extent_ndims(space)
       if (rank == 1 .or. rank == 2) then
@@ -208,17 +210,4 @@ contains
       class(hdf5_series_t), intent(in) :: self
       rank_of = merge(1, 2, self%rows == 1)
    end function rank_of
-
-   !> HDF5's type of the values in the file.
-   integer(long) function file_type(values)
-      integer, intent(in) :: values
-      select case (values)
-      case (long_values)
-         file_type = int64_le
-      case (byte_values)
-         file_type = uint8_le
-      case default
-         file_type = real64_le
-      end select
-   end function file_type
 end module hampm_hdf5_series

@@ -113,11 +113,15 @@ contains
       class(progress_t), intent(in) :: self
       integer(long), intent(in) :: clock
       type(standing_t), intent(in) :: now
-      character(:), allocatable :: text
+      character(:), allocatable :: text, left
       real(dp) :: elapsed
       elapsed = seconds_between(self, self%clock_start, clock)
-      text = percent(self, now%time)//' '//in_unit(now%time, self%end_time, ['s ', 'ms', 'us', 'ns'], '(f20.4)')//' '// &
-             left_text(self, now%time, elapsed)//' left'
+      left = '-'                                 ! wall time, if the rest takes as long as what is done
+      if (now%time > self%first_time) &
+         left = clock_text(elapsed*max(self%end_time - now%time, 0.0_dp)/(now%time - self%first_time))
+      text = number(100.0_dp*now%time/self%end_time, '(f12.1)')//'%'
+      text = repeat(' ', max(0, 6 - len(text)))//text//' '// &
+             in_unit(now%time, self%end_time, ['s ', 'ms', 'us', 'ns'], '(f20.4)')//' '//left//' left'
       if (now%g_ratio > not_there) text = text//' G/Gref '//number(now%g_ratio, '(f12.4)')
       associate (length => now%crack_length)
          if (length > not_there) text = text//' crack '//in_unit(length, length, ['m ', 'mm', 'um'], &
@@ -137,15 +141,6 @@ contains
       seconds_between = real(later - earlier, dp)/real(self%clock_rate, dp)
    end function seconds_between
 
-   !> How much of the simulated time is done, as in ' 42.3%'.
-   function percent(self, time) result(text)
-      class(progress_t), intent(in) :: self
-      real(dp), intent(in) :: time
-      character(:), allocatable :: text
-      text = number(100.0_dp*time/self%end_time, '(f12.1)')//'%'
-      text = repeat(' ', max(0, 6 - len(text)))//text
-   end function percent
-
    !> A time or a length in the unit that suits it, or another one, as in '0.634 ms'.
    function in_unit(value, suited, units, format) result(text)
       real(dp), intent(in) :: value, suited      !! in the first of the units
@@ -158,18 +153,6 @@ contains
       end do
       text = number(value*1000.0_dp**(k - 1), format)//' '//trim(units(k))
    end function in_unit
-
-   !> The wall time left if the rest of the simulated time takes as long as what is done, '-' while that is unknown.
-   function left_text(self, time, elapsed) result(text)
-      class(progress_t), intent(in) :: self
-      real(dp), intent(in) :: time, elapsed      !! simulated and wall time [s]
-      character(:), allocatable :: text
-      real(dp) :: left
-      text = '-'
-      if (.not. time > self%first_time) return
-      left = elapsed*max(self%end_time - time, 0.0_dp)/(time - self%first_time)
-      text = clock_text(left)
-   end function left_text
 
    !> A wall time as h:mm:ss.
    function clock_text(seconds) result(text)

@@ -23,19 +23,13 @@ module hampm_results
    real(dp), parameter :: patience = 10   !! time after which new samples and snapshots are flushed [s]
    character(*), parameter :: last_ending = '.last' !! of the second name of the last file while a new one takes its place
 
-   !> A column of the history.
-   type :: column_t
-      type(hdf5_series_t) :: series              !! the dataset
-      logical :: integer_valued = .false.        !! stored as 64-bit integers
-   end type column_t
-
    !> A result file that is being written.
    type :: results_t
       character(:), allocatable :: path          !! name of the result
       type(run_lock_t) :: lock                   !! held from the beginning, until other runs may write this result
       type(hdf5_file_t), private :: file
       type(snapshots_t), private :: snapshots
-      type(column_t), allocatable, private :: columns(:)
+      type(hdf5_series_t), allocatable, private :: columns(:) !! of the history
       real(dp), allocatable, private :: samples(:, :)     !! samples not yet in the file, shape (capacity, columns)
       integer, private :: waiting = 0                     !! number of samples not yet in the file
       logical, private :: broken = .false.                !! writing has failed: nothing more is tried or reported
@@ -133,7 +127,7 @@ contains
    function lengths(self)
       class(results_t), intent(inout) :: self
       integer(long), allocatable :: lengths(:)
-      lengths = [int(self%columns(1)%series%length, long) + self%waiting, self%snapshots%lengths()]
+      lengths = [int(self%columns(1)%length, long) + self%waiting, self%snapshots%lengths()]
    end function lengths
 
    !> Declare the next column of the history, before the first sample.
@@ -144,15 +138,16 @@ contains
       character(*), intent(in) :: long_name      !! what a plot writes at the axis
       type(failure_t), intent(inout) :: failure
       logical, intent(in), optional :: integer_valued
-      type(column_t) :: column
+      type(hdf5_series_t) :: column
+      integer :: stored
       type(failure_t) :: fault
       character(:), allocatable :: path
       if (self%broken) return
       path = '/history/'//name
-      if (present(integer_valued)) column%integer_valued = integer_valued
-      call column%series%create(self%file, path, merge(long_values, real_values, column%integer_valued), &
-                                1, chunk, fault)
-      if (self%kept >= 0 .and. .not. fault%failed()) call column%series%shorten(self%file, int(self%kept, long), fault)
+      stored = real_values
+      if (present(integer_valued)) stored = merge(long_values, real_values, integer_valued)
+      call column%create(self%file, path, stored, 1, chunk, fault)
+      if (self%kept >= 0 .and. .not. fault%failed()) call column%shorten(self%file, int(self%kept, long), fault)
       call self%file%put_attribute(path, 'units', unit, fault)
       call self%file%put_attribute(path, 'long_name', long_name, fault)
       call pass_on(self, fault, failure)
@@ -262,7 +257,7 @@ contains
       if (done) then
          call find_series(self, fault)
          do i = 1, size(self%columns)
-            if (.not. fault%failed()) call self%columns(i)%series%catch_up(self%file, donor, fault)
+            if (.not. fault%failed()) call self%columns(i)%catch_up(self%file, donor, fault)
          end do
          if (.not. fault%failed()) call self%snapshots%catch_up(self%file, donor, fault)
          done = .not. fault%failed()
@@ -286,7 +281,7 @@ contains
       type(failure_t), intent(inout) :: fault
       integer :: i
       do i = 1, size(self%columns)
-         if (.not. fault%failed()) call self%columns(i)%series%reopen(self%file, fault)
+         if (.not. fault%failed()) call self%columns(i)%reopen(self%file, fault)
       end do
       if (.not. fault%failed()) call self%snapshots%reopen(self%file, fault)
    end subroutine find_series
@@ -312,13 +307,7 @@ contains
       integer :: i
       if (self%waiting == 0) return
       do i = 1, size(self%columns)
-         associate (column => self%columns(i), values => self%samples(:self%waiting, i))
-            if (column%integer_valued) then
-               call column%series%append(self%file, nint(values, long), fault)
-            else
-               call column%series%append(self%file, values, fault)
-            end if
-         end associate
+         call self%columns(i)%append(self%file, self%samples(:self%waiting, i), fault) ! HDF5 makes integers of whole numbers
          if (fault%failed()) return
       end do
       self%waiting = 0
