@@ -60,17 +60,17 @@ contains
       have_planned = .false.
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, cracks, k, m%state%time, dt)
-         if (law == 0 .or. growing%has_no_room(k)) cycle
+         if (law == 0 .or. growing%tips(k)%has_no_room) cycle
          associate (of => model%growth(law), tip => cracks%tips(k))
-            if (of%turns() .and. growing%law(k) /= law .and. growing%law(k) > 0) call cracks%forget_way(k)
-            growing%law(k) = law
+            if (of%turns() .and. growing%tips(k)%law /= law .and. growing%tips(k)%law > 0) call cracks%forget_way(k)
+            growing%tips(k)%law = law
             if (.not. of%law%gives_speed()) then
-               if (.not. growing%is_running(k)) cycle
+               if (.not. growing%tips(k)%is_running) cycle
                if (growing%is_paced) then
-                  if (cracks%crack(tip%crack)%bonded(tip%end) > growing%reserve(k) + growing%way(k)) cycle
+                  if (cracks%crack(tip%crack)%bonded(tip%end) > growing%tips(k)%reserve + growing%tips(k)%way) cycle
                else if (tip%grown > 0 .or. cracks%crack(tip%crack)%bonded(tip%end) > 0) then
                   if (foremost_released(m%interfaces, k) < tip%grown + cracks%crack(tip%crack)%bonded(tip%end) &
-                      - growing%reserve(k)) cycle
+                      - growing%tips(k)%reserve) cycle
                end if
             else if (growing%given_way(model, cracks, k, m%state%time, dt) <= cracks%crack(tip%crack)%bonded(tip%end)) then
                cycle
@@ -99,9 +99,9 @@ contains
       associate (tip => cracks%tips(k))
          allocate (before, source=cracks%crack(tip%crack)%points)
          bonded = cracks%crack(tip%crack)%bonded(tip%end)
-         next = growing%next_of_path(k)
+         next = growing%tips(k)%next_of_path
          do cells = merge(1, straight_on, of%turns()), 1, -1 ! as many as there is room for
-            growing%next_of_path(k) = next
+            growing%tips(k)%next_of_path = next
             from = before(:, merge(size(before, 2), 1, tip%end == last_point))
             call choose_direction(growing, cracks, k, of, from, direction, angle)
             do
@@ -117,13 +117,14 @@ contains
             call cracks%put_back(k, before)
          end do
          if (room < least_radius(model)*(1 - 1e-9_dp)) then
-            growing%has_no_room(k) = .true.      ! the tip stops where its way ends
+            growing%tips(k)%has_no_room = .true. ! the tip stops where its way ends
             if (.not. bonded > 0) call growing%stop_tip(k, why_it_stops(model, cracks, k), message)
             return
          end if
-         growing%reserve(k) = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to + m%grid%forest%tolerance()*tip%into_half()))
-         if (abs(angle) > growing%strong_turn) growing%last_turn(k) = tip%grown
-         growing%room(k) = room
+         growing%tips(k)%reserve = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to + m%grid%forest%tolerance() &
+                                                                                          *tip%into_half()))
+         if (abs(angle) > growing%strong_turn) growing%tips(k)%last_turn = tip%grown
+         growing%tips(k)%room = room
          call growing%fit_radii(k, least_radius(model), tip)
          call update_model_path(model, cracks, tip%crack)
       end associate
@@ -150,9 +151,9 @@ contains
             direction = growing%to_next_point(k, of%points, from, direction)
             angle = atan2(dot_product(direction, tip%axis(:, 2)), dot_product(direction, tip%axis(:, 1)))
           case default
-            if (growing%looks(k) > 0) angle = kink_angle(trim(of%direction), growing%sum_of_k(:, k)/growing%looks(k))
-            growing%looks(k) = 0
-            growing%sum_of_k(:, k) = 0
+            if (growing%tips(k)%looks > 0) angle = kink_angle(trim(of%direction), growing%tips(k)%sum_of_k/growing%tips(k)%looks)
+            growing%tips(k)%looks = 0
+            growing%tips(k)%sum_of_k = 0
             if (tip%grown > 0) then
                present = cracks%end_direction(k)
                along = matmul(present, tip%axis)
@@ -192,10 +193,10 @@ contains
       end if
       to = from + way*direction
       at_kink = .false.
-      if (of%direction /= 'path' .or. growing%next_of_path(k) > size(of%points, 2)) return
-      if (norm2(of%points(:, growing%next_of_path(k)) - from) > way) return
-      to = of%points(:, growing%next_of_path(k))
-      growing%next_of_path(k) = growing%next_of_path(k) + 1
+      if (of%direction /= 'path' .or. growing%tips(k)%next_of_path > size(of%points, 2)) return
+      if (norm2(of%points(:, growing%tips(k)%next_of_path) - from) > way) return
+      to = of%points(:, growing%tips(k)%next_of_path)
+      growing%tips(k)%next_of_path = growing%tips(k)%next_of_path + 1
       at_kink = .true.
    end subroutine next_point
 
@@ -215,19 +216,19 @@ contains
       most = most_ways(growing, model, cracks, time, dt)
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, cracks, k, time, dt)
-         if (law > 0) growing%law(k) = law
-         if (growing%law(k) == 0) cycle
-         associate (of => model%growth(growing%law(k)), tip => cracks%tips(k))
+         if (law > 0) growing%tips(k)%law = law
+         if (growing%tips(k)%law == 0) cycle
+         associate (of => model%growth(growing%tips(k)%law), tip => cracks%tips(k))
             taken = 0
             if (of%law%gives_speed()) then
                way = min(growing%given_way(model, cracks, k, time, dt), most(k))
                call cracks%move_tip(k, way)
                tip%speed = way/dt
-               growing%faded(k) = merge(0.0_dp, growing%faded(k) + of%speed_at(time)*dt, way > 0)
-               call fail_behind(m%interfaces, k, tip%grown, growing%faded(k), taken)
-            else if (growing%is_running(k) .and. growing%is_paced) then
+               growing%tips(k)%faded = merge(0.0_dp, growing%tips(k)%faded + of%speed_at(time)*dt, way > 0)
+               call fail_behind(m%interfaces, k, tip%grown, growing%tips(k)%faded, taken)
+            else if (growing%tips(k)%is_running .and. growing%is_paced) then
                call try_way(growing, m, cracks, k, dt, most(k), taken)
-            else if (growing%is_running(k)) then
+            else if (growing%tips(k)%is_running) then
                call move_by_toughness(growing, of, m, cracks, k, dt, most(k), taken, message)
             end if
             m%energies%fracture_energy = m%energies%fracture_energy + taken
@@ -239,7 +240,7 @@ contains
          associate (of => model%growth(law), crack => cracks%crack(cracks%tips(k)%crack))
             if (of%max_length > 0 .and. crack%length() >= of%max_length*(1 - 1e-9_dp)) then
                call growing%stop_tip(k, 'the crack has its max_length', message)
-            else if (growing%has_no_room(k) .and. .not. crack%bonded(cracks%tips(k)%end) > 0) then
+            else if (growing%tips(k)%has_no_room .and. .not. crack%bonded(cracks%tips(k)%end) > 0) then
                call growing%stop_tip(k, why_it_stops(model, cracks, k), message)
             end if
          end associate
@@ -259,7 +260,7 @@ contains
       real(dp) :: left, of_all                   ! of the length of a crack, and to go for its tips [m]
       integer :: k, law(size(cracks%tips))
       most = 0
-      way = merge(growing%way, growing%speed*dt, growing%is_paced)
+      way = merge(growing%tips%way, growing%tips%speed*dt, growing%is_paced)
       do k = 1, size(most)
          law(k) = growing%law_at(model, cracks, k, time, dt)
          if (law(k) == 0) cycle
@@ -297,7 +298,7 @@ contains
          taken = 0
          length = cracks%crack(tip%crack)%length()
          if (most > 0) then
-            call fail_beyond(m%interfaces, k, strength*sqrt(material%plane_modulus()*toughness_at(growing%speed(k))), &
+            call fail_beyond(m%interfaces, k, strength*sqrt(material%plane_modulus()*toughness_at(growing%tips(k)%speed)), &
                              tip%grown + zone*tip%nodes%spacing, taken, overload)
             if (overload > too_much) call growing%note_tip(k, 'is in cells that are too coarse for its toughness: '// &
                to_text(zone)//' cells ahead of it and more the material bears '//three_digits(overload)//' times the '// &
@@ -306,7 +307,7 @@ contains
          end if
          fastest = rayleigh_speed(material)
          if (of%limit_speed > 0) fastest = min(fastest, of%limit_speed)
-         of_step = min(1.0_dp, dt/growing%memory(k))
+         of_step = min(1.0_dp, dt/growing%tips(k)%memory)
          low = 0
          high = fastest
          if (.not. toughness_at(fastest) > toughness_at(low)) low = fastest ! it is the same at any speed
@@ -322,11 +323,11 @@ contains
          end do
          released = release_distance(m%interfaces, k, part_of_crack(tip)*toughness_at(low))
          call soften_released(m%interfaces, k, part_of_crack(tip)*toughness_at(low), has_parted)
-         growing%has_parted(k) = growing%has_parted(k) .or. has_parted
-         growing%speed(k) = new_speed(released)
-         tip%speed = growing%speed(k)
+         growing%tips(k)%has_parted = growing%tips(k)%has_parted .or. has_parted
+         growing%tips(k)%speed = new_speed(released)
+         tip%speed = growing%tips(k)%speed
          associate (way => way_of(released))
-            if (growing%has_parted(k)) growing%owed(k) = growing%owed(k) + released - way
+            if (growing%tips(k)%has_parted) growing%tips(k)%owed = growing%tips(k)%owed + released - way
             call cracks%move_tip(k, way)
          end associate
       end associate
@@ -341,13 +342,13 @@ contains
       real(dp) function way_of(released)
          real(dp), intent(in) :: released        !! [m]
          way_of = 0
-         if (growing%has_parted(k)) way_of = max(0.0_dp, min(growing%owed(k) + released, fastest*dt, most))
+         if (growing%tips(k)%has_parted) way_of = max(0.0_dp, min(growing%tips(k)%owed + released, fastest*dt, most))
       end function way_of
 
       !> The speed that it has then, of late [m/s].
       real(dp) function new_speed(released)
          real(dp), intent(in) :: released        !! [m]
-         new_speed = growing%speed(k) + (way_of(released)/dt - growing%speed(k))*of_step
+         new_speed = growing%tips(k)%speed + (way_of(released)/dt - growing%tips(k)%speed)*of_step
       end function new_speed
    end subroutine move_by_toughness
 
@@ -362,11 +363,12 @@ contains
       real(dp), intent(out) :: taken             !! energy that cohesive points that fail had stored [J]
       real(dp) :: way
       associate (tip => cracks%tips(k))
-         way = min(growing%way(k), rayleigh_speed(m%materials(tip%material))*dt, most)
-         growing%is_held(k) = way < growing%way(k) .and. (growing%has_no_room(k) .or. way < cracks%crack(tip%crack)%bonded(tip%end))
+         way = min(growing%tips(k)%way, rayleigh_speed(m%materials(tip%material))*dt, most)
+         growing%tips(k)%is_held = way < growing%tips(k)%way .and. &
+                                   (growing%tips(k)%has_no_room .or. way < cracks%crack(tip%crack)%bonded(tip%end))
          call cracks%move_tip(k, way)
-         growing%speed(k) = way/dt
-         tip%speed = growing%speed(k)
+         growing%tips(k)%speed = way/dt
+         tip%speed = growing%tips(k)%speed
          call fail_behind(m%interfaces, k, tip%grown, 0.0_dp, taken)
       end associate
    end subroutine try_way
@@ -406,7 +408,7 @@ contains
          law = growing%law_at(model, cracks, k, m%state%time)
          if (law == 0) cycle
          associate (of => model%growth(law))
-            if (.not. (of%law%gives_speed() .or. growing%is_running(k))) must_check = .true.
+            if (.not. (of%law%gives_speed() .or. growing%tips(k)%is_running)) must_check = .true.
             if (of%turns()) must_check = .true.
          end associate
       end do
@@ -420,11 +422,11 @@ contains
       integer :: k
       do k = 1, size(cracks%tips)
          if (cracks%tips(k)%grown > 0) then
-            growing%looks(k) = growing%looks(k) + 1
-            growing%sum_of_k(:, k) = growing%sum_of_k(:, k) + values(k)%intensity
+            growing%tips(k)%looks = growing%tips(k)%looks + 1
+            growing%tips(k)%sum_of_k = growing%tips(k)%sum_of_k + values(k)%intensity
          else
-            growing%looks(k) = 1
-            growing%sum_of_k(:, k) = values(k)%intensity
+            growing%tips(k)%looks = 1
+            growing%tips(k)%sum_of_k = values(k)%intensity
          end if
       end do
    end subroutine note_check
@@ -441,22 +443,22 @@ contains
       logical :: depends_on_speed
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, cracks, k, m%state%time)
-         growing%excess(k) = -1                  ! a tip that may not grow rests
+         growing%tips(k)%excess = -1             ! a tip that may not grow rests
          if (law == 0) cycle
          associate (of => model%growth(law), modulus => m%materials(cracks%tips(k)%material)%plane_modulus(), &
                     length => cracks%crack(cracks%tips(k)%crack)%length())
-            if (of%law%gives_speed() .or. growing%is_running(k) .and. .not. growing%is_paced) cycle
+            if (of%law%gives_speed() .or. growing%tips(k)%is_running .and. .not. growing%is_paced) cycle
             if (of%direction == 'hoop_stress') then
                rate = max(hoop_intensity(values(k)%intensity), 0.0_dp)**2/modulus
             else
                rate = best_rate(values(k), cracks%tips(k))
                if (.not. is_opened(trim(of%direction), values(k)%intensity)) rate = 0
             end if
-            growing%excess(k) = rate/of%toughness_at(growing%speed(k), length) - 1
-            if (growing%is_running(k)) cycle
-            growing%is_running(k) = rate >= of%toughness_at(0.0_dp, length)
+            growing%tips(k)%excess = rate/of%toughness_at(growing%tips(k)%speed, length) - 1
+            if (growing%tips(k)%is_running) cycle
+            growing%tips(k)%is_running = rate >= of%toughness_at(0.0_dp, length)
             depends_on_speed = of%toughness_at(huge(length), length) > of%toughness_at(0.0_dp, length)
-            if (growing%is_running(k)) growing%memory(k) = merge(late_of_speed, late, depends_on_speed) &
+            if (growing%tips(k)%is_running) growing%tips(k)%memory = merge(late_of_speed, late, depends_on_speed) &
                                                            *cracks%tips(k)%nodes%spacing &
                                                            /m%materials(cracks%tips(k)%material)%shear_wave_speed()
          end associate
@@ -473,11 +475,11 @@ contains
       integer :: k
       do k = 1, size(values)
          rate = best_rate(values(k), cracks%tips(k))
-         middle = cracks%tips(k)%now - (cracks%tips(k)%grown - growing%booked(k))/2*cracks%tips(k)%direction
+         middle = cracks%tips(k)%now - (cracks%tips(k)%grown - growing%tips(k)%booked)/2*cracks%tips(k)%direction
          growing%integral = growing%integral + part_of_crack(cracks%tips(k))*model%run%thickness%at(middle) &
-                            *(cracks%tips(k)%grown - growing%booked(k))*(growing%rate(k) + rate)/2
-         growing%rate(k) = rate
-         growing%booked(k) = cracks%tips(k)%grown
+                            *(cracks%tips(k)%grown - growing%tips(k)%booked)*(growing%tips(k)%rate + rate)/2
+         growing%tips(k)%rate = rate
+         growing%tips(k)%booked = cracks%tips(k)%grown
       end do
    end subroutine book_rate
 end module hampm_dynamic_growth

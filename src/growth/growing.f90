@@ -12,16 +12,44 @@ module hampm_growing
    private
    public :: growing_t, new_growing, record_growth, record_place, archive_growing, fitting, part_of_crack
 
-   !> The tips that grow. Arrays have an entry for each tip of the run.
+   !> How a tip of the run grows.
+   type :: growing_tip_t
+      logical :: grows = .false.                 !! whether there is a &growth for it
+      logical :: has_stopped = .false.           !! whether it has stopped, for good
+      real(dp) :: rate = 0                       !! energy release rate when it was looked at last, at rest in the step before [J/m2]
+      ! At rest
+      real(dp) :: advance = 0                    !! by which it has advanced in the last load step [m]
+      real(dp) :: kink = 0                       !! angle of its last kink, to the left [rad]
+      real(dp) :: slope = 0                      !! change of atan(K_II/K_I) with the angle of that, of a short kink
+      ! In motion, of tips of law = toughness that keep pace with G
+      real(dp) :: way = 0                        !! in a step, which is tried [m]
+      real(dp) :: excess = 0                     !! G over the toughness, less 1, after the last step [-]
+      real(dp) :: fall = 0                       !! by how much that falls with the way; 0: not known [1/m]
+      logical :: is_held = .false.               !! whether it can go no further in the step
+      ! In motion
+      integer :: law = 0                         !! number of the &growth that it goes or went by last; 0: none so far
+      real(dp) :: faded = 0                      !! of a given speed, after it has come to rest: way by which forces of cohesive points go on fading [m]
+      logical :: is_running = .false.            !! of law = toughness: whether it has reached that
+      logical :: has_no_room = .false.           !! whether its way is planned to where there is no more room for it
+      logical :: has_parted = .false.            !! of law = toughness: whether the zone of cohesive points that fail is complete, from when on it moves
+      real(dp) :: speed = 0                      !! of the same: of late [m/s]
+      real(dp) :: memory = 0                     !! of how late [s]
+      real(dp) :: owed = 0                       !! of the same: way for which cohesive points have parted and which it has not moved yet [m]
+      real(dp) :: reserve = 0                    !! part of its way that is planned at which the next is planned [m]
+      integer :: next_of_path = 1                !! of direction = path: the point that it goes to
+      integer :: looks = 0                       !! how often K was taken since the last turn
+      real(dp) :: sum_of_k(modes) = 0            !! sum of those [Pa sqrt(m)]
+      real(dp) :: last_turn = -huge(1.0_dp)      !! its way at its last turn that is too strong to be in a domain integral [m]; below 0: none
+      real(dp) :: room = 0                       !! around it for these [m]
+      real(dp), allocatable :: usual_radii(:)    !! of its domain integrals [m]
+      real(dp) :: booked = 0                     !! its way for which the integral of G is booked [m]
+   end type growing_tip_t
+
+   !> The tips that grow.
    type :: growing_t
-      logical, allocatable :: grows(:)           !! whether there is a &growth for it
-      logical, allocatable :: has_stopped(:)     !! whether it has stopped, for good
-      real(dp), allocatable :: rate(:)           !! energy release rate when it was looked at last, at rest in the step before [J/m2]
+      type(growing_tip_t), allocatable :: tips(:) !! all tips of the run; not allocated without any &growth
       logical :: is_static = .false.             !! whether tips advance by increments, under loads that are scaled
       ! At rest
-      real(dp), allocatable :: advance(:)        !! by which each has advanced in the last load step [m]
-      real(dp), allocatable :: kink(:)           !! angle of its last kink, to the left [rad]
-      real(dp), allocatable :: slope(:)          !! change of atan(K_II/K_I) with the angle of that, of a short kink
       real(dp) :: load_factor = 1                !! by which all loads and prescribed motions are scaled
       real(dp) :: work = 0                       !! of the loads and stored energy at the end of the step before [J]
       real(dp) :: stored = 0
@@ -29,26 +57,6 @@ module hampm_growing
       real(dp) :: drive = 1                      !! by which the loads change then, without the scaling that follows
       ! In motion
       logical :: is_paced = .false.              !! whether tips of law = toughness keep pace with G, in implicit steps
-      real(dp), allocatable :: way(:)            !! of the same: in a step, which is tried [m]
-      real(dp), allocatable :: excess(:)         !! of the same: G over the toughness, less 1, after the last step [-]
-      real(dp), allocatable :: fall(:)           !! of the same: by how much that falls with the way; 0: not known [1/m]
-      logical, allocatable :: is_held(:)         !! of the same: whether it can go no further in the step
-      integer, allocatable :: law(:)             !! number of the &growth that it goes or went by last; 0: none so far
-      real(dp), allocatable :: faded(:)          !! of a given speed, after it has come to rest: way by which forces of cohesive points go on fading [m]
-      logical, allocatable :: is_running(:)      !! of law = toughness: whether it has reached that
-      logical, allocatable :: has_no_room(:)     !! whether its way is planned to where there is no more room for it
-      logical, allocatable :: has_parted(:)      !! of the same: whether the zone of cohesive points that fail is complete, from when on it moves
-      real(dp), allocatable :: speed(:)          !! of the same: of late [m/s]
-      real(dp), allocatable :: memory(:)         !! of how late [s]
-      real(dp), allocatable :: owed(:)           !! of the same: way for which cohesive points have parted and which it has not moved yet [m]
-      real(dp), allocatable :: reserve(:)        !! part of its way that is planned at which the next is planned [m]
-      integer, allocatable :: next_of_path(:)    !! of direction = path: the point that it goes to
-      integer, allocatable :: looks(:)           !! how often K was taken since the last turn
-      real(dp), allocatable :: sum_of_k(:, :)    !! sum of those [Pa sqrt(m)], (modes, tips)
-      real(dp), allocatable :: last_turn(:)      !! its way at its last turn that is too strong to be in a domain integral [m]; below 0: none
-      real(dp), allocatable :: room(:)           !! around it for these [m]
-      real(dp), allocatable :: usual_radii(:, :) !! of its domain integrals, 0 behind the last [m], (radii, tips)
-      real(dp), allocatable :: booked(:)         !! its way for which the integral of G is booked [m]
       real(dp) :: integral = 0                   !! of G over the new area [J]
       real(dp) :: strong_turn = 0.1_dp           !! [rad]
    contains
@@ -69,14 +77,14 @@ contains
    pure logical function are_there(self)
       class(growing_t), intent(in) :: self
       are_there = .false.
-      if (allocated(self%grows)) are_there = any(self%grows)
+      if (allocated(self%tips)) are_there = any(self%tips%grows)
    end function are_there
 
    !> Whether a tip still grows.
    pure logical function is_growing(self, tip)
       class(growing_t), intent(in) :: self
       integer, intent(in) :: tip
-      is_growing = self%grows(tip) .and. .not. self%has_stopped(tip)
+      is_growing = self%tips(tip)%grows .and. .not. self%tips(tip)%has_stopped
    end function is_growing
 
    !> Number of the &growth that applies to a tip at a time, the last one in a step from there on; 0 for none.
@@ -130,23 +138,12 @@ contains
       if (size(model%growth) == 0) return
       growing%is_static = any(model%growth%law%is_static)
       growing%is_paced = model%method%time == 'implicit'
-      associate (n => size(cracks%tips))
-         allocate (growing%grows(n), growing%has_stopped(n), growing%is_running(n), growing%has_parted(n), &
-                   growing%has_no_room(n), growing%is_held(n), source=.false.)
-         allocate (growing%advance(n), growing%kink(n), growing%slope(n), growing%rate(n), growing%speed(n), growing%memory(n), &
-                   growing%owed(n), growing%reserve(n), growing%room(n), growing%booked(n), growing%faded(n), &
-                   growing%way(n), growing%excess(n), growing%fall(n), source=0.0_dp)
-         allocate (growing%last_turn(n), source=-huge(1.0_dp))
-         allocate (growing%next_of_path(n), source=1)
-         allocate (growing%looks(n), growing%law(n), source=0)
-         allocate (growing%sum_of_k(modes, n), source=0.0_dp)
-         allocate (growing%usual_radii(maxval([(size(cracks%tips(k)%radii), k=1, n)]), n), source=0.0_dp)
-         do k = 1, n
-            growing%grows(k) = any(model%growth%path == cracks%tips(k)%crack .and. &
-                                   [(model%growth(i)%of_end(cracks%tips(k)%end), i=1, size(model%growth))])
-            growing%usual_radii(:size(cracks%tips(k)%radii), k) = cracks%tips(k)%radii
-         end do
-      end associate
+      allocate (growing%tips(size(cracks%tips)))
+      do k = 1, size(growing%tips)
+         growing%tips(k)%grows = any(model%growth%path == cracks%tips(k)%crack .and. &
+                                     [(model%growth(i)%of_end(cracks%tips(k)%end), i=1, size(model%growth))])
+         growing%tips(k)%usual_radii = cracks%tips(k)%radii
+      end do
    end subroutine new_growing
 
    !> Direction from a place to the next point of a given path that is not there already; behind the last one straight on.
@@ -159,14 +156,14 @@ contains
       real(dp) :: direction(ndim)
       real(dp), parameter :: nothing = 1e-9_dp   ! of the first radius
       direction = before
-      do while (self%next_of_path(tip) <= size(points, 2))
-         associate (way => points(:, self%next_of_path(tip)) - from)
-            if (norm2(way) > nothing*self%usual_radii(1, tip)) then
+      do while (self%tips(tip)%next_of_path <= size(points, 2))
+         associate (way => points(:, self%tips(tip)%next_of_path) - from)
+            if (norm2(way) > nothing*self%tips(tip)%usual_radii(1)) then
                direction = way/norm2(way)
                return
             end if
          end associate
-         self%next_of_path(tip) = self%next_of_path(tip) + 1
+         self%tips(tip)%next_of_path = self%tips(tip)%next_of_path + 1
       end do
    end function to_next_point
 
@@ -177,8 +174,8 @@ contains
       real(dp), intent(in) :: least              !! radius [m]
       type(crack_tip_t), intent(inout) :: tip
       real(dp) :: most
-      most = min(self%room(number), max(least, tip%grown - self%last_turn(number)))
-      tip%radii = fitting(self%usual_radii(:size(tip%radii), number), least, most)
+      most = min(self%tips(number)%room, max(least, tip%grown - self%tips(number)%last_turn))
+      tip%radii = fitting(self%tips(number)%usual_radii, least, most)
    end subroutine fit_radii
 
    !> As many radii as before, between the least and the largest that there may be [m].
@@ -206,7 +203,7 @@ contains
       integer, intent(in) :: number
       character(*), intent(in) :: why
       character(:), allocatable, intent(inout) :: message !! to the user, a line each
-      self%has_stopped(number) = .true.
+      self%tips(number)%has_stopped = .true.
       call note_tip(number, 'no longer grows: '//why, message)
    end subroutine stop_tip
 
@@ -256,7 +253,7 @@ contains
       associate (of => cracks%tips(tip))
          call record_place(cracks, of, history)
          if (.not. growing%is_static) call history%record('tip_speed', 'm/s', 'speed at which the tip grows', of%speed)
-         if (.not. growing%grows(tip)) return
+         if (.not. growing%tips(tip)%grows) return
          toughness = 0
          law = growing%law_at(model, cracks, tip, time)
          if (growing%is_static) law = findloc(model%growth%path, of%crack, dim=1)
@@ -271,32 +268,34 @@ contains
    subroutine archive_growing(growing, archive)
       type(growing_t), intent(inout) :: growing
       class(archive_t), intent(inout) :: archive
-      integer :: n
+      integer :: n, k
       if (.not. growing%are_there()) return
-      n = size(growing%grows)
+      n = size(growing%tips)
       call archive%section('growth')
       call archive%serialise('load_factor', growing%load_factor)
       call archive%serialise('work', growing%work)
       call archive%serialise('stored', growing%stored)
       call archive%serialise('integral', growing%integral)
-      call archive%archive_logicals('has_stopped', n, growing%has_stopped)
-      call archive%archive_logicals('is_running', n, growing%is_running)
-      call archive%archive_logicals('has_parted', n, growing%has_parted)
-      call archive%archive_logicals('has_no_room', n, growing%has_no_room)
-      call archive%archive_reals('rate', n, growing%rate)
-      call archive%archive_reals('kink', n, growing%kink)
-      call archive%archive_reals('speed', n, growing%speed)
-      call archive%archive_reals('memory', n, growing%memory)
-      call archive%archive_reals('owed', n, growing%owed)
-      call archive%archive_reals('fall', n, growing%fall)
-      call archive%archive_reals('reserve', n, growing%reserve)
-      call archive%archive_reals('last_turn', n, growing%last_turn)
-      call archive%archive_reals('room', n, growing%room)
-      call archive%archive_reals('booked', n, growing%booked)
-      call archive%archive_reals('sum_of_k', size(growing%sum_of_k), growing%sum_of_k)
-      call archive%archive_integers('looks', n, growing%looks)
-      call archive%archive_integers('law', n, growing%law)
-      call archive%archive_reals('faded', n, growing%faded)
-      call archive%archive_integers('next_of_path', n, growing%next_of_path)
+      call archive%archive_logicals('has_stopped', n, growing%tips%has_stopped)
+      call archive%archive_logicals('is_running', n, growing%tips%is_running)
+      call archive%archive_logicals('has_parted', n, growing%tips%has_parted)
+      call archive%archive_logicals('has_no_room', n, growing%tips%has_no_room)
+      call archive%archive_reals('rate', n, growing%tips%rate)
+      call archive%archive_reals('kink', n, growing%tips%kink)
+      call archive%archive_reals('speed', n, growing%tips%speed)
+      call archive%archive_reals('memory', n, growing%tips%memory)
+      call archive%archive_reals('owed', n, growing%tips%owed)
+      call archive%archive_reals('fall', n, growing%tips%fall)
+      call archive%archive_reals('reserve', n, growing%tips%reserve)
+      call archive%archive_reals('last_turn', n, growing%tips%last_turn)
+      call archive%archive_reals('room', n, growing%tips%room)
+      call archive%archive_reals('booked', n, growing%tips%booked)
+      do k = 1, modes
+         call archive%archive_reals('sum_of_k_'//to_text(k), n, growing%tips%sum_of_k(k))
+      end do
+      call archive%archive_integers('looks', n, growing%tips%looks)
+      call archive%archive_integers('law', n, growing%tips%law)
+      call archive%archive_reals('faded', n, growing%tips%faded)
+      call archive%archive_integers('next_of_path', n, growing%tips%next_of_path)
    end subroutine archive_growing
 end module hampm_growing

@@ -14,11 +14,16 @@ module hampm_growth_pace
    real(dp), parameter :: usual_fall = 0.1_dp    !! part by which G falls with the way of a cell, where that is not known
    integer, parameter :: most_trials = 8
 
-   !> What has been tried in a step. (tips)
+   !> What has been tried of a tip in a step.
+   type :: trials_t
+      real(dp) :: short = -1, long = huge(1.0_dp) !! ways with which G is above and below the toughness [m]
+      real(dp) :: above = 0, below = 0           !! by how much it is, as a part of it
+      real(dp) :: last = -1, of_last = 0         !! the way tried last, and by how much it was off then
+   end type trials_t
+
+   !> What has been tried in a step.
    type :: pace_t
-      real(dp), allocatable :: short(:), long(:) !! ways with which G is above and below the toughness [m]
-      real(dp), allocatable :: above(:), below(:) !! by how much it is, as a part of it
-      real(dp), allocatable :: last(:), of_last(:) !! the way tried last, and by how much it was off then
+      type(trials_t), allocatable :: tips(:)
       integer :: trials = 0
    end type pace_t
 
@@ -29,10 +34,8 @@ contains
       type(growing_t), intent(inout) :: growing
       real(dp), intent(in) :: dt                 !! of the step [s]
       type(pace_t), intent(out) :: pace
-      growing%way = growing%speed*dt
-      allocate (pace%short(size(growing%way)), pace%last(size(growing%way)), source=-1.0_dp)
-      allocate (pace%long(size(growing%way)), source=huge(1.0_dp))
-      allocate (pace%above(size(growing%way)), pace%below(size(growing%way)), pace%of_last(size(growing%way)), source=0.0_dp)
+      growing%tips%way = growing%tips%speed*dt
+      allocate (pace%tips(size(growing%tips)))
    end subroutine begin_pace
 
    !> After a trial: choose the ways of the next one. `is_over` tells that none is needed.
@@ -45,13 +48,13 @@ contains
       integer :: k
       pace%trials = pace%trials + 1
       is_over = .true.
-      do k = 1, size(growing%way)
-         if (.not. (growing%is_running(k) .and. growing%is_growing(k))) cycle
-         associate (way => growing%speed(k)*dt, off => growing%excess(k), cell => cracks%tips(k)%nodes%spacing)
-            call note(pace, k, way, off, cell, growing%fall(k))
-            if (abs(off) <= close_enough .or. off > 0 .and. growing%is_held(k) .or. off < 0 .and. .not. way > 0) cycle
-            if (pace%long(k) - pace%short(k) < same_way*cell) cycle
-            growing%way(k) = next_way(pace, k, way, off, growing%fall(k))
+      do k = 1, size(growing%tips)
+         if (.not. (growing%tips(k)%is_running .and. growing%is_growing(k))) cycle
+         associate (way => growing%tips(k)%speed*dt, off => growing%tips(k)%excess, cell => cracks%tips(k)%nodes%spacing)
+            call note(pace%tips(k), way, off, cell, growing%tips(k)%fall)
+            if (abs(off) <= close_enough .or. off > 0 .and. growing%tips(k)%is_held .or. off < 0 .and. .not. way > 0) cycle
+            if (pace%tips(k)%long - pace%tips(k)%short < same_way*cell) cycle
+            growing%tips(k)%way = next_way(pace%tips(k), way, off, growing%tips(k)%fall)
             is_over = .false.
          end associate
       end do
@@ -59,39 +62,37 @@ contains
    end subroutine follow_pace
 
    !> Note what G was with a way.
-   subroutine note(pace, k, way, off, cell, fall)
-      type(pace_t), intent(inout) :: pace
-      integer, intent(in) :: k                   !! tip
+   subroutine note(tried, way, off, cell, fall)
+      type(trials_t), intent(inout) :: tried
       real(dp), intent(in) :: way                !! [m]
       real(dp), intent(in) :: off                !! by how much G is above the toughness, as a part of it
       real(dp), intent(in) :: cell               !! [m]
       real(dp), intent(inout) :: fall            !! of G with the way, as parts of the toughness [1/m]
       if (.not. fall > 0) fall = usual_fall/cell
-      if (pace%last(k) >= 0 .and. abs(way - pace%last(k)) > same_way*cell) then
-         associate (slope => (pace%of_last(k) - off)/(way - pace%last(k)))
+      if (tried%last >= 0 .and. abs(way - tried%last) > same_way*cell) then
+         associate (slope => (tried%of_last - off)/(way - tried%last))
             fall = min(max(slope, fall/4), 4*fall)
          end associate
       end if
       if (off > 0) then
-         if (pace%of_last(k) > 0) pace%below(k) = pace%below(k)/2
-         pace%short(k) = way
-         pace%above(k) = off
+         if (tried%of_last > 0) tried%below = tried%below/2
+         tried%short = way
+         tried%above = off
       else
-         if (pace%of_last(k) < 0) pace%above(k) = pace%above(k)/2
-         pace%long(k) = way
-         pace%below(k) = -off
+         if (tried%of_last < 0) tried%above = tried%above/2
+         tried%long = way
+         tried%below = -off
       end if
-      pace%last(k) = way
-      pace%of_last(k) = off
+      tried%last = way
+      tried%of_last = off
    end subroutine note
 
    !> The way to be tried next [m].
-   pure real(dp) function next_way(pace, k, way, off, fall) result(next)
-      type(pace_t), intent(in) :: pace
-      integer, intent(in) :: k                   !! tip
+   pure real(dp) function next_way(tried, way, off, fall) result(next)
+      type(trials_t), intent(in) :: tried
       real(dp), intent(in) :: way, off, fall     !! [m], part of the toughness, part of it for a way [1/m]
-      if (pace%short(k) >= 0 .and. pace%long(k) < huge(1.0_dp)) then
-         next = pace%short(k) + (pace%long(k) - pace%short(k))*pace%above(k)/(pace%above(k) + pace%below(k))
+      if (tried%short >= 0 .and. tried%long < huge(1.0_dp)) then
+         next = tried%short + (tried%long - tried%short)*tried%above/(tried%above + tried%below)
       else
          next = max(0.0_dp, way + off/fall)
       end if

@@ -45,23 +45,23 @@ contains
       character(:), allocatable, intent(inout) :: message
       real(dp) :: rates(size(values))
       integer :: k, have_stopped
-      growing%advance = 0
+      growing%tips%advance = 0
       rates = [(best_rate(values(k), cracks%tips(k)), k=1, size(values))]
       do
-         have_stopped = count(growing%has_stopped)
+         have_stopped = count(growing%tips%has_stopped)
          do k = 1, size(values)
-            if (growing%is_growing(k) .and. .not. growing%advance(k) > 0) call advance_where_due(k)
+            if (growing%is_growing(k) .and. .not. growing%tips(k)%advance > 0) call advance_where_due(k)
          end do
-         if (count(growing%has_stopped) == have_stopped) exit ! else another tip of its crack may be the one with the largest rate
+         if (count(growing%tips%has_stopped) == have_stopped) exit ! else another tip of its crack may have the largest rate
       end do
-      have_moved = any(growing%advance > 0)
+      have_moved = any(growing%tips%advance > 0)
    contains
       !> Advance a tip if it is its turn and something opens it.
       subroutine advance_where_due(k)
          integer, intent(in) :: k
          associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
             if (law%only_largest) then
-               if (k /= first_of_largest(rates, cracks%tips%crack == tip%crack .and. .not. growing%has_stopped)) return
+               if (k /= first_of_largest(rates, cracks%tips%crack == tip%crack .and. .not. growing%tips%has_stopped)) return
             end if
             if (law%direction == 'straight') then
                if (.not. rates(k) > 0) return    ! there is no load yet
@@ -88,11 +88,12 @@ contains
             end if
             angle = kink_angle(trim(law%direction), values(k)%intensity)
             before = cracks%crack(tip%crack)%points
-            if (angle*growing%kink(k) < 0 .and. min(abs(angle), abs(growing%kink(k))) > to_and_fro) call growing%note_tip(k, &
+            if (angle*growing%tips(k)%kink < 0 .and. min(abs(angle), abs(growing%tips(k)%kink)) > to_and_fro) &
+               call growing%note_tip(k, &
                'turns to and fro: by '//three_digits(180/acos(-1.0_dp)*abs(angle))//' degrees where it was seen first: its '// &
                'increments are too long for its direction. Take shorter ones, or direction = ''local_symmetry''', message)
-            growing%kink(k) = angle
-            if (law%direction == 'local_symmetry') growing%slope(k) = slope_of_mixity(angle, values(k)%intensity)
+            growing%tips(k)%kink = angle
+            if (law%direction == 'local_symmetry') growing%tips(k)%slope = slope_of_mixity(angle, values(k)%intensity)
             call cracks%extend(k, length, angle)
             call update_model_path(model, cracks, tip%crack)
             most = room_of_tip(model, tip)
@@ -103,7 +104,7 @@ contains
                return
             end if
             tip%radii = fitting(tip%radii, least_radius(model), most)
-            growing%advance(k) = length
+            growing%tips(k)%advance = length
          end associate
       end subroutine try_to_advance
    end subroutine advance_tips
@@ -125,10 +126,10 @@ contains
       integer :: k
       does_turn = .false.
       do k = 1, size(does_turn)
-         if (growing%grows(k) .and. growing%advance(k) > 0) &
+         if (growing%tips(k)%grows .and. growing%tips(k)%advance > 0) &
             does_turn(k) = model%growth(law_of(model, cracks%tips(k)))%direction == 'local_symmetry'
       end do
-      call begin_turns(turns, pack([(k, k=1, size(does_turn))], does_turn), pack(growing%slope, does_turn))
+      call begin_turns(turns, pack([(k, k=1, size(does_turn))], does_turn), pack(growing%tips%slope, does_turn))
    end subroutine begin_to_turn
 
    !> How much K_II tips have: atan2(K_II, K_I) [rad].
@@ -197,8 +198,9 @@ contains
                call growing%note_tip(tip, 'has K_II in any direction in one load step at least: where it was seen first, '// &
                                      part_of_two(k)//'. In finer cells there may be less', message)
             else
-               call growing%stop_tip(tip, 'by '//length_text(growing%advance(tip))//' m, two of the finest cells, it has K_II '// &
-                                     'in any direction: '//part_of_two(k)//'. In finer cells increments may be smaller', message)
+               call growing%stop_tip(tip, 'by '//length_text(growing%tips(tip)%advance)//' m, two of the finest cells, it has '// &
+                                     'K_II in any direction: '//part_of_two(k)//'. In finer cells increments may be smaller', &
+                                     message)
             end if
          end associate
       end do
@@ -211,7 +213,7 @@ contains
       !> Whether the k-th tip has advanced by more than the least.
       pure logical function may_be_shorter(k)
          integer, intent(in) :: k
-         may_be_shorter = growing%advance(turns%tip(k)) > least_radius(model)*(1 + 1e-9_dp)
+         may_be_shorter = growing%tips(turns%tip(k))%advance > least_radius(model)*(1 + 1e-9_dp)
       end function may_be_shorter
 
       !> The K_II that the k-th tip has at best, in words.
@@ -302,13 +304,14 @@ contains
       integer :: k
       do k = 1, size(values)
          rate = best_rate(values(k), cracks%tips(k))
-         middle = cracks%tips(k)%now - growing%advance(k)/2*cracks%tips(k)%direction
-         taken = part_of_crack(cracks%tips(k))*model%run%thickness%at(middle)*growing%advance(k)*(growing%rate(k) + rate)/2
+         middle = cracks%tips(k)%now - growing%tips(k)%advance/2*cracks%tips(k)%direction
+         taken = part_of_crack(cracks%tips(k))*model%run%thickness%at(middle)*growing%tips(k)%advance &
+                 *(growing%tips(k)%rate + rate)/2
          m%energies%fracture_energy = m%energies%fracture_energy + taken
          if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken
-         growing%rate(k) = rate
+         growing%tips(k)%rate = rate
       end do
-      growing%advance = 0
+      growing%tips%advance = 0
       growing%work = m%energies%external_work
       growing%stored = stored_energy(m)
    end subroutine book_fracture

@@ -85,10 +85,10 @@ contains
          if (failure%failed()) return
          call follow_pace(pace, s%growing, s%cracks, s%dt, is_over)
          if (is_over) exit
-         growing%way = s%growing%way
-         growing%fall = s%growing%fall
-         growing%is_running = s%growing%is_running
-         growing%memory = s%growing%memory
+         growing%tips%way = s%growing%tips%way
+         growing%tips%fall = s%growing%tips%fall
+         growing%tips%is_running = s%growing%tips%is_running
+         growing%tips%memory = s%growing%tips%memory
          s%growing = growing
          s%cracks = cracks
          s%measurements = measurements
