@@ -35,12 +35,16 @@ module hampm_expected_error
    private
    public :: static_crack_t, find_static_crack, error_by_lengths, place_of_tip, tip_zone, static_tips_t, find_static_tips
 
-   !> A model at rest under its loads at their largest, scaled down to small gradients, and what changes there as its tips move.
-   type :: static_tips_t
+   !> A model at rest under its loads at their largest, scaled down to small gradients.
+   type :: static_model_t
       logical :: known = .false.
       real(dp) :: scale = 1                      !! by which these loads are scaled [-]
       real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
       real(dp), allocatable :: acceleration(:, :) !! of them, where nothing holds the material as a whole [m/s2], (ndim, n_points)
+   end type static_model_t
+
+   !> And what changes there as its tips move.
+   type, extends(static_model_t) :: static_tips_t
       real(dp), allocatable :: moved(:, :, :)    !! its derivative by the way of each tip [-], (ndim, n_points, tips)
    end type static_tips_t
 
@@ -66,12 +70,8 @@ module hampm_expected_error
    !> as K tell (docs/energy_release_rate.md); of quadratic cells half of that.
    real(dp), parameter :: astray_of_j = 0.19_dp, astray_of_k = 0.12_dp
 
-   !> A crack at rest under the loads of the model at their largest, scaled down to small gradients.
-   type :: static_crack_t
-      logical :: known = .false.
-      real(dp) :: scale = 1                      !! by which these loads are scaled [-]
-      real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
-      real(dp), allocatable :: acceleration(:, :) !! of them, where nothing holds the material as a whole [m/s2], (ndim, n_points)
+   !> And a crack in it.
+   type, extends(static_model_t) :: static_crack_t
       real(dp) :: g(modes) = 0                   !! energy release rate of the cells [J/m2]
       real(dp) :: by_tip(modes) = 0              !! what it lacks as their crack is too short [J/m2]
       real(dp) :: by_cells(modes) = 0            !! what it lacks by the cells away from the tip [J/m2]
@@ -143,10 +143,9 @@ contains
       real(dp), parameter :: no_work = 1e-8_dp   ! that closing it takes, over the strain energy
       integer :: of_tip(most_pairs + size(all_tips) - 1), cells(size(of_tip)), k, pairs, found
       real(dp) :: to_g
-      logical :: done
-      call find_equilibrium(m, rest, free, crack%u, crack%acceleration, crack%scale, done)
-      if (.not. done) call rest%release()
-      if (.not. done) return
+      call find_equilibrium(m, rest, free, crack)
+      if (.not. crack%known) call rest%release()
+      if (.not. crack%known) return
       allocate (tips(size(all_tips)))
       do k = 1, size(tips)
          tips(k) = all_tips(merge(number, k - merge(1, 0, k <= number), k == 1))
@@ -163,7 +162,8 @@ contains
          if (found == pairs + size(tips) - 1) exit
       end do
       call rest%release()
-      if (pairs < 2) return
+      crack%known = pairs >= 2
+      if (.not. crack%known) return
       to_g = merge(2.0_dp, 1.0_dp, tips(1)%is_half())/(thickness*tips(1)%nodes%spacing)
       call condense_onto_faces(condensation, pairs, size(tips) - 1, to_g, shortness_of(m, tips(1)), crack)
       where (abs(crack%g) < hardly**2*sum(abs(crack%g))) crack%g = max(crack%g, 0.0_dp) ! rounding, of any sign
@@ -172,16 +172,13 @@ contains
       if (crack%known) call find_far_error(m, tips, condensation, to_g, crack)
    end subroutine find_static_crack
 
-   !> Solve for rest under all loads, scaled to small gradients, of material that nothing holds beside its motion as a whole; `done` is false where
+   !> Solve for rest under all loads, scaled to small gradients, of material that nothing holds beside its motion as a whole, which is not known where
    !> they all act on what is held or do no more than that. Faces in contact are free where they part, with friction they hold where they do not.
-   subroutine find_equilibrium(m, rest, free, u, acceleration, scale, done)
+   subroutine find_equilibrium(m, rest, free, model)
       type(problem_t), intent(inout) :: m
       type(stiffness_t), intent(inout) :: rest
       type(free_motions_t), intent(out) :: free
-      real(dp), allocatable, intent(inout) :: u(:, :)
-      real(dp), allocatable, intent(out) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
-      real(dp), intent(out) :: scale             !! of the loads [-]
-      logical, intent(out) :: done
+      class(static_model_t), intent(inout) :: model
       real(dp), allocatable :: force(:, :)
       real(dp), parameter :: nothing = 1.0e-10_dp !! what rounding leaves of forces beside them
       type(interfaces_t) :: before
@@ -189,27 +186,26 @@ contains
       logical :: is_new
       integer :: turn
       before = m%interfaces
-      scale = 1
       call full_loads(m, force)
       if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not those that stop bodies, which have no size
       call add_eigenstrains(m, force)
       largest = maxval(abs(force))
       call find_free_motions(m, free)
-      call take_inertia(free, force, acceleration)
+      call take_inertia(free, force, model%acceleration)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force) ! hanging nodes are held where their masters are
-      done = maxval(m%constraints%free*abs(force)) > nothing*max(largest, maxval(abs(force)))
+      model%known = maxval(m%constraints%free*abs(force)) > nothing*max(largest, maxval(abs(force)))
       do turn = 1, most_turns
-         if (done) call new_stiffness(m, most_unknowns, rest, done)
-         if (.not. done) exit
-         call rest%solve(m, force, u)
-         call take_motion_as_whole(free, u)
-         call part_faces(m%interfaces, u, is_new)
+         if (model%known) call new_stiffness(m, most_unknowns, rest, model%known)
+         if (.not. model%known) exit
+         call rest%solve(m, force, model%u)
+         call take_motion_as_whole(free, model%u)
+         call part_faces(m%interfaces, model%u, is_new)
          if (.not. is_new) exit
       end do
       m%interfaces = before
-      if (.not. done) return
-      if (.not. any(m%materials%has_eigenstrain)) call make_small(m, u, scale)
-      acceleration = scale*acceleration
+      if (.not. model%known) return
+      if (.not. any(m%materials%has_eigenstrain)) call make_small(m, model%u, model%scale)
+      model%acceleration = model%scale*model%acceleration
    end subroutine find_equilibrium
 
    !> Let faces in contact that a displacement parts be open, and stay so. `is_new` tells whether any were not so before.
@@ -403,7 +399,7 @@ contains
       real(dp), allocatable :: force(:, :), moved(:, :), unused(:, :)
       real(dp) :: pressure
       integer :: k
-      call find_equilibrium(m, rest, free, is_static%u, is_static%acceleration, is_static%scale, is_static%known)
+      call find_equilibrium(m, rest, free, is_static)
       if (is_static%known) then
          allocate (is_static%moved(ndim, m%grid%n_points, size(tips)))
          do k = 1, size(tips)

@@ -119,8 +119,7 @@ contains
       do s = 1, interfaces%n
          if (interfaces%list(s)%tip == 0) cycle
          associate (end => m%grid%cut_cells%ends(interfaces%list(s)%tip))
-            call begin_cohesive_point(interfaces%list(s), interfaces%thickness%at(interfaces%list(s)%place), old, &
-                                      m%grid%cut_cells%lines(end%line)%grown(end%end), m, begins(s))
+            call begin_cohesive_point(interfaces%list(s), old, m%grid%cut_cells%lines(end%line)%grown(end%end), m, begins(s))
          end associate
       end do
       if (.not. m%particles%total_frame .and. any(begins)) call balance_cohesive_points(interfaces, begins, m)
@@ -337,9 +336,8 @@ contains
 
    !> Begin with a cohesive point of a tip that moves, or of one that the material carries through the cells: as it was on the grid before, or with the
    !> traction of the material there.
-   pure subroutine begin_cohesive_point(point, thickness, old, grown, m, begins)
+   pure subroutine begin_cohesive_point(point, old, grown, m, begins)
       type(interface_point_t), intent(inout) :: point
-      real(dp), intent(in) :: thickness          !! of the material there [m]
       type(interfaces_t), intent(in) :: old
       real(dp), intent(in) :: grown              !! way of the tip so far [m]
       type(matter_t), intent(in) :: m
@@ -372,7 +370,7 @@ contains
          begins = .true.
          face = both_faces
          if (is_half(point)) face = merge(left_face, right_face, point%n_left > 0)
-         point%held = thickness*point%length*traction_at(m, point%place, point%normal, face)
+         point%held = point%area*traction_at(m, point%place, point%normal, face)
       end if
    end subroutine begin_cohesive_point
 
@@ -549,6 +547,7 @@ contains
                point%origin = x
                if (layer%line > 0) point%origin = m%grid%cut_cells%origin_of(layer%line, x)
                point%length = part(i)*norm2(to - from)
+               point%area = interfaces%thickness%at(x)*point%length
                point%friction = layer%friction
                point%line = layer%line
                point%cohesion = layer%cohesion
@@ -556,7 +555,7 @@ contains
                point%way = layer%way + (1 + place(i))/2*norm2(to - from)
                if (layer%law == cohesive) point%way = layer%way + sum(part(:i - 1))*norm2(to - from)
                call find_half_stiffness(m, e, x, point%cell, point%stiffness)
-               point%stiffness = point%stiffness*interfaces%thickness%at(x)*point%length
+               point%stiffness = point%stiffness*point%area
                point%is_firm = layer%law == contact .and. .not. (layer%friction > 0 .or. any(is_cut(e)))
                if (point%is_firm) point%stiffness = of_whole_cells*point%stiffness
                n = 0

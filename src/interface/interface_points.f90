@@ -43,7 +43,7 @@ module hampm_interface_points
    public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, holds, are_apart, cohesion_at, along, &
              add_interface_forces, forces_of_firm_faces, stretch_interfaces, &
              open_interfaces, commit_slip, ease_faces, &
-             interface_energy, interface_states, interface_stiffness, force_of, force_at, &
+             interface_energy, interface_states, interface_stiffness, stiffness_of_axes, force_of, force_at, &
              face_force, overlap_of, energy_of, relax_interfaces, find_face_force, extend_opening, &
              is_pressed, have_friction, hold_friction, &
              archive_interfaces, add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
@@ -62,6 +62,7 @@ module hampm_interface_points
       real(dp) :: middle(ndim) = 0               !! of the part of the line that it stands for [m]
       real(dp) :: origin(ndim) = 0               !! that in the reference configuration, of faces that touch or hold each other [m]
       real(dp) :: length = 0                     !! of the line that it stands for [m]
+      real(dp) :: area = 0                       !! of faces that it stands for [m2]
       real(dp) :: normal(ndim) = [1, 0]          !! from the right to the left face
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: opening(ndim) = 0              !! g, of the left face from the right one [m]
@@ -231,7 +232,7 @@ contains
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
       real(dp) :: halves
-      associate (point => interfaces%list(k), area => area_of(interfaces, k))
+      associate (point => interfaces%list(k), area => interfaces%list(k)%area)
          halves = merge(2, 1, is_half(point))
          answer = interfaces%cohesion(point%cohesion)%respond( &
                   halves*[dot_product(along(point), stretch_of(point)), dot_product(point%normal, point%opening)], &
@@ -244,13 +245,6 @@ contains
          if (is_half(point)) answer%secant(1, 1) = 0
       end associate
    end function cohesion_at
-
-   !> Area of the faces for which the k-th stands [m2].
-   pure real(dp) function area_of(interfaces, k) result(area)
-      type(interfaces_t), intent(in) :: interfaces
-      integer, intent(in) :: k
-      area = interfaces%thickness%at(interfaces%list(k)%place)*interfaces%list(k)%length
-   end function area_of
 
    !> Force by which the k-th interface point resists its opening [N].
    pure function force_at(interfaces, k) result(force)
@@ -293,12 +287,10 @@ contains
       real(dp) :: way
       force = 0
       slope = 0
-      is_there = is_free(interfaces%list(k))
-      if (is_there) is_there = state_of(interfaces%list(k)) /= is_open
-      if (is_there) force = face_force(interfaces%list(k))
-      if (holds(interfaces%list(k))) force = force_at(interfaces, k)
-      is_there = is_there .or. holds(interfaces%list(k))
+      is_there = holds(interfaces%list(k)) .or. is_free(interfaces%list(k)) .and. state_of(interfaces%list(k)) /= is_open
       if (.not. is_there) return
+      force = face_force(interfaces%list(k))
+      if (holds(interfaces%list(k))) force = force_at(interfaces, k)
       before = merge(k - 1, k, is_next(max(k - 1, 1)))
       after = merge(k + 1, k, is_next(min(k + 1, interfaces%n)))
       way = dot_product(interfaces%list(after)%place - interfaces%list(before)%place, direction)
@@ -356,40 +348,33 @@ contains
    pure function interface_stiffness(interfaces, k) result(tangent)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
+      real(dp) :: tangent(ndim, ndim), axes(ndim, ndim)
+      axes = reshape([along(interfaces%list(k)), interfaces%list(k)%normal], [ndim, ndim])
+      tangent = matmul(axes, matmul(stiffness_of_axes(interfaces, k), transpose(axes)))
+   end function interface_stiffness
+
+   !> The same of the force along the faces and across them with the opening along and across them [N/m].
+   pure function stiffness_of_axes(interfaces, k) result(tangent)
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: k
       real(dp) :: tangent(ndim, ndim)
-      real(dp) :: of_normal, of_tangent          ! parts of the stiffness
-      real(dp) :: of_both(2)                     ! of the force along the faces by opening, and of that across them by sliding
       type(cohesive_state_t) :: answer
-      integer :: i, j, state
+      integer :: state
       tangent = 0
-      of_both = 0
       associate (point => interfaces%list(k), caution => interfaces%caution)
          if (holds(point)) then
             answer = cohesion_at(interfaces, k)
-            answer%tangent = ((1 - caution)*answer%tangent + caution*answer%secant)/point%stiffness
-            of_normal = answer%tangent(2, 2)
-            of_tangent = answer%tangent(1, 1)
-            of_both = [answer%tangent(1, 2), answer%tangent(2, 1)]
+            tangent = (1 - caution)*answer%tangent + caution*answer%secant
          else
             state = state_of(point)
             if (point%law /= contact .and. state == is_open) return
-            of_normal = merge(1.0_dp, caution, state == sticks .or. state == slides)
-            of_tangent = merge(1.0_dp, caution, state == sticks .or. state == sticks_apart)
+            tangent(1, 1) = point%stiffness*merge(1.0_dp, caution, state == sticks .or. state == sticks_apart)
+            tangent(2, 2) = point%stiffness*merge(1.0_dp, caution, state == sticks .or. state == slides)
          end if
-         if (is_half(point)) of_tangent = 0
-         if (point%is_firm) then
-            of_normal = interfaces%weight*of_normal
-            of_tangent = interfaces%weight*of_tangent
-         end if
-         associate (n => point%normal, t => along(point), s => point%stiffness)
-            do j = 1, ndim
-               do i = 1, ndim
-                  tangent(i, j) = s*(of_normal*n(i)*n(j) + of_tangent*t(i)*t(j) + of_both(1)*t(i)*n(j) + of_both(2)*n(i)*t(j))
-               end do
-            end do
-         end associate
+         if (is_half(point)) tangent(1, 1) = 0
+         if (point%is_firm) tangent = interfaces%weight*tangent
       end associate
-   end function interface_stiffness
+   end function stiffness_of_axes
 
    !> Add the forces of the interface points from the `first` on on the nodes [N].
    pure subroutine add_interface_forces(interfaces, first, force)
@@ -538,7 +523,7 @@ contains
             if (holds(point)) then
                answer = cohesion_at(interfaces, k)
                point%damage = answer%damage
-               point%taken = point%taken + merge(2, 1, is_half(point))*answer%taken/area_of(interfaces, k)
+               point%taken = point%taken + merge(2, 1, is_half(point))*answer%taken/point%area
                interfaces%of_cohesion = interfaces%of_cohesion + sum(answer%taken)
                interfaces%loss = interfaces%loss + sum(answer%taken)
                point%slip = dot_product(along(point), point%opening)
@@ -649,6 +634,7 @@ contains
          end do
          call archive%archive_reals('stiffness', n, of%stiffness)
          call archive%archive_reals('length', n, of%length)
+         call archive%archive_reals('area', n, of%area)
          call archive%archive_reals('friction', n, of%friction)
          call archive%archive_reals('pressed', n, of%pressed)
          call archive%archive_integers('line', n, of%line)

@@ -34,7 +34,7 @@ module hampm_interface_step
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
-   use hampm_interface_points, only: interfaces_t, along, interface_states, interface_stiffness, force_at, have_friction, &
+   use hampm_interface_points, only: interfaces_t, along, interface_states, stiffness_of_axes, force_at, have_friction, &
                                      hold_friction, cohesion_at, holds, are_apart
    use hampm_cohesive_law, only: cohesive_state_t
    use hampm_jumps, only: jump_of, give_nodes, add_mass_product
@@ -516,16 +516,12 @@ contains
       type(cohesive_state_t) :: answer
       integer :: k
       do k = 1, interfaces%n_at_end
-         associate (point => interfaces%list(k), n => interfaces%list(k)%normal, t => along(interfaces%list(k)))
-            if (holds(point)) then
-               answer = cohesion_at(interfaces, k)
-               slopes(ndim*k - 1:ndim*k) = [answer%secant(2, 2), answer%secant(1, 1)]
-            else
-               tangent = interface_stiffness(interfaces, k)
-               slopes(ndim*k - 1:ndim*k) = [dot_product(n, matmul(tangent, n)), dot_product(t, matmul(tangent, t))]
-            end if
-            slopes(ndim*k - 1:ndim*k) = self%beta(k)*slopes(ndim*k - 1:ndim*k)
-         end associate
+         tangent = stiffness_of_axes(interfaces, k)
+         if (holds(interfaces%list(k))) then
+            answer = cohesion_at(interfaces, k)
+            tangent = answer%secant
+         end if
+         slopes(ndim*k - 1:ndim*k) = self%beta(k)*[tangent(2, 2), tangent(1, 1)]
       end do
    end function slopes_of_law
 

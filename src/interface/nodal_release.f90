@@ -55,8 +55,7 @@ contains
          force = force_of(as_felt(interfaces%list(k), k <= interfaces%n_at_end))
          across = dot_product(force, interfaces%list(k)%normal)
          force = force - min(across, 0.0_dp)*interfaces%list(k)%normal
-         traction = norm2(force)/(interfaces%thickness%at(interfaces%list(k)%place)*interfaces%list(k)%length &
-                                  *strength/sqrt(interfaces%list(k)%cell))
+         traction = norm2(force)/(interfaces%list(k)%area*strength/sqrt(interfaces%list(k)%cell))
          if (interfaces%list(k)%way > last) then
             overload = max(overload, traction)
          else if (traction > 1) then
@@ -111,8 +110,7 @@ contains
       do k = 1, interfaces%n
          if (interfaces%list(k)%tip /= tip .or. .not. interfaces%list(k)%is_failing) cycle
          associate (point => interfaces%list(k))
-            way = way + point%length*(point%fraction_left**2 - fraction_at(point, interfaces%thickness%at(point%place)* &
-                                                                           toughness)**2)
+            way = way + point%length*(point%fraction_left**2 - fraction_at(point, toughness)**2)
          end associate
       end do
    end function release_distance
@@ -120,12 +118,12 @@ contains
    !> Part of its force that a cohesive point keeps now.
    pure real(dp) function fraction_at(point, toughness) result(fraction_left)
       type(interface_point_t), intent(in) :: point
-      real(dp), intent(in) :: toughness          !! times the thickness [J/m]
+      real(dp), intent(in) :: toughness          !! [J/m2]
       real(dp) :: further, all
       fraction_left = point%fraction_left
       if (.not. fraction_left > 0) return
       associate (held => norm2(point%held))
-         all = 2*(toughness*point%length - point%stored)
+         all = 2*(toughness*point%area - point%stored)
          if (.not. (held > 0 .and. all > 0)) then
             fraction_left = 0
             return
@@ -153,7 +151,7 @@ contains
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
             if (point%tip /= tip .or. .not. point%is_failing) cycle
-            point%fraction_left = fraction_at(point, interfaces%thickness%at(point%place)*toughness)
+            point%fraction_left = fraction_at(point, toughness)
             if (norm2(point%held) > 0) point%reached = max(point%reached, opening_along(point))
             has_parted = has_parted .or. .not. point%fraction_left > 0
          end associate

@@ -134,7 +134,7 @@ contains
       patch%node(1) = node
    end subroutine new_patch
 
-   !> Numbers of the nodes of an element within the patch.
+   !> Numbers of the nodes of an element within the patch; a new node gets the next number.
    pure subroutine number_nodes(grid, e, patch, local)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: e
@@ -143,7 +143,11 @@ contains
       integer :: support(grid%n_functions), c
       support = grid%support_of(e)
       do c = 1, size(support)
-         call local_number(patch, support(c), local(c))
+         local(c) = findloc(patch%node(:patch%n_nodes), support(c), dim=1)
+         if (local(c) > 0) cycle
+         patch%n_nodes = patch%n_nodes + 1
+         patch%node(patch%n_nodes) = support(c)
+         local(c) = patch%n_nodes
       end do
    end subroutine number_nodes
 
@@ -163,18 +167,6 @@ contains
       patch%shape(local, patch%n) = grid%functions_in(e, xi)
       patch%gradient(:, patch%n) = dn(findloc(local, 1, dim=1), :)
    end subroutine add_particle
-
-   !> Number of a node within the patch; a new node gets the next number.
-   pure subroutine local_number(patch, node, number)
-      type(patch_t), intent(inout) :: patch
-      integer, intent(in) :: node
-      integer, intent(out) :: number
-      do number = 1, patch%n_nodes
-         if (patch%node(number) == node) return
-      end do
-      patch%n_nodes = number
-      patch%node(number) = node
-   end subroutine local_number
 
    !> Force of the material of the patch on the middle node, (7) [N].
    pure function internal_force(patch, p, materials) result(force)
