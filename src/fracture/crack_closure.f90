@@ -2,7 +2,6 @@
 !> Mode 1 opens the faces, mode 2 slides them. On a symmetry plane there is no mode 2.
 module hampm_crack_closure
    use hampm_kinds, only: dp, ndim
-   use hampm_cell_blocks, only: cell_blocks_t
    use hampm_crack_tip, only: crack_tip_t, frame_along, upper, lower
    use hampm_crack_tip_field, only: modes
    use hampm_extrapolation, only: extrapolate
@@ -28,12 +27,11 @@ module hampm_crack_closure
 contains
 
    !> How far the faces have parted at their nodes `face`: opening and sliding of the upper against the lower one [m].
-   pure function crack_opening(tip, face, grid, p, blocks) result(opening)
+   pure function crack_opening(tip, face, problem, p) result(opening)
       type(crack_tip_t), intent(in) :: tip
       integer, intent(in) :: face(2)             !! `behind` or `mouth` of the nodes of the tip
-      type(grid_t), intent(in) :: grid
+      type(problem_t), intent(in) :: problem
       type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
       real(dp) :: opening(modes)
       type(patch_t) :: patch
       real(dp) :: u(ndim, 2)
@@ -41,7 +39,7 @@ contains
       u = 0
       do k = 1, 2
          if (face(k) == 0) cycle
-         call patch_of_face(grid, p, blocks, face(k), patch)
+         call patch_of_face(problem%grid, p, problem%blocks, face(k), patch)
          u(:, k) = fitted_displacement(patch, p)
       end do
       opening = parted(tip, u)
@@ -223,7 +221,7 @@ contains
       pure function opening_at(face) result(opening)
          integer, intent(in) :: face(2)
          real(dp) :: opening(modes)
-         opening = crack_opening(tip, face, problem%grid, p, problem%blocks)
+         opening = crack_opening(tip, face, problem, p)
          if (tip%may_close) opening(1) = max(opening(1), 0.0_dp)
       end function opening_at
 

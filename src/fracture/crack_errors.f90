@@ -62,9 +62,13 @@ contains
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: number              !! of the tip
       type(crack_values_t), intent(inout) :: values
+      real(dp) :: from(ndim)                     ! [m]
       integer :: k
-      associate (errors => values%errors, relative => error_by_lengths(problem, cracks%tips(number), &
-                                                                       other_end(cracks, cracks%tips(number))))
+      associate (tip => cracks%tips(number), crack => cracks%crack(cracks%tips(number)%crack))
+         from = crack%mouth
+         if (.not. tip%is_half()) from = crack%points(:, merge(size(crack%points, 2), 1, tip%end == first_point)) ! its other end
+      end associate
+      associate (errors => values%errors, relative => error_by_lengths(problem, cracks%tips(number), from))
          errors%domain%relative = relative
          errors%j%relative = relative
          errors%intensity%relative = relative/2
@@ -202,15 +206,4 @@ contains
       allocate (state%velocity(ndim, problem%grid%n_points), source=0.0_dp)
       allocate (state%divergence, source=acceleration)
    end function resting
-
-   !> The other end of the crack of a tip, or its mouth [m].
-   pure function other_end(cracks, tip) result(x)
-      type(cracks_t), intent(in) :: cracks
-      type(crack_tip_t), intent(in) :: tip
-      real(dp) :: x(ndim)
-      associate (crack => cracks%crack(tip%crack))
-         x = crack%mouth
-         if (.not. tip%is_half()) x = crack%points(:, merge(size(crack%points, 2), 1, tip%end == first_point))
-      end associate
-   end function other_end
 end module hampm_crack_errors

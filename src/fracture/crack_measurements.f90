@@ -45,7 +45,7 @@ contains
             if (tip%nodes%tip == 0 .or. tip%may_close) &
                values%behind = path_opening(tip, behind, -tip%direction, problem%matter_t, problem%interfaces)
             if (tip%nodes%tip > 0) then
-               at_node = crack_opening(tip, tip%nodes%behind, grid, p, problem%blocks)
+               at_node = crack_opening(tip, tip%nodes%behind, problem, p)
                if (tip%may_close .and. values%behind(1) < 0) at_node(1) = values%behind(1)
                values%behind = at_node
             end if
@@ -126,6 +126,7 @@ contains
       logical, intent(in) :: may_grow            !! whether cracks of the run may grow
       type(history_t), intent(inout) :: history
       type(estimate_t) :: estimate
+      type(best_t) :: best                       ! of both modes together, for a reader who wants one number
       integer :: recorded                        ! modes
       integer :: k
       recorded = merge(1, modes, tip%is_half())
@@ -152,7 +153,12 @@ contains
             end if
             call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j, may_change=may_grow)
          end if
-         if (.not. material%has_history) call record_best(material, tip, v, history)
+         best = v%best(tip, material%isotropic)
+         if (best%estimator /= '' .and. .not. material%has_history) then
+            call history%record('G', 'J/m2', 'energy release rate, both modes, by the best of the chosen estimators: '// &
+                                best%estimator, best%rate)
+            if (v%errors%are_known) call history%record('G_error', 'J/m2', 'estimated error of G', best%error)
+         end if
          call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
          if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
          call history%record('mouth_opening', 'm', &
@@ -184,18 +190,4 @@ contains
          call history%record_modes(name, unit, meaning_of_error, [error(:recorded)%now], '_error')
       end subroutine record_modes
    end subroutine record_crack
-
-   !> Record G of both modes together by the best of the chosen estimators, for a reader who wants one number.
-   subroutine record_best(material, tip, v, history)
-      type(material_t), intent(in) :: material
-      type(crack_tip_t), intent(in) :: tip
-      type(crack_values_t), intent(in) :: v
-      type(history_t), intent(inout) :: history
-      type(best_t) :: best
-      best = v%best(tip, material%isotropic)
-      if (best%estimator == '') return
-      call history%record('G', 'J/m2', 'energy release rate, both modes, by the best of the chosen estimators: '//best%estimator, &
-                          best%rate)
-      if (v%errors%are_known) call history%record('G_error', 'J/m2', 'estimated error of G', best%error)
-   end subroutine record_best
 end module hampm_crack_measurements

@@ -97,12 +97,7 @@ contains
       type(error_t), intent(inout) :: errors(modes)
       character(*), intent(in) :: name
       class(archive_t), intent(inout) :: archive
-      real(dp) :: kept(modes)
-      kept = errors%relative
-      call archive%archive_reals(name//'_relative', modes, kept)
-      errors%relative = kept
-      kept = errors%largest
-      call archive%archive_reals(name//'_largest', modes, kept)
-      errors%largest = kept
+      call archive%archive_reals(name//'_relative', modes, errors%relative)
+      call archive%archive_reals(name//'_largest', modes, errors%largest)
    end subroutine archive_column
 end module hampm_estimated_errors

@@ -42,6 +42,7 @@ module hampm_dynamic_growth
 
    real(dp), parameter :: straight = 0.2_dp*acos(-1.0_dp)/180 !! angle below which a crack goes straight on [rad]
    real(dp), parameter :: most_turn = 0.2_dp     !! the same from one cell to the next, once a crack grows [rad]
+   real(dp), parameter :: strong_turn = 0.1_dp   !! too strong to be in a domain integral [rad]
    integer, parameter :: steps_between_looks = 5 !! at G and K, where they decide on anything
 
 contains
@@ -123,7 +124,7 @@ contains
          end if
          growing%tips(k)%reserve = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to + m%grid%forest%tolerance() &
                                                                                           *tip%into_half()))
-         if (abs(angle) > growing%strong_turn) growing%tips(k)%last_turn = tip%grown
+         if (abs(angle) > strong_turn) growing%tips(k)%last_turn = tip%grown
          growing%tips(k)%room = room
          call growing%fit_radii(k, least_radius(model), tip)
          call update_model_path(model, cracks, tip%crack)

@@ -58,7 +58,6 @@ module hampm_growing
       ! In motion
       logical :: is_paced = .false.              !! whether tips of law = toughness keep pace with G, in implicit steps
       real(dp) :: integral = 0                   !! of G over the new area [J]
-      real(dp) :: strong_turn = 0.1_dp           !! [rad]
    contains
       procedure :: are_there
       procedure :: is_growing
@@ -67,7 +66,6 @@ module hampm_growing
       procedure :: to_next_point
       procedure :: fit_radii
       procedure :: stop_tip
-      procedure, nopass :: note_waiting
       procedure, nopass :: note_tip
    end type growing_t
 
@@ -206,14 +204,6 @@ contains
       self%tips(number)%has_stopped = .true.
       call note_tip(number, 'no longer grows: '//why, message)
    end subroutine stop_tip
-
-   !> Note, once, that a tip waits as nothing opens it.
-   subroutine note_waiting(number, message)
-      integer, intent(in) :: number
-      character(:), allocatable, intent(inout) :: message !! to the user, a line each
-      call note_tip(number, 'has waited in one load step at least: nothing opens it in the direction that it would take. '// &
-                    'Where it is to grow all the same, give &growth direction = ''straight''', message)
-   end subroutine note_waiting
 
    !> Note something of a tip, once.
    subroutine note_tip(number, what, message)

@@ -54,7 +54,11 @@ contains
             call note(pace%tips(k), way, off, cell, growing%tips(k)%fall)
             if (abs(off) <= close_enough .or. off > 0 .and. growing%tips(k)%is_held .or. off < 0 .and. .not. way > 0) cycle
             if (pace%tips(k)%long - pace%tips(k)%short < same_way*cell) cycle
-            growing%tips(k)%way = next_way(pace%tips(k), way, off, growing%tips(k)%fall)
+            associate (tried => pace%tips(k))
+               growing%tips(k)%way = max(0.0_dp, way + off/growing%tips(k)%fall)
+               if (tried%short >= 0 .and. tried%long < huge(1.0_dp)) &
+                  growing%tips(k)%way = tried%short + (tried%long - tried%short)*tried%above/(tried%above + tried%below)
+            end associate
             is_over = .false.
          end associate
       end do
@@ -86,15 +90,4 @@ contains
       tried%last = way
       tried%of_last = off
    end subroutine note
-
-   !> The way to be tried next [m].
-   pure real(dp) function next_way(tried, way, off, fall) result(next)
-      type(trials_t), intent(in) :: tried
-      real(dp), intent(in) :: way, off, fall     !! [m], part of the toughness, part of it for a way [1/m]
-      if (tried%short >= 0 .and. tried%long < huge(1.0_dp)) then
-         next = tried%short + (tried%long - tried%short)*tried%above/(tried%above + tried%below)
-      else
-         next = max(0.0_dp, way + off/fall)
-      end if
-   end function next_way
 end module hampm_growth_pace

@@ -68,7 +68,8 @@ contains
             else if (.not. norm2(values(k)%intensity) > 0) then
                return                            ! nor here
             else if (.not. is_opened(trim(law%direction), values(k)%intensity)) then
-               call growing%note_waiting(k, message)
+               call growing%note_tip(k, 'has waited in one load step at least: nothing opens it in the direction that it would '// &
+                                     'take. Where it is to grow all the same, give &growth direction = ''straight''', message)
                return
             end if
             call try_to_advance(k)

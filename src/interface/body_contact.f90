@@ -304,8 +304,6 @@ contains
    subroutine archive_body_contact(c, archive)
       type(body_contact_t), intent(inout) :: c
       class(archive_t), intent(inout) :: archive
-      integer, allocatable :: node(:, :)
-      integer :: k
       if (.not. c%wanted) return
       call archive%section('body_contact')
       call archive%serialise('loss', c%loss)
@@ -317,11 +315,8 @@ contains
          c%pair = spread(body_pair_t(), 1, c%n)
          c%layout = -1
       end if
-      allocate (node, source=reshape([(c%pair(k)%node, k=1, c%n)], [2, c%n]))
-      call archive%archive_integers('node', 2*c%n, node)
-      do k = 1, c%n
-         c%pair(k)%node = node(:, k)
-      end do
+      call archive%archive_integers('node_1', c%n, c%pair%node(1))
+      call archive%archive_integers('node_2', c%n, c%pair%node(2))
       call archive%archive_integers('state', c%n, c%pair%state)
    end subroutine archive_body_contact
 end module hampm_body_contact

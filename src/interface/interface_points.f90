@@ -578,7 +578,6 @@ contains
    pure subroutine add_interface_point(interfaces, law)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: law
-      type(interface_point_t) :: new
       type(interface_point_t), allocatable :: more(:)
       if (.not. allocated(interfaces%list)) allocate (interfaces%list(64))
       if (interfaces%n == size(interfaces%list)) then
@@ -587,8 +586,7 @@ contains
          call move_alloc(more, interfaces%list)
       end if
       interfaces%n = interfaces%n + 1
-      new%law = law
-      interfaces%list(interfaces%n) = new
+      interfaces%list(interfaces%n) = interface_point_t(law=law)
       if (law == cohesive) interfaces%n_cohesive = interfaces%n_cohesive + 1
       if (law == contact) interfaces%n_contact = interfaces%n_contact + 1
       if (law == contact .or. law == cohesive) interfaces%list(interfaces%n)%touch = 0
@@ -641,9 +639,9 @@ contains
          call archive%archive_integers('tip', n, of%tip)
          call archive%archive_reals('way', n, of%way)
          call archive%archive_reals('cell', n, of%cell)
-         call archive%archive_logicals('lets_go', n, of%is_failing)
+         call archive%archive_logicals('is_failing', n, of%is_failing)
          call archive%archive_logicals('is_firm', n, of%is_firm)
-         call archive%archive_reals('kept', n, of%fraction_left)
+         call archive%archive_reals('fraction_left', n, of%fraction_left)
          call archive%archive_reals('touch', n, of%touch)
          call archive%archive_reals('slip', n, of%slip)
          call archive%archive_reals('reached', n, of%reached)

@@ -214,6 +214,7 @@ contains
          end associate
       end do
       if (is_new) call find_pattern(self, interfaces%are_lumped, m%grid%n_points)
+      if (is_new) self%matrix = self%compliance
       call find_compliance(self, interfaces)
    end subroutine find_responses
 
@@ -341,7 +342,6 @@ contains
       if (.not. are_lumped) then
          n = ndim*size(self%responses)
          call pattern_of_cliques(n, reshape([(k, k=1, n)], [n, 1]), self%compliance)
-         self%matrix = self%compliance
          return
       end if
       users = 0
@@ -364,7 +364,6 @@ contains
          end do
       end do
       call pattern_of_cliques(ndim*size(self%responses), cliques, self%compliance)
-      self%matrix = self%compliance
    end subroutine find_pattern
 
    !> Find W over beta dt**2: by how much unit forces change the accelerations of the openings.

@@ -23,31 +23,70 @@ module hampm_patch
 
 contains
 
-   !> Collect the patch of occupied cells around a node, or of those on one side of it, in the direction `toward`.
-   pure subroutine patch_around(grid, p, blocks, node, patch, toward)
+   !> Collect the patch of occupied cells around a node, or of those on one side of it, in the direction `toward`; or that of the particles, of the
+   !> bodies that cracks can be in, whose reference positions are there, with the shape functions there.
+   pure subroutine patch_around(grid, p, blocks, node, patch, toward, at_reference)
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: node
       type(patch_t), intent(out) :: patch
       real(dp), intent(in), optional :: toward(ndim)
+      logical, intent(in), optional :: at_reference
       logical, allocatable :: wanted(:)
-      integer, allocatable :: elements(:)
-      integer :: k, i, local(grid%n_functions)
+      integer, allocatable :: elements(:), members(:)
+      integer :: k, i, room, local(grid%n_functions)
+      real(dp) :: place(ndim)
+      logical :: is_now
+      is_now = .true.
+      if (present(at_reference)) is_now = .not. at_reference
       associate (around => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
-         allocate (wanted, source=blocks%count_in(around) > 0)
-         if (present(toward)) wanted = wanted .and. [(is_toward(corner(k), toward), k=1, size(corner))]
-         elements = whole_cells(grid, pack(around, wanted))
-         call new_patch(grid, node, size(elements), sum(blocks%count_in(elements)), patch)
-         do k = 1, size(elements)
-            associate (e => elements(k))
-               call number_nodes(grid, e, patch, local)
-               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  call add_particle(grid, e, local, i, p%place_in_grid(i), patch)
-               end do
-            end associate
-         end do
+         elements = around
+         if (is_now) then
+            allocate (wanted, source=blocks%count_in(around) > 0)
+            if (present(toward)) wanted = wanted .and. [(is_toward(corner(k), toward), k=1, size(corner))]
+            elements = whole_cells(grid, pack(around, wanted))
+         end if
       end associate
+      room = sum([(size(members_of(elements(k))), k=1, size(elements))])
+      associate (nodes => 1 + (grid%n_functions - 1)*size(elements))
+         allocate (patch%node(nodes), patch%particle(room), patch%gradient(ndim, room))
+         allocate (patch%shape(nodes, room), source=0.0_dp)
+      end associate
+      patch%n_nodes = 1
+      patch%node(1) = node
+      do k = 1, size(elements)
+         members = members_of(elements(k))
+         if (size(members) == 0) cycle
+         call number_nodes(grid, elements(k), patch, local)
+         do i = 1, size(members)
+            place = p%reference(members(i), :)
+            if (is_now) place = p%place_in_grid(members(i))
+            call add_particle(grid, elements(k), local, members(i), place, patch)
+         end do
+      end do
+
+   contains
+
+      !> The particles of an element.
+      pure function members_of(e) result(members)
+         integer, intent(in) :: e
+         integer, allocatable :: members(:)
+         integer :: i
+         if (is_now) then
+            members = [(i, i=blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e))]
+         else
+            members = pack([(i, i=1, p%n)], [(began_in(e, i), i=1, p%n)])
+         end if
+      end function members_of
+
+      !> Whether a particle's reference position is in an element.
+      pure logical function began_in(e, i)
+         integer, intent(in) :: e, i
+         real(dp) :: x(ndim)
+         x = p%reference(i, :)
+         began_in = grid%velocity_field_of(p%body(i)) == 1 .and. all(abs(grid%local_coordinate(e, x) - 0.5_dp) < 0.5_dp)
+      end function began_in
    end subroutine patch_around
 
    !> The elements whose values depend on a node, from those around it: the same or, where cells are quadratic, all quarters of their
@@ -81,58 +120,8 @@ contains
       if (patch%n > 0) then
          if (all(abs(p%displacement(patch%particle(:patch%n), :)) < small*cell)) return
       end if
-      call patch_of_material(grid, p, node, patch)
+      call patch_around(grid, p, blocks, node, patch, at_reference=.true.)
    end subroutine patch_of_face
-
-   !> Collect the particles, of the bodies that cracks can be in, whose reference positions are in the cells around a node, with the shape
-   !> functions there.
-   pure subroutine patch_of_material(grid, p, node, patch)
-      type(grid_t), intent(in) :: grid
-      type(particles_t), intent(in) :: p
-      integer, intent(in) :: node
-      type(patch_t), intent(out) :: patch
-      real(dp) :: place(ndim)
-      integer :: k, i, local(grid%n_functions), room
-      associate (elements => grid%dofs%elements_at(node))
-         room = 0
-         do k = 1, size(elements)
-            room = room + count([(began_in(elements(k), i), i=1, p%n)])
-         end do
-         call new_patch(grid, node, size(elements), room, patch)
-         do k = 1, size(elements)
-            associate (e => elements(k))
-               if (.not. any([(began_in(e, i), i=1, p%n)])) cycle
-               call number_nodes(grid, e, patch, local)
-               do i = 1, p%n
-                  if (.not. began_in(e, i)) cycle
-                  place = p%reference(i, :)
-                  call add_particle(grid, e, local, i, place, patch)
-               end do
-            end associate
-         end do
-      end associate
-   contains
-      !> Whether a particle's reference position is in an element.
-      pure logical function began_in(e, i)
-         integer, intent(in) :: e, i
-         real(dp) :: x(ndim)
-         x = p%reference(i, :)
-         began_in = grid%velocity_field_of(p%body(i)) == 1 .and. all(abs(grid%local_coordinate(e, x) - 0.5_dp) < 0.5_dp)
-      end function began_in
-   end subroutine patch_of_material
-
-   !> A patch around a node, with room for the nodes of a number of cells and for particles.
-   pure subroutine new_patch(grid, node, cells, room, patch)
-      type(grid_t), intent(in) :: grid
-      integer, intent(in) :: node, cells, room
-      type(patch_t), intent(out) :: patch
-      associate (nodes => 1 + (grid%n_functions - 1)*cells)
-         allocate (patch%node(nodes), patch%particle(room), patch%gradient(ndim, room))
-         allocate (patch%shape(nodes, room), source=0.0_dp)
-      end associate
-      patch%n_nodes = 1
-      patch%node(1) = node
-   end subroutine new_patch
 
    !> Numbers of the nodes of an element within the patch; a new node gets the next number.
    pure subroutine number_nodes(grid, e, patch, local)
