@@ -12,6 +12,8 @@ module hampm_crack_consistency
    private
    public :: check_crack, check_energy_release
 
+   character(*), parameter :: where_and_what(*) = ['lower', 'upper', 'fix  '] !! of a constraint
+
 contains
 
    !> The tip is a node with a node behind and ahead. The constraints make a crack of it.
@@ -74,11 +76,8 @@ contains
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
       character(*), parameter :: axis = 'xyz'
-      integer :: normal, i, c
-      do i = 1, size(model%constraints)
-         c = settings%find('constraint', i)
-         if (.not. (settings%good(c, 'lower') .and. settings%good(c, 'upper') .and. settings%good(c, 'fix'))) return
-      end do
+      integer :: normal
+      if (.not. settings%knows('constraint', where_and_what)) return
       do normal = 1, ndim
          if (abs(model%paths(1)%direction(normal)) <= 0) exit
       end do
@@ -113,7 +112,8 @@ contains
       integer :: entry, i
       entry = settings%find('energy_release', 1)
       if (settings%good(entry, 'estimators') .and. any(model%energy_release%chosen%needs_radii) .and. has_geometry .and. &
-          settings%good(entry, 'radii') .and. surroundings_good(model, settings)) call check_path_radii(model, settings, entry)
+          settings%good(entry, 'radii') .and. settings%knows('load', ['kind ', 'lower', 'upper']) .and. &
+          settings%knows('constraint', where_and_what)) call check_path_radii(model, settings, entry)
       if (any(model%energy_release%chosen%name == 'stress_closure') .and. has_geometry .and. &
           any([(any(model%loads(i)%kind == ['traction', 'pressure']) .and. &
                 any(path_at(model, model%loads(i)%lower, model%loads(i)%upper) > 0), i=1, size(model%loads))])) &
@@ -123,37 +123,16 @@ contains
       if (model%energy_release%reference == 'dcb') call check_dcb(model, settings, entry)
    end subroutine check_energy_release
 
-   !> Whether it is known where all loads and constraints are, and what these hold.
-   pure logical function surroundings_good(model, settings) result(good)
-      type(model_t), intent(in) :: model
-      type(settings_t), intent(in) :: settings
-      integer :: i, entry
-      good = .true.
-      do i = 1, size(model%loads)
-         entry = settings%find('load', i)
-         good = good .and. settings%good(entry, 'kind') .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper')
-      end do
-      do i = 1, size(model%constraints)
-         entry = settings%find('constraint', i)
-         good = good .and. settings%good(entry, 'fix') .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper')
-      end do
-   end function surroundings_good
-
    !> The double cantilever beam's reference needs a load that opens the crack.
    pure subroutine check_dcb(model, settings, entry)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
-      logical :: opens, known
       integer :: i
-      opens = .false.
-      known = settings%good(settings%find('crack', 1), 'direction') .and. size(model%paths) == 1
-      if (.not. known) return
-      do i = 1, size(model%loads)
-         known = known .and. settings%good(settings%find('load', i), 'force')
-         opens = opens .or. any(abs(model%loads(i)%force) > 0 .and. .not. abs(model%paths(1)%direction) > 0)
-      end do
-      if (known .and. .not. opens) call settings%complain(entry, 'reference', &
+      if (.not. settings%knows('crack', ['direction']) .or. size(model%paths) /= 1 .or. .not. settings%knows('load', ['force'])) &
+         return
+      if (.not. any([(any(abs(model%loads(i)%force) > 0 .and. .not. abs(model%paths(1)%direction) > 0), &
+                      i=1, size(model%loads))])) call settings%complain(entry, 'reference', &
          '''dcb'' needs a &load with a force normal to the crack')
    end subroutine check_dcb
 end module hampm_crack_consistency

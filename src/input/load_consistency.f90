@@ -122,12 +122,7 @@ contains
    pure logical function bodies_good(settings)
       type(settings_t), intent(in) :: settings
       character(*), parameter :: keys(*) = [character(6) :: 'shape', 'lower', 'upper', 'points', 'center', 'radius', 'hole']
-      integer :: i, k, entry
-      bodies_good = settings%count_of('body') > 0
-      do i = 1, settings%count_of('body')
-         entry = settings%find('body', i)
-         bodies_good = bodies_good .and. all([(settings%good(entry, trim(keys(k))), k=1, size(keys))])
-      end do
+      bodies_good = settings%count_of('body') > 0 .and. settings%knows('body', keys)
    end function bodies_good
 
    !> There is material where a load acts.

@@ -61,6 +61,7 @@ module hampm_settings
       procedure :: find
       procedure :: good
       procedure :: all_good
+      procedure :: knows
       procedure :: given
       procedure :: number
       procedure :: numbers
@@ -192,6 +193,14 @@ contains
       integer :: i
       all_good = all([(all(self%entries(i)%settings%good), i=1, self%count)])
    end function all_good
+
+   !> Whether no error was found in some keys of any group of a name.
+   pure logical function knows(self, group, keys)
+      class(settings_t), intent(in) :: self
+      character(*), intent(in) :: group, keys(:)
+      integer :: i, k
+      knows = all([((self%good(self%find(group, i), trim(keys(k))), k=1, size(keys)), i=1, self%count_of(group))])
+   end function knows
 
    !> Whether the user wrote this key.
    pure logical function given(self, entry, key)

@@ -31,7 +31,6 @@ module hampm_forest
       procedure :: leaf_of
       procedure :: leaves_of_root
       procedure :: place_at
-      procedure :: nearest_place
       procedure :: place_of
       procedure :: level_of
       procedure :: size_of
@@ -85,14 +84,6 @@ contains
       place = -1
       if (all(lattice >= 0 .and. lattice < self%cells)) place = int(lattice*root_size, long)
    end function place_at
-
-   !> Integer coordinates of the lattice point nearest to `x`, which may be beyond the lattice by as much again as it is wide.
-   pure function nearest_place(self, x) result(place)
-      class(forest_t), intent(in) :: self
-      real(dp), intent(in) :: x(ndim)            !! [m]
-      integer(long) :: place(ndim)
-      place = nint(min(max((x - self%lower)/self%cell, -real(self%cells, dp)), 2.0_dp*self%cells)*root_size, long)
-   end function nearest_place
 
    !> The leaf that covers the finest cell with the integer coordinates `place`, which is in the lattice.
    pure integer function leaf_of(self, place)

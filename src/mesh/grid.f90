@@ -30,7 +30,7 @@ module hampm_grid
    use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point, shape_functions, shape_gradients, &
                           quadratic_functions, quadratic_gradients
    use hampm_cut_cells, only: cut_cells_t
-   use hampm_dofs, only: dofs_t, element_of_slot, corner_of_slot
+   use hampm_dofs, only: dofs_t
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_aggregated_nodes, only: aggregated_nodes_t
    use hampm_outline, only: outline_t
@@ -93,7 +93,6 @@ module hampm_grid
       procedure :: shape_functions_in
       procedure :: gradients_in
       procedure :: in_leaf
-      procedure :: is_corner_of_leaf
       procedure :: all_pieces
    end type grid_t
 
@@ -251,17 +250,6 @@ contains
       real(dp) :: of_leaf(ndim)
       of_leaf = (corner_offset(e - self%first_of_piece(e) + 1) + xi)/2
    end function in_leaf
-
-   !> Whether a node is a corner of the leaves around it, and not in the middle of a side of one or inside it.
-   pure logical function is_corner_of_leaf(self, node) result(is)
-      class(grid_t), intent(in) :: self
-      integer, intent(in) :: node
-      is = .true.
-      if (.not. self%is_quadratic()) return
-      associate (slot => self%dofs%slot(self%dofs%first_slot(node)))
-         is = all(mod(nint(2*self%in_leaf(element_of_slot(slot), real(corner_offset(corner_of_slot(slot)), dp))), 2) == 0)
-      end associate
-   end function is_corner_of_leaf
 
    !> The first element of the leaf of an element or, where that is cut, of its piece.
    pure integer function first_of_piece(self, e) result(first)

@@ -306,15 +306,13 @@ contains
       integer(long), intent(in) :: list, space
       integer, intent(out) :: e
       integer(long), parameter :: longest = 2**20   ! entries that are summed together
-      integer(long), allocatable :: extent(:), limit(:)
+      integer(long), dimension(most_dimensions) :: extent, limit
       integer :: rank
-      rank = h5sget_simple_extent_ndims(space)
+      rank = h5sget_simple_extent_dims(space, extent, limit)
       e = min(rank, 0)
       if (rank <= 0) return
-      allocate (extent(rank), limit(rank))
-      e = h5sget_simple_extent_dims(space, extent, limit)
-      if (any(extent == 0)) return
-      e = h5pset_chunk(list, rank, min(extent, longest))
+      if (any(extent(:rank) == 0)) return
+      e = h5pset_chunk(list, rank, min(extent(:rank), longest))
       if (e >= 0) e = h5pset_fletcher32(list)
    end subroutine add_checksum
 
@@ -325,14 +323,14 @@ contains
       integer(long), intent(out) :: dataset
       integer(long), intent(out) :: extent(:)
       type(failure_t), intent(inout) :: failure
+      integer(long), dimension(most_dimensions) :: found, limit
       integer(long) :: space
-      integer(long) :: limit(size(extent))
       integer :: e
       extent = 0
       dataset = h5oopen(file%id, c_string(path), default)
       space = h5dget_space(dataset)
-      if (h5sget_simple_extent_ndims(space) == size(extent)) then
-         e = h5sget_simple_extent_dims(space, extent, limit)
+      if (h5sget_simple_extent_dims(space, found, limit) == size(extent)) then
+         extent = found(:size(extent))
       else
          call unread(file, 'there is no '//path//' of the expected shape (has it changed since it was written?)', failure)
       end if

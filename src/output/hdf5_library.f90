@@ -15,6 +15,7 @@ module hampm_hdf5_library
    integer(c_int), parameter :: scalar = 0, select_set = 0, utf8 = 1, null_padded = 1
    integer(c_size_t), parameter :: variable_length = -1 !! of a text
    integer(long), parameter :: default = 0, unlimited = -1
+   integer, parameter :: most_dimensions = 32           !! of any space
 
    integer(long), bind(c, name='H5T_IEEE_F64LE_g') :: real64_le
    integer(long), bind(c, name='H5T_STD_I64LE_g') :: int64_le
@@ -156,10 +157,7 @@ module hampm_hdf5_library
          integer(c_int), value :: rank
          integer(long), intent(in) :: extent(*), limit(*)
       end function h5screate_simple
-      integer(c_int) function h5sget_simple_extent_ndims(space) bind(c, name='H5Sget_simple_extent_ndims')
-         import :: c_int, long
-         integer(long), value :: space
-      end function h5sget_simple_extent_ndims
+      !> The number of dimensions, and their extents.
       integer(c_int) function h5sget_simple_extent_dims(space, extent, limit) bind(c, name='H5Sget_simple_extent_dims')
          import :: c_int, long
          integer(long), value :: space

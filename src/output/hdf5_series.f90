@@ -73,14 +73,13 @@ contains
       type(hdf5_file_t), intent(in) :: file
       type(failure_t), intent(inout) :: failure
       integer(long) :: space
-      integer(long) :: extent(2), limit(2)
+      integer(long), dimension(most_dimensions) :: extent, limit
       integer :: e, rank
       extent = 1
       self%id = h5oopen(file%id, c_string(self%path), default)
       space = h5dget_space(self%id)
-      rank = h5sget_simple_extent_ndims(space)
+      rank = h5sget_simple_extent_dims(space, extent, limit)
       if (rank == 1 .or. rank == 2) then
-         e = h5sget_simple_extent_dims(space, extent, limit)
          self%length = extent(1)
          self%rows = extent(2)
       else
