@@ -68,7 +68,7 @@ contains
       type(stiffness_t) :: tangent
       real(dp), allocatable, dimension(:, :) :: u, du, forth, back, found
       associate (m => s%problem)
-         u = at_random(s)
+         allocate (u, source=at_random(s))
          du = part*at_random(s)
          call displace(m, u)
          call factorise_stiffness(m, stiffness_kind_t(.true., .false.), tangent, failure)

@@ -2,6 +2,7 @@
 module hampm_plain_scene
    use hampm_kinds, only: dp, ndim
    use hampm_assembly, only: assemble
+   use hampm_body_group, only: body_t
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t
@@ -20,6 +21,7 @@ contains
    pure function plain_scene(cells) result(model)
       integer, intent(in) :: cells
       type(model_t) :: model
+      type(body_t) :: body
       real(dp), parameter :: cell = 1.0e-3_dp
       model%run%plane = 'stress'
       model%run%thickness = thickness_t(1.0_dp)
@@ -27,15 +29,15 @@ contains
       model%grid%cells = cells
       model%method%scheme = 'musl'
       model%method%frame = 'updated'
-      allocate (model%materials(1), model%bodies(1), model%constraints(0), model%loads(0), model%paths(0), model%growth(0), &
-                model%cohesive(0))
+      allocate (model%materials(1), model%constraints(0), model%loads(0), model%paths(0), model%growth(0), model%cohesive(0))
       model%materials(1)%law = 'linear_elastic'
       model%materials(1)%young = 70e9_dp
       model%materials(1)%poisson = 0.3_dp
       model%materials(1)%density = 2700
-      model%bodies(1)%material_index = 1
-      model%bodies(1)%upper = cells*cell
-      model%bodies(1)%points_per_cell = 2
+      body%material_index = 1
+      body%upper = cells*cell
+      body%points_per_cell = 2
+      allocate (model%bodies(1), source=body)
    end function plain_scene
 
    !> A softer body, of 5/8 of the length of a grid of `cells` x `cells` cells, which has room to turn and fly.

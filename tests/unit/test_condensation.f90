@@ -169,9 +169,10 @@ contains
       real(dp), intent(in) :: u(:, :)
       integer, intent(in) :: i
       real(dp) :: displacement(ndim)
+      real(dp) :: n(4)
       associate (e => m%particles%cell(i))
-         displacement = matmul(u(:, m%grid%element_nodes(:, e)), &
-                               shape_functions(inside_cell(m%grid%local_coordinate(e, m%particles%place_in_grid(i)))))
+         n = shape_functions(inside_cell(m%grid%local_coordinate(e, m%particles%place_in_grid(i))))
+         displacement = matmul(u(:, m%grid%element_nodes(:, e)), n)
       end associate
    end function displacement
 

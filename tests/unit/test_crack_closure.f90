@@ -67,7 +67,6 @@ contains
       real(dp), allocatable :: nodal(:, :)
       character(10), parameter :: masses(*) = [character(10) :: 'lumped', 'consistent', 'partial', 'fmpm', 'weighted']
       type(mass_solver_t) :: solver
-      real(dp) :: uncertainty(modes)
       type(failure_t) :: failure
       real(dp) :: u(ndim), error
       integer :: i, node

@@ -57,7 +57,7 @@ contains
       real(dp) :: before(ndim), after(ndim)
       before = x - far*[cos(angle), sin(angle)]
       after = x + far*[cos(angle + turn), sin(angle + turn)]
-      line%points = reshape([before, x, after], [ndim, 3])
+      allocate (line%points, source=reshape([before, x, after], [ndim, 3]))
    end function line_through
 
    !> A line that runs through parts the grid in two; every fifth is along a grid line or a diagonal, every seventh through a place on

@@ -80,7 +80,7 @@ contains
       logical, intent(in) :: total
       integer, intent(in) :: cells               !! in a wave length
       real(dp), intent(in) :: courant
-      real(dp), parameter :: end_time = 2.0_dp, depth = 0.1_dp
+      real(dp), parameter :: end_time = 2.0_dp
       type(problem_t) :: m
       real(dp) :: cell
       integer :: steps

@@ -46,7 +46,7 @@ contains
       real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
       logical, intent(in) :: is_tip
       type(line_t) :: line
-      line%points = reshape([from, to], [ndim, 2])
+      allocate (line%points, source=reshape([from, to], [ndim, 2]))
       line%is_tip = is_tip
       line%contact = .true.
    end function line_between
@@ -131,7 +131,7 @@ contains
    end subroutine sides_are_apart
 
    !> Whether a point is within the line.
-   logical function is_within(grid, point)
+   pure logical function is_within(grid, point)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: point
       associate (x => grid%node_position(:, point))
@@ -140,7 +140,7 @@ contains
    end function is_within
 
    !> Whether the first element of a point is above the line.
-   logical function side_of(grid, point)
+   pure logical function side_of(grid, point)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: point
       associate (elements => grid%dofs%elements_at(point))
@@ -277,7 +277,7 @@ contains
    end subroutine sliding
 
    !> How many interface points are pressed together.
-   integer function pressed(m)
+   pure integer function pressed(m)
       type(problem_t), intent(in) :: m
       integer :: i
       associate (list => m%interfaces%list)

@@ -154,7 +154,7 @@ contains
                                 m%particles, region)
                call make_room(region, mean)
                allocate (force(ndim, m%grid%n_points), source=0.0_dp)
-               allocate (kick, found, source=force)
+               allocate (kick, found, asked, source=force)
                call random_number(force)
                force(:, m%grid%dofs%n_nodes + 1:) = 0
                kick = over_mass(m, force)
@@ -164,7 +164,7 @@ contains
             end associate
             call check_close(maxval(abs(found - asked))/maxval(abs(asked)), 0.0_dp, 1.0e-12_dp, &
                              to_text(levels)//' levels, groups up to '//to_text(largest)//': the mean force is as defined')
-            deallocate (force, kick, found)
+            deallocate (force, kick, found, asked)
          end do
       end do
    end subroutine test_definition
@@ -222,7 +222,7 @@ contains
       real(dp), allocatable :: vectors(:, :), moving(:, :), product(:, :)
       real(dp) :: values(size(a, 1)), work(10*size(a, 1))
       integer :: k, n, info
-      vectors = stiffness
+      allocate (vectors, source=stiffness)
       call dsyev('V', 'L', size(a, 1), vectors, size(a, 1), values, work, size(work), info)
       call check(info == 0, 'eigenvectors of the stiffness')
       n = count(values > 1.0e-10_dp*maxval(values))
@@ -285,13 +285,14 @@ contains
             call statics%finish()
          end block
          call check(.not. failure%failed(), to_text(levels)//' levels: equilibrium is found')
-         before = m%particles%gradient
+         allocate (before, source=m%particles%gradient)
          call run_steps(m, longest(levels), 50*2**levels)
          call check_close(maxval(abs(m%particles%gradient - before))/maxval(abs(before)), 0.0_dp, 1.0e-9_dp, &
                           to_text(levels)//' levels: common steps leave it at rest')
          call run_leapfrog(m, longest(levels), m%blocks%groups%largest, 50)
          call check_close(maxval(abs(m%particles%gradient - before))/maxval(abs(before)), 0.0_dp, 1.0e-9_dp, &
                           to_text(levels)//' levels: so do coarse ones')
+         deallocate (before)
       end do
    end subroutine test_rest
 

@@ -108,7 +108,7 @@ contains
       type(edge_part_t), allocatable :: parts(:)
       real(dp) :: twice
       integer :: k
-      parts = star%parts_in_box([-2.0_dp, -2.0_dp], [2.0_dp, 2.0_dp], [0.013_dp, 0.017_dp], 0.1_dp)
+      allocate (parts, source=star%parts_in_box([-2.0_dp, -2.0_dp], [2.0_dp, 2.0_dp], [0.013_dp, 0.017_dp], 0.1_dp))
       twice = sum([(2*norm2(parts(k)%half)*dot_product(parts(k)%middle, parts(k)%normal), k=1, size(parts))])
       call check_close(twice/2, star%area(), 1e-13_dp, 'edges of a polygon')
       parts = ring%parts_in_box([-2.0_dp, -2.0_dp], [2.0_dp, 2.0_dp], [0.0_dp, 0.0_dp], 0.1_dp)

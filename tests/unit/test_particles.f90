@@ -50,16 +50,18 @@ contains
    end subroutine scatter
 
    subroutine sorting()
-      type(particles_t) :: before, p
+      type(particles_t), allocatable :: before
+      type(particles_t) :: p
       integer :: round
       call scatter(p)
       do round = 1, 3
-         before = p
+         allocate (before, source=p)
          call sort_into_cells(sorted, p, grid, blocks, failure)
          call check(.not. failure%failed(), 'particles within the grid are sorted')
          call compare(before, p)
          call check_cells(p)
          p%displacement = 0.9_dp*p%displacement
+         deallocate (before)
       end do
    end subroutine sorting
 

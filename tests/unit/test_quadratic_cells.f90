@@ -55,7 +55,8 @@ contains
    subroutine weights_are_exact()
       real(dp), allocatable :: w(:), x(:)
       integer :: n, i, power
-      w = weights_along(3)
+      allocate (w, source=weights_along(3))
+      allocate (x(0))
       call check_close(maxval(abs(w - [3, 2, 3]/8.0_dp)), 0.0_dp, 1e-15_dp, 'three points have the weights 3/8, 1/4, 3/8')
       w = weights_along(4)
       call check_close(maxval(abs(w - [13, 11, 11, 13]/48.0_dp)), 0.0_dp, 1e-15_dp, 'four 13/48, 11/48, 11/48, 13/48')
@@ -200,16 +201,17 @@ contains
       type(problem_t), intent(in) :: m
       real(dp), parameter :: aside = 1e-6_dp
       real(dp) :: values(1, m%grid%n_points), x(ndim), outward(ndim), r
-      integer :: leaf, side, other
+      integer :: leaf, side, axis, other
       call random_number(values)
       call m%grid%dofs%distribute(m%grid%dofs%every_node(), 1, values)
       do leaf = 1, m%grid%forest%leaf_count()
          do side = 0, 3
             call random_number(r)
             outward = 0
-            outward(1 + side/2) = 2*mod(side, 2) - 1
+            axis = merge(1, 2, side < 2)
+            outward(axis) = 2*mod(side, 2) - 1
             x = r
-            x(1 + side/2) = mod(side, 2)
+            x(axis) = mod(side, 2)
             x = m%grid%forest%position(m%grid%forest%place_of(leaf)) + m%grid%forest%size_of(leaf)*x
             other = m%grid%element_at(x + aside*cell*outward)
             if (other == 0) cycle

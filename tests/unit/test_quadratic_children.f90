@@ -101,12 +101,14 @@ contains
       real(dp), intent(in) :: u(:, :)
       integer, intent(in) :: i
       real(dp) :: exact(ndim), h(ndim, ndim), xi(ndim), x(ndim)
+      real(dp), allocatable :: of_cell(:, :)
       integer :: e
       x = m%particles%reference(i, :)
       e = before%grid%element_at(x)
       xi = before%grid%local_coordinate(e, x)
-      exact = matmul(u(:, before%grid%support_of(e)), before%grid%functions_in(e, xi))
-      h = matmul(u(:, before%grid%support_of(e)), before%grid%gradients_in(e, xi))
+      allocate (of_cell, source=u(:, before%grid%support_of(e)))
+      exact = matmul(of_cell, before%grid%functions_in(e, xi))
+      h = matmul(of_cell, before%grid%gradients_in(e, xi))
       field = max(field, maxval(abs(m%particles%displacement(i, :) - exact)), maxval(abs(m%particles%velocity(i, :) - 2*exact)), &
                   cell/8*maxval(abs(m%particles%gradient_of(i) - h)))
    end subroutine compare

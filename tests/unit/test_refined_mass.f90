@@ -152,8 +152,9 @@ contains
       integer :: j, n
       call refined_body(choice_of('fmpm', order=2), m)
       n = m%grid%n_nodes
-      a = matrix_of(m)
+      allocate (a, source=matrix_of(m))
       allocate (b, x, mold=m%fields%momentum)
+      allocate (seen(n))
       error = 0
       associate (d => m%fields%mass_matrix%lumped)
          do j = 1, n

@@ -80,7 +80,7 @@ contains
       type(atom_t), allocatable :: given(:), atoms(:)
       integer :: i, j
       call parse_condition(advice, given)
-      atoms = [subject, other]
+      allocate (atoms, source=[subject, other])
       heals = .false.
       do i = 1, size(given)
          do j = 1, size(atoms)
