@@ -7,7 +7,7 @@ module hampm_plain_scene
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t
    use hampm_problem, only: problem_t
-   use hampm_refinement, only: refinement_t
+   use hampm_indicator, only: refinement_t
    use hampm_model, only: model_t
    use hampm_critical_step, only: stable_time_step
    use hampm_thickness, only: thickness_t

@@ -228,8 +228,8 @@ contains
       character(:), allocatable :: text
       text = ''
       associate (refine => model%refine)
-         if (refine%indicator == 'none') return
-         text = 'refinement      '//trim(refine%indicator)//', at most '//to_text(refine%max_level)//' levels, to cells of '// &
+         if (refine%by%name == '') return
+         text = 'refinement      '//trim(refine%by%name)//', at most '//to_text(refine%max_level)//' levels, to cells of '// &
                 to_text(scale(model%grid%cell, -refine%max_level))//' m'//new_line('a')
       end associate
    end function refinement_summary

@@ -5,17 +5,74 @@ module hampm_error_indicator
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, inside_cell
    use hampm_cell_values, only: sum_over_particles
+   use hampm_gradient_indicator, only: rounding_of
+   use hampm_indicator, only: refinement_t, may_refine, is_in_box
+   use hampm_key_rows, only: key_t, type_real
+   use hampm_law, only: value_of
    use hampm_material, only: material_t
    use hampm_problem, only: problem_t, refresh_grid
    use hampm_particles, only: particles_t
    use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms
    implicit none
    private
-   public :: estimate_errors, errors_at_particles, energy_of_stress, stress_components
+   public :: mark_by_error, error_keys, estimate_errors, errors_at_particles, energy_of_stress, stress_components
+
+   real(dp), parameter :: marked_part = 0.5_dp   !! of the squared error, in the cells that are refined at once (Doerfler 1996)
+   real(dp), parameter :: most_static = 0.8_dp   !! the same where each mesh takes a solution: few of them cost less than few cells
+
+   type(key_t), parameter :: error_keys(*) = [ &
+      key_t('tolerance', type_real, 'of ''zz'': relative error in the energy norm that is aimed at', default='0.02', &
+            allowed='(0, 1)', only_with="indicator = 'zz'")]
 
    integer, parameter :: n_stress = ndim*ndim
 
 contains
+
+   !> As long as the estimated relative error is above `tolerance`, refine the leaves with the largest errors, as few as hold a
+   !> part `marked_part` of its square, and those whose errors are as large as the least of them but for rounding: of two leaves that are
+   !> mirror images of each other rounding would choose one.
+   subroutine mark_by_error(r, m, tips, change)
+      type(refinement_t), intent(inout) :: r
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: tips(:, :)
+      integer, intent(inout) :: change(:)
+      real(dp), allocatable :: squared(:)
+      logical, allocatable :: open(:)
+      real(dp), parameter :: alike = sqrt(epsilon(1.0_dp))  ! squares that differ by less, as a part of them, are the same
+      real(dp) :: norm, total, part, low, high, middle, tolerance
+      integer :: leaf, k
+      tolerance = value_of(r%constants, 'tolerance', 0.0_dp)
+      call estimate_errors(m, squared, norm)
+      total = sum(squared)
+      r%value = 0
+      if (norm + total > sum(m%particles%volume(:m%particles%n))*rounding_of(m, 'energy_density')) &
+         r%value = sqrt(total/(norm + total))
+      if (r%value <= tolerance) return
+      allocate (open(size(squared)))
+      do leaf = 1, size(squared)
+         open(leaf) = squared(leaf) > 0 .and. is_in_box(r, m, leaf)
+      end do
+      if (.not. any(open)) return                ! no material in the box, or none strained there
+      total = sum(squared, mask=open)
+      part = marked_part
+      ! At rest no more than it takes: of what halved cells hold a quarter is left, where the solution is smooth
+      if (r%is_static) part = min(most_static, max(0.3_dp, (1 - (tolerance/r%value)**2)*4/3))
+      low = 0
+      high = maxval(squared, mask=open)
+      do k = 1, digits(high)                     ! the leaves above `low` hold the part, those above `high` do not
+         middle = (low + high)/2
+         if (sum(squared, mask=open .and. squared >= middle) >= part*total) then
+            low = middle
+         else
+            high = middle
+         end if
+      end do
+      do leaf = 1, size(squared)
+         if (open(leaf) .and. squared(leaf) >= (1 - alike)*low) then
+            if (may_refine(r, m, leaf)) change(leaf) = 1
+         end if
+      end do
+   end subroutine mark_by_error
 
    !> Estimated squared error of each leaf in the energy norm [J], and the squared energy norm of the solution, which is twice
    !> the strain energy [J].

@@ -3,18 +3,78 @@
 module hampm_gradient_indicator
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, inside_cell, points_of_quadratic
-   use hampm_cell_values, only: is_occupied
+   use hampm_cell_values, only: is_occupied, mean_of_nodes
    use hampm_extrapolation, only: extrapolate_lumped
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
+   use hampm_indicator, only: refinement_t, may_refine, is_in_box
+   use hampm_key_rows, only: key_t, type_real, positive, not_negative
+   use hampm_law, only: value_of
    use hampm_problem, only: problem_t, refresh_grid
    use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms, are_corners, gather_at_corners, spread_from_corners, &
                              sides_of_cell, middle_of_cell
    implicit none
    private
-   public :: nodal_field, refinement_parameter
+   public :: nodal_field, refinement_parameter, mark_by_gradient, rounding_of, gradient_keys
+
+   type(key_t), parameter :: gradient_keys(*) = [ &
+      key_t('r_crit', type_real, 'of ''gradient'': cells whose mean R is above it refine', default='0.03', allowed=positive, &
+            only_with="indicator = 'gradient'"), &
+      key_t('r_coarsen', type_real, 'of ''gradient'': cells whose mean R is below it recombine; 0: never; below r_crit', &
+            default='0.0', allowed=not_negative, only_with="indicator = 'gradient'"), &
+      key_t('energy_floor', type_real, 'of ''gradient'': cells whose field is below this part of its largest value do not refine', &
+            default='1e-3', allowed='[0, 1)', only_with="indicator = 'gradient'")]
 
 contains
+
+   !> Refine the leaves with a mean R above `r_crit`, and recombine those with one below `r_coarsen`.
+   subroutine mark_by_gradient(r, m, tips, change)
+      type(refinement_t), intent(inout) :: r
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: tips(:, :)
+      integer, intent(inout) :: change(:)
+      real(dp), allocatable :: phi(:), parameter(:)
+      real(dp) :: mean, least, r_crit, r_coarsen
+      integer :: leaf
+      r_crit = value_of(r%constants, 'r_crit', 0.0_dp)
+      r_coarsen = value_of(r%constants, 'r_coarsen', 0.0_dp)
+      call nodal_field(m, r%field, phi)
+      call refinement_parameter(m, r%field, phi, parameter)
+      least = max(value_of(r%constants, 'energy_floor', 0.0_dp)*maxval(phi), rounding_of(m, r%field))
+      r%value = 0
+      do leaf = 1, size(change)
+         if (.not. is_occupied(m%grid, m%blocks, leaf)) then
+            if (r_coarsen > 0) change(leaf) = -1
+            cycle
+         end if
+         mean = mean_of_nodes(m%grid, leaf, parameter)
+         if (mean_of_nodes(m%grid, leaf, phi) <= least) mean = 0
+         if (is_in_box(r, m, leaf)) r%value = max(r%value, mean)
+         if (mean > r_crit) then
+            if (may_refine(r, m, leaf)) change(leaf) = 1
+         else if (mean < r_coarsen) then
+            change(leaf) = -1
+         end if
+      end do
+   end subroutine mark_by_gradient
+
+   !> What rounding of where particles have moved to, and of strains without stress, makes of a field of the gradient indicator: cells are not to refine by
+   !> that, as those of a body that falls freely would.
+   pure real(dp) function rounding_of(m, field) result(value)
+      type(problem_t), intent(in) :: m
+      character(*), intent(in) :: field
+      real(dp), parameter :: rounding = 1e-12_dp ! over many steps
+      real(dp) :: strain, speed
+      integer :: k
+      associate (p => m%particles)
+         strain = rounding*(maxval(abs(p%displacement(:p%n, :)))/m%grid%finest_cell &
+                            + maxval([(maxval(abs(m%materials(k)%free)), k=1, size(m%materials))]))
+         speed = maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])
+         value = strain*speed
+         if (field /= 'speed') value = strain*speed**2*maxval(p%mass(:p%n)/p%volume(:p%n))
+         if (field == 'energy_density') value = strain*value
+      end associate
+   end function rounding_of
 
    !> A field at the points of the grid. 'energy_density' [J/m3] is the paper's and extrapolated as there, by the lumped mass
    !> matrix; 'stress_norm' [Pa] and 'speed' [m/s] are recovered by patches, which sees no kinks at edges of bodies and of cells.

@@ -4,6 +4,7 @@ module hampm_choice_sets
    use hampm_kinds, only: name_len
    use hampm_estimators, only: estimators
    use hampm_growth_laws, only: growth_laws
+   use hampm_indicators, only: indicators
    use hampm_laws, only: laws
    implicit none
    private
@@ -40,7 +41,7 @@ contains
    pure function names_of(set) result(names)
       character(*), intent(in) :: set
       character(name_len), allocatable :: names(:)
-      associate (law => laws(), estimator => estimators(), growth => growth_laws())
+      associate (law => laws(), estimator => estimators(), growth => growth_laws(), indicator => indicators())
          select case (set)
           case ('laws')
             names = law%name
@@ -58,6 +59,12 @@ contains
             names = pack(growth%name, .not. (growth%is_static .or. growth%gives_speed()))
           case ('growth laws by speed')
             names = pack(growth%name, growth%gives_speed())
+          case ('indicators')
+            names = indicator%name
+          case ('indicators of the motion')
+            names = pack(indicator%name, .not. indicator%is_of_places)
+          case ('indicators of one body')
+            names = pack(indicator%name, indicator%is_of_one_body)
           case ('estimators')
             names = estimator%name
           case ('estimators at nodes')

@@ -296,10 +296,10 @@ contains
       logical, intent(in) :: has_bodies            !! whether grid and bodies are without errors
       integer :: entry
       entry = settings%find('refine', 1)
-      if (.not. settings%good(entry, 'indicator') .or. model%refine%indicator == 'none') return
-      if (model%refine%indicator == 'gradient' .and. settings%good(entry, 'r_crit') .and. settings%good(entry, 'r_coarsen') &
-          .and. model%refine%r_coarsen >= model%refine%r_crit) &
-         call settings%complain(entry, 'r_coarsen', 'must be below r_crit = '//to_text(model%refine%r_crit))
+      if (.not. settings%good(entry, 'indicator') .or. model%refine%by%name == '') return
+      if (model%refine%by%name == 'gradient' .and. settings%good(entry, 'r_crit') .and. settings%good(entry, 'r_coarsen') &
+          .and. settings%number(entry, 'r_coarsen') >= settings%number(entry, 'r_crit')) &
+         call settings%complain(entry, 'r_coarsen', 'must be below r_crit = '//to_text(settings%number(entry, 'r_crit')))
       call check_region(model, settings, entry, has_bodies)
       if (has_bodies) call check_room(model, settings, entry)
    end subroutine check_refine

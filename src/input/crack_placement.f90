@@ -256,6 +256,6 @@ contains
    pure real(dp) function finest_cell(model)
       type(model_t), intent(in) :: model
       finest_cell = model%grid%cell
-      if (model%refine%indicator /= 'none') finest_cell = scale(finest_cell, -model%refine%max_level)
+      if (model%refine%is_active()) finest_cell = scale(finest_cell, -model%refine%max_level)
    end function finest_cell
 end module hampm_crack_placement

@@ -65,7 +65,7 @@ contains
       character(:), allocatable, intent(inout) :: text
       integer :: k
       if (model%method%time == 'static') return  ! there is a rule for it
-      if (any(model%refine%indicator == ['gradient', 'zz      ']) .and. begins_too_late(model, model%refine%start)) &
+      if (model%refine%looks_at_motion() .and. begins_too_late(model, model%refine%start)) &
          call add(text, '&refine: no cell refines: start is '//to_text(model%refine%start)//' s, and the run ends at '// &
                   to_text(model%run%end_time)//' s')
       do k = 1, size(model%growth)
@@ -146,7 +146,7 @@ contains
       real(dp) :: apart
       integer :: k, s, body, level, n, least, most
       least = model%grid%order - 1               ! quadratic cells that are cut have more particles
-      most = least + merge(0, model%refine%max_level, model%refine%indicator == 'none')
+      most = least + merge(model%refine%max_level, 0, model%refine%is_active())
       do k = 1, size(model%paths)
          rows: do body = 1, size(model%bodies)
             do level = least, most

@@ -84,7 +84,7 @@ contains
          limit = step*chosen_speed(model)
          if (any(model%materials%law == 'orthotropic')) limit = limit*of_anisotropy
          if (any(model%bodies%material_index /= model%bodies(1)%material_index)) limit = limit*of_contrast
-         if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. refines(model)) limit = limit*of_hanging_nodes
+         if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. model%refine%is_active()) limit = limit*of_hanging_nodes
          if (method%scheme == 'usl' .and. method%mass /= 'lumped' .and. size(model%growth) > 0) limit = limit*of_growth
          if (method%time_steps == 'local') limit = limit*of_local_steps
          if (model%grid%order > 1) then
@@ -121,7 +121,7 @@ contains
    pure real(dp) function smallest_cell(model) result(cell)
       type(model_t), intent(in) :: model
       cell = model%grid%cell
-      if (model%refine%indicator == 'tip' .and. model%method%time_steps == 'global') cell = scale(cell, -model%refine%max_level)
+      if (model%refine%by%is_of_places .and. model%method%time_steps == 'global') cell = scale(cell, -model%refine%max_level)
    end function smallest_cell
 
    !> Largest stable time step over cell size for a body that is alone [s/m].
@@ -167,7 +167,7 @@ contains
                limit = min(limit, limit_of_fills([(i, i=1, body%points_per_cell)]/real(body%points_per_cell, dp), 0.0_dp, &
                                                  body%points_per_cell, moduli, material%isotropic, mass, strains_last, &
                                                  damping)/speed/of_cut_cells)
-            if (.not. refines(model) .or. model%grid%order > 1) return
+            if (.not. model%refine%is_active() .or. model%grid%order > 1) return
             if (fits_cells([rows(1)%spacing, rows(2)%spacing], start, body%points_per_cell)) return
             limit = min(limit, limit_at_edges(start, length, n, model%refine%max_level, moduli, mass, strains_last, damping)/speed)
             limit = limit*of_misfit(model, body%points_per_cell)
@@ -304,12 +304,6 @@ contains
                  .and. all(abs((a%upper - a%lower) - (b%upper - b%lower)) <= tolerance(model%grid)) &
                  .and. all(abs(place_in_cell(model, a) - place_in_cell(model, b)) <= grace)
    end function is_alike
-
-   !> Whether cells may refine.
-   pure logical function refines(model)
-      type(model_t), intent(in) :: model
-      refines = model%refine%indicator /= 'none' .and. model%refine%max_level > 0
-   end function refines
 
    !> A positive number, rounded down to three digits.
    pure real(dp) function rounded_down(x)

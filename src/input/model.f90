@@ -3,14 +3,16 @@
 module hampm_model
    use hampm_body_group, only: area_in_box, body_t, hole_t, fill_bodies, fill_holes
    use hampm_load_groups, only: constraint_spec_t, fill_constraints, load_spec_t, fill_loads
+   use hampm_indicator, only: indicator_row_t, refine_t
+   use hampm_indicators, only: indicators, indicator_keys
    use hampm_kinds, only: dp, ndim
+   use hampm_law, only: constant
    use hampm_cohesive_group, only: cohesive_t, fill_cohesive
    use hampm_crack_groups, only: path_spec_t, fill_paths, energy_release_t, fill_energy_release, &
                                  growth_t, fill_growth
    use hampm_plain_groups, only: grid_spec_t, run_t, damping_t, output_t, body_contact_spec_t, method_t
    use hampm_material_group, only: material_spec_t, fill_materials
    use hampm_namelist_text, only: component_text
-   use hampm_refinement, only: refine_t
    use hampm_settings, only: settings_t
    use hampm_tolerance, only: position_tolerance
    implicit none
@@ -71,6 +73,7 @@ contains
       type(settings_t), intent(in) :: settings
       type(model_t), intent(inout) :: model
       call fill_plain(settings, model%run, model%grid, model%damping, model%contact, model%method, model%refine, model%output)
+      call fill_indicator(settings, model%refine)
       call fill_materials(settings, model%materials)
       call fill_bodies(settings, model%bodies)
       call fill_holes(settings, model%bodies, model%holes)
@@ -107,6 +110,22 @@ contains
       read (text, nml=plain)
       run%thickness%is_ring = run%plane == 'axisymmetric'
    end subroutine fill_plain
+
+   !> What tells which cells refine, and the keys of indicators.
+   pure subroutine fill_indicator(settings, refine)
+      type(settings_t), intent(in) :: settings
+      type(refine_t), intent(inout) :: refine
+      type(indicator_row_t), allocatable :: rows(:)
+      integer :: k, entry
+      entry = settings%find('refine', 1)
+      if (entry == 0) return
+      allocate (rows, source=indicators())
+      k = findloc(rows%name == refine%indicator, .true., dim=1)
+      if (k > 0) refine%by = rows(k)%indicator_t
+      do k = 1, size(indicator_keys)
+         refine%constants(k) = constant(indicator_keys(k)%name, settings%numbers(entry, trim(indicator_keys(k)%name)))
+      end do
+   end subroutine fill_indicator
 
    !> Find the material of each body by its name; 0 where there is none. Materials of which there is no body are left out, and of several that
    !> differ by their names only all bodies are of the first one.

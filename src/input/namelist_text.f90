@@ -94,7 +94,7 @@ contains
       end do
    end function canonical_text
 
-   !> The keys of a validated group as components of a variable of its name; 0 or '' where they are wrong.
+   !> The keys of a validated group as components of a variable of its name, but those of a choice; 0 or '' where they are wrong.
    pure function component_text(entry) result(text)
       type(group_entry_t), intent(in) :: entry
       character(:), allocatable :: text
@@ -102,6 +102,7 @@ contains
       text = ''
       do k = 1, size(entry%settings)
          associate (key => keys(first_key(entry%group) + k - 1), setting => entry%settings(k))
+            if (key%only_with /= '') cycle
             if (.not. setting%good .and. is_text(key)) then
                text = text//' '//trim(entry%name)//'%'//trim(key%name)//' = '''''
             else if (.not. setting%good) then

@@ -2,6 +2,7 @@
 !> keys, and their values in a model, in components with the names of the keys; those of &refine are in `hampm_refinement`.
 module hampm_plain_groups
    use hampm_kinds, only: dp, ndim, name_len, path_len
+   use hampm_indicators, only: indicator_keys
    use hampm_key_rows, only: group_t, key_t, type_real, type_integer, once, is_required, any_number, positive, &
                              type_name, type_text, is_assumed, not_negative, is_optional
    use hampm_thickness, only: thickness_t
@@ -178,20 +179,12 @@ module hampm_plain_groups
 
    type(key_t), parameter :: refine_keys(*) = [ &
       key_t('indicator', type_name, 'what tells which cells refine: gradients, the estimated error, the distance to the tip', &
-            default='none', example='tip', allowed='none|gradient|zz|tip'), &
+            default='none', example='tip', allowed='none|{indicators}'), &
       key_t('field', type_name, 'of indicator = ''gradient'': the field whose gradients count', default='energy_density', &
             allowed='energy_density|stress_norm|speed'), &
-      key_t('r_crit', type_real, 'of ''gradient'': cells whose mean R is above it refine', default='0.03', allowed=positive), &
-      key_t('r_coarsen', type_real, 'of ''gradient'': cells whose mean R is below it recombine; 0: never; below r_crit', &
-            default='0.0', allowed=not_negative), &
-      key_t('tolerance', type_real, 'of ''zz'': relative error in the energy norm that is aimed at', default='0.02', &
-            allowed='(0, 1)'), &
-      key_t('rings', type_integer, 'of ''tip'': cells within so many cells of a crack tip refine, level by level', default='4', &
-            allowed='[1, 1000]'), &
+      indicator_keys, &
       key_t('max_level', type_integer, 'how often a root cell may be divided; its size is halved each time', default='4', &
             example='2', allowed='[0, 20]'), &
-      key_t('energy_floor', type_real, 'of ''gradient'': cells whose field is below this part of its largest value do not refine', &
-            default='1e-3', allowed='[0, 1)'), &
       key_t('region_lower', type_real, 'lower corner of the box in which cells may refine; without limit by default', &
             example='0.04, 0.0', unit='m', allowed=any_number, fewest=0, most=ndim), &
       key_t('region_upper', type_real, 'upper corner of the box in which cells may refine; without limit by default', &

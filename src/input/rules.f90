@@ -8,6 +8,7 @@
 !> Only materials of which there is a body, and bodies that are no holes count.
 module hampm_rules
    use hampm_growth_laws, only: growth_law_keys
+   use hampm_indicators, only: indicator_keys
    use hampm_laws, only: law_keys
    implicit none
    private
@@ -39,7 +40,6 @@ module hampm_rules
    character(*), parameter :: corners(*) = ['lower', 'upper']
    character(*), parameter :: acting(*) = ['&constraint', '&load      ']
    character(*), parameter :: of_matter(*) = [character(13) :: 'material', 'velocity', 'spin', 'eigenstrain', 'contact_group']
-   character(*), parameter :: of_gradient(*) = [character(12) :: 'field', 'r_crit', 'r_coarsen', 'energy_floor']
    character(*), parameter :: of_looks(*) = ['start   ', 'interval']
    character(*), parameter :: with_forces(*) = [character(48) :: 'cracks that cut cells', &
                                                 "&crack contact = 'frictionless' | 'friction'", '&cohesive']
@@ -220,7 +220,7 @@ module hampm_rules
              "local steps need a linear relation of forces to displacements", use="&method time_steps = 'global'"), &
       rule_t("&method time_steps = 'local'", not_with, "&material volumetric = 'b_bar'", not_built, &
              "fine steps use moments of the volume of cells", use="&material volumetric = 'standard'"), &
-      rule_t("&method time_steps = 'local'", not_with, "&refine indicator = 'gradient' | 'zz'", mechanics, &
+      rule_t("&method time_steps = 'local'", not_with, "&refine indicator = {indicators of the motion}", mechanics, &
              "vibrations of small cells grow where the mesh changes", use="&method time_steps = 'global'"), &
       (rule_t("&method time_steps = 'local'", not_with, with_forces(k), not_built, &
               "forces across faces would join cells with different steps", use="&method time_steps = 'global'"), k=1, 3), &
@@ -266,7 +266,7 @@ module hampm_rules
       rule_t("&method time_step > 0", not_with, "&method time = 'implicit' and &method courant > 0", &
              reason="both give the time step", use="one of both"), &
       rule_t("&method consistent_region = 'refined' and &method mass = 'partial'", requires, &
-             "&refine indicator = 'tip' | 'zz' | 'gradient'", reason="the matrix is consistent in refined cells"), &
+             "&refine indicator = {indicators}", reason="the matrix is consistent in refined cells"), &
       rule_t("&method courant > 0", no_effect_with, "&method time = 'static'", mechanics, "a load step has no length to limit"), &
       rule_t("&method scheme", no_effect_with, "&method time = 'static' | 'implicit'", mechanics, &
              "the scheme is the order of updates in an explicit step"), &
@@ -301,22 +301,22 @@ module hampm_rules
 
    type(rule_t), parameter :: of_refinement(*) = [ &
       rule_t("&refine indicator = 'tip'", requires, "&crack"), &
-      rule_t("&refine indicator = 'gradient'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
-             "the indicator takes all nodes of a cell for those of one body", use="&refine indicator = 'zz'"), &
-      rule_t("&refine indicator = 'zz' | 'gradient'", not_with, &
+      rule_t("&refine indicator = {indicators of one body}", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", &
+             not_built, "the indicator takes all nodes of a cell for those of one body", use="&refine indicator = 'zz'"), &
+      rule_t("&refine indicator = {indicators of the motion}", not_with, &
              "&grid order = 2 and &method time = 'explicit' | 'implicit' and cells that are cut", not_built, &
              "particles would have to move to finer cells", use="&refine indicator = 'tip'"), &
-      rule_t("&refine max_level", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'", &
+      rule_t("&refine max_level", no_effect_without, "&refine indicator = {indicators}", &
              reason="an indicator selects the cells to refine"), &
-      (rule_t("&refine region_"//corners(k), no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'"), k=1, 2), &
-      rule_t("&refine max_particles", no_effect_without, "&refine indicator = 'tip' | 'zz' | 'gradient'"), &
-      rule_t("&refine rings", no_effect_without, "&refine indicator = 'tip'"), &
-      rule_t("&refine tolerance", no_effect_without, "&refine indicator = 'zz'"), &
-      (rule_t("&refine "//of_gradient(k), no_effect_without, "&refine indicator = 'gradient'"), &
-       k=1, size(of_gradient)), &
-      (rule_t("&refine "//of_looks(k), no_effect_without, "&refine indicator = 'zz' | 'gradient'", &
+      (rule_t("&refine region_"//corners(k), no_effect_without, "&refine indicator = {indicators}"), k=1, 2), &
+      rule_t("&refine max_particles", no_effect_without, "&refine indicator = {indicators}"), &
+      rule_t("&refine field", no_effect_without, "&refine indicator = 'gradient'"), &
+      (rule_t("&refine "//trim(indicator_keys(k)%name), no_effect_without, "&refine "//indicator_keys(k)%only_with), &
+       k=1, size(indicator_keys)), &
+      (rule_t("&refine "//of_looks(k), no_effect_without, "&refine indicator = {indicators of the motion}", &
               reason="the indicator tip refines before the first step"), &
-       rule_t("&refine "//of_looks(k), no_effect_with, "&method time = 'static' and &refine indicator = 'zz' | 'gradient'", &
+       rule_t("&refine "//of_looks(k), no_effect_with, &
+              "&method time = 'static' and &refine indicator = {indicators of the motion}", &
               mechanics, "static refinement is between load steps"), k=1, 2)]
 
    type(rule_t), parameter :: of_cracks(*) = [ &

@@ -69,7 +69,7 @@ module hampm_measurements
       real(dp) :: g_beam_on_foundation = 0       !! (33) with chi = 2/3 and E', 0 where it does not apply [J/m2]
       real(dp), allocatable :: g_ratio           !! G by the best of the chosen estimators over `g_ref`, where there are both [-]
       type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without fixed components
-      real(dp) :: indicator = 0                  !! largest R, or estimated relative error, when the mesh was last looked at [-]
+      real(dp) :: indicator = 0                  !! its value when the mesh was last looked at [-]
       type(crack_values_t), allocatable :: crack(:) !! what was measured at each tip
       type(face_overlap_t), allocatable :: overlap(:) !! of the faces of each crack
       real(dp) :: reaction(ndim) = 0             !! force of all constraints on the bodies, where there is a crack [N]
@@ -93,7 +93,7 @@ contains
       allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
       do k = 1, size(m%crack)
          call new_crack_values(model%energy_release%chosen, cracks%tips(k), model%method%time /= 'static' .and. &
-                               any(model%refine%indicator == ['gradient', 'zz      ']), m%crack(k))
+                               model%refine%looks_at_motion(), m%crack(k))
       end do
       select case (model%energy_release%reference)
       case ('value')
@@ -301,10 +301,9 @@ contains
          if (size(m%crack) > 0 .and. size(model%constraints) > 0) &
             call history%record_vector('reaction', 'N', 'force of the constraints on the bodies', m%reaction)
          call record_reactions(model, m)
-         if (model%refine%indicator == 'zz') &
-            call history%record('error_estimate', '1', 'estimated relative error in the energy norm', m%indicator)
-         if (model%refine%indicator == 'gradient') &
-            call history%record('largest_R', '1', 'largest mean R of the cells in the region', m%indicator)
+         associate (by => model%refine%by)
+            if (by%column /= '') call history%record(trim(by%column), '1', trim(by%meaning), m%indicator)
+         end associate
       end associate
    end subroutine take_row
 

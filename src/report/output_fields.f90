@@ -9,7 +9,7 @@ module hampm_output_fields
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
    use hampm_problem, only: problem_t
    use hampm_nodal_fields, only: v_n
-   use hampm_refinement, only: refinement_t
+   use hampm_indicator, only: refinement_t
    use hampm_snapshots, only: piece_t, add_field, vtk_line, vtk_quad, vtk_biquadratic_quad
    implicit none
    private
@@ -94,7 +94,7 @@ contains
       integer, parameter :: around(corners) = [1, 2, 4, 3]  ! corners in VTK's order, around the cell
       real(dp), allocatable :: phi(:), r(:)
       integer :: e
-      if (refinement%indicator == 'gradient') then
+      if (refinement%by%name == 'gradient') then
          if (after_failure) then
             r = spread(ieee_value(0.0_dp, ieee_quiet_nan), 1, problem%grid%n_points)
          else

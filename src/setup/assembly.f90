@@ -27,7 +27,7 @@ module hampm_assembly
    use hampm_quadratic_points, only: weigh_points
    use hampm_reference_step, only: reference_t
    use hampm_step, only: explicit_t
-   use hampm_refinement, only: refinement_t
+   use hampm_indicator, only: refinement_t
    use hampm_model, only: model_t, mass_used, has_shapes
    use hampm_model_materials, only: materials_of, material_of_body
    use hampm_sorting, only: sort_into_cells

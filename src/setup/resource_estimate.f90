@@ -6,6 +6,7 @@ module hampm_resource_estimate
    use hampm_kinds, only: dp, ndim
    use hampm_body_group, only: area_in_box
    use hampm_failure, only: failure_t, exit_input
+   use hampm_law, only: value_of
    use hampm_path_placement, only: path_tips
    use hampm_placement, only: particle_number
    use hampm_model, only: model_t, mass_used
@@ -62,10 +63,10 @@ contains
       occupied = sum([(area_in_box(model%bodies(k), model%bodies(k)%lower, model%bodies(k)%upper), k=1, size(model%bodies))]) &
                  /model%grid%cell**ndim
       occupied = max(min(occupied, resources%cells), 1.0_dp)
-      if (model%refine%indicator == 'tip') call refine_around_tips(model, resources, occupied)
+      if (model%refine%by%name == 'tip') call refine_around_tips(model, resources, occupied)
       resources%memory = memory_for(model, resources%particles, resources%cells, occupied)
       resources%most_particles = resources%particles
-      if (model%refine%indicator /= 'none' .and. model%refine%indicator /= 'tip' .and. model%refine%max_level > 0) &
+      if (model%refine%is_active() .and. model%refine%by%name /= 'tip') &
          resources%most_particles = min(real(model%refine%max_particles, dp), resources%particles*4.0_dp**model%refine%max_level)
       associate (growth => resources%most_particles/resources%particles)
          most_cells = resources%cells + (growth - 1)*occupied
@@ -105,7 +106,7 @@ contains
       if (model%is_half()) tips = tips/2
       fit = occupied
       do level = 0, model%refine%max_level - 1
-         divided = min(fit, tips*(2*model%refine%rings + 1.0_dp)**ndim)
+         divided = min(fit, tips*(2*nint(value_of(model%refine%constants, 'rings', 0.0_dp)) + 1.0_dp)**ndim)
          if (resources%particles + 3*divided*density > model%refine%max_particles) exit
          resources%particles = resources%particles + 3*divided*density
          resources%cells = resources%cells + 3*divided
@@ -128,7 +129,7 @@ contains
          fill = fill_of(occupied)
       end if
       if (model%method%shape_functions == 'cpdi') bytes = bytes + of_domain*particles
-      if (model%refine%indicator /= 'none' .and. model%refine%max_level > 0) &
+      if (model%refine%is_active()) &
          bytes = bytes + of_refined_particle*particles + of_refined_cell*cells
       if (model%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles &
          + merge(of_viewed_quadratic_cell, of_viewed_cell, model%grid%order == 2)*cells

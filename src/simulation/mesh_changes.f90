@@ -75,7 +75,7 @@ contains
       logical :: adapted
       allocate (lines, source=s%cracks%lines())
       call adopt_lines(s%problem, lines, failure)
-      adapted = s%refinement%indicator == 'tip'
+      adapted = s%refinement%by%is_of_places
       do while (adapted .and. .not. failure%failed())
          call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure)
       end do

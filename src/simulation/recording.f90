@@ -101,7 +101,7 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: k
       if (failure%failed()) return
-      s%measurements%indicator = max(s%refinement%relative_error, s%refinement%largest_r)
+      s%measurements%indicator = s%refinement%value
       call measure_state(s, failure)
       if (failure%failed()) return
       if (s%growing%are_there() .and. .not. s%growing%is_static) &

@@ -17,7 +17,8 @@ module hampm_simulation
    use hampm_problem, only: problem_t
    use hampm_pressed_faces, only: press_faces
    use hampm_progress, only: progress_t
-   use hampm_refinement, only: refinement_t, refine_at_start
+   use hampm_indicator, only: refinement_t
+   use hampm_refinement, only: refine_at_start
    use hampm_results, only: results_t
    use hampm_model, only: model_t
    use hampm_text, only: add_line

@@ -157,7 +157,7 @@ CONSISTENCY = [
         "'musl'",
         "'musl'\n  mass = 'partial'\n  consistent_region = 'refined'",
         "consistent_region",
-        "consistent_region = 'refined' with mass = 'partial' requires &refine indicator = 'tip' or 'zz' or 'gradient'",
+        "consistent_region = 'refined' with mass = 'partial' requires &refine indicator = 'gradient' or 'zz' or 'tip'",
     ),
     ("'musl'", "'musl' consistent_region = 'refind'", "consistent_region", "must be 'box' or 'refined'; did you mean 'refined'?"),
     ("history_interval = 1e-6", "history_interval = 1", "history_interval", "must be in [0, end_time = 0.0015] [s]"),

@@ -14,7 +14,7 @@ from paths import ROOT
 PAGE = (ROOT / "docs/extending.md").read_text()
 BLOCK = re.compile(r"^```(fortran|diff) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILES = {"A material law": (1, 1), "A key": (0, 3), "An estimator": (1, 1),
-         "A law of crack growth": (1, 1)}  # new, changed
+         "A law of crack growth": (1, 1), "An indicator of refinement": (1, 1)}  # new, changed
 
 
 def sections():
@@ -129,7 +129,16 @@ class TestTheExtendedProgram:
         assert history["toughness"][:] == pytest.approx(300 - 200 * np.exp(-(length - 0.03) / 0.01), rel=1e-12)
         assert history["G"][:] == pytest.approx(history["toughness"][:], rel=1e-5)
 
+    def test_cells_with_more_energy_than_the_mean_refine(self, program, tmp_path):
+        file = results(program, "indicator.nml", tmp_path)
+        limit = (1 - 1 / math.sqrt(3)) * 40  # cells
+        columns = np.arange(40)
+        fine = columns[columns + 0.5 < limit]
+        assert file["history"]["particles"][-1] == 4 * (16 * len(fine) + 4 * (40 - len(fine)))
+        # of a cell from x to x + 1 the mean of 3 (1 - x/L)**2, with particles at a quarter and three quarters of halved cells
+        assert file["history"]["peak_energy"][-1] == pytest.approx(3 * (1 - 0.25 / 40) ** 2, rel=1e-3)
+
     def test_choices_of_the_keys_are_those_of_the_tables(self, program):
         keys = subprocess.run([program, "--keys"], capture_output=True, text=True).stdout
-        for name in "blatz_ko", "displacements", "chi", "r_curve", "plateau":
+        for name in "blatz_ko", "displacements", "chi", "r_curve", "plateau", "energy", "times_mean":
             assert f"`{name}`" in keys

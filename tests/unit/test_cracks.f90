@@ -10,7 +10,7 @@ program test_cracks
    use hampm_grid, only: grid_t
    use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish
-   use hampm_refinement, only: refinement_t
+   use hampm_indicator, only: refinement_t
    use hampm_model, only: model_t
    use hampm_problem, only: problem_t
    use hampm_thickness, only: thickness_t

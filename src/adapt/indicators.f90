@@ -1,0 +1,26 @@
+!> The table of indicators of refinement, and the keys of `&refine` that are of some of them only.
+module hampm_indicators
+   use hampm_error_indicator, only: mark_by_error, error_keys
+   use hampm_gradient_indicator, only: mark_by_gradient, gradient_keys
+   use hampm_indicator, only: indicator_t, indicator_row_t
+   use hampm_key_rows, only: key_t
+   use hampm_tip_indicator, only: mark_around_tips, tip_keys
+   implicit none
+   private
+   public :: indicators, indicator_keys
+
+   type(key_t), parameter :: indicator_keys(*) = [gradient_keys, error_keys, tip_keys]
+
+contains
+
+   !> All rows.
+   pure function indicators() result(rows)
+      type(indicator_row_t), allocatable :: rows(:)
+      allocate (rows, source=[ &
+         indicator_row_t(indicator_t('gradient', 'largest_R', 'largest mean R of the cells in the region', 'a larger r_crit', &
+                                     is_of_one_body=.true.), mark_by_gradient), &
+         indicator_row_t(indicator_t('zz', 'error_estimate', 'estimated relative error in the energy norm', &
+                                     'a larger tolerance'), mark_by_error), &
+         indicator_row_t(indicator_t('tip', advice='fewer rings', is_of_places=.true.), mark_around_tips)])
+   end function indicators
+end module hampm_indicators

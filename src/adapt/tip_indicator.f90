@@ -1,0 +1,37 @@
+!> Refinement around the tips of cracks.
+module hampm_tip_indicator
+   use hampm_kinds, only: dp
+   use hampm_indicator, only: refinement_t, may_refine
+   use hampm_key_rows, only: key_t, type_integer
+   use hampm_law, only: value_of
+   use hampm_problem, only: problem_t
+   implicit none
+   private
+   public :: mark_around_tips, tip_keys
+
+   type(key_t), parameter :: tip_keys(*) = [ &
+      key_t('rings', type_integer, 'of ''tip'': cells within so many cells of a crack tip refine, level by level', default='4', &
+            allowed='[1, 1000]', only_with="indicator = 'tip'")]
+
+contains
+
+   !> Refine the leaves that are within `rings` cells of their own size of a tip. Behind tips that move, recombine those that are further
+   !> away than what is refined around these by a cell of the next size.
+   subroutine mark_around_tips(r, m, tips, change)
+      type(refinement_t), intent(inout) :: r
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: tips(:, :)
+      integer, intent(inout) :: change(:)
+      real(dp), parameter :: rounding = 1e-9_dp  ! of distances, in cells: that of a tip in the middle of one from others is a whole number
+      real(dp) :: distance, edge
+      integer :: leaf, k, rings
+      rings = nint(value_of(r%constants, 'rings', 0.0_dp))
+      do leaf = 1, size(change)
+         distance = minval([(maxval(abs(m%grid%forest%middle_of(leaf) - tips(:, k))), k=1, size(tips, 2))])
+         edge = m%grid%forest%size_of(leaf)
+         if (r%tips_move .and. distance > (rings + 1)*2*edge*(1 + rounding)) change(leaf) = -1
+         if (distance >= rings*edge*(1 - rounding) .or. m%grid%forest%level_of(leaf) >= r%max_level) cycle
+         if (may_refine(r, m, leaf)) change(leaf) = 1
+      end do
+   end subroutine mark_around_tips
+end module hampm_tip_indicator
