@@ -6,18 +6,17 @@
 !> prints a line for each step: its number, the error of the tangent by differences in a strained state after its end, relative, and
 !> what was out of balance in each iteration of its last part, over the largest force. Steps that are one solution have no iteration.
 program newton_steps
+   use hampm_balance, only: balance_t
    use hampm_kinds, only: dp, ndim, long
    use hampm_command_line, only: options_t, command_arguments, parse_arguments
    use hampm_constraints, only: hold
    use hampm_failure, only: failure_t
-   use hampm_implicit, only: implicit_t
    use hampm_newton, only: displace
    use hampm_nodal_state, only: internal_force
    use hampm_program, only: end_program
    use hampm_reading, only: read_model
    use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, build
-   use hampm_static, only: static_t
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness
    implicit none
    real(dp), parameter :: strain = 1e-3_dp         !! of the state of which the tangent is taken, over the displacement of a cell
@@ -43,10 +42,8 @@ program newton_steps
       if (.not. failure%failed()) call s%integrator%advance(s%problem, dt, failure)
       if (failure%failed()) exit
       select type (by => s%integrator)
-       class is (static_t)
-         call tell(by%equilibrium%newton%residuals)
-       class is (implicit_t)
-         call tell(by%newmark%newton%residuals)
+       class is (balance_t)
+         call tell(by%newton%residuals)
       end select
    end do
    call s%integrator%finish()

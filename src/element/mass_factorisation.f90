@@ -200,16 +200,13 @@ contains
       class(mass_factorisation_t), intent(inout) :: self
       real(dp), intent(in) :: b(:, :)            !! (ndim, n_points)
       real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
-      integer :: d, i
+      integer :: d
       do d = 1, ndim
          associate (factor => self%factors(self%of_direction(d)))
-            do i = 1, factor%unknowns%n
-               factor%b(i) = b(d, factor%unknowns%node(i))
-            end do
-            if (factor%unknowns%n > 0) call factor%factorised%solve(factor%b, factor%x)
-            do i = 1, factor%unknowns%n
-               x(d, factor%unknowns%node(i)) = factor%x(i)
-            end do
+            if (factor%unknowns%n == 0) cycle
+            factor%b = factor%unknowns%gather(b(d:d, :))
+            call factor%factorised%solve(factor%b, factor%x)
+            call factor%unknowns%scatter(factor%x, x(d:d, :))
          end associate
       end do
    end subroutine solve

@@ -10,7 +10,7 @@ module hampm_mass_product
    use hampm_jumps, only: add_mass_product
    implicit none
    private
-   public :: find_concentrated_mass, multiply_by_mass
+   public :: find_concentrated_mass, multiply_by_mass, by_mass
 
 contains
 
@@ -65,4 +65,15 @@ contains
          if (allocated(matrix%ghosts)) call add_mass_product(matrix%ghosts, x, y, unused)
       end associate
    end subroutine multiply_by_mass
+
+   !> What the mass matrix gives to all components by values x: M x, 0 at hanging nodes. (ndim, n_points)
+   pure function by_mass(grid, matrix, x) result(y)
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in), contiguous :: x(:, :) !! those at hanging nodes too, (ndim, n_points)
+      real(dp), allocatable :: y(:, :), concentrated(:)
+      allocate (y(ndim, grid%n_points))
+      call find_concentrated_mass(grid, matrix, concentrated)
+      call multiply_by_mass(grid, matrix, concentrated, x, y)
+   end function by_mass
 end module hampm_mass_product

@@ -9,11 +9,11 @@ module hampm_support_operators
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic
    use hampm_cell_blocks, only: cell_blocks_t, support_t, of_momentum, of_force
+   use hampm_element_stiffness, only: element_stiffness
    use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t
-   use hampm_orthotropic, only: n_voigt
    use hampm_pass, only: pass_t
-   use hampm_support_pass, only: find_particle_support, mean_gradients, mass_of_cell
+   use hampm_support_pass, only: mass_of_cell
    implicit none
    private
    public :: support_operators_t, find_support_operators, apply_support_operators, least_part
@@ -49,7 +49,8 @@ contains
       logical, intent(in) :: is_loaded(:)        !! whether a particle of the element carries a load
       type(support_operators_t), intent(out) :: operators
       type(kind_t) :: kind
-      integer :: k, j, n
+      real(dp) :: stiffness(ndim*m%grid%n_functions, ndim*m%grid%n_functions) ! of an element [N/m]
+      integer :: k, j, n, e
       allocate (operators%kinds(8), operators%kind_of(size(m%blocks%supports)), operators%cell_mass(size(m%blocks%supports)))
       n = 0
       operators%kind_of = 0
@@ -68,7 +69,10 @@ contains
             end do
             if (j > n) then
                if (cell%n > corners) kind%mass(:cell%n, :cell%n) = mass_of_cell(m, cell)/operators%cell_mass(k)
-               call sum_stiffness(m, cell, kind)
+               do e = cell%first, cell%last
+                  call element_stiffness(m, e, .true., 0.0_dp, stiffness)
+                  kind%stiffness(:ndim*cell%n, :ndim*cell%n) = kind%stiffness(:ndim*cell%n, :ndim*cell%n) + stiffness
+               end do
                if (n == size(operators%kinds)) operators%kinds = [operators%kinds, operators%kinds]
                n = n + 1
                operators%kinds(n) = kind
@@ -109,36 +113,6 @@ contains
                  .and. abs(a%volume - b%volume) <= alike*b%volume
       if (any(abs(a%mass) > 0)) is_alike = is_alike .and. all(abs(a%mass - b%mass) <= alike)
    end function is_alike
-
-   !> Sum the stiffness of a kind over the particles of a cell of it.
-   pure subroutine sum_stiffness(m, cell, kind)
-      type(matter_t), intent(in) :: m
-      type(support_t), intent(in) :: cell
-      type(kind_t), intent(inout) :: kind
-      real(dp) :: n(cell%n), gradient(cell%n, ndim), strain(n_voigt, ndim*cell%n), missing(ndim*cell%n), mean(cell%n, ndim)
-      integer :: e, i
-      strain = 0
-      mean = mean_gradients(m, cell)
-      associate (material => m%materials(kind%material), dofs => ndim*cell%n)
-         do e = cell%first, cell%last
-            do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-               call find_particle_support(m%particles, cell, i, n, gradient)
-               strain(1, 1::ndim) = gradient(:, 1)
-               strain(2, 2::ndim) = gradient(:, 2)
-               strain(3, 1::ndim) = gradient(:, 2)
-               strain(3, 2::ndim) = gradient(:, 1)
-               if (material%mean_dilatation) then
-                  missing = reshape(transpose(mean - gradient), [dofs])/2
-                  strain(1, :) = strain(1, :) + missing
-                  strain(2, :) = strain(2, :) + missing
-               end if
-               kind%stiffness(:dofs, :dofs) = kind%stiffness(:dofs, :dofs) + m%particles%volume(i)*matmul(transpose(strain), &
-                     matmul(material%stiffness, strain))
-               strain = 0
-            end do
-         end do
-      end associate
-   end subroutine sum_stiffness
 
    !> Add to the contributions of the cells that have operators what a pass does.
    subroutine apply_support_operators(operators, pass, dt, blocks, f)

@@ -33,7 +33,7 @@ module hampm_support_pass
    use hampm_tensors, only: identity, trace, determinant, inverse_transpose, product_of
    implicit none
    private
-   public :: pass_by_supports, find_particle_support, mean_gradients, mass_of_cell
+   public :: pass_by_supports, mass_of_cell
 
    real(dp), parameter :: rounding = 1e-12_dp    !! of masses of points, over that of a cell
 

@@ -26,7 +26,7 @@ module hampm_expected_error
    use hampm_quadratic_tip_offset, only: quadratic_tip_offset
    use hampm_rigid_motions, only: free_motions_t, find_free_motions, take_inertia, take_motion_as_whole
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads
-   use hampm_element_stiffness, only: gradient_at, derivatives_at, n_derivatives, local_of
+   use hampm_element_stiffness, only: derivatives_at, n_derivatives
    use hampm_domain_integral, only: tip_domain_t, weight_nodes
    use hampm_loads, only: largest_factors
    use hampm_tensors, only: identity, trace
@@ -247,9 +247,9 @@ contains
          do i = 1, p%n
             associate (material => m%materials(p%material(i)), at => m%grid%support_of(p%cell(i)))
                if (.not. material%has_eigenstrain) cycle
-               force(:, at) = force(:, at) - p%volume(i)*matmul(material%stress_at_first(), transpose(gradient_at(m, i)))
+               force(:, at) = force(:, at) - p%volume(i)*matmul(material%stress_at_first(), transpose(m%gradients_of(i)))
                if (material%is_ring) force(1, at) = force(1, at) - p%volume(i)*material%hoop_stress(no_gradient, hoop=0.0_dp) &
-                                                                   *m%grid%functions_in(p%cell(i), local_of(m, i))/p%reference(i, 1)
+                                                                   *m%functions_of(i)/p%reference(i, 1)
             end associate
          end do
       end associate

@@ -7,7 +7,7 @@ module hampm_missing_energy
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    use hampm_recovery, only: recover
-   use hampm_element_stiffness, only: stiff_points, gradient_at, derivatives_at, n_derivatives, local_of
+   use hampm_element_stiffness, only: stiff_points, derivatives_at, n_derivatives
    implicit none
    private
    public :: missing_energy, displace, gradient_of, stress_of
@@ -76,7 +76,7 @@ contains
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             area = p%area_of(i)
             total = total + area
-            middle = middle + area*(local_of(m, i) - 0.5_dp)
+            middle = middle + area*(m%local_of(i) - 0.5_dp)
             call stiff_points(m, e, i, gradient)
             do k = 1, size(gradient, 3)
                missing = missing + p%volume(i)/size(gradient, 3)*energy_of_stress(material, stress_of(material, &
@@ -122,7 +122,7 @@ contains
       p%velocity = 0
       do i = 1, p%n
          p%gradient(i, :, :) = gradient_of(m, u, i)
-         p%displacement(i, :) = matmul(u(:, m%grid%support_of(p%cell(i))), m%grid%functions_in(p%cell(i), local_of(m, i)))
+         p%displacement(i, :) = matmul(u(:, m%nodes_of(i)), m%functions_of(i))
          if (allocated(p%widening)) p%widening(i) = p%displacement(i, 1)
       end do
    end subroutine displace
@@ -134,7 +134,7 @@ contains
       integer, intent(in) :: i
       real(dp) :: gradient(ndim, ndim), of_support(ndim, m%grid%n_functions), slopes(m%grid%n_functions, ndim)
       of_support = u(:, m%grid%support_of(m%particles%cell(i)))
-      slopes = gradient_at(m, i)
+      slopes = m%gradients_of(i)
       gradient = matmul(of_support, slopes)
    end function gradient_of
 end module hampm_missing_energy

@@ -15,6 +15,9 @@ module hampm_numbering
                                                  !! (directions, n_nodes)
       integer, allocatable :: node(:)            !! node of each unknown, (n)
       integer, allocatable :: direction(:)       !! its direction, (n)
+   contains
+      procedure :: gather
+      procedure :: scatter
    end type numbering_t
 
 contains
@@ -39,6 +42,28 @@ contains
          end do
       end do
    end subroutine number_unknowns
+
+   !> What a field of the nodes has at the unknowns.
+   pure function gather(self, field) result(x)
+      class(numbering_t), intent(in) :: self
+      real(dp), intent(in) :: field(:, :)        !! (directions, n_points)
+      real(dp) :: x(self%n)
+      integer :: i
+      do i = 1, self%n
+         x(i) = field(self%direction(i), self%node(i))
+      end do
+   end function gather
+
+   !> Give a field of the nodes what the unknowns are; it stays elsewhere.
+   pure subroutine scatter(self, x, field)
+      class(numbering_t), intent(in) :: self
+      real(dp), intent(in) :: x(:)
+      real(dp), intent(inout) :: field(:, :)     !! (directions, n_points)
+      integer :: i
+      do i = 1, self%n
+         field(self%direction(i), self%node(i)) = x(i)
+      end do
+   end subroutine scatter
 
    !> The nodes with degrees of freedom on which values in some elements depend, in the order in which these come to them.
    pure subroutine nodes_of_elements(grid, elements, nodes)

@@ -15,7 +15,7 @@ module hampm_children
    use hampm_particles, only: particles_t, spacing_of
    implicit none
    private
-   public :: is_half, middle_of_parent, times_split, children_of, litter_t, middle_of_box, place_of_parent
+   public :: is_half, middle_of_parent, times_split, children_of, litter_t, place_of_parent, quarters_of
 
    !> The children of a particle.
    type :: litter_t

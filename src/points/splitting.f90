@@ -20,12 +20,11 @@ module hampm_splitting
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, corner_offset, outside, deepest
-   use hampm_outline, only: least_part
    use hampm_particles, only: particles_t, take_particles, spacing_of
    use hampm_place_table, only: place_table_t
    use hampm_tensors, only: identity
    use hampm_domains, only: edges_of_domain, weights_in_domain, reference_corners, corner_gradients, follow_corners
-   use hampm_children, only: children_of, is_half, litter_t, middle_of_box, place_of_parent
+   use hampm_children, only: children_of, is_half, litter_t, place_of_parent, quarters_of
    implicit none
    private
    public :: start_families, split, recombine
@@ -167,6 +166,8 @@ contains
       integer, allocatable, intent(out) :: member(:, :)  !! 0 behind the last, (corners, families and more)
       integer, intent(out) :: families
       type(place_table_t) :: table
+      type(litter_t) :: parent
+      real(dp) :: x(ndim)
       integer :: siblings(corners), n
       integer :: i, f, status
       integer(long) :: key(ndim)
@@ -185,7 +186,9 @@ contains
       do f = 1, table%n
          n = count(member(:, f) > 0)
          siblings(:n) = pack(member(:, f), member(:, f) > 0)
-         if (n < number_of_siblings(p, siblings(1))) cycle
+         x = p%reference(siblings(1), :)
+         parent = quarters_of(p, p%body(siblings(1)), x, spacing_of(p, siblings(1)), 0_long)
+         if (n < parent%n) cycle
          if (.not. is_together(p, siblings(:n))) cycle
          if (.not. fits_between(p, siblings(:n), forest)) cycle
          families = families + 1
@@ -193,25 +196,6 @@ contains
          member(:n, families) = siblings(:n)
       end do
    end subroutine find_families
-
-   !> How many children the parent of a particle had.
-   pure integer function number_of_siblings(p, i) result(n)
-      type(particles_t), intent(in) :: p
-      integer, intent(in) :: i                   !! a child
-      real(dp) :: m(0:ndim), edges(ndim), x(ndim)
-      integer :: c
-      n = corners
-      if (.not. p%has_outline(p%body(i))) return
-      n = 0
-      edges = spacing_of(p, i)
-      x = p%reference(i, :)
-      do c = 1, corners
-         associate (lower => middle_of_box(p, x, 2*edges) + (corner_offset(c) - 1)*edges)
-            m = p%outlines(p%body(i))%moments(lower, lower + edges)
-         end associate
-         if (m(0) > least_part*product(edges)) n = n + 1
-      end do
-   end function number_of_siblings
 
    !> Whether siblings are near each other in the grid.
    pure logical function is_together(p, siblings)

@@ -67,7 +67,7 @@ contains
       real(dp), intent(in) :: x(ndim)            !! [m]
       integer, allocatable :: nearest(:)
       real(dp) :: distance, best
-      integer :: ring, home(ndim), offset(ndim), k, i, e, first, last
+      integer :: ring, home(ndim), offset(ndim), j, k, i, e, first, last
       associate (forest => m%grid%forest, tolerance => m%grid%forest%tolerance())
          home = min(max(int((x - forest%lower)/forest%cell), 0), forest%cells - 1)
          allocate (nearest(0))
@@ -75,7 +75,7 @@ contains
          do ring = 0, maxval(forest%cells)
             if (size(nearest) > 0 .and. best + tolerance <= (ring - 1)*forest%cell) exit
             do k = 0, (2*ring + 1)**ndim - 1
-               offset = box_offset(k, ring)
+               offset = [(mod(k/(2*ring + 1)**j, 2*ring + 1) - ring, j=0, ndim - 1)]
                if (maxval(abs(offset)) /= ring) cycle
                if (any(home + offset < 0 .or. home + offset >= forest%cells)) cycle
                call forest%leaves_of_root(home + offset, first, last)
@@ -92,16 +92,4 @@ contains
          end do
       end associate
    end function nearest_particles
-
-   !> The `k`-th integer offset, from 0, within a box that reaches `ring` cells to each side.
-   pure function box_offset(k, ring) result(offset)
-      integer, intent(in) :: k, ring
-      integer :: offset(ndim)
-      integer :: d, rest
-      rest = k
-      do d = 1, ndim
-         offset(d) = mod(rest, 2*ring + 1) - ring
-         rest = rest/(2*ring + 1)
-      end do
-   end function box_offset
 end module hampm_load_sharing

@@ -62,9 +62,15 @@ contains
       real(dp), intent(out) :: mapping_power            !! see above [W]; 0 without `audit`
       type(failure_t), intent(inout) :: failure
       integer :: chunk, chunks, first
-      if (solver%iterates()) call guess_acceleration(f)
+      if (solver%iterates()) then                ! from the line through the last two solutions on
+         if (.not. allocated(f%earlier)) allocate (f%earlier(ndim, size(f%acceleration, 2), 2), source=0.0_dp)
+         f%acceleration = 2*f%earlier(:, :, 1) - f%earlier(:, :, 2)
+      end if
       call solve(grid, solver, free, f%mass_matrix, f%force, f%acceleration, failure)
-      if (solver%iterates()) call save_acceleration(f)
+      if (solver%iterates()) then
+         f%earlier(:, :, 2) = f%earlier(:, :, 1)
+         f%earlier(:, :, 1) = f%acceleration
+      end if
       call grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
       chunks = (f%mass_matrix%all%n_points - 1)/nodes_per_chunk + 1
       !$omp parallel do schedule(static) private(first)
@@ -98,18 +104,4 @@ contains
       end associate
       mapping_power = mapping_power - damping_power
    end subroutine find_powers
-
-   !> Take the line through the last two solutions as the guess of the next.
-   subroutine guess_acceleration(f)
-      type(nodal_fields_t), intent(inout) :: f
-      if (.not. allocated(f%earlier)) allocate (f%earlier(ndim, size(f%acceleration, 2), 2), source=0.0_dp)
-      f%acceleration = 2*f%earlier(:, :, 1) - f%earlier(:, :, 2)
-   end subroutine guess_acceleration
-
-   !> Keep the solution for the next guesses.
-   subroutine save_acceleration(f)
-      type(nodal_fields_t), intent(inout) :: f
-      f%earlier(:, :, 2) = f%earlier(:, :, 1)
-      f%earlier(:, :, 1) = f%acceleration
-   end subroutine save_acceleration
 end module hampm_nodal_motion

@@ -4,7 +4,7 @@ module hampm_nodal_state
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads, add_loads
    use hampm_mass_solver, only: solve_aside
-   use hampm_problem, only: problem_t, refresh_grid, do_pass, assemble_sums
+   use hampm_problem, only: problem_t, refresh_grid, do_pass, assemble_sums, pass_on
    use hampm_nodal_fields, only: v_next, v_mapped
    use hampm_particle_pass, only: pass_report_t
    use hampm_pass, only: pass_t
@@ -36,7 +36,6 @@ contains
       type(nodal_state_t), intent(inout) :: state
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: reactions(:, :)
-      call resize_to_points(m%grid%n_points, state)
       call refresh_grid(m)
       state%velocity = m%fields%velocity(:, :, merge(v_mapped, v_next, m%scheme%remaps))
       call solve(m, m%fields%momentum, state%velocity, failure)
@@ -84,17 +83,6 @@ contains
       allocate (force, source=m%fields%force)
    end subroutine unbalanced_force
 
-   !> Room for a number of points.
-   subroutine resize_to_points(n, state)
-      integer, intent(in) :: n
-      type(nodal_state_t), intent(inout) :: state
-      if (allocated(state%velocity)) then
-         if (size(state%velocity, 2) == n) return
-         deallocate (state%velocity, state%divergence)
-      end if
-      allocate (state%velocity(ndim, n), state%divergence(ndim, n))
-   end subroutine resize_to_points
-
    !> Solve M x = b and distribute x to the hanging nodes. On entry `x` holds a guess.
    subroutine solve(m, b, x, failure)
       type(problem_t), intent(inout) :: m
@@ -103,7 +91,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
       call solve_aside(m%solver, m%grid, m%fields%mass_matrix, b, x, unsolved)
-      if (unsolved%failed()) call failure%report(unsolved%code, m%state%when()//unsolved%message)
+      call pass_on(m, m%state%steps, unsolved, failure)
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine solve
 

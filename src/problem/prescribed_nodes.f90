@@ -4,12 +4,11 @@ module hampm_prescribed_nodes
    use hampm_kinds, only: dp, ndim
    use hampm_constraints, only: constraints_t
    use hampm_grid, only: grid_t
-   use hampm_mass_matrix, only: mass_matrix_t
-   use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
+   use hampm_mass_product, only: by_mass
    use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next
    implicit none
    private
-   public :: prescribed_work_t, prescribed_velocity, prescribed_acceleration, by_mass, move_prescribed, find_work
+   public :: prescribed_work_t, prescribed_velocity, prescribed_acceleration, move_prescribed, find_work
 
    !> What the constraints did in a step, by the forces at its start.
    type :: prescribed_work_t
@@ -68,17 +67,6 @@ contains
       end do
       call grid%dofs%distribute(f%mass_matrix%all, ndim, y)
    end function on_prescribed
-
-   !> What the mass matrix gives to all components by values x: M x, 0 at hanging nodes. (ndim, n_points)
-   pure function by_mass(grid, matrix, x) result(y)
-      type(grid_t), intent(in) :: grid
-      type(mass_matrix_t), intent(in) :: matrix
-      real(dp), intent(in), contiguous :: x(:, :) !! those at hanging nodes too, (ndim, n_points)
-      real(dp), allocatable :: y(:, :), concentrated(:)
-      allocate (y(ndim, grid%n_points))
-      call find_concentrated_mass(grid, matrix, concentrated)
-      call multiply_by_mass(grid, matrix, concentrated, x, y)
-   end function by_mass
 
    !> Set the velocities that move the particles, and the accelerations that lead to them, of fixed components.
    subroutine move_prescribed(c, grid, dt, prescribed, f)

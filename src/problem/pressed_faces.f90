@@ -16,6 +16,7 @@ module hampm_pressed_faces
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: distance_to_segment
    use hampm_cut_cells, only: cut_cells_t, divides
+   use hampm_dofs, only: list_slots
    use hampm_loads, only: load_t, note_hosts
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t, spacing_of
@@ -26,14 +27,19 @@ module hampm_pressed_faces
 
    real(dp), parameter :: touching = 1e-3_dp     !! part of a particle by which rectangles that touch may be apart
 
-   !> Edges of particles that are faces of a crack.
+   !> An edge of a particle that is a face of a crack.
+   type :: edge_t
+      integer :: host = 0                        !! the particle that is pressed
+      real(dp) :: into(ndim) = 0                 !! unit vector into it
+      real(dp) :: offset(ndim) = 0               !! of the middle of the edge from it [m]
+      real(dp) :: half(ndim) = 0                 !! half of the edge [m]
+      real(dp) :: length = 0                     !! of the edge across that vector [m]
+   end type edge_t
+
+   !> Some edges.
    type :: edges_t
       integer :: n = 0
-      integer, allocatable :: host(:)            !! the particle that is pressed, (n)
-      real(dp), allocatable :: into(:, :)        !! unit vector into it, (ndim, n)
-      real(dp), allocatable :: offset(:, :)      !! of the middle of the edge from it [m], (ndim, n)
-      real(dp), allocatable :: half(:, :)        !! half of the edge [m], (ndim, n)
-      real(dp), allocatable :: length(:)         !! of the edge across that vector [m], (n)
+      type(edge_t), allocatable :: list(:)       !! (n and more)
    end type edges_t
 
 contains
@@ -59,25 +65,23 @@ contains
       type(load_t), intent(inout) :: load
       real(dp), allocatable :: of_edge(:)        ! areas [m2]
       real(dp) :: area                           ! of all of them together [m2]
-      integer, allocatable :: chosen(:)
+      type(edge_t), allocatable :: chosen(:)
       integer :: i, n
-      chosen = pack([(i, i=1, edges%n)], [(dot_product(edges%into(:, i), load%into) > 0.5_dp, i=1, edges%n)])
+      chosen = pack(edges%list(:edges%n), [(dot_product(edges%list(i)%into, load%into) > 0.5_dp, i=1, edges%n)])
       n = size(chosen)
-      of_edge = [(edges%length(i)*m%interfaces%thickness%at(m%particles%reference(edges%host(i), :) + edges%offset(:, i)), &
-                  i=1, edges%n)]
-      of_edge = of_edge(chosen)
+      of_edge = [(chosen(i)%length*m%interfaces%thickness%at(m%particles%reference(chosen(i)%host, :) + chosen(i)%offset), i=1, n)]
       area = sum(of_edge)
       load%force = load%pressure*area*load%into
       if (allocated(load%host)) then             ! as they are in a checkpoint, or on a mesh that has not changed here
          if (size(load%host) == n) then
-            if (all(load%host == edges%host(chosen)) .and. .not. any(abs(load%offset - edges%offset(:, chosen)) > 0)) return
+            if (all(load%host == chosen%host) .and. &
+                .not. any([(abs(load%offset(:, i) - chosen(i)%offset) > 0, i=1, n)])) return
          end if
          deallocate (load%fraction, load%host, load%offset, load%half)
       end if
-      allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
-      load%host = edges%host(chosen)
-      load%offset = edges%offset(:, chosen)
-      load%half = edges%half(:, chosen)
+      load%host = chosen%host
+      load%offset = reshape([(chosen(i)%offset, i=1, n)], [ndim, n])
+      load%half = reshape([(chosen(i)%half, i=1, n)], [ndim, n])
       load%fraction = of_edge
       if (area > 0) load%fraction = load%fraction/area
       call note_hosts(load, m%particles)
@@ -93,10 +97,10 @@ contains
       real(dp), allocatable :: points(:, :)
       integer, allocatable :: near(:), first(:), bin(:), order(:)
       real(dp) :: lower(ndim), upper(ndim), width
-      integer :: axis, a, b, n_bins
+      integer :: axis, a, b, n_bins, status
       points = cut%cut_part(line)
       call list_near(p, points, near, width)
-      call make_room(edges, 64)
+      allocate (edges%list(64))
       if (size(near) == 0) return
       lower = minval(p%reference(near, :), dim=1)
       upper = maxval(p%reference(near, :), dim=1)
@@ -105,7 +109,7 @@ contains
       width = max(width, (upper(axis) - lower(axis))/n_bins)
       allocate (bin(size(near)))
       bin = min(int((p%reference(near, axis) - lower(axis))/width) + 1, n_bins)
-      call sort_into_bins(bin, n_bins, first, order)
+      call list_slots(n_bins, reshape(bin, [1, size(bin)]), first, order, status)
       do a = 1, size(near)
          do b = first(max(bin(a) - 1, 1)), first(min(bin(a) + 1, n_bins) + 1) - 1
             if (order(b) /= a) call press_pair(p, cut, points, near(a), near(order(b)), edges)
@@ -137,28 +141,6 @@ contains
       width = 1.5_dp*width                       ! centroids of halves are aside of the middle of their rectangles
       near = pack([(i, i=1, p%n)], is_near)
    end subroutine list_near
-
-   !> Order numbers by their bins; those of a bin stay in their order.
-   pure subroutine sort_into_bins(bin, n_bins, first, order)
-      integer, intent(in) :: bin(:)
-      integer, intent(in) :: n_bins
-      integer, allocatable, intent(out) :: first(:) !! place in `order` at which each bin begins, (n_bins + 1)
-      integer, allocatable, intent(out) :: order(:)
-      integer :: k
-      allocate (first(n_bins + 1), source=0)
-      do k = 1, size(bin)
-         first(bin(k)) = first(bin(k)) + 1
-      end do
-      do k = 2, n_bins + 1
-         first(k) = first(k - 1) + first(k)
-      end do
-      allocate (order(size(bin)))
-      do k = size(bin), 1, -1
-         order(first(bin(k))) = k
-         first(bin(k)) = first(bin(k)) - 1
-      end do
-      first = first + 1
-   end subroutine sort_into_bins
 
    !> The rectangle of a particle, or the one of which it is half.
    pure subroutine find_rectangle(p, i, middle, edges)
@@ -261,31 +243,14 @@ contains
       real(dp), intent(in) :: middle(ndim), half(ndim) !! of the edge [m]
       real(dp), intent(in) :: length             !! across the direction [m]
       type(edges_t), intent(inout) :: edges
-      if (edges%n == size(edges%host)) call make_room(edges, 2*edges%n)
+      type(edge_t) :: edge
+      edge%host = i
+      edge%into(d) = into
+      edge%offset = middle - p%reference(i, :)
+      edge%half = half
+      edge%length = length
+      if (edges%n == size(edges%list)) edges%list = [edges%list, edges%list]
       edges%n = edges%n + 1
-      edges%host(edges%n) = i
-      edges%into(:, edges%n) = 0
-      edges%into(d, edges%n) = into
-      edges%offset(:, edges%n) = middle - p%reference(i, :)
-      edges%half(:, edges%n) = half
-      edges%length(edges%n) = length
+      edges%list(edges%n) = edge
    end subroutine add_edge
-
-   !> Room for a number of edges; those that there are stay.
-   pure subroutine make_room(edges, most)
-      type(edges_t), intent(inout) :: edges
-      integer, intent(in) :: most
-      type(edges_t) :: more
-      more%n = edges%n
-      allocate (more%host(most), more%into(ndim, most), more%offset(ndim, most), more%half(ndim, most), &
-                more%length(most))
-      if (edges%n > 0) then
-         more%host(:edges%n) = edges%host(:edges%n)
-         more%into(:, :edges%n) = edges%into(:, :edges%n)
-         more%offset(:, :edges%n) = edges%offset(:, :edges%n)
-         more%half(:, :edges%n) = edges%half(:, :edges%n)
-         more%length(:edges%n) = edges%length(:edges%n)
-      end if
-      edges = more
-   end subroutine make_room
 end module hampm_pressed_faces

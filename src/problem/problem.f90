@@ -12,7 +12,7 @@ module hampm_problem
    use hampm_failure, only: failure_t, exit_computation
    use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
-   use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
+   use hampm_mass_product, only: by_mass
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_matter, only: matter_t
    use hampm_state_update, only: update_particle_state
@@ -196,15 +196,11 @@ contains
    !> these, which is what such steps conserve.
    real(dp) function kinetic_energy(m) result(energy)
       type(problem_t), intent(in) :: m
-      real(dp), allocatable :: mass(:), momentum(:, :)
       if (.not. allocated(m%state%velocity)) then
          energy = energy_of_particles(m%particles) + energy_of_rates(m%interfaces)
          return
       end if
-      allocate (momentum, mold=m%state%velocity)
-      call find_concentrated_mass(m%grid, m%fields%mass_matrix, mass)
-      call multiply_by_mass(m%grid, m%fields%mass_matrix, mass, m%state%velocity, momentum)
-      energy = sum(m%state%velocity*momentum)/2
+      energy = sum(m%state%velocity*by_mass(m%grid, m%fields%mass_matrix, m%state%velocity))/2
    end function kinetic_energy
 
    !> Energy that the material stores, with that of cohesive points [J].

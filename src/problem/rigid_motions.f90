@@ -4,7 +4,6 @@
 !> turned until they do: how far is no matter of the rigid-body constraints.
 module hampm_rigid_motions
    use hampm_kinds, only: dp, ndim
-   use hampm_basis, only: inside_cell
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t, exit_computation
@@ -175,8 +174,8 @@ contains
       end do
       associate (p => m%particles)
          do i = 1, p%n
-            associate (at => m%grid%support_of(p%cell(i)))
-               shape = m%grid%functions_in(p%cell(i), inside_cell(m%grid%local_coordinate(p%cell(i), p%place_in_grid(i))))
+            associate (at => m%nodes_of(i))
+               shape = m%functions_of(i)
                by_rate = p%mass(i)*shape
                do k = 1, size(rigid_constraints)
                   associate (rate => matmul(free%motion(:, at, k), by_rate))

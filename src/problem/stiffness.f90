@@ -26,7 +26,7 @@ module hampm_stiffness
    use hampm_rigid_motions, only: rigid_constraint_t
    use hampm_sparse, only: sparse_t
    use hampm_tensors, only: identity
-   use hampm_element_stiffness, only: change_of_stress, derivatives_at, element_stiffness, forces_by, local_of, mean_gradient_in, &
+   use hampm_element_stiffness, only: change_of_stress, derivatives_at, element_stiffness, forces_by, mean_gradient_in, &
                                       n_derivatives, strain_by
    implicit none
    private
@@ -50,14 +50,12 @@ module hampm_stiffness
    !> A factorised stiffness.
    type :: stiffness_t
       type(stiffness_kind_t), private :: kind
-      integer, allocatable, private :: nodes(:)  !! those of occupied cells
-      type(numbering_t), private :: unknowns
+      type(numbering_t) :: unknowns
       real(dp) :: point = 0                     !! squared frequency of the interface points [1/s2]
       type(factorisation_t), private :: factorised
       type(sparse_t), private :: matrix          !! of which the pattern alone is kept where it is factorised
    contains
       procedure :: solve
-      procedure :: on_unknowns
       procedure :: is_stable
       procedure :: release
    end type stiffness_t
@@ -118,9 +116,10 @@ contains
       type(problem_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: stiffness
       logical, allocatable :: fixed(:, :)
+      integer, allocatable :: nodes(:)           ! those of occupied cells
       integer :: k
       associate (all => m%fields%mass_matrix%all)
-         call nodes_of_elements(m%grid, all%cells(:all%n_cells), stiffness%nodes)
+         call nodes_of_elements(m%grid, all%cells(:all%n_cells), nodes)
       end associate
       allocate (fixed, source=m%constraints%fixed)
       if (allocated(stiffness%kind%rigid_constraints)) then
@@ -128,7 +127,7 @@ contains
             fixed(stiffness%kind%rigid_constraints(k)%direction, stiffness%kind%rigid_constraints(k)%node) = .true.
          end do
       end if
-      call number_unknowns(stiffness%nodes, fixed, stiffness%unknowns)
+      call number_unknowns(nodes, fixed, stiffness%unknowns)
    end subroutine number
 
    !> Add the stiffness of all cells. Where few particles are, nodes have motions that strain nothing: these are hardly held, to have some
@@ -186,22 +185,19 @@ contains
       type(numbering_t), intent(in) :: unknowns
       type(sparse_t), intent(inout) :: matrix
       real(dp), parameter :: rounding = 1e-12_dp ! part of a tangent that counts as none
-      real(dp) :: tangent(ndim, ndim)
-      integer :: k, i, j, d, c
+      real(dp) :: tangent(ndim, ndim), by_node(2*ndim*most_nodes_of_leaf, 2*ndim*most_nodes_of_leaf)
+      integer :: k, i, j, n
       do k = 1, m%interfaces%n
          tangent = interface_stiffness(m%interfaces, k) + mass_factor*m%interfaces%list(k)%mass*identity
          matrix%is_symmetric = matrix%is_symmetric .and. abs(tangent(1, 2) - tangent(2, 1)) <= rounding*maxval(abs(tangent))
          associate (node => m%interfaces%list(k)%node, share => m%interfaces%list(k)%share)
-            do j = 1, count(node > 0)
-               do i = 1, count(node > 0)
-                  do d = 1, ndim
-                     do c = 1, ndim
-                        if (min(unknowns%dof(c, node(i)), unknowns%dof(d, node(j))) == 0) cycle
-                        call matrix%add(unknowns%dof(c, node(i)), unknowns%dof(d, node(j)), tangent(c, d)*share(i)*share(j))
-                     end do
-                  end do
+            n = count(node > 0)
+            do j = 1, n
+               do i = 1, n
+                  by_node(ndim*(i - 1) + 1:ndim*i, ndim*(j - 1) + 1:ndim*j) = tangent*share(i)*share(j)
                end do
             end do
+            call add_element(unknowns, node(:n), by_node(:ndim*n, :ndim*n), matrix)
          end associate
       end do
    end subroutine add_interfaces
@@ -212,17 +208,11 @@ contains
       type(stiffness_t), intent(in) :: stiffness
       type(sparse_t), intent(inout) :: matrix
       real(dp), allocatable :: mass(:)
-      integer :: k, d
+      integer :: i
       call find_concentrated_mass(m%grid, m%fields%mass_matrix, mass)
-      associate (all => m%fields%mass_matrix%all, dof => stiffness%unknowns%dof)
-         do k = 1, all%n_nodes                   ! two of a tied pair have one unknown
-            do d = 1, ndim
-               associate (i => dof(d, all%nodes(k)))
-                  if (i > 0) call matrix%add(i, i, stiffness%kind%mass_factor*mass(all%nodes(k)))
-               end associate
-            end do
-         end do
-      end associate
+      do i = 1, stiffness%unknowns%n
+         call matrix%add(i, i, stiffness%kind%mass_factor*mass(stiffness%unknowns%node(i)))
+      end do
    end subroutine add_concentrated_mass
 
    !> The longer side of the box around all particles [m].
@@ -247,9 +237,8 @@ contains
       if (size(m%loads) > 0) return
       associate (p => m%particles)
          do i = 1, p%n
-            associate (at => m%grid%support_of(p%cell(i)))
-               force(:, at) = force(:, at) - p%mass(i)*spread(p%velocity(i, :), 2, size(at)) &
-                              *spread(m%grid%functions_in(p%cell(i), local_of(m, i)), 1, ndim)
+            associate (at => m%nodes_of(i))
+               force(:, at) = force(:, at) - p%mass(i)*spread(p%velocity(i, :), 2, size(at))*spread(m%functions_of(i), 1, ndim)
             end associate
          end do
       end associate
@@ -264,43 +253,20 @@ contains
       real(dp), allocatable, intent(out) :: u(:, :)  !! (ndim, n_points)
       type(failure_t), intent(inout), optional :: failure !! without it there is no iteration
       real(dp), allocatable :: condensed(:, :), x(:)
-      integer :: k, d
       allocate (condensed, source=force)
       allocate (u(ndim, m%grid%n_points), source=0.0_dp)
       allocate (x(self%unknowns%n))
-      associate (all => m%fields%mass_matrix%all, dof => self%unknowns%dof)
+      associate (all => m%fields%mass_matrix%all)
          call m%grid%dofs%condense(all, ndim, condensed)
          if (self%kind%solver == 'cg' .and. present(failure)) then
-            call solve_by_cg(self%matrix, self%on_unknowns(condensed), x, failure)
+            call solve_by_cg(self%matrix, self%unknowns%gather(condensed), x, failure)
          else if (self%unknowns%n > 0) then
-            call self%factorised%solve(self%on_unknowns(condensed), x)
+            call self%factorised%solve(self%unknowns%gather(condensed), x)
          end if
-         do k = 1, size(self%nodes)
-            do d = 1, ndim
-               associate (node => self%nodes(k), unknown => dof(d, self%nodes(k)))
-                  if (unknown > 0) u(d, node) = x(unknown)
-               end associate
-            end do
-         end do
+         call self%unknowns%scatter(x, u)
          call m%grid%dofs%distribute(all, ndim, u)
       end associate
    end subroutine solve
-
-   !> What forces on the nodes, condensed, are on the unknowns.
-   pure function on_unknowns(self, force) result(b)
-      class(stiffness_t), intent(in) :: self
-      real(dp), intent(in) :: force(:, :)        !! [N], (ndim, n_points)
-      real(dp) :: b(self%unknowns%n)
-      integer :: k, d
-      b = 0
-      do k = 1, size(self%nodes)
-         do d = 1, ndim
-            associate (node => self%nodes(k), unknown => self%unknowns%dof(d, self%nodes(k)))
-               if (unknown > 0) b(unknown) = b(unknown) + force(d, node)
-            end associate
-         end do
-      end do
-   end function on_unknowns
 
    !> Whether an equilibrium with this stiffness is stable: it is positive definite. (An iteration fails where it is not.)
    pure logical function is_stable(self)

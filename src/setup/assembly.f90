@@ -9,10 +9,10 @@ module hampm_assembly
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, last_point
    use hampm_domains, only: start_domains
+   use hampm_equilibrium, only: equilibrium_t
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
    use hampm_grid_building, only: build_grid
-   use hampm_implicit, only: implicit_t
    use hampm_integrator, only: integrator_t
    use hampm_largest_step, only: time_between_outputs
    use hampm_load_placement, only: into_half
@@ -20,6 +20,7 @@ module hampm_assembly
    use hampm_joints, only: velocity_fields_of
    use hampm_outline, only: outline_t
    use hampm_mass_choice, only: new_mass_choice
+   use hampm_newmark, only: newmark_t
    use hampm_problem, only: problem_t, start_problem
    use hampm_particles, only: particles_t, new_particles, add_history
    use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius, held_part, to_surface
@@ -31,7 +32,6 @@ module hampm_assembly
    use hampm_model, only: model_t, mass_used, has_shapes
    use hampm_model_materials, only: materials_of, material_of_body
    use hampm_sorting, only: sort_into_cells
-   use hampm_static, only: static_t
    use hampm_supports, only: check_supports
    use hampm_text, only: to_text
    use hampm_crack_lines, only: left_face, right_face
@@ -114,18 +114,18 @@ contains
    subroutine choose_integrator(model, integrator)
       type(model_t), intent(in) :: model
       class(integrator_t), allocatable, intent(out) :: integrator
-      type(static_t) :: static
+      type(equilibrium_t) :: static
       type(local_leapfrog_t) :: local
-      type(implicit_t) :: implicit
+      type(newmark_t) :: implicit
       if (model%method%time == 'static') then
-         static%equilibrium%newton%solver = model%method%solver
+         static%newton%solver = model%method%solver
          static%is_static = .true.
-         static%equilibrium%forgets_mesh = size(model%growth) == 0 .or. any(model%growth%law%is_static)
+         static%forgets_mesh = size(model%growth) == 0 .or. any(model%growth%law%is_static)
          static%fixed_step = model%output%history_interval
          allocate (integrator, source=static)
       else if (model%method%time == 'implicit') then
-         implicit%newmark%newton%solver = model%method%solver
-         implicit%newmark%alpha = max(model%method%hht_alpha, -1/3.0_dp)
+         implicit%newton%solver = model%method%solver
+         implicit%alpha = max(model%method%hht_alpha, -1/3.0_dp)
          implicit%fixed_step = model%method%time_step
          allocate (integrator, source=implicit)
       else if (model%method%path == 'reference') then

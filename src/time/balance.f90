@@ -14,6 +14,7 @@ module hampm_balance
    use hampm_interface_points, only: commit_slip
    use hampm_failure, only: failure_t, exit_computation
    use hampm_instant, only: instant_t, save_instant, go_back_to
+   use hampm_integrator, only: integrator_t
    use hampm_problem, only: problem_t, stored_energy, dissipated_energy, archive_history
    use hampm_newton, only: newton_t, residual, largest_force, displace
    use hampm_outer_forces, only: outer_forces_t
@@ -30,14 +31,15 @@ module hampm_balance
    integer, parameter :: most_for_path = 6       !! divisions of a step to find how faces or supports open or close in it
    real(dp), parameter :: pulls = 3.1e-9_dp      !! force between faces, over the largest of a cell, from which on they part
 
-   !> How forces are balanced.
-   type, abstract :: balance_t
+   !> Integration by steps whose forces are balanced at their ends.
+   type, abstract, extends(integrator_t) :: balance_t
       type(newton_t) :: newton
       type(outer_forces_t) :: outer              !! in the step that is tried
       real(dp), allocatable :: moved(:, :)       !! by which nodes have moved in it [m], (ndim, n_points)
    contains
       procedure :: advance_to
       procedure :: with_contact
+      procedure :: finish
       procedure(try), deferred :: try
       procedure :: arrive
       procedure(most_divisions), deferred :: most_divisions
@@ -102,7 +104,10 @@ contains
       divisions = 0
       do while (done < 1)
          none = failure_t()
-         if (.not. is_linear(m)) call begin_at(m, start)
+         if (.not. is_linear(m)) then
+            start%stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss
+            call save_instant(m, start%instant)
+         end if
          associate (part => part_t(done, done + length, m%state%time + (done + length)*(time - m%state%time), &
                                    length*(time - m%state%time)))
             call self%try(m, part, start, is_rough, none)
@@ -136,6 +141,12 @@ contains
       type(problem_t), intent(inout) :: m
       type(part_t), intent(in) :: part
    end subroutine arrive
+
+   !> Give back the memory of the matrix.
+   subroutine finish(self)
+      class(balance_t), intent(inout) :: self
+      call self%newton%release()
+   end subroutine finish
 
    !> Whether faces or supports may open and close.
    pure logical function is_in_touch(m)
@@ -229,14 +240,6 @@ contains
          call add_rigid_constraints(self, m, rigid_constraints)
       end if
    end subroutine change_touch
-
-   !> Keep what a part of a step begins with.
-   subroutine begin_at(m, start)
-      type(problem_t), intent(in) :: m
-      type(start_t), intent(inout) :: start
-      start%stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss
-      call save_instant(m, start%instant)
-   end subroutine begin_at
 
    !> Go back to where it began, with the forces there.
    subroutine go_back(m, start)

@@ -8,12 +8,13 @@
 !>
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapter 5 (limit points).
 module hampm_equilibrium
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, long
    use hampm_archive, only: archive_t
    use hampm_balance, only: balance_t, part_t, start_t, is_in_touch
    use hampm_interface_points, only: along, relax_interfaces, have_friction, contact
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_problem, only: problem_t, stored_energy, dissipated_energy, archive_history
+   use hampm_integrator, only: book_step
+   use hampm_problem, only: problem_t, map_to_grid, stored_energy, dissipated_energy, archive_history
    use hampm_newton, only: residual, displace, work_of
    use hampm_outer_forces, only: loading_t, find_loading
    use hampm_supports, only: lift_by, press_on_supports
@@ -31,19 +32,83 @@ module hampm_equilibrium
       logical :: begun = .false.                 !! whether it has been found before
       type(loading_t), private :: first, last    !! in the load step
       real(dp), private :: work_at_once = 0      !! that the forces of its loads would have done all the way there [J]
+      real(dp), private :: at_first = 0          !! energy of eigenstrains in the first equilibrium that is not work of loads [J]
       logical :: forgets_mesh = .false.          !! whether the state is that of the mesh, and not of the way there: nothing has grown
    contains
-      procedure :: find
-      procedure :: find_again
+      procedure :: choose_steps
+      procedure :: advance
+      procedure :: initialise
+      procedure :: rescale
       procedure :: try
       procedure :: arrive
       procedure :: most_divisions
       procedure :: likely_cause
-      procedure :: distance
       procedure :: serialise
    end type equilibrium_t
 
 contains
+
+   !> A time is one load step.
+   subroutine choose_steps(self, m, time, limit, steps, dt)
+      class(equilibrium_t), intent(inout) :: self
+      type(problem_t), intent(in) :: m
+      real(dp), intent(in) :: time               !! [s]
+      real(dp), intent(in) :: limit              !! not asked [s]
+      integer(long), intent(out) :: steps
+      real(dp), intent(out) :: dt                !! [s]
+      steps = 1
+      dt = time
+   end subroutine choose_steps
+
+   !> Advance by a load step. Fails where no equilibrium is found.
+   subroutine advance(self, m, dt, failure)
+      class(equilibrium_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      type(failure_t), intent(inout) :: failure
+      if (.not. m%cache%mapped) call map_to_grid(m)
+      call find(self, m, m%state%time + dt, failure)
+      if (.not. failure%failed()) call book_step(m, dt)
+      call book_equilibrium(self, m)
+   end subroutine advance
+
+   !> Find equilibrium at the present time: at the start, or on another mesh from what the particles carry over to it.
+   subroutine initialise(self, m, dt, failure)
+      class(equilibrium_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! of no matter at rest [s]
+      type(failure_t), intent(inout) :: failure
+      if (.not. m%cache%mapped) call map_to_grid(m)
+      if (self%begun) then
+         call find_again(self, m, failure)
+      else
+         call find(self, m, m%state%time, failure)
+         if (any(m%materials%has_eigenstrain)) self%at_first = stored_energy(m) - m%energies%external_work
+      end if
+      call book_equilibrium(self, m)
+   end subroutine initialise
+
+   !> Multiply all that drives the material, and go to the equilibrium with it. The scales of loads and prescribed motions are to follow.
+   subroutine rescale(self, m, factor, failure)
+      class(equilibrium_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: factor
+      type(failure_t), intent(inout) :: failure
+      call find(self, m, m%state%time, failure, factor)
+      self%forgets_mesh = .false.                ! tips advance from here on
+      call book_equilibrium(self, m)
+   end subroutine rescale
+
+   !> Note the distance from rest, as `hampm_static_equilibrium` has it: the square root of the energy of the displacement that is left over the
+   !> strain energy. Book for the energy balance what the loads have done and the material has not stored: with other laws than the linear one what
+   !> the mean force of a load step does not tell, and what finer cells give way.
+   subroutine book_equilibrium(self, m)
+      class(equilibrium_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: m
+      self%distance_to_equilibrium = sqrt(max(self%newton%energy_left, 0.0_dp)/max(stored_energy(m), tiny(1.0_dp)))
+      if (m%audit) m%energies%numerical_loss = m%energies%external_work + self%at_first - stored_energy(m) - dissipated_energy(m) &
+                                      - m%interfaces%loss - m%energies%fracture_energy
+   end subroutine book_equilibrium
 
    !> Find equilibrium at a time, from that at the present time of the motion; the first time from material without loads. Fails where there
    !> is none to be found, or none that is stable. With `factor` loads and prescribed motions are multiplied by that on the way.
@@ -84,8 +149,9 @@ contains
          call check_stability(self, m, start, .not. (self%begun .or. part%from > 0) .and. any(m%materials%has_eigenstrain), failure)
       if (failure%failed() .or. .not. tells_work(m)) return
       stored = stored_energy(m) + dissipated_energy(m)
-      is_rough = abs(m%energies%external_work - start%instant%external_work - stored + start%stored) > off_energy*max(stored, &
-         start%stored)
+      associate (work => m%energies%external_work - start%instant%energies%external_work)
+         is_rough = abs(work - stored + start%stored) > off_energy*max(stored, start%stored)
+      end associate
    end subroutine try
 
    !> The equilibrium that was tried is taken.
@@ -154,7 +220,7 @@ contains
       call press_on_supports(m%constraints)
       call displace(m, 0*m%state%displacement)
       self%begun = .false.
-      call self%find(m, m%state%time, failure)
+      call find(self, m, m%state%time, failure)
    end subroutine find_again
 
    !> Note the displacement with which an equilibrium has been found.
@@ -174,6 +240,7 @@ contains
       integer :: n
       call archive%serialise('have_begun', self%begun)
       call archive%serialise('forgets_mesh', self%forgets_mesh)
+      if (any(m%materials%has_eigenstrain)) call archive%serialise('at_first', self%at_first)
       if (.not. self%begun) return
       n = 0
       if (allocated(m%state%displacement)) n = size(m%state%displacement, 2)
@@ -199,7 +266,8 @@ contains
       self%outer%applied = after%force
       call self%with_contact(m, time_increment, after%shift - before%shift, failure)
       if (failure%failed()) return
-      if (any(m%materials%is_finite) .and. differ(before, after)) call check_step_size(self, self%moved, failure)
+      if (any(m%materials%is_finite) .and. (is_prescribed .or. any(abs(after%force - before%force) > 0))) &
+         call check_step_size(self, failure)
       m%energies%external_work = m%energies%external_work + work_of(m, (before%force + after%force)/2, self%moved)
       if (.not. is_prescribed) return
       call find_reactions(self, m, held)
@@ -217,12 +285,11 @@ contains
    end subroutine find_reactions
 
    !> Fail where a load step has led far from where the tangent at its start pointed to.
-   subroutine check_step_size(self, moved, failure)
+   subroutine check_step_size(self, failure)
       type(equilibrium_t), intent(in) :: self
-      real(dp), intent(in) :: moved(:, :)        !! (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       if (.not. allocated(self%newton%predicted)) return
-      if (norm2(moved - self%newton%predicted) > off_tangent*norm2(self%newton%predicted)) &
+      if (norm2(self%moved - self%newton%predicted) > off_tangent*norm2(self%newton%predicted)) &
          call failure%report(exit_computation, 'the equilibrium found is far from the prediction by the tangent before it')
    end subroutine check_step_size
 
@@ -233,19 +300,6 @@ contains
       allocate (between%force, source=first%force + part*(last%force - first%force))
       allocate (between%shift, source=first%shift + part*(last%shift - first%shift))
    end function between
-
-   !> Whether two drives differ.
-   pure logical function differ(a, b)
-      type(loading_t), intent(in) :: a, b
-      differ = any(abs(a%force - b%force) > 0) .or. any(abs(a%shift - b%shift) > 0)
-   end function differ
-
-   !> Distance from rest, as `hampm_static_equilibrium` has it: the square root of the energy of the displacement that is left over the strain energy.
-   real(dp) function distance(self, m)
-      class(equilibrium_t), intent(in) :: self
-      type(problem_t), intent(in) :: m
-      distance = sqrt(max(self%newton%energy_left, 0.0_dp)/max(stored_energy(m), tiny(1.0_dp)))
-   end function distance
 
    !> Whether faces or supports may open and close in a body whose energy tells the work: there is no friction, and no material depends on the history.
    pure logical function tells_work(m)
@@ -264,7 +318,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: of_all = 1e-3_dp    ! part of all energy: what corners of laws of cohesion have of it is not looked at
       real(dp) :: work, stored, least
-      work = m%energies%external_work - start%instant%external_work
+      work = m%energies%external_work - start%instant%energies%external_work
       least = merge(of_all*start%stored, 0.0_dp, m%interfaces%n_cohesive > 0)
       stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss - start%stored
       if (.not. self%newton%is_stable()) then

@@ -41,10 +41,12 @@ module hampm_newmark
    use hampm_element_operators, only: pass_by_all_operators
    use hampm_failure, only: failure_t
    use hampm_instant, only: instant_t, save_instant, go_back_to
+   use hampm_integrator, only: book_step
    use hampm_mass_product, only: find_concentrated_mass, multiply_by_mass
    use hampm_mass_solver, only: solve_aside
    use hampm_critical_step, only: largest_wave_speed
-   use hampm_problem, only: problem_t, map_to_grid, refresh_grid, stored_energy, dissipated_energy, kinetic_energy
+   use hampm_problem, only: problem_t, map_to_grid, refresh_grid, pass_on, stored_energy, dissipated_energy, &
+                           kinetic_energy
    use hampm_nodal_fields, only: v_next
    use hampm_nodal_state, only: internal_force
    use hampm_outer_forces, only: loading_t, find_loading
@@ -52,7 +54,6 @@ module hampm_newmark
    use hampm_pass, only: pass_t
    use hampm_interface_points, only: stretch_interfaces, open_interfaces, kick_interfaces, interface_energy, ease_faces, &
                                      forces_of_firm_faces
-   use hampm_element_stiffness, only: local_of
    use hampm_supports, only: lift_by
    implicit none
    private
@@ -95,11 +96,11 @@ module hampm_newmark
       logical, allocatable, private :: fixed(:, :) !! components at its start, (ndim, n_nodes)
       type(previous_t), private :: previous
    contains
+      procedure :: advance
+      procedure :: initialise
       procedure :: note_start
       procedure :: go_to_start
-      procedure :: start
       procedure :: begin
-      procedure :: finish
       procedure :: try
       procedure :: most_divisions
       procedure :: likely_cause
@@ -108,11 +109,22 @@ module hampm_newmark
 
 contains
 
+   !> Advance by a step. Fails where its equations cannot be solved.
+   subroutine advance(self, m, dt, failure)
+      class(newmark_t), intent(inout) :: self
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      type(failure_t), intent(inout) :: failure
+      if (.not. m%cache%mapped) call map_to_grid(m)
+      call self%advance_to(m, m%state%time + dt, failure)
+      if (.not. failure%failed()) call book_step(m, dt)
+   end subroutine advance
+
    !> Find velocity and acceleration of the nodes at the present time, at the start M v = p of the particles, M a = f - C v. On another mesh
    !> nodes have those that they had there, and particles follow them; what kinetic energy that takes is booked. (With alpha below 0 forces at the end
    !> of a step are not balanced by M a alone: to find a from them anew lets motions ring that the method is to damp.) The step that comes is
    !> `dt` long. Fails where the equations cannot be solved.
-   subroutine start(self, m, dt, failure)
+   subroutine initialise(self, m, dt, failure)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
@@ -154,7 +166,7 @@ contains
          end associate
       end if
       if (m%audit) self%kinetic = kinetic_energy(m)
-   end subroutine start
+   end subroutine initialise
 
    !> Internal forces at the start of a step; where nodes are free and keep what they had on another mesh those with which they are as much in
    !> balance as they were there: what is not balanced on this one comes with this step.
@@ -182,8 +194,7 @@ contains
       real(dp), intent(in) :: v(:, :)            !! (ndim, n_points)
       integer :: i
       do i = 1, m%particles%n
-         m%particles%velocity(i, :) = matmul(v(:, m%grid%support_of(m%particles%cell(i))), &
-                                             m%grid%functions_in(m%particles%cell(i), local_of(m, i)))
+         m%particles%velocity(i, :) = matmul(v(:, m%nodes_of(i)), m%functions_of(i))
       end do
       m%cache%mapped = .false.
    end subroutine follow_nodes
@@ -198,7 +209,7 @@ contains
       type(failure_t) :: unsolved
       allocate (x(ndim, m%grid%n_points), source=0.0_dp)
       call solve_aside(m%solver, m%grid, m%fields%mass_matrix, b, x, unsolved)
-      if (unsolved%failed()) call failure%report(unsolved%code, m%state%when()//unsolved%message)
+      call pass_on(m, m%state%steps, unsolved, failure)
       call hold(m%constraints, x)
       x = x + given
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
@@ -233,7 +244,7 @@ contains
          self%moved = 0*self%r
          call self%with_contact(m, part%length, shift, failure)
       end if
-      if (.not. failure%failed()) call self%finish(m, self%moved, loading, .not. is_linear(m), failure)
+      if (.not. failure%failed()) call finish_step(self, m, self%moved, loading, .not. is_linear(m), failure)
    end subroutine try
 
    !> How often a step that fails is divided into two; with more a step is far too long.
@@ -293,7 +304,7 @@ contains
    end subroutine begin
 
    !> Finish the step with the displacement that was found: the particles follow, and what loads, constraints and damping do is booked.
-   subroutine finish(self, m, du, loading, have_moved, failure)
+   subroutine finish_step(self, m, du, loading, have_moved, failure)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
@@ -319,7 +330,7 @@ contains
       self%previous%is_now = .false.
       self%is_carried = .false.
       if (m%audit) self%kinetic = kinetic_energy(m)
-   end subroutine finish
+   end subroutine finish_step
 
    !> Take some times the acceleration by the forces of firm faces from one of the nodes.
    subroutine less_that_of_firm_faces(m, a, times, failure)
@@ -364,19 +375,11 @@ contains
       call find_prescribed(m, m%constraints%prescribed_at(time), time + dt, dt, next)
       first = next
       first%v = next%du/dt
-      call hold_not(m, first%v)
+      where (.not. m%constraints%fixed) first%v(:, :m%grid%n_nodes) = 0
       first%a = 2*(next%v - first%v)/dt - next%a
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, first%v)
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, first%a)
    end subroutine begin_prescribed
-
-   !> Set what is not fixed to 0.
-   pure subroutine hold_not(m, x)
-      type(problem_t), intent(in) :: m
-      real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
-      where (.not. m%constraints%fixed) x(:, :m%grid%n_nodes) = 0
-      x(:, m%grid%n_nodes + 1:) = 0
-   end subroutine hold_not
 
    !> Give components of a nodal field that are held, by constraints or by supports, their values, and distribute it.
    subroutine give(m, given, x, on_supports)

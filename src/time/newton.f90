@@ -108,7 +108,7 @@ contains
             m%interfaces%caution = 0
             if (failure%failed()) exit
          end if
-         largest = maxval(abs(self%k%on_unknowns(r)))
+         largest = maxval(abs(self%k%unknowns%gather(r)))
          scale = largest_force(m, r)
          if (rubs .and. iteration > 1 .and. largest <= max(nearly_balanced*when_held, balanced*scale)) then
             call hold_friction(m%interfaces)
@@ -116,7 +116,7 @@ contains
             call less_offset(m, outer, shift, moved, r, offset, has_offset)
             call factorise_now(self, m, outer, rigid_constraints, failure)
             if (failure%failed()) exit
-            largest = maxval(abs(self%k%on_unknowns(r)))
+            largest = maxval(abs(self%k%unknowns%gather(r)))
             scale = largest_force(m, r)
             when_held = largest
          end if
@@ -414,7 +414,7 @@ contains
          if (good) then
             call residual(m, outer, moved + du, r)
             good = has_offset .or. abs(work_of(m, r, du)) <= left*abs(work) &
-                   .or. maxval(abs(self%k%on_unknowns(r))) <= sqrt(balanced)*largest_force(m, r)
+                   .or. maxval(abs(self%k%unknowns%gather(r))) <= sqrt(balanced)*largest_force(m, r)
          end if
          if (good) return
          du = du/2

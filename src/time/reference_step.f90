@@ -18,7 +18,6 @@
 !> equation of motion: what is summed there goes to its masters, and its values are means of theirs.
 module hampm_reference_step
    use hampm_kinds, only: dp, ndim
-   use hampm_basis, only: inside_cell
    use hampm_failure, only: failure_t
    use hampm_interface_points, only: add_interface_forces, stretch_interfaces
    use hampm_interface_step, only: hold_faces
@@ -121,8 +120,8 @@ contains
       integer :: i
       mass = 0
       do i = 1, m%particles%n
-         associate (nodes => support(m, i))
-            mass(nodes) = mass(nodes) + m%particles%mass(i)*functions(m, i)
+         associate (nodes => m%nodes_of(i))
+            mass(nodes) = mass(nodes) + m%particles%mass(i)*m%functions_of(i)
          end associate
       end do
       call condense(m, 1, mass)
@@ -138,8 +137,8 @@ contains
       integer :: nodes(m%grid%n_functions), i, c
       v = 0
       do i = 1, m%particles%n
-         nodes = support(m, i)
-         n = functions(m, i)
+         nodes = m%nodes_of(i)
+         n = m%functions_of(i)
          do c = 1, size(nodes)
             v(:, nodes(c)) = v(:, nodes(c)) + m%particles%mass(i)*m%particles%velocity(i, :)*n(c)
          end do
@@ -158,14 +157,14 @@ contains
       force = 0
       associate (p => m%particles)
          do i = 1, p%n
-            nodes = support(m, i)
-            gradient = gradients(m, i)
+            nodes = m%nodes_of(i)
+            gradient = m%gradients_of(i)
             stress = m%materials(p%material(i))%mapped_stress(p%gradient_of(i), p%total_frame, p%history_of(i), p%hoop_of(i))
             do c = 1, size(nodes)
                force(:, nodes(c)) = force(:, nodes(c)) - p%volume(i)*matmul(stress, gradient(c, :))
             end do
             if (.not. p%thickness%is_ring) cycle
-            n = functions(m, i)
+            n = m%functions_of(i)
             do c = 1, size(nodes)
                force(1, nodes(c)) = force(1, nodes(c)) - p%volume(i)*hoop_resistance(m%materials(p%material(i)), p, i)*n(c)
             end do
@@ -211,10 +210,10 @@ contains
       integer :: i
       associate (p => m%particles)
          do i = 1, p%n
-            l = matmul(v(:, support(m, i)), gradients(m, i))
+            l = matmul(v(:, m%nodes_of(i)), m%gradients_of(i))
             if (.not. p%total_frame) l = matmul(l, identity + p%gradient_of(i))
             p%gradient(i, :, :) = p%gradient(i, :, :) + dt*l
-            if (p%thickness%is_ring) p%widening(i) = p%widening(i) + dt*dot_product(v(1, support(m, i)), functions(m, i))
+            if (p%thickness%is_ring) p%widening(i) = p%widening(i) + dt*dot_product(v(1, m%nodes_of(i)), m%functions_of(i))
             call update_particle_state(m%materials(p%material(i)), dt, p, i)
          end do
       end associate
@@ -226,42 +225,10 @@ contains
       integer, intent(in) :: i
       real(dp), intent(in) :: x(:, :)            !! (ndim, n_points)
       real(dp) :: value(ndim), of_support(ndim, m%grid%n_functions), n(m%grid%n_functions)
-      of_support = x(:, support(m, i))
-      n = functions(m, i)
+      of_support = x(:, m%nodes_of(i))
+      n = m%functions_of(i)
       value = matmul(of_support, n)
    end function at_particle
-
-   !> The nodes on which a particle acts.
-   pure function support(m, i) result(nodes)
-      type(problem_t), intent(in) :: m
-      integer, intent(in) :: i
-      integer :: nodes(m%grid%n_functions)
-      nodes = m%grid%support_of(m%particles%cell(i))
-   end function support
-
-   !> Their shape functions N_i at the particle.
-   pure function functions(m, i) result(n)
-      type(problem_t), intent(in) :: m
-      integer, intent(in) :: i
-      real(dp) :: n(m%grid%n_functions)
-      n = m%grid%functions_in(m%particles%cell(i), local(m, i))
-   end function functions
-
-   !> And the gradients of these with respect to position [1/m].
-   pure function gradients(m, i) result(gradient)
-      type(problem_t), intent(in) :: m
-      integer, intent(in) :: i
-      real(dp) :: gradient(m%grid%n_functions, ndim)
-      gradient = m%grid%gradients_in(m%particles%cell(i), local(m, i))
-   end function gradients
-
-   !> Where a particle is in its cell, 0 to 1: by its present position, in the total frame by its reference position.
-   pure function local(m, i) result(xi)
-      type(problem_t), intent(in) :: m
-      integer, intent(in) :: i
-      real(dp) :: xi(ndim)
-      xi = inside_cell(m%grid%local_coordinate(m%particles%cell(i), m%particles%place_in_grid(i)))
-   end function local
 
    !> Give what is summed at the hanging nodes to their masters.
    subroutine condense(m, width, x)

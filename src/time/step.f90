@@ -9,11 +9,12 @@ module hampm_step
    use hampm_kinds, only: dp, ndim
    use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, separate_bodies
    use hampm_nodal_release, only: work_of_release
-   use hampm_prescribed_nodes, only: prescribed_velocity, prescribed_acceleration, by_mass, move_prescribed, find_work
+   use hampm_prescribed_nodes, only: prescribed_velocity, prescribed_acceleration, move_prescribed, find_work
    use hampm_element_operators, only: pass_by_all_operators
    use hampm_failure, only: failure_t, exit_computation
    use hampm_integrator, only: integrator_t
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
+   use hampm_mass_product, only: by_mass
    use hampm_mass_solver, only: by_lumped
    use hampm_critical_step, only: largest_wave_speed
    use hampm_problem, only: problem_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on, &

@@ -12,6 +12,7 @@
 program test_local_leapfrog
    use hampm_kinds, only: dp, ndim, long
    use hampm_constraints, only: constrain_box
+   use hampm_equilibrium, only: equilibrium_t
    use hampm_failure, only: failure_t
    use hampm_fine_region, only: fine_region_t, find_region
    use hampm_graded_body, only: place_graded, run_coarsely, mean_energy, same_numbers, cell, limit
@@ -22,7 +23,6 @@ program test_local_leapfrog
    use hampm_problem, only: problem_t, map_to_grid, assemble_sums
    use hampm_local_leapfrog, only: local_leapfrog_t
    use hampm_samples, only: run_steps, start
-   use hampm_static, only: static_t
    use hampm_step_groups, only: limit_groups
    use hampm_text, only: to_text
    use hampm_threads, only: use_threads
@@ -280,7 +280,7 @@ contains
          call place(levels, m)
          call pull(m)
          block
-            type(static_t) :: statics            ! a new one of each body
+            type(equilibrium_t) :: statics       ! a new one of each body
             call statics%initialise(m, 0.0_dp, failure)
             call statics%finish()
          end block

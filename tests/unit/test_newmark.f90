@@ -82,7 +82,7 @@ contains
       type(loading_t) :: drive
       call build(name, m)
       newmark%alpha = alpha
-      call newmark%start(m, dt, failure)
+      call newmark%initialise(m, dt, failure)
       call check(.not. failure%failed(), 'the motion of the nodes is found')
       call newmark%begin(m, dt, dt, drive, failure)
       m%materials%time_increment = dt
@@ -150,7 +150,7 @@ contains
          call displace(m, 0*u)
          call residual(m, newmark%outer, u, r)
          call factorise(m, newmark, k)
-         left(i) = maxval(abs(k%on_unknowns(r)))
+         left(i) = maxval(abs(k%unknowns%gather(r)))
          if (left(i) < 1e-13_dp*left(0)) exit
          call k%solve(m, r, du)
          u = u + du
@@ -191,7 +191,7 @@ contains
       real(dp) :: at_first
       integer :: i
       call build(name, m)
-      call newmark%start(m, time/steps, failure)
+      call newmark%initialise(m, time/steps, failure)
       at_first = kinetic_energy(m)
       do i = 1, steps
          call newmark%advance_to(m, i*time/steps, failure)

@@ -7,19 +7,19 @@ module hampm_element_stiffness
    use hampm_basis, only: inside_cell, points_of_quadratic
    use hampm_law, only: most_columns
    use hampm_material, only: material_t
-   use hampm_problem, only: problem_t
+   use hampm_matter, only: matter_t
    use hampm_tensors, only: identity, trace
    implicit none
    private
-   public :: stiff_points, gradient_at, derivatives_at, n_derivatives, local_of, change_of_stress, element_stiffness, forces_by, &
-             mean_gradient_in, strain_by
+   public :: stiff_points, derivatives_at, n_derivatives, change_of_stress, element_stiffness, forces_by, mean_gradient_in, &
+             strain_by
 
 contains
 
    !> Stiffness of an element, by corner, its directions one after the other [N/m]. Particles of the same moduli, as those of a material
    !> at small strain have, need only the sum of the products of their gradients.
    pure subroutine element_stiffness(m, e, is_tangent, point, matrix)
-      type(problem_t), intent(in) :: m
+      class(matter_t), intent(in) :: m
       integer, intent(in) :: e
       logical, intent(in) :: is_tangent          !! whether of the present state, see `stiffness_kind_t`
       real(dp), intent(in) :: point              !! squared frequency of soft interface points [1/s2]
@@ -68,7 +68,7 @@ contains
 
    !> Whether particles of an element share their dilatation.
    pure logical function shares_dilatation(m, e) result(shares)
-      type(problem_t), intent(in) :: m
+      class(matter_t), intent(in) :: m
       integer, intent(in) :: e
       shares = any(m%materials%mean_dilatation)
       if (shares) shares = any(m%materials(m%particles%material(m%blocks%first_in(e):m%blocks%last_in(e): &
@@ -77,7 +77,7 @@ contains
 
    !> Mean gradients of the shape functions over the particles of an element that share their dilatation [1/m].
    pure function mean_gradient_in(m, e) result(mean)
-      type(problem_t), intent(in) :: m
+      class(matter_t), intent(in) :: m
       integer, intent(in) :: e
       real(dp) :: mean(m%grid%n_functions, n_derivatives(m)), volume
       integer :: i
@@ -97,7 +97,7 @@ contains
    !> Tangent of an element whose particles share their dilatation, as `element_stiffness`: forces by the displacement of each
    !> corner in each direction.
    pure subroutine tangent_by_means(m, e, matrix)
-      type(problem_t), intent(in) :: m
+      class(matter_t), intent(in) :: m
       integer, intent(in) :: e
       real(dp), intent(inout) :: matrix(:, :)
       real(dp), dimension(m%grid%n_functions, n_derivatives(m)) :: gradient, mean
@@ -247,7 +247,7 @@ contains
    !> Derivatives of the shape functions at the points by which a particle is stiff [1/m], (corners, derivatives, points): where it stands.
    !> One particle alone in its cell does not feel how that is bent; four points near it keep the stiffness from being singular.
    pure subroutine stiff_points(m, e, i, gradient)
-      type(problem_t), intent(in) :: m
+      class(matter_t), intent(in) :: m
       integer, intent(in) :: e, i
       real(dp), allocatable, intent(out) :: gradient(:, :, :)
       real(dp), parameter :: near = 0.05_dp      ! in cells: a twenty-fifth of the stiffness of four particles in bending
@@ -258,40 +258,23 @@ contains
       gradient(:, :, 1) = derivatives_at(m, i)
       if (size(gradient, 3) == 1) return
       do k = 1, 4
-         gradient(:, :ndim, k) = m%grid%gradients_in(e, inside_cell(local_of(m, i) + around(:, k)))
+         gradient(:, :ndim, k) = m%grid%gradients_in(e, inside_cell(m%local_of(i) + around(:, k)))
          gradient(:, ndim + 1:, k) = gradient(:, ndim + 1:, 1)
       end do
    end subroutine stiff_points
 
-   !> Gradients of the shape functions at a particle [1/m].
-   pure function gradient_at(m, i) result(gradient)
-      type(problem_t), intent(in) :: m
-      integer, intent(in) :: i
-      real(dp) :: gradient(m%grid%n_functions, ndim)
-      gradient = m%grid%gradients_in(m%particles%cell(i), local_of(m, i))
-   end function gradient_at
-
    !> How many derivatives a shape function has: in axisymmetric material N/R is one.
    pure integer function n_derivatives(m)
-      type(problem_t), intent(in) :: m
+      class(matter_t), intent(in) :: m
       n_derivatives = merge(ndim + 1, ndim, m%particles%thickness%is_ring)
    end function n_derivatives
 
    !> The derivatives of the shape functions at a particle [1/m], (corners, derivatives).
    pure function derivatives_at(m, i) result(derivatives)
-      type(problem_t), intent(in) :: m
+      class(matter_t), intent(in) :: m
       integer, intent(in) :: i
       real(dp) :: derivatives(m%grid%n_functions, n_derivatives(m))
-      derivatives(:, :ndim) = gradient_at(m, i)
-      if (n_derivatives(m) > ndim) &
-         derivatives(:, ndim + 1) = m%grid%functions_in(m%particles%cell(i), local_of(m, i))/m%particles%reference(i, 1)
+      derivatives(:, :ndim) = m%gradients_of(i)
+      if (n_derivatives(m) > ndim) derivatives(:, ndim + 1) = m%functions_of(i)/m%particles%reference(i, 1)
    end function derivatives_at
-
-   !> Place of a particle in its cell, 0 to 1.
-   pure function local_of(m, i) result(xi)
-      type(problem_t), intent(in) :: m
-      integer, intent(in) :: i
-      real(dp) :: xi(ndim)
-      xi = inside_cell(m%grid%local_coordinate(m%particles%cell(i), m%particles%place_in_grid(i)))
-   end function local_of
 end module hampm_element_stiffness
