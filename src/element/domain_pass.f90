@@ -14,7 +14,7 @@ module hampm_domain_pass
    use hampm_audit_kernels, only: work_of_change
    use hampm_basis, only: shape_functions, inside_cell
    use hampm_domains, only: corner_gradients, reference_corners, follow_corners
-   use hampm_dofs, only: element_of_slot, corner_of_slot
+   use hampm_dofs, only: list_slots, element_of_slot, corner_of_slot
    use hampm_failure, only: failure_t, exit_computation
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
@@ -45,7 +45,7 @@ module hampm_domain_pass
       integer :: n_cells = 0
       integer, allocatable :: cells(:)                  !! elements with corners, ascending, (n_elements)
       integer, allocatable :: number(:)                 !! of each element in `cells`, 0 for the others, (n_elements)
-      integer, allocatable :: first(:)                  !! first entry of each of these elements in the next, (n_cells + 1)
+      integer, allocatable :: first(:)                  !! first entry of each element in the next, (n_elements + 1)
       integer, allocatable :: slot(:)                   !! corner + corners (particle - 1), by element and ascending, (corners n)
       integer :: layout = -1                            !! of the mass matrix when `cells` were listed
       real(dp), allocatable :: mass(:, :)               !! what they give to the corners of the elements [kg], (corners, n_cells)
@@ -63,11 +63,11 @@ contains
       type(failure_t), intent(inout) :: failure
       integer :: i, lost
       if (allocated(map%element)) then
-         if (size(map%element, 2) /= m%particles%n) deallocate (map%element, map%local, map%slot)
+         if (size(map%element, 2) /= m%particles%n) deallocate (map%element, map%local)
       end if
       if (.not. allocated(map%element)) then
          allocate (map%element(corners, m%particles%n), source=outside)
-         allocate (map%local(ndim, corners, m%particles%n), map%slot(corners*m%particles%n))
+         allocate (map%local(ndim, corners, m%particles%n))
       end if
       lost = 0
       !$omp parallel do schedule(static) reduction(max: lost)
@@ -82,7 +82,7 @@ contains
             'or add a &constraint; or the run is unstable: reduce &method courant')
          return
       end if
-      call list_corners(map, m%particles%n, m%grid, f)
+      call list_corners(map, m%grid, f, failure)
    end subroutine locate_corners
 
    !> The elements in which the corners of a domain stand, `outside` for none, and where in them.
@@ -118,47 +118,28 @@ contains
    end subroutine find_corners
 
    !> List the corners by element, and the nodes of the elements where these are no longer the same.
-   subroutine list_corners(map, n, grid, f)
+   subroutine list_corners(map, grid, f, failure)
       type(corner_map_t), intent(inout) :: map
-      integer, intent(in) :: n                   !! particles
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f
-      integer, allocatable :: next(:)
-      integer :: i, c, e, k, before
+      type(failure_t), intent(inout) :: failure
+      integer :: e, k, status
       logical :: is_new
-      allocate (next(grid%n_elements), source=0)
-      do i = 1, n
-         do c = 1, corners
-            next(map%element(c, i)) = next(map%element(c, i)) + 1
-         end do
-      end do
-      is_new = map%layout /= f%mass_matrix%layout .or. .not. allocated(map%number)
-      if (.not. is_new) is_new = size(map%number) /= grid%n_elements
-      if (.not. is_new) is_new = any((next > 0) .neqv. (map%number > 0))
-      if (is_new) then
-         map%cells = pack([(e, e=1, grid%n_elements)], next > 0)
-         map%n_cells = size(map%cells)
-         map%number = unpack([(k, k=1, map%n_cells)], next > 0, spread(0, 1, grid%n_elements))
-         if (allocated(map%mass)) deallocate (map%first, map%mass, map%momentum, map%force)
-         allocate (map%first(map%n_cells + 1), map%mass(corners, map%n_cells))
-         allocate (map%momentum(ndim, corners, map%n_cells), map%force(ndim, corners, map%n_cells))
-      end if
-      before = 1
-      do k = 1, map%n_cells
-         map%first(k) = before
-         before = before + next(map%cells(k))
-         next(map%cells(k)) = map%first(k)
-      end do
-      map%first(map%n_cells + 1) = before
-      do i = 1, n
-         do c = 1, corners
-            associate (place => next(map%element(c, i)))
-               map%slot(place) = c + corners*(i - 1)
-               place = place + 1
-            end associate
-         end do
-      end do
-      if (.not. is_new) return
+      call list_slots(grid%n_elements, map%element, map%first, map%slot, status)
+      if (status /= 0) call failure%report(exit_computation, 'domains: not enough memory for their corners')
+      if (failure%failed()) return
+      associate (has_corners => map%first(2:) > map%first(:grid%n_elements))
+         is_new = map%layout /= f%mass_matrix%layout .or. .not. allocated(map%number)
+         if (.not. is_new) is_new = size(map%number) /= grid%n_elements
+         if (.not. is_new) is_new = any(has_corners .neqv. (map%number > 0))
+         if (.not. is_new) return
+         map%cells = pack([(e, e=1, grid%n_elements)], has_corners)
+         map%number = unpack([(k, k=1, size(map%cells))], has_corners, 0)
+      end associate
+      map%n_cells = size(map%cells)
+      if (allocated(map%mass)) deallocate (map%mass, map%momentum, map%force)
+      allocate (map%mass(corners, map%n_cells))
+      allocate (map%momentum(ndim, corners, map%n_cells), map%force(ndim, corners, map%n_cells))
       call list_active_nodes(grid, map%cells, f)
       map%layout = f%mass_matrix%layout
    end subroutine list_corners
@@ -241,7 +222,7 @@ contains
          if (pass%map_momentum) map%momentum(:, :, k) = 0
          if (pass%map_force) map%force(:, :, k) = 0
          if (pass%map_matrix) f%mass_matrix%cell(:, :, map%cells(k)) = 0
-         do j = map%first(k), map%first(k + 1) - 1
+         do j = map%first(map%cells(k)), map%first(map%cells(k) + 1) - 1
             i = element_of_slot(map%slot(j))
             c = corner_of_slot(map%slot(j))
             n = shape_functions(map%local(:, c, i))

@@ -65,23 +65,20 @@ contains
       if (allocated(m%blocks%supports)) then
          call find_support_operators(m, is_loaded, operators%cells)
          if (size(operators%cells%with) == 0) return
-         associate (points => size(f%acceleration, 2))
-            allocate (operators%kick(ndim, points), operators%move(ndim, points), operators%strain(ndim, points), stat=status)
-         end associate
-         operators%is_active = status == 0
-         if (operators%is_active) call clear_sums(operators)
-         return
+      else
+         call choose_blocks(m, is_loaded, f, operators%material)
+         operators%blocks = pack([(b, b=1, m%blocks%n)], operators%material > 0)
+         if (size(operators%blocks) == 0) return
       end if
-      call choose_blocks(m, is_loaded, f, operators%material)
-      operators%blocks = pack([(b, b=1, m%blocks%n)], operators%material > 0)
-      if (size(operators%blocks) == 0) return
-      associate (points => size(f%acceleration, 2), n => m%blocks%n)
+      associate (points => size(f%acceleration, 2), n => merge(0, m%blocks%n, allocated(m%blocks%supports)))
          allocate (operators%integrals(lanes, n_masses + n_moments, n), operators%kick(ndim, points), &
                    operators%move(ndim, points), operators%strain(ndim, points), stat=status)
       end associate
       if (status /= 0) return
-      call prefer_large_pages(size(operators%integrals), operators%integrals)
       operators%is_active = .true.
+      call clear_sums(operators)
+      if (allocated(m%blocks%supports)) return
+      call prefer_large_pages(size(operators%integrals), operators%integrals)
       !$omp parallel do schedule(static)
       do k = 1, size(operators%blocks)
          associate (listed => operators%blocks(k))
@@ -90,7 +87,6 @@ contains
                              operators%integrals(:, n_masses + 1:, listed))
          end associate
       end do
-      call clear_sums(operators)
    end subroutine find_operators
 
    !> Which blocks have a linear law, one material, no particle that carries a load, and mass at all corners.

@@ -56,7 +56,6 @@ module hampm_mass_solver
       real(dp), allocatable, private :: partial(:, :, :)  !! workspace of sums, (ndim, 2 norms, chunks)
    contains
       procedure :: iterates
-      procedure :: factorise_values
    end type mass_solver_t
 
 contains
@@ -107,20 +106,6 @@ contains
       class(mass_solver_t), intent(in) :: self
       iterates = self%by /= by_lumped .and. self%by /= by_fmpm
    end function iterates
-
-   !> Take up a factorisation of an earlier matrix, by the cells that were coupled and the numbers of `direct`. `fits` is false
-   !> where these do not belong to the grid.
-   subroutine factorise_values(self, grid, coupled, values, fits, failure)
-      class(mass_solver_t), intent(inout) :: self
-      type(grid_t), intent(in) :: grid
-      integer, intent(in) :: coupled(:)
-      real(dp), intent(in) :: values(:)
-      logical, intent(out) :: fits
-      type(failure_t), intent(inout) :: failure
-      fits = all(coupled >= 1 .and. coupled <= grid%n_elements)
-      if (fits) call self%direct%factorise_values(grid, coupled, values, self%constraints%fixed, fits, failure)
-      self%factorised = fits .and. .not. failure%failed()
-   end subroutine factorise_values
 
    !> Solve M x = b at the nodes of the matrix. On entry `x` holds a guess, from which cg and the direct solvers start. Fails
    !> where the iteration does not converge or the factorisation does not exist.
@@ -438,11 +423,13 @@ contains
       type(region_t), intent(in) :: region
       real(dp), intent(in), contiguous :: x(:, :), y(:, :)
       real(dp) :: total(ndim)
-      integer :: chunk, first
-      !$omp parallel do schedule(static) private(first)
+      integer :: chunk, a
+      !$omp parallel do schedule(static) private(a)
       do chunk = 1, chunk_count(region)
-         first = (chunk - 1)*nodes_per_chunk + 1
-         call dot_of_nodes(chunk_size(region, chunk), region%nodes(first), x, y, s%partial(1, 1, chunk))
+         s%partial(:, 1, chunk) = 0
+         do a = (chunk - 1)*nodes_per_chunk + 1, min(chunk*nodes_per_chunk, region%n_nodes)
+            s%partial(:, 1, chunk) = s%partial(:, 1, chunk) + x(:, region%nodes(a))*y(:, region%nodes(a))
+         end do
       end do
       total = sum(s%partial(:, 1, :chunk_count(region)), dim=2)
    end function dot
@@ -487,7 +474,9 @@ contains
       call archive%archive_integers('coupled', n_coupled, coupled)
       call archive%archive_reals('values', n_values, values)
       if (.not. archive%is_read .or. archive%failure%failed()) return
-      call solver%factorise_values(grid, coupled, values, fits, archive%failure)
+      fits = all(coupled >= 1 .and. coupled <= grid%n_elements)
+      if (fits) call solver%direct%factorise_values(grid, coupled, values, solver%constraints%fixed, fits, archive%failure)
+      solver%factorised = fits .and. .not. archive%failure%failed()
       if (.not. fits) call archive%refuse('the factorised matrix does not fit the grid')
    end subroutine archive_factorisation
 
@@ -503,18 +492,6 @@ contains
       integer, intent(in) :: chunk
       chunk_size = min(nodes_per_chunk, region%n_nodes - (chunk - 1)*nodes_per_chunk)
    end function chunk_size
-
-   !> Sum of x y over some nodes, by component.
-   pure subroutine dot_of_nodes(n, nodes, x, y, total)
-      integer, intent(in) :: n, nodes(n)
-      real(dp), intent(in) :: x(ndim, *), y(ndim, *)
-      real(dp), intent(out) :: total(ndim)
-      integer :: a
-      total = 0
-      do a = 1, n
-         total = total + x(:, nodes(a))*y(:, nodes(a))
-      end do
-   end subroutine dot_of_nodes
 
    !> x = D^-1 b at some nodes.
    subroutine divide(n, nodes, inverse, b, x)

@@ -3,7 +3,7 @@
 module hampm_nodal_fields
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
-   use hampm_cell_blocks, only: cell_blocks_t, place_blocks, lanes, of_mass, n_sums
+   use hampm_cell_blocks, only: cell_blocks_t, place_blocks, lanes, of_mass, of_momentum, of_force, n_sums
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_large_pages, only: prefer_large_pages
@@ -13,7 +13,7 @@ module hampm_nodal_fields
    use hampm_node_list, only: list_marked
    implicit none
    private
-   public :: nodal_fields_t, new_nodal_fields, find_active_nodes, list_active_nodes, assemble, assemble_at, finish_sums, &
+   public :: nodal_fields_t, new_nodal_fields, find_active_nodes, list_active_nodes, assemble, assemble_at, exchange, finish_sums, &
              v_n, v_next, v_mapped, archive_fields
 
    ! The velocities of a node during a step
@@ -152,19 +152,27 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       logical, intent(in) :: mass, momentum, force
       real(dp) :: before(n_sums, size(blocks%high_valence, 2)) ! what high-valence nodes have in their last slot
-      call exchange(back=.false.)
+      if (allocated(blocks%is_high_valence)) call exchange([mass, momentum, force], points, .false., blocks, f, before)
       call assemble_sums(size(points), points, blocks%slot, f%contribution, mass, momentum, force, f%mass_matrix%lumped, &
                          f%momentum, f%force)
-      call exchange(back=.true.)
-   contains
-      !> Let high-valence nodes have all of their contributions in their slots or, `back`, as these were.
-      subroutine exchange(back)
-         logical, intent(in) :: back
-         if (allocated(blocks%is_high_valence)) call exchange_high_valence(blocks%high_valence, blocks%slot, &
-                                                                           blocks%is_high_valence, points, back, &
-                                                                           f%contribution(1, 1, of_mass, 0), before)
-      end subroutine exchange
+      if (allocated(blocks%is_high_valence)) call exchange([mass, momentum, force], points, .true., blocks, f, before)
    end subroutine assemble_at
+
+   !> Let the high-valence ones of some nodes have all of their contributions to some sums in their slots or, `back`, as these were.
+   subroutine exchange(sums, nodes, back, blocks, f, before)
+      logical, intent(in) :: sums(3)             !! those of mass, momentum and force
+      integer, intent(in) :: nodes(:)
+      logical, intent(in) :: back
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      real(dp), intent(inout) :: before(:, :)    !! (sums, cells), see `exchange_high_valence`
+      integer, parameter :: first(*) = [of_mass, of_momentum, of_force], last(*) = first + [0, ndim - 1, ndim - 1]
+      integer :: k
+      do k = 1, size(sums)
+         if (sums(k)) call exchange_high_valence(blocks%high_valence, blocks%slot, blocks%is_high_valence, nodes, back, &
+                                                 f%contribution(1, 1, first(k), 0), before(first(k):last(k), :))
+      end do
+   end subroutine exchange
 
    !> Give what is summed at hanging nodes to their masters, and find what follows from the masses.
    subroutine finish_sums(grid, f, mass, momentum)

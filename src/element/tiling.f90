@@ -13,11 +13,12 @@
 module hampm_tiling
    use hampm_kinds, only: corners, dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t, n_sums, of_mass, of_momentum, of_force
+   use hampm_dofs, only: list_slots
    use hampm_element_operators, only: element_operators_t, add_up, pass_by_operators
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_matter, only: matter_t
-   use hampm_nodal_fields, only: nodal_fields_t, v_n, v_next, v_mapped
-   use hampm_nodal_kernels, only: find_masses, find_velocities, find_accelerations, damping_product, exchange_high_valence
+   use hampm_nodal_fields, only: nodal_fields_t, exchange, v_n, v_next, v_mapped
+   use hampm_nodal_kernels, only: find_masses, find_velocities, find_accelerations, damping_product
    use hampm_particle_pass, only: pass_over_blocks
    use hampm_pass, only: scheme_t
    implicit none
@@ -176,28 +177,17 @@ contains
       nodes = reshape(blocks%nodes(:, :count(blocks%cells(:, block) > 0), block), [size(nodes)])
    end function nodes_of
 
-   !> Sort items by tile, those of -1 left out.
+   !> Sort items by tile; those of -1 come behind all.
    subroutine sort_items(plan, tile, stage)
       type(tiling_t), intent(in) :: plan
       integer, intent(in) :: tile(:)
       type(stage_t), intent(out) :: stage
-      integer, allocatable :: next(:)
-      integer :: i, t
-      allocate (next(0:plan%n_tiles + 1), source=0)
-      do i = 1, size(tile)
-         if (tile(i) >= 0) next(tile(i)) = next(tile(i)) + 1
-      end do
-      allocate (stage%start(0:plan%n_tiles + 2), stage%item(sum(next)))
-      stage%start(0) = 1
-      do t = 0, plan%n_tiles + 1
-         stage%start(t + 1) = stage%start(t) + next(t)
-      end do
-      next = stage%start(:plan%n_tiles + 1)
-      do i = 1, size(tile)
-         if (tile(i) < 0) cycle
-         stage%item(next(tile(i))) = i
-         next(tile(i)) = next(tile(i)) + 1
-      end do
+      integer, allocatable :: first(:)
+      integer :: status
+      associate (n => plan%n_tiles + 3)
+         call list_slots(n, reshape(merge(tile + 1, n, tile >= 0), [1, size(tile)]), first, stage%item, status)
+         allocate (stage%start(0:n - 1), source=first(:n))
+      end associate
    end subroutine sort_items
 
    !> Do the nodal sums and the passes of a step, or of its parts before and behind the accelerations of nodes that wait. Items before all regions
@@ -301,7 +291,7 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       real(dp) :: before(n_sums, size(blocks%high_valence, 2)) ! what high-valence nodes have in their last slot
-      call exchange(back=.false.)
+      if (allocated(blocks%is_high_valence)) call exchange([mass, velocity, acceleration], nodes, .false., blocks, f, before)
       associate (n => size(nodes), inverse => f%mass_matrix%inverse_lumped)
          if (mass) call find_masses(n, nodes, blocks%slot, f%contribution(1, 1, of_mass, 0), f%mass_matrix%lumped, inverse)
          if (velocity) call find_velocities(n, nodes, blocks%slot, f%contribution(1, 1, of_momentum, 0), free, inverse, &
@@ -310,20 +300,7 @@ contains
             call find_accelerations(n, nodes, blocks%slot, f%contribution(1, 1, of_force, 0), dt, damping_rate, free, inverse, &
                                     f%external, f%velocity(1, 1, v_n), f%acceleration, f%velocity(1, 1, v_next))
       end associate
-      call exchange(back=.true.)
-   contains
-      !> Let high-valence nodes have all of their contributions in their slots or, `back`, as these were.
-      subroutine exchange(back)
-         logical, intent(in) :: back
-         integer, parameter :: first(*) = [of_mass, of_momentum, of_force], last(*) = first + [0, ndim - 1, ndim - 1]
-         integer :: k
-         if (.not. allocated(blocks%is_high_valence)) return
-         do k = 1, size(first)
-            if (any([mass, velocity, acceleration] .and. first == first(k))) &
-               call exchange_high_valence(blocks%high_valence, blocks%slot, blocks%is_high_valence, nodes, back, &
-                                          f%contribution(1, 1, first(k), 0), before(first(k):last(k), :))
-         end do
-      end subroutine exchange
+      if (allocated(blocks%is_high_valence)) call exchange([mass, velocity, acceleration], nodes, .true., blocks, f, before)
    end subroutine do_nodes
 
    !> Sum of m v^n . v^(n+1) over the nodes [J], always in the same order.

@@ -59,14 +59,11 @@ contains
       e%n = 0
       associate (elements => grid%dofs%elements_at(node), here => grid%node_position(:, node))
          if (allocated(p%corner_velocity)) then
-            elements_with_corners: do k = 1, size(elements)
-               associate (number => map%number(elements(k)))
-                  if (number == 0) cycle elements_with_corners
-                  do i = map%first(number), map%first(number + 1) - 1
-                     call add_particle(p, element_of_slot(map%slot(i)), here, e)
-                  end do
-               end associate
-            end do elements_with_corners
+            do k = 1, size(elements)
+               do i = map%first(elements(k)), map%first(elements(k) + 1) - 1
+                  call add_particle(p, element_of_slot(map%slot(i)), here, e)
+               end do
+            end do
          else
             do k = 1, size(elements)
                do i = blocks%first_in(elements(k)), blocks%last_in(elements(k)), blocks%stride_in(elements(k))

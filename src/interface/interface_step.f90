@@ -304,7 +304,7 @@ contains
          e = self%elements(found)
          by_node = 0
          if (allocated(m%particles%corner_velocity)) then
-            do i = map%first(max(1, map%number(e))), merge(map%first(map%number(e) + 1) - 1, 0, map%number(e) > 0)
+            do i = map%first(e), map%first(e + 1) - 1
                associate (of => (map%slot(i) - 1)/corners + 1, c => mod(map%slot(i) - 1, corners) + 1)
                   call add_mass(m%particles%mass(of)/corners, m%grid%functions_in(e, map%local(:, c, of)), by_node)
                end associate

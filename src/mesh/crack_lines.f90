@@ -3,7 +3,7 @@ module hampm_crack_lines
    use hampm_kinds, only: dp, ndim
    implicit none
    private
-   public :: line_t, length_of, distance_to_segment, both_faces, left_face, right_face
+   public :: line_t, length_of, distance_to_segment, find_nearest_segment, both_faces, left_face, right_face
 
    integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! which faces of a line have material
 
@@ -77,6 +77,28 @@ contains
          distance = norm2(x - a - min(max(t, 0.0_dp), 1.0_dp)*(b - a))
       end associate
    end function distance_to_segment
+
+   !> The segment of a polyline that is nearest to a place, if that is nearer than what has been found before.
+   pure subroutine find_nearest_segment(points, x, nearest, last, along)
+      real(dp), intent(in) :: points(:, :), x(ndim) !! [m]
+      real(dp), intent(inout) :: nearest         !! the least distance so far [m]
+      integer, intent(out) :: last               !! number of the last point of the segment; 0 where none is nearer
+      real(dp), intent(out) :: along             !! where the place is along it, from 0 at its first point to 1 at its last [-]
+      real(dp) :: distance, way
+      integer :: k
+      last = 0
+      along = 0
+      do k = 2, size(points, 2)
+         associate (a => points(:, k - 1), b => points(:, k))
+            way = dot_product(x - a, b - a)/sum((b - a)**2)
+            distance = norm2(x - a - min(max(way, 0.0_dp), 1.0_dp)*(b - a))
+         end associate
+         if (distance >= nearest) cycle
+         nearest = distance
+         last = k
+         along = way
+      end do
+   end subroutine find_nearest_segment
 
    !> A polyline without the last part of a length, or without the first [m].
    pure function shortened(points, by, from_first) result(shorter)

@@ -15,7 +15,7 @@ module hampm_cut_cells
    use hampm_kinds, only: dp, ndim, long
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_forest, only: forest_t, outside, level_width
-   use hampm_crack_lines, only: both_faces, distance_to_segment, line_t
+   use hampm_crack_lines, only: both_faces, distance_to_segment, find_nearest_segment, line_t
    implicit none
    private
    public :: cut_cells_t, end_leaf_t, place_of_copy, divides, side_of_ties, is_between, nearly_none, on_line, sample, &
@@ -202,23 +202,19 @@ contains
       class(cut_cells_t), intent(in) :: self
       real(dp), intent(in) :: origin(ndim)       !! in the reference configuration [m]
       real(dp) :: x(ndim)
-      real(dp) :: nearest, distance, along, across
+      real(dp) :: nearest, along, across
       integer :: line, k
       x = origin
       nearest = huge(nearest)
       do line = 1, size(self%lines)
          if (.not. allocated(self%lines(line)%origin)) cycle
-         do k = 2, size(self%lines(line)%origin, 2)
-            associate (a => self%lines(line)%origin(:, k - 1), b => self%lines(line)%origin(:, k), &
-                       from => self%lines(line)%points(:, k - 1), to => self%lines(line)%points(:, k))
-               along = dot_product(origin - a, b - a)/sum((b - a)**2)
-               distance = norm2(origin - a - min(max(along, 0.0_dp), 1.0_dp)*(b - a))
-               if (distance >= nearest) cycle
-               nearest = distance
-               across = ((b(1) - a(1))*(origin(2) - a(2)) - (b(2) - a(2))*(origin(1) - a(1)))/norm2(b - a)
-               x = from + along*(to - from) + across*[from(2) - to(2), to(1) - from(1)]/norm2(to - from)
-            end associate
-         end do
+         call find_nearest_segment(self%lines(line)%origin, origin, nearest, k, along)
+         if (k == 0) cycle
+         associate (a => self%lines(line)%origin(:, k - 1), b => self%lines(line)%origin(:, k), &
+                    from => self%lines(line)%points(:, k - 1), to => self%lines(line)%points(:, k))
+            across = ((b(1) - a(1))*(origin(2) - a(2)) - (b(2) - a(2))*(origin(1) - a(1)))/norm2(b - a)
+            x = from + along*(to - from) + across*[from(2) - to(2), to(1) - from(1)]/norm2(to - from)
+         end associate
       end do
    end function follow
 
@@ -228,21 +224,14 @@ contains
       integer, intent(in) :: line
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp) :: origin(ndim)
-      real(dp) :: nearest, distance, along
+      real(dp) :: nearest, along
       integer :: k
       origin = x
       nearest = huge(nearest)
       associate (of => self%lines(line))
          if (.not. allocated(of%origin)) return
-         do k = 2, size(of%points, 2)
-            associate (a => of%points(:, k - 1), b => of%points(:, k))
-               along = dot_product(x - a, b - a)/sum((b - a)**2)
-               distance = norm2(x - a - min(max(along, 0.0_dp), 1.0_dp)*(b - a))
-               if (distance >= nearest) cycle
-               nearest = distance
-               origin = of%origin(:, k - 1) + along*(of%origin(:, k) - of%origin(:, k - 1))
-            end associate
-         end do
+         call find_nearest_segment(of%points, x, nearest, k, along)
+         if (k > 0) origin = of%origin(:, k - 1) + along*(of%origin(:, k) - of%origin(:, k - 1))
       end associate
    end function origin_of
 
@@ -253,7 +242,7 @@ contains
       real(dp), intent(out) :: point(ndim)       !! [m]
       real(dp), intent(out) :: normal(ndim)
       integer, intent(in), optional :: of        !! this line only
-      real(dp) :: nearest, distance, along
+      real(dp) :: nearest, along
       integer :: line, k
       point = x
       normal = 0
@@ -262,17 +251,11 @@ contains
          if (present(of)) then
             if (line /= of) cycle
          end if
-         associate (points => self%lines(line)%points)
-            do k = 2, size(points, 2)
-               associate (a => points(:, k - 1), b => points(:, k))
-                  along = min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)
-                  distance = norm2(x - a - along*(b - a))
-                  if (distance >= nearest) cycle
-                  nearest = distance
-                  point = a + along*(b - a)
-                  normal = [a(2) - b(2), b(1) - a(1)]/norm2(b - a)
-               end associate
-            end do
+         call find_nearest_segment(self%lines(line)%points, x, nearest, k, along)
+         if (k == 0) cycle
+         associate (a => self%lines(line)%points(:, k - 1), b => self%lines(line)%points(:, k))
+            point = a + min(max(along, 0.0_dp), 1.0_dp)*(b - a)
+            normal = [a(2) - b(2), b(1) - a(1)]/norm2(b - a)
          end associate
       end do
    end subroutine find_nearest

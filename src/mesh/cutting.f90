@@ -41,7 +41,7 @@ contains
       type(cut_cells_t), intent(inout) :: cut
       real(dp), allocatable :: points(:, :)
       type(end_leaf_t) :: end
-      integer :: line, k, n, e
+      integer :: line, k, n, e, last
       n = 0
       e = 0
       allocate (cut%segment(ndim, 2, sum([(size(cut%lines(line)%points, 2) - 1, line=1, size(cut%lines))])))
@@ -52,13 +52,9 @@ contains
          do k = 2, 1, -1
             if (.not. cut%lines(line)%is_tip(k)) cycle
             end = end_leaf_t(line, k)
-            if (k == 2) then
-               call move_end(forest, cut%lines(line)%face, points(:, size(points, 2) - 1), points(:, size(points, 2)), end)
-               if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, size(points, 2)), end)
-            else
-               call move_end(forest, cut%lines(line)%face, points(:, 2), points(:, 1), end)
-               if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, 1), end)
-            end if
+            last = merge(size(points, 2), 1, k == 2)
+            call move_end(forest, cut%lines(line)%face, points(:, merge(last - 1, 2, k == 2)), points(:, last), end)
+            if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, last), end)
             if (cut%lines(line)%bonded(k) > 0) then
                associate (open => cut%lines(line)%open_part())
                   end%tip = open(:, merge(1, size(open, 2), k == 1))

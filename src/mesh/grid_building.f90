@@ -52,7 +52,7 @@ contains
          end if
       end if
       associate (n_leaves => forest%leaf_count())
-         call points%reserve(merge(corners, 1, grid%is_quadratic())*grid%n_velocity_fields*expected_points(n_leaves), status)
+         call points%reserve(merge(corners, 1, grid%is_quadratic())*grid%n_velocity_fields*(n_leaves + n_leaves/8 + 16), status)
          if (status == 0) allocate (grid%leaf_element(n_leaves + 1), stat=status)
          if (status == 0) then
             call number_nodes(grid, points)
@@ -82,12 +82,6 @@ contains
       grid%finest_cell = scale(forest%cell, -forest%finest_level())
       call place_nodes(grid)
    end subroutine build_grid
-
-   !> About how many nodes so many leaves have.
-   pure integer function expected_points(leaves)
-      integer, intent(in) :: leaves
-      expected_points = leaves + leaves/8 + 16
-   end function expected_points
 
    !> Number the nodes: the corners of leaves, in the order of the leaves, but for aggregated nodes.
    subroutine number_nodes(grid, points)
@@ -246,29 +240,20 @@ contains
       end associate
    end function middle_of_side
 
-   !> Whether a leaf is stored as its quarters.
+   !> Whether a leaf is stored as its quarters: a quadratic one, or one with a node in the middle of a side.
    pure logical function is_divided(grid, nodes, leaf)
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(in) :: nodes
       integer, intent(in) :: leaf
-      is_divided = grid%is_quadratic()
-      if (.not. is_divided) is_divided = has_mid_node(grid, nodes, leaf)
-   end function is_divided
-
-   !> Whether there is a node in the middle of any side of a leaf.
-   pure logical function has_mid_node(grid, nodes, leaf) result(has)
-      type(grid_t), intent(in) :: grid
-      type(place_table_t), intent(in) :: nodes
-      integer, intent(in) :: leaf
       integer :: piece, side
-      has = .false.
-      if (grid%forest%is_uniform()) return
+      is_divided = grid%is_quadratic()
+      if (is_divided .or. grid%forest%is_uniform()) return
       do piece = 1, grid%all_pieces(leaf)
          do side = 1, sides
-            has = has .or. nodes%number_of(middle_of_side(grid, leaf, piece, side)) > 0
+            is_divided = is_divided .or. nodes%number_of(middle_of_side(grid, leaf, piece, side)) > 0
          end do
       end do
-   end function has_mid_node
+   end function is_divided
 
    !> Elements of the leaves, and the nodes at their corners, of which the new ones hang.
    subroutine place_elements(grid, points)

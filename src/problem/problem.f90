@@ -119,7 +119,12 @@ contains
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
       if (failure%failed()) return
-      if (allocated(m%fields%mass_matrix%blend)) call give_ghosts(m)
+      if (allocated(m%fields%mass_matrix%blend)) then
+         m%fields%mass_matrix%ghosts = jumps_with_mass(m%interfaces)
+         ! Where quadratic cells are cut or have nodes on an axis
+         if (allocated(m%grid%correction) .or. m%particles%thickness%is_ring .and. m%grid%is_quadratic()) &
+            allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
+      end if
       call lump_at(m%fields%mass_matrix, m%grid, [m%constraints%supporting(), nodes_lumped_in_steps(m)])
       if (m%body_contact%wanted .and. allocated(m%fields%mass_matrix%blend)) then
          call m%grid%copies_of_nodes(m%fields%mass_matrix%copies)
@@ -183,14 +188,6 @@ contains
          end associate
       end do
    end subroutine check_layers
-
-   !> Give the mass matrix the masses of interface points, and room for its diagonal where quadratic cells are cut or have nodes on an axis.
-   subroutine give_ghosts(m)
-      type(problem_t), intent(inout) :: m
-      m%fields%mass_matrix%ghosts = jumps_with_mass(m%interfaces)
-      if (allocated(m%grid%correction) .or. m%particles%thickness%is_ring .and. m%grid%is_quadratic()) &
-         allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
-   end subroutine give_ghosts
 
    !> Kinetic energy [J]: of the particles, sum of m v**2/2; where nodes keep their velocities between implicit steps v.M v/2 of
    !> these, which is what such steps conserve.
