@@ -63,7 +63,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(fit_t) :: ahead, behind
       real(dp) :: turn(ndim, ndim), x(ndim), u(ndim), stress(ndim, ndim), k_t(modes), k_u(modes)
-      real(dp) :: inner, outer
+      real(dp) :: inner, outer, kappa            ! Kolosov's constant
       integer :: i, side
       outer = min(farthest*tip%nodes%spacing, (1 + 1e-6_dp)*maxval(tip%radii))
       inner = min(nearest*tip%nodes%spacing, outer/4)
@@ -71,6 +71,8 @@ contains
       ahead%n = modes*size(of_traction)
       behind%n = modes*size(of_opening) + ndim
       associate (h => tip%nodes%spacing, materials => problem%materials, material => problem%materials(tip%material))
+         kappa = 3 - 4*material%poisson
+         if (material%plane_stress) kappa = (3 - material%poisson)/(1 + material%poisson)
          do i = 1, p%n
             if (maxval(abs(p%reference(i, :) - tip%place)) > outer) cycle
             x = matmul(p%reference(i, :) - tip%place, tip%axis)
@@ -87,8 +89,7 @@ contains
                end associate
                u = matmul(u, tip%axis) - x
                do side = 1, merge(-1, 1, tip%is_half()), -2
-                  call add_displacement(behind, [x(1), side*x(2)]/h, 2*material%mu/h*[u(1), side*u(2)], kolosov(material), &
-                                        p%volume(i))
+                  call add_displacement(behind, [x(1), side*x(2)]/h, 2*material%mu/h*[u(1), side*u(2)], kappa, p%volume(i))
                end do
             end if
          end do
@@ -101,16 +102,6 @@ contains
          uncertainty = maxval(abs(k_t**2 - k_u**2))/(2*material%plane_modulus())  ! what one has too much the other may lack
       end associate
    end subroutine path_closure
-
-   !> Kolosov's constant kappa of the plane condition [-].
-   pure real(dp) function kolosov(material)
-      type(material_t), intent(in) :: material
-      if (material%plane_stress) then
-         kolosov = (3 - material%poisson)/(1 + material%poisson)
-      else
-         kolosov = 3 - 4*material%poisson
-      end if
-   end function kolosov
 
    !> Rotation in the mean of F around a tip; none where all laws are for small ones.
    pure function rotation(tip, p, materials, reach) result(turn)

@@ -198,7 +198,9 @@ contains
                   where (fixed(:, nodes(j))) &
                      self%mapped(:, nodes(j)) = self%mapped(:, nodes(j)) + self%unit(:, nodes(j))
                end do
-               if (.not. interfaces%are_lumped) of%node = reached_by(self%moved, self%mapped)
+               if (.not. interfaces%are_lumped) & ! those with accelerations, or something that they map to
+                  of%node = pack([(j, j=1, m%grid%n_points)], maxval(abs(self%moved), dim=1) > none*maxval(abs(self%moved)) .or. &
+                                 maxval(abs(self%mapped), dim=1) > none*maxval(abs(self%mapped)))
                j = size(of%node)
                if (interfaces%are_lumped) j = min(j, size(nodes)) ! one on both faces is named twice
                of%acceleration = self%moved(:, of%node(:j))
@@ -259,16 +261,6 @@ contains
          end associate
       end do
    end subroutine map_by
-
-   !> The nodes with accelerations, or something that they map to.
-   pure function reached_by(moved, mapped) result(nodes)
-      real(dp), intent(in) :: moved(:, :), mapped(:, :) !! (ndim, n_points)
-      integer, allocatable :: nodes(:)
-      integer :: k
-      associate (least => none*[maxval(abs(moved)), maxval(abs(mapped))])
-         nodes = pack([(k, k=1, size(moved, 2))], maxval(abs(moved), dim=1) > least(1) .or. maxval(abs(mapped), dim=1) > least(2))
-      end associate
-   end function reached_by
 
    !> Gather the elements with material, or that some may enter, that have nodes of points or some that hang on these: where masses are not lumped all.
    pure subroutine gather_elements(m, interfaces, elements)
