@@ -34,7 +34,7 @@ module hampm_cohesive_group
             allowed=not_negative), &
       key_t('mixed_mode', type_name, 'how the toughness of both together is found', default='benzeggagh_kenane', &
             allowed='benzeggagh_kenane|power'), &
-      key_t('exponent', type_real, 'of that', default='1.0', allowed='[1, inf)')]
+      key_t('exponent', type_real, 'of that', default='1.0', allowed='[1, 1000]')]
 
    !> &cohesive: how faces hold each other.
    type :: cohesive_t

@@ -64,7 +64,7 @@ contains
       text = ''
       do row = 1, size(renames)
          if (renames(row)%group /= group .or. renames(row)%key /= key .or. renames(row)%value /= value) cycle
-         text = '; it is called '//trim(renames(row)%new)//' now: tools/upgrade.py rewrites the file'
+         text = '; it is called '//trim(renames(row)%new)//' now: python3 tools/upgrade.py FILE prints the file with the new names'
       end do
    end function renamed
 

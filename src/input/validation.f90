@@ -34,7 +34,8 @@ contains
       do g = 1, size(groups)
          if (settings%count_of(trim(groups(g)%name)) > 0) cycle
          if (groups(g)%presence == is_required) call settings%errors%add(settings%file//': the group &'//trim(groups(g)%name) &
-                                                                  //' is missing: '//trim(groups(g)%meaning))
+                                                                  //' is missing: '//trim(groups(g)%meaning)// &
+                                                                  '; hampm --template shows one')
          if (groups(g)%presence /= is_assumed) cycle
          assumed = new_entry(g, settings%file)
          call settings%add_entry(assumed)

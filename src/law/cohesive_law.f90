@@ -116,12 +116,14 @@ contains
       real(dp), intent(in) :: b                  !! B
       real(dp), intent(out) :: toughness
       real(dp), intent(out) :: slope             !! its change with B [J/m2]
-      real(dp) :: sum_of_both
+      real(dp) :: x(2), largest, sum_of_both
       associate (of => self%toughness, m => self%exponent)
          if (self%by_power) then
-            sum_of_both = ((1 - b)/of(1))**m + (b/of(2))**m
-            toughness = sum_of_both**(-1/m)
-            slope = (((1 - b)/of(1))**(m - 1)/of(1) - (b/of(2))**(m - 1)/of(2))*toughness/sum_of_both
+            x = [1 - b, b]/of
+            largest = maxval(x)                  ! powers of x itself may be below all numbers
+            sum_of_both = sum((x/largest)**m)
+            toughness = sum_of_both**(-1/m)/largest
+            slope = ((x(1)/largest)**(m - 1)/of(1) - (x(2)/largest)**(m - 1)/of(2))*toughness/(largest*sum_of_both)
          else
             toughness = of(1) + (of(2) - of(1))*b**m
             slope = (of(2) - of(1))*m*b**(m - 1)

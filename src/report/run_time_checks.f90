@@ -45,6 +45,7 @@ module hampm_run_time_checks
    real(dp), parameter :: far_and_strained = 0.05_dp !! cells travelled times strain, to be told [-]
    real(dp), parameter :: noticed_residual = 0.01_dp !! of the largest energy that the balance may not account for, to be told [-]
    real(dp), parameter :: modest_strain = 0.05_dp !! around a tip, up to which K**2/E' is J to 4 %, to be told [-]
+   real(dp), parameter :: absurd_gradient = 10   !! of the displacement, which neither rotations nor materials have [-]
    real(dp), parameter :: largest_turn = 0.1_dp  !! of faces that press on each other, up to which their normals are right [rad]
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
                               slowed = 'the angular momentum has changed by ', &
@@ -349,7 +350,8 @@ contains
       law = findloc(problem%materials%is_finite, .false., dim=1)
       advice = ''
       if (problem%materials(law)%linear) advice = '. Use law = ''neo_hookean'''
-      call warn(now//strained//to_text(largest)//'; the law '''//trim(problem%materials(law)%law_name)// &
+      if (largest > absurd_gradient) advice = '. Likely cause: a load, a length or a modulus in other units than m, N and Pa'
+      call warn(now//strained//three_digits(largest)//'; the law '''//trim(problem%materials(law)%law_name)// &
                 ''' is for small strains and rotations (below '//to_text(small_gradient)//')'//advice, strained, warning)
    end subroutine check_strain
 

@@ -9,7 +9,7 @@ program test_cohesive_law
 
    real(dp), parameter :: layer = 2e14_dp        !! [Pa/m]
    real(dp), parameter :: s_I = 30e6_dp, s_II = 50e6_dp, g_I = 300, g_II = 900 !! [Pa], [J/m2]
-   type(cohesive_law_t) :: laws(5)
+   type(cohesive_law_t) :: laws(5), steep
    integer :: k
 
    call repeat_random_numbers()
@@ -25,6 +25,8 @@ program test_cohesive_law
       call look_at_histories(laws(k), 'law '//to_text(k))
       call look_at_way_back(laws(k), 'law '//to_text(k))
    end do
+   steep = new_cohesive_law([1e-6_dp, 2*g_I/s_I], [s_I, 0.0_dp], [s_II, g_II], .true., 300.0_dp)
+   call look_at_toughness(steep, 'a law whose powers alone are below all numbers')
    call check(.not. laws(1)%turns_back(layer), 'a stiff layer leaves the curve as it is')
    call check(laws(1)%turns_back(0.9_dp*s_I**2/(2*g_I)), 'with a soft layer it turns back')
    call finish()
@@ -75,7 +77,9 @@ contains
       real(dp), intent(in) :: b
       associate (g => law%toughness, m => law%exponent)
          toughness_of = g(1) + (g(2) - g(1))*b**m
-         if (law%by_power) toughness_of = (((1 - b)/g(1))**m + (b/g(2))**m)**(-1/m)
+         associate (x => [1 - b, b]/g)
+            if (law%by_power) toughness_of = sum((x/maxval(x))**m)**(-1/m)/maxval(x)
+         end associate
       end associate
    end function toughness_of
 
