@@ -113,6 +113,7 @@ test: setup  ## install what is missing, build, run all tests
 verify: setup  ## run the tests that take long, which `make test` leaves out, and write the table of docs/verification.md
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked
+	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m verify --junitxml=results/verify.xml tests
 	$(PYTHON) tools/verification_table.py results/verify.xml docs/verification.md
 
