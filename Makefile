@@ -198,8 +198,8 @@ $(PROGRAMS): $(LIBRARY)
 	$(call say,$@)
 	$(quietly)$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
 
-# All laws, integrators and estimators are given what one of them needs
-$(call objects,$(wildcard src/law/*.f90 src/time/*.f90 src/fracture/*.f90)): private unused := $(if $(filter portable,$(build)),,-Wno-unused-dummy-argument)
+# All laws, indicators, integrators and estimators are given what one of them needs
+$(call objects,$(wildcard src/law/*.f90 src/adapt/*.f90 src/time/*.f90 src/fracture/*.f90)): private unused := $(if $(filter portable,$(build)),,-Wno-unused-dummy-argument)
 $(KERNELS): private kernels := $($(build)_kernels)
 
 # A changed flag, here or on the command line, builds everything anew

@@ -67,7 +67,7 @@ contains
       end do
       call results%close(failure)
       call results%close(failure)
-      call results%release()
+      call results%lock%release()
       call check_none(failure, 'a result file is written')
    end subroutine test_results
 
@@ -113,7 +113,7 @@ contains
       call declare_columns(results(2), failure(2))
       call take_sample(results(2), 1, failure(2))
       call results(2)%close(failure(2))
-      call results(2)%release()
+      call results(2)%lock%release()
       call check(index(failure(2)%message, new_line('a')) == 0, 'one cause is reported once')
       call results(3)%create('/proc/dcb.h5', failure(3))
       call check_report(failure(3), '/proc/dcb.h5.part: cannot be written')
@@ -131,7 +131,7 @@ contains
       call take_sample(results, 1, failure)
       call failure%report(exit_computation, 'the energy grows')
       call results%close(failure)
-      call results%release()
+      call results%lock%release()
       call check(failure%code == exit_computation .and. failure%message == 'the energy grows', &
                  'closing does not hide the failure of the run')
    end subroutine test_file_survives_failed_run
