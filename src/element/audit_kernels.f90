@@ -54,8 +54,7 @@ contains
       end do
    end function strain_work
 
-   !> Work of the stress per volume [J/m3], see `strain_work`; of a law with a history by the rule of trapezoids, of axisymmetric material at
-   !> the hoop stretch that it has.
+   !> Work of the stress per volume [J/m3], see `strain_work`; of axisymmetric material at the hoop stretch that it has.
    pure real(dp) function work_of_change(material, before, change, dt, p, number, hoop) result(work)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
@@ -63,13 +62,8 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: number                     !! of the particle; may be not set where the law has no history
       real(dp), intent(in), optional :: hoop            !! H_33 [-]
-      real(dp) :: old(most_columns), next(most_columns) ! state variables
       if (material%has_history) then
-         old = p%history_of(number)
-         next = old
-         call material%update_state(before + change, dt, next, hoop)
-         work = sum(change*(material%first_piola_stress(before, old, hoop) &
-                            + material%first_piola_stress(before + change, next, hoop)))/2
+         work = history_work(material, before, change, dt, p%history_of(number), hoop)
       else if (material%linear) then
          work = sum(change*material%first_piola_stress(before + change/2, hoop=hoop))
       else
@@ -77,6 +71,20 @@ contains
                             + material%first_piola_stress(before + gauss(2)*change, hoop=hoop)))/2
       end if
    end function work_of_change
+
+   !> Work of the stress of a law with a history per volume in a step of length `dt`, by the rule of trapezoids [J/m3].
+   pure real(dp) function history_work(material, before, change, dt, old_state, hoop) result(work)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
+      real(dp), intent(in) :: dt                        !! [s]
+      real(dp), contiguous, intent(in) :: old_state(:)  !! state variables of the particle
+      real(dp), intent(in), optional :: hoop            !! H_33 [-]
+      real(dp) :: next(size(old_state))
+      next = old_state
+      call material%update_state(before + change, dt, next, hoop)
+      work = sum(change*(material%first_piola_stress(before, old_state, hoop) &
+                         + material%first_piola_stress(before + change, next, hoop)))/2
+   end function history_work
 
    !> Work of the hoop stress per volume as a particle of axisymmetric material is widened, by Gauss's rule [J/m3].
    pure real(dp) function work_of_hoop(material, before, p, i) result(work)
