@@ -31,7 +31,7 @@ def test_ten_turns_of_a_free_square(hampm):
     assert change(row["angular_momentum"]) < 1e-3
     assert change(energy(row)) < 1e-3
     assert audit(row) < 1e-8
-    linear = run(hampm, square(2, spin=math.pi, shape_functions="linear", scheme="musl", mass="lumped"))
+    linear = run(hampm, square(2, spin=math.pi, functions="linear", scheme="musl", mass="lumped"))
     assert change(linear["angular_momentum"]) > 0.1
 
 

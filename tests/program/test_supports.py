@@ -152,7 +152,9 @@ QUADRATIC = ("grid.order=2", "body.points_per_cell=3")
     (QUADRATIC, "law = 'viscoelastic' moduli = 1e9, 2e10 relaxation_times = 1e-5, 1e-6")])
 def test_faces_and_supports_part_and_meet_in_implicit_steps(hampm, tmp_path, settings, law):
     """The block shaken: its half on the support is half of the whole with a crack whose faces part and meet, but for what their layer gives way by
-    (docs/contact.md): a few parts in a hundred. The audit closes, and nodes that meet a support lose energy, of the order of theirs."""
+    (docs/contact.md): a few parts in a hundred. The audit closes, and nodes that meet a support lose energy, of the order of theirs. With laws
+    that dissipate there is the error of the rule of trapezoids for the work of the internal forces, -(w dt)^2/12 of what is dissipated in a
+    motion of frequency w (docs/implicit.md), here w of the load and overtones of it: it is of order 2, and steps half as long tell what is left."""
     scenes = [SWINGING.format(bottom=bottom, ny=ny, rest=rest, end=4e-5, time="implicit", law=law)
               for bottom, ny, rest in ((0.0, 8, HALF.replace("0.0275", "0.029")), (-0.02, 16, WHOLE))]
     for k, scene in enumerate(scenes):
@@ -164,7 +166,13 @@ def test_faces_and_supports_part_and_meet_in_implicit_steps(hampm, tmp_path, set
     for column in ("kinetic_energy", "strain_energy", "external_work"):
         print(column, np.max(np.abs(whole[column] - 2 * half[column])) / np.max(np.abs(whole[column])))
         assert whole[column] == pytest.approx(2 * half[column], rel=0, abs=0.04 * np.max(np.abs(whole[column])))
-    assert np.abs(whole["numerical_loss"][-1]) < 0.02 * np.max(whole["strain_energy"])
+    loss = whole["numerical_loss"][-1]
+    if any(column.endswith("_dissipation") for column in whole):
+        finer = both_halves(hampm, tmp_path, *scenes, "method.time_step=5e-7", *settings)[1]["numerical_loss"][-1]
+        print("order of the loss in dt", np.log2(loss / finer))
+        assert 1.5 < np.log2(loss / finer) < 2.5
+        loss = (4 * finer - loss) / 3
+    assert np.abs(loss) < 0.02 * np.max(whole["strain_energy"])
     took = sum(half.get(column, 0) for column in ("kinetic_energy", "strain_energy", "numerical_loss", "plastic_dissipation", "viscous_dissipation"))
     assert took == pytest.approx(half["external_work"], rel=0, abs=1e-12 * np.max(half["external_work"]))
     pressed = half["reaction_base_y"] > 1
