@@ -11,6 +11,7 @@ module hampm_dynamic_growth
    use hampm_forest, only: forest_t, outside
    use hampm_growing, only: growing_t, part_of_crack
    use hampm_growth_room, only: update_model_path, room_for, why_no_room
+   use hampm_law, only: value_of
    use hampm_kinks, only: kink_angle, hoop_intensity, is_opened
    use hampm_crack_groups, only: growth_t
    use hampm_problem, only: problem_t
@@ -307,7 +308,8 @@ contains
                three_digits(tip%nodes%spacing/overload**2)//' m there', message)
          end if
          fastest = rayleigh_speed(material)
-         if (of%limit_speed > 0) fastest = min(fastest, of%limit_speed)
+         high = value_of(of%constants, 'limit_speed', 0.0_dp)
+         if (high > 0) fastest = min(fastest, high)
          of_step = min(1.0_dp, dt/growing%tips(k)%memory)
          low = 0
          high = fastest

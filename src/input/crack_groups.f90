@@ -6,7 +6,7 @@ module hampm_crack_groups
    use hampm_growth_laws, only: growth_law_t, growth_laws, growth_law_keys
    use hampm_key_rows, only: group_t, key_t, type_logical, type_real, type_name, type_text, repeats, is_optional, any_number, &
                              not_negative, max_values, positive, once, is_assumed
-   use hampm_law, only: constant_t, constant
+   use hampm_law, only: constant_t
    use hampm_settings, only: settings_t
    implicit none
    private
@@ -50,6 +50,14 @@ module hampm_crack_groups
    type(group_t), parameter :: growth_group = group_t('growth', repeats, is_optional, &
       'how a crack grows; without this group cracks stay as they are', is_apart=.true.)
 
+   type(key_t), parameter :: toughness_keys(*) = [ &
+      key_t('toughness', type_real, 'energy release rate at which the crack grows, of the laws quasi_static and toughness', &
+            default='0.0', example='100.0', unit='J/m2', allowed=not_negative), &
+      key_t('limit_speed', type_real, &
+            'of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it is constant', default='0.0', &
+            unit='m/s', allowed=not_negative), &
+      key_t('exponent', type_real, 'of that', default='1.0', allowed=positive)]
+
    type(key_t), parameter :: growth_keys(*) = [ &
       key_t('crack', type_text, 'name of the crack; may be left out where there is one crack', example='a'), &
       key_t('law', type_name, &
@@ -59,13 +67,7 @@ module hampm_crack_groups
             allowed='straight|hoop_stress|local_symmetry|max_energy|path'), &
       key_t('points', type_real, 'of direction = path: x, y of each point, in the order in which the tip comes to them', unit='m', &
             allowed=any_number, fewest=0, most=max_values), &
-      key_t('toughness', type_real, 'energy release rate at which the crack grows, of the laws quasi_static and toughness', &
-            default='0.0', example='100.0', unit='J/m2', allowed=not_negative), &
-      key_t('limit_speed', type_real, &
-            'of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it is constant', default='0.0', &
-            unit='m/s', allowed=not_negative), &
-      key_t('exponent', type_real, 'of that', default='1.0', allowed=positive), &
-      growth_law_keys, &
+      toughness_keys, growth_law_keys, &
       key_t('start', type_real, 'from when on this &growth applies, in motion', default='0.0', unit='s', allowed=not_negative), &
       key_t('end', type_real, 'until when; 0: to the end of the run', default='0.0', unit='s', allowed=not_negative), &
       key_t('increment', type_real, 'of law = quasi_static: by which a tip advances in a load step', default='0.0', &
@@ -81,10 +83,9 @@ module hampm_crack_groups
       character(name_len) :: crack = ''          !! name of the crack; '' where there is one
       integer :: path = 0                        !! number of the path, or 1 of a crack on a symmetry plane; 0: there is no such one
       type(growth_law_t) :: law                  !! without a name where there is none of the one given
-      type(constant_t) :: constants(3 + size(growth_law_keys)) !! of it
+      type(constant_t) :: constants(size(toughness_keys) + size(growth_law_keys)) !! of it
       character(name_len) :: direction = ''      !! 'straight', 'hoop_stress', 'local_symmetry', 'max_energy' or 'path'
       real(dp), allocatable :: points(:, :)      !! of 'path' [m], (ndim, any)
-      real(dp) :: limit_speed = 0                !! 0: the toughness is constant [m/s]
       real(dp) :: start = 0                      !! from when on it applies [s]
       real(dp) :: end = huge(1.0_dp)             !! until when [s]
       real(dp) :: increment = 0                  !! [m]
@@ -186,15 +187,10 @@ contains
          growth(k)%crack = settings%text(entry, 'crack')
          i = findloc(laws%name == settings%text(entry, 'law'), .true., dim=1)
          if (i > 0) growth(k)%law = laws(i)
-         growth(k)%constants = [constant('toughness', settings%numbers(entry, 'toughness')), &
-                                constant('limit_speed', settings%numbers(entry, 'limit_speed')), &
-                                constant('exponent', settings%numbers(entry, 'exponent')), &
-                                (constant(growth_law_keys(i)%name, settings%numbers(entry, trim(growth_law_keys(i)%name))), &
-                                 i=1, size(growth_law_keys))]
+         growth(k)%constants = settings%constants(entry, [toughness_keys%name, growth_law_keys%name])
          growth(k)%direction = settings%text(entry, 'direction')
          numbers = settings%numbers(entry, 'points')
          growth(k)%points = reshape(numbers, [ndim, size(numbers)/ndim])
-         growth(k)%limit_speed = settings%number(entry, 'limit_speed')
          growth(k)%start = settings%number(entry, 'start')
          if (settings%number(entry, 'end') > 0) growth(k)%end = settings%number(entry, 'end')
          growth(k)%increment = settings%number(entry, 'increment')

@@ -2,7 +2,7 @@
 module hampm_material_group
    use hampm_kinds, only: dp, name_len
    use hampm_key_rows, only: group_t, key_t, type_real, type_name, repeats, is_required, positive
-   use hampm_law, only: constant_t, constant, value_of
+   use hampm_law, only: constant_t, value_of
    use hampm_laws, only: law_keys
    use hampm_orthotropic, only: orthotropic_of, why_not_definite
    use hampm_settings, only: settings_t
@@ -48,22 +48,18 @@ contains
    pure subroutine fill_materials(settings, materials)
       type(settings_t), intent(in) :: settings
       type(material_spec_t), allocatable, intent(out) :: materials(:)
-      integer :: i, k, entry
+      integer :: i, entry
       allocate (materials(settings%count_of('material')))
       do i = 1, size(materials)
          entry = settings%find('material', i)
          materials(i)%number = i
-         associate (material => materials(i))
-            material%name = settings%text(entry, 'name')
-            material%law = settings%text(entry, 'law')
-            material%young = settings%number(entry, 'young')
-            material%poisson = settings%number(entry, 'poisson')
-            material%density = settings%number(entry, 'density')
-            material%volumetric = settings%text(entry, 'volumetric')
-            do k = 1, size(law_keys)
-               material%constants(k) = constant(law_keys(k)%name, settings%numbers(entry, trim(law_keys(k)%name)))
-            end do
-         end associate
+         materials(i)%name = settings%text(entry, 'name')
+         materials(i)%law = settings%text(entry, 'law')
+         materials(i)%young = settings%number(entry, 'young')
+         materials(i)%poisson = settings%number(entry, 'poisson')
+         materials(i)%density = settings%number(entry, 'density')
+         materials(i)%volumetric = settings%text(entry, 'volumetric')
+         materials(i)%constants = settings%constants(entry, law_keys%name)
       end do
    end subroutine fill_materials
 
@@ -94,13 +90,9 @@ contains
       class(material_spec_t), intent(in) :: self
       type(material_spec_t), intent(in) :: other
       integer :: k
-      is = self%law == other%law .and. self%volumetric == other%volumetric
-      if (.not. is) return
-      is = .not. any(abs([self%young, self%poisson, self%density] - [other%young, other%poisson, other%density]) > 0)
-      do k = 1, size(self%constants)
-         associate (a => self%constants(k), b => other%constants(k))
-            is = is .and. a%count == b%count .and. .not. any(abs(a%value - b%value) > 0)
-         end associate
-      end do
+      is = self%law == other%law .and. self%volumetric == other%volumetric .and. &
+           .not. any(abs([self%young, self%poisson, self%density] - [other%young, other%poisson, other%density]) > 0) .and. &
+           all(self%constants%count == other%constants%count) .and. &
+           all([(maxval(abs(self%constants(k)%value - other%constants(k)%value)) <= 0, k=1, size(self%constants))])
    end function is_the_same_as
 end module hampm_material_group

@@ -6,7 +6,6 @@ module hampm_model
    use hampm_indicator, only: indicator_row_t, refine_t
    use hampm_indicators, only: indicators, indicator_keys
    use hampm_kinds, only: dp, ndim
-   use hampm_law, only: constant
    use hampm_cohesive_group, only: cohesive_t, fill_cohesive
    use hampm_crack_groups, only: path_spec_t, fill_paths, energy_release_t, fill_energy_release, &
                                  growth_t, fill_growth
@@ -116,15 +115,11 @@ contains
       type(settings_t), intent(in) :: settings
       type(refine_t), intent(inout) :: refine
       type(indicator_row_t), allocatable :: rows(:)
-      integer :: k, entry
-      entry = settings%find('refine', 1)
-      if (entry == 0) return
+      integer :: k
       allocate (rows, source=indicators())
       k = findloc(rows%name == refine%indicator, .true., dim=1)
       if (k > 0) refine%by = rows(k)%indicator_t
-      do k = 1, size(indicator_keys)
-         refine%constants(k) = constant(indicator_keys(k)%name, settings%numbers(entry, trim(indicator_keys(k)%name)))
-      end do
+      refine%constants(:size(indicator_keys)) = settings%constants(settings%find('refine', 1), indicator_keys%name)
    end subroutine fill_indicator
 
    !> Find the material of each body by its name; 0 where there is none. Materials of which there is no body are left out, and of several that

@@ -4,6 +4,7 @@
 module hampm_settings
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_key_rows, only: max_values
+   use hampm_law, only: constant_t, constant
    use hampm_text, only: printable, to_text
    use hampm_failure, only: failure_t, exit_input
    implicit none
@@ -65,6 +66,7 @@ module hampm_settings
       procedure :: given
       procedure :: number
       procedure :: numbers
+      procedure :: constants
       procedure :: flag
       procedure :: vector
       procedure :: text
@@ -234,6 +236,16 @@ contains
          allocate (list(0))
       end if
    end function numbers
+
+   !> The numbers of keys, each by the name of its key.
+   pure function constants(self, entry, keys)
+      class(settings_t), intent(in) :: self
+      integer, intent(in) :: entry
+      character(*), intent(in) :: keys(:)
+      type(constant_t) :: constants(size(keys))
+      integer :: k
+      constants = [(constant(keys(k), self%numbers(entry, keys(k))), k=1, size(keys))]
+   end function constants
 
    !> Whether a validated key says .true.
    pure logical function flag(self, entry, key)

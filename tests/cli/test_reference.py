@@ -74,8 +74,9 @@ def test_each_key_gives_its_value_to_the_scene(choices):
         if "call fill_history(" in source:
             source += history
         taken = set(re.findall(r"settings%\w+\(entry, '(\w+)'", source))
-        for table in re.findall(r"settings%numbers\(entry, trim\((\w+)\(\w\)%name\)\)", source):
-            parts = re.search(rf":: {table}\(\*\) = \[([\w, ]+)\]\n", everything)[1].split(", ")
+        for table in re.findall(r"(\w+)%name", "".join(re.findall(r"settings%constants\((.*)\)\n", source))):
+            parts = re.search(rf":: {table}\(\*\) = \[(.*?)\]\n", everything, re.DOTALL)[1]
+            parts = [table] if "key_t(" in parts else parts.split(", ")
             rows = "".join(re.search(rf":: {part}\(\*\) = \[(.*?)\]\n", everything, re.DOTALL)[1] for part in parts)
             taken |= set(re.findall(r"key_t\('(\w+)'", rows))
         assert taken == {key for of, key in choices if of == group}
