@@ -41,45 +41,37 @@ contains
    pure function names_of(set) result(names)
       character(*), intent(in) :: set
       character(name_len), allocatable :: names(:)
-      associate (law => laws(), estimator => estimators(), growth => growth_laws(), indicator => indicators())
-         select case (set)
-          case ('laws')
-            names = law%name
-          case ('laws with a history')
-            names = pack(law%name, law%has_history)
-          case ('laws of any strain')
-            names = pack(law%name, law%is_finite)
-          case ('growth laws')
-            names = growth%name
-          case ('growth laws at rest')
-            names = pack(growth%name, growth%is_static)
-          case ('growth laws in motion')
-            names = pack(growth%name, .not. growth%is_static)
-          case ('growth laws in motion by toughness')
-            names = pack(growth%name, .not. (growth%is_static .or. growth%gives_speed()))
-          case ('growth laws by speed')
-            names = pack(growth%name, growth%gives_speed())
-          case ('indicators')
-            names = indicator%name
-          case ('indicators of the motion')
-            names = pack(indicator%name, .not. indicator%is_of_places)
-          case ('indicators of one body')
-            names = pack(indicator%name, indicator%is_of_one_body)
-          case ('estimators')
-            names = estimator%name
-          case ('estimators at nodes')
-            names = pack(estimator%name, estimator%needs_nodes)
-          case ('estimators by radii')
-            names = pack(estimator%name, estimator%needs_radii)
-          case ('estimators of elastic material')
-            names = pack(estimator%name, estimator%needs_elasticity)
-          case ('estimators of isotropic material')
-            names = pack(estimator%name, estimator%needs_isotropy)
-          case ('estimators for traction-free faces')
-            names = pack(estimator%name, estimator%needs_free_faces)
-          case ('estimators for stationary tips')
-            names = pack(estimator%name, estimator%needs_tip_at_rest)
-         end select
-      end associate
+      select case (set(:index(set//' ', ' ') - 1))
+       case ('laws')
+         associate (of => laws())
+            names = pack(of%name, set == 'laws' .or. &
+                      set == 'laws with a history' .and. of%has_history .or. &
+                      set == 'laws of any strain' .and. of%is_finite)
+         end associate
+       case ('growth')
+         associate (of => growth_laws())
+            names = pack(of%name, set == 'growth laws' .or. &
+                      set == 'growth laws at rest' .and. of%is_static .or. &
+                      set == 'growth laws in motion' .and. .not. of%is_static .or. &
+                      set == 'growth laws in motion by toughness' .and. .not. (of%gives_speed() .or. of%is_static) .or. &
+                      set == 'growth laws by speed' .and. of%gives_speed())
+         end associate
+       case ('indicators')
+         associate (of => indicators())
+            names = pack(of%name, set == 'indicators' .or. &
+                      set == 'indicators of the motion' .and. .not. of%is_of_places .or. &
+                      set == 'indicators of one body' .and. of%is_of_one_body)
+         end associate
+       case ('estimators')
+         associate (of => estimators())
+            names = pack(of%name, set == 'estimators' .or. &
+                      set == 'estimators at nodes' .and. of%needs_nodes .or. &
+                      set == 'estimators by radii' .and. of%needs_radii .or. &
+                      set == 'estimators of elastic material' .and. of%needs_elasticity .or. &
+                      set == 'estimators of isotropic material' .and. of%needs_isotropy .or. &
+                      set == 'estimators for traction-free faces' .and. of%needs_free_faces .or. &
+                      set == 'estimators for stationary tips' .and. of%needs_tip_at_rest)
+         end associate
+      end select
    end function names_of
 end module hampm_choice_sets
