@@ -20,6 +20,7 @@ module hampm_indicator
       character(name_len) :: column = ''         !! of the history, in which its value is; '' for none
       character(64) :: meaning = ''              !! of the column
       character(32) :: advice = ''               !! what to give where there come to be too many particles
+      character(name_len) :: reach = ''          !! key of within how many cells of a tip it marks, of one that does
       logical :: is_of_places = .false.          !! whether it looks at places only, and marks before the first step
       logical :: is_of_one_body = .false.        !! whether it takes all nodes of a cell for those of one body
    end type indicator_t
@@ -134,13 +135,13 @@ contains
       else if (self%reached_max_level) then
          text = 'refinement reached &refine max_level = '//to_text(self%max_level)// &
                 ': cells that would have been refined further were not'
-      else if (self%follows_motion() .and. .not. self%by%is_of_places .and. .not. self%is_static .and. &
+      else if (self%is_active() .and. self%looks_at_motion() .and. .not. self%is_static .and. &
                steps > 0 .and. steps < self%interval) then
          text = 'no cell has refined: &refine interval = '//to_text(self%interval)//' is more than the '//to_text(int(steps))// &
                 ' steps of the run'
-      else if (self%by%name == 'tip' .and. self%max_level > 0 .and. .not. refined) then
-         text = 'no cell has refined: there is none within &refine rings = '// &
-                to_text(nint(value_of(self%constants, 'rings', 0.0_dp)))// &
+      else if (self%is_active() .and. self%by%reach /= '' .and. .not. refined) then
+         text = 'no cell has refined: there is none within &refine '//trim(self%by%reach)//' = '// &
+                to_text(nint(value_of(self%constants, self%by%reach, 0.0_dp)))// &
                 ' cells of a crack tip in the box from region_lower to region_upper'
       end if
    end function warning

@@ -21,6 +21,6 @@ contains
                                      is_of_one_body=.true.), mark_by_gradient), &
          indicator_row_t(indicator_t('zz', 'error_estimate', 'estimated relative error in the energy norm', &
                                      'a larger tolerance'), mark_by_error), &
-         indicator_row_t(indicator_t('tip', advice='fewer rings', is_of_places=.true.), mark_around_tips)])
+         indicator_row_t(indicator_t('tip', advice='fewer rings', reach='rings', is_of_places=.true.), mark_around_tips)])
    end function indicators
 end module hampm_indicators

@@ -63,10 +63,10 @@ contains
       occupied = sum([(area_in_box(model%bodies(k), model%bodies(k)%lower, model%bodies(k)%upper), k=1, size(model%bodies))]) &
                  /model%grid%cell**ndim
       occupied = max(min(occupied, resources%cells), 1.0_dp)
-      if (model%refine%by%name == 'tip') call refine_around_tips(model, resources, occupied)
+      if (model%refine%by%reach /= '') call refine_around_tips(model, resources, occupied)
       resources%memory = memory_for(model, resources%particles, resources%cells, occupied)
       resources%most_particles = resources%particles
-      if (model%refine%is_active() .and. model%refine%by%name /= 'tip') &
+      if (model%refine%is_active() .and. model%refine%by%reach == '') &
          resources%most_particles = min(real(model%refine%max_particles, dp), resources%particles*4.0_dp**model%refine%max_level)
       associate (growth => resources%most_particles/resources%particles)
          most_cells = resources%cells + (growth - 1)*occupied
@@ -101,12 +101,11 @@ contains
       real(dp) :: density, divided, fit, tips
       integer :: level, k
       density = resources%particles/occupied
-      tips = 1
-      if (size(model%paths) > 0) tips = count([(path_tips(model, k), k=1, size(model%paths))])
+      tips = count([(path_tips(model, k), k=1, size(model%paths))])
       if (model%is_half()) tips = tips/2
       fit = occupied
       do level = 0, model%refine%max_level - 1
-         divided = min(fit, tips*(2*nint(value_of(model%refine%constants, 'rings', 0.0_dp)) + 1.0_dp)**ndim)
+         divided = min(fit, tips*(2*nint(value_of(model%refine%constants, model%refine%by%reach, 0.0_dp)) + 1.0_dp)**ndim)
          if (resources%particles + 3*divided*density > model%refine%max_particles) exit
          resources%particles = resources%particles + 3*divided*density
          resources%cells = resources%cells + 3*divided
