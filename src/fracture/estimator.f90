@@ -21,6 +21,7 @@ module hampm_estimator
       character(64) :: meaning = ''              !! of these
       logical :: needs_radii = .false.           !! whether it looks at the material within the radii of a tip
       logical :: needs_nodes = .false.           !! whether it needs a node at the tip, and others around it
+      logical :: needs_two_points = .false.      !! whether it is 14 to 24 % off with one particle a cell
       logical :: needs_mass = .false.            !! whether it extrapolates to nodes with the mass matrix
       logical :: needs_elasticity = .false.      !! whether it takes material for elastic
       logical :: needs_isotropy = .false.        !! and for isotropic

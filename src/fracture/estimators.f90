@@ -14,8 +14,8 @@ contains
       type(estimator_t), allocatable :: rows(:)
       rows = [ &
          estimator_t('domain_integral', needs_radii=.true.), &
-         estimator_t('vcct', 'energy release rate, virtual crack closure', needs_nodes=.true., needs_elasticity=.true., &
-                     differs_from_j=.true., find=nodal_force_closure), &
+         estimator_t('vcct', 'energy release rate, virtual crack closure', needs_nodes=.true., needs_two_points=.true., &
+                     needs_elasticity=.true., differs_from_j=.true., find=nodal_force_closure), &
          estimator_t('series_fit', 'energy release rate, near-tip series fit', needs_radii=.true., &
                      needs_elasticity=.true., needs_isotropy=.true., needs_free_faces=.true., needs_tip_at_rest=.true., &
                      find=path_closure), &

@@ -121,22 +121,19 @@ contains
    pure subroutine check_particles_per_cell(model, text)
       type(model_t), intent(in) :: model
       character(:), allocatable, intent(inout) :: text
-      integer :: body
       real(dp), allocatable :: tips(:, :), directions(:, :)
-      integer :: k
-      if (.not. any(model%energy_release%chosen%name == 'vcct')) return
+      integer :: k, body, row
+      row = findloc(model%energy_release%chosen%needs_two_points, .true., dim=1)
+      if (row == 0) return
       call list_tips(model, tips, directions)
-      body = 0
       do k = 1, size(tips, 2)
          body = body_at(model, tips(:, k))
-         if (body > 0) then
-            if (model%bodies(body)%points_per_cell == 1) exit
-         end if
-         body = 0
+         if (body == 0) cycle
+         if (model%bodies(body)%points_per_cell /= 1) cycle
+         call add(text, 'G_'//trim(model%energy_release%chosen(row)%name)//' is 14 to 24 % off with points_per_cell = 1 around '// &
+                  'the tip of the crack; use 2, or the estimator ''domain_integral''')
+         return
       end do
-      if (body == 0) return
-      call add(text, 'G_vcct is 14 to 24 % off with points_per_cell = 1 around the tip of the crack; use 2, or the '// &
-               'estimator ''domain_integral''')
    end subroutine check_particles_per_cell
 
    !> Cracks that run through the middles of particles over more than a cell: these are on no side of it.
