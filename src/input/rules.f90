@@ -41,6 +41,11 @@ module hampm_rules
    character(*), parameter :: acting(*) = ['&constraint', '&load      ']
    character(*), parameter :: of_matter(*) = [character(13) :: 'material', 'velocity', 'spin', 'eigenstrain', 'contact_group']
    character(*), parameter :: of_looks(*) = ['start   ', 'interval']
+   character(*), parameter :: moved_by(*) = ['displacement', 'velocity    ']
+   character(*), parameter :: of_factor(*) = ['history', 'start  ']
+   character(*), parameter :: of_shear(*) = ['exponent  ', 'mixed_mode']
+   character(*), parameter :: on_faces(*) = [character(48) :: "&crack contact = 'frictionless' | 'friction'", &
+                                             "&load on = 'crack'", "&load face = 'left' | 'right'", '&cohesive']
    character(*), parameter :: with_forces(*) = [character(48) :: 'cracks that cut cells', &
                                                 "&crack contact = 'frictionless' | 'friction'", '&cohesive']
    integer :: k
@@ -144,16 +149,12 @@ module hampm_rules
               trim(acting(k))//" times and "//trim(acting(k))//" factors"), k=1, size(acting))]
 
    type(rule_t), parameter :: of_constraints(*) = [ &
-      rule_t("&constraint history", no_effect_without, "&constraint displacement or &constraint velocity", &
-             reason="the factor applies to a prescribed motion, and none is given"), &
-      rule_t("&constraint start", no_effect_without, "&constraint displacement or &constraint velocity", &
-             reason="the factor applies to a prescribed motion, and none is given"), &
+      (rule_t("&constraint "//of_factor(k), no_effect_without, "&constraint displacement or &constraint velocity", &
+              reason="the factor applies to a prescribed motion, and none is given"), k=1, 2), &
       rule_t("&constraint displacement and &constraint history = 'step'", not_with, "&method time = 'explicit' | 'implicit'", &
              mechanics, "prescribed nodes would jump", use="history = 'ramp', or a velocity"), &
-      rule_t("&constraint displacement", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, &
-             use="&method time_steps = 'global'"), &
-      rule_t("&constraint velocity", not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, &
-             use="&method time_steps = 'global'"), &
+      (rule_t("&constraint "//moved_by(k), not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, &
+              use="&method time_steps = 'global'"), k=1, 2), &
       rule_t("&constraint unilateral = .true.", not_with, "&method time = 'explicit'", not_built, &
              "faces with contact separate and touch again in explicit steps", use="&method time = 'implicit'"), &
       rule_t("&constraint unilateral = .true.", not_with, "&growth", not_built, &
@@ -238,10 +239,8 @@ module hampm_rules
              "the reference step divides by lumped masses", use="&method mass = 'lumped'"), &
       rule_t("&method path = 'reference'", not_with, "&material volumetric = 'b_bar'", not_built, &
              "particles of the reference step have their own dilatation", use="&material volumetric = 'standard'"), &
-      rule_t("&constraint displacement", not_with, "&method path = 'reference'", not_built, &
-             "the reference step has no prescribed motion", use="&method path = 'fastest'"), &
-      rule_t("&constraint velocity", not_with, "&method path = 'reference'", not_built, &
-             "the reference step has no prescribed motion", use="&method path = 'fastest'"), &
+      (rule_t("&constraint "//moved_by(k), not_with, "&method path = 'reference'", not_built, &
+              "the reference step has no prescribed motion", use="&method path = 'fastest'"), k=1, 2), &
       rule_t("&method path = 'reference'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
              "the reference step has one velocity field", use="&contact bodies = 'bonded'"), &
       rule_t("&method path = 'reference'", not_with, "&crack contact = 'frictionless' | 'friction'", not_built, &
@@ -297,7 +296,7 @@ module hampm_rules
              use="&method scheme = 'musl'"), &
       rule_t("&method mass = 'lumped'", noted_with, "&growth law = {growth laws in motion}", mechanics, &
              "K of a tip at 0.6 of the speed of Rayleigh waves is up to 4 % low, and a crack that grows by its toughness "// &
-             "comes "// "5 % less far", use="&method mass = 'weighted'")]
+             "comes 5 % less far", use="&method mass = 'weighted'")]
 
    type(rule_t), parameter :: of_refinement(*) = [ &
       rule_t("&refine indicator = 'tip'", requires, "&crack"), &
@@ -360,10 +359,8 @@ module hampm_rules
       rule_t("&cohesive opening", requires, "&cohesive law = 'bilinear'"), &
       rule_t("&cohesive openings", requires, "&cohesive law = 'table'"), &
       rule_t("&cohesive tractions", requires, "&cohesive law = 'table'"), &
-      rule_t("&cohesive exponent", no_effect_without, "&cohesive toughness_shear or &cohesive strength_shear", &
-             reason="mode II has the values of mode I"), &
-      rule_t("&cohesive mixed_mode", no_effect_without, "&cohesive toughness_shear or &cohesive strength_shear", &
-             reason="mode II has the values of mode I")]
+      (rule_t("&cohesive "//of_shear(k), no_effect_without, "&cohesive toughness_shear or &cohesive strength_shear", &
+              reason="mode II has the values of mode I"), k=1, 2)]
 
    type(rule_t), parameter :: of_growth(*) = [ &
       rule_t("&growth", requires, "&crack"), &
@@ -412,22 +409,15 @@ module hampm_rules
              "the work of closing a crack is not that of opening it", use="'domain_integral'"), &
       rule_t("&energy_release estimators = 'stress_closure'", not_with, "&load on = 'crack'", mechanics, &
              "the derivation assumes traction-free crack faces", use="'domain_integral'"), &
-      rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, &
-             "&crack contact = 'frictionless' | 'friction'", mechanics, "the estimator assumes traction-free crack faces", &
-             use="'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators of isotropic material}", not_with, "&material law = 'orthotropic'", &
              not_built, "the near-tip fields are those of isotropic material", use="'domain_integral'"), &
-      rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, "&load on = 'crack'", mechanics, &
-             "the estimator assumes traction-free crack faces", use="'domain_integral'"), &
-      rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, "&load face = 'left' | 'right'", &
-             mechanics, "the estimator assumes traction-free crack faces", use="'domain_integral'"), &
-      rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, "&cohesive", mechanics, &
-             "the estimator assumes traction-free crack faces", use="'domain_integral'"), &
+      (rule_t("&energy_release estimators = {estimators for traction-free faces}", not_with, on_faces(k), mechanics, &
+              "the estimator assumes traction-free crack faces", use="'domain_integral'"), k=1, 4), &
       rule_t("&energy_release estimators = {estimators for stationary tips}", not_with, "&growth", not_built, &
              "the estimator is for stationary tips", use="'domain_integral'"), &
       rule_t("&energy_release estimators = 'domain_integral'", warned_with, with_history, mechanics, &
              "J depends on its domain where material yields or creeps; K, modes and errors are not recorded; J_near_tip and "// &
-             ""// "J_far_field are those of the smallest and the largest one"), &
+             "J_far_field are those of the smallest and the largest one"), &
       rule_t("&energy_release radii", no_effect_without, "&energy_release estimators = {estimators by radii}"), &
       rule_t("&energy_release reference = 'value'", requires, "&energy_release reference_value > 0"), &
       rule_t("&energy_release reference_value", requires, "&energy_release reference = 'value'"), &
