@@ -158,7 +158,7 @@ contains
       is_required = any(rule%verdict == [requires, no_effect_without])
       is_broken = is_met(reading, 0, .false., model, settings, entry)
       if (.not. is_broken) return
-      is_broken = is_required .neqv. any([(is_met(reading, k, is_required, model, settings, entry), &
+      is_broken = is_required .neqv. any([(is_met(reading, k, rule%verdict == requires, model, settings, entry), &
                                            k=1, max(1, maxval(reading%atoms%alternative)))])
       if (is_broken .and. is_required) is_broken = all_known(reading, settings, entry)
    end function is_broken

@@ -275,6 +275,9 @@ module hampm_rules
       rule_t("&method wave_speed and &method time = 'explicit' | 'implicit'", no_effect_without, &
              "&method courant or &method frame = 'updated'", reason="the step is a fraction of the largest stable one"), &
       rule_t("&method load_steps", no_effect_without, "&method time = 'static'"), &
+      rule_t("&method time = 'static'", no_effect_without, &
+             "&load or &constraint displacement or &constraint velocity or &body eigenstrain", &
+             reason="nothing loads the model, and all displacements stay 0"), &
       rule_t("&method order", no_effect_without, "&method mass = 'fmpm' and a mass matrix that acts"), &
       rule_t("&method lumped_fraction", no_effect_without, "&method mass = 'weighted' and a mass matrix that acts"), &
       rule_t("&method consistent_region", no_effect_without, "&method mass = 'partial' and a mass matrix that acts"), &

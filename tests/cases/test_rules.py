@@ -164,6 +164,20 @@ def test_what_acts_late_is_not_told(case, groups):
         assert result.code == 0 and "begins at" not in result.stderr and "no cell" not in result.stderr
 
 
+@pytest.mark.parametrize("change", [None, f"{LOAD} /", "&constraint lower = -8e-3, 8e-3  upper = 8e-3, 8e-3  fix = 'y'  displacement = 0.0, 1e-6 /",
+                                    "&constraint lower = -8e-3, 8e-3  upper = 8e-3, 8e-3  fix = 'y'  velocity = 0.0, 1.0 /", "eigenstrain"],
+                         ids=["nothing", "load", "displacement", "velocity", "eigenstrain"])
+def test_a_static_model_that_nothing_loads_is_told(case, change):
+    """It ended with zeros, without a word."""
+    text = LATE + "&method time = 'static' /\n" + (change or "").replace("eigenstrain", "") + "\n"
+    if change == "eigenstrain":
+        text = text.replace("&body", "&body eigenstrain = 1e-4, 0.0, 0.0 ")
+    for options in ([], ["--check"]):
+        result = case("at_rest", *options, text=text)
+        assert result.code == 0
+        assert ("nothing loads the model, and all displacements stay 0" in result.stderr) == (change is None)
+
+
 @pytest.mark.parametrize("method", ["explicit", "static"])
 def test_a_peak_of_a_table_within_its_first_step(case, method):
     """Only corners a whole step after the first one were looked at: a pulse in the first step was passed by without a word."""
