@@ -78,20 +78,24 @@ contains
       character(*), intent(in) :: group
       type(key_t), intent(in) :: key
       type(setting_t), intent(inout) :: setting
-      character(:), allocatable, intent(out) :: message   !! what is wrong, '' for nothing
+      character(:), allocatable, intent(out) :: message   !! what is wrong, '' for nothing; of texts all that are
+      character(:), allocatable :: wrong
       integer :: i
       message = wrong_count(key, setting%count)
       if (message /= '') return
       allocate (setting%numbers(merge(0, setting%count, is_text(key))))
       do i = 1, setting%count
+         wrong = ''
          if (is_text(key)) then
-            call validate_text(group, key, setting%values(i), message)
+            call validate_text(group, key, setting%values(i), wrong)
          else
-            call validate_number(key, setting%values(i), setting%numbers(i), message)
+            call validate_number(key, setting%values(i), setting%numbers(i), wrong)
          end if
-         if (message == '') cycle
-         if (setting%count > 1) message = 'value '//to_text(i)//' '//message
-         return
+         if (wrong == '') cycle
+         if (setting%count > 1) wrong = 'value '//to_text(i)//' '//wrong
+         if (message /= '') wrong = '; '//wrong
+         message = message//wrong
+         if (.not. is_text(key)) return
       end do
    end subroutine validate_setting
 
@@ -100,9 +104,11 @@ contains
       type(key_t), intent(in) :: key
       integer, intent(in) :: n
       character(:), allocatable :: message
+      logical :: is_point                        ! or a vector, that may be left out
+      is_point = key%value_type == type_real .and. key%fewest == 0 .and. key%most == ndim
       message = ''
-      if (n >= key%fewest .and. n <= key%most .and. .not. (is_point(key) .and. mod(n, ndim) /= 0)) return
-      if (is_point(key) .and. n < key%most) then
+      if (n >= key%fewest .and. n <= key%most .and. .not. (is_point .and. mod(n, ndim) /= 0)) return
+      if (is_point .and. n < key%most) then
          message = 'must have '//values_text(key%most)//', or none, not '//to_text(n)
       else if (key%fewest == key%most) then
          message = 'must have '//values_text(key%most)//', not '//to_text(n)
@@ -113,12 +119,6 @@ contains
       end if
       message = message//'; each '//must_be(key)
    end function wrong_count
-
-   !> Whether a key is a point or a vector that may be left out.
-   pure logical function is_point(key)
-      type(key_t), intent(in) :: key
-      is_point = key%value_type == type_real .and. key%fewest == 0 .and. key%most == ndim
-   end function is_point
 
    !> `1 value`, `2 values`.
    pure function values_text(n) result(text)
@@ -153,8 +153,7 @@ contains
       else if (status == is_extreme) then
          message = must_be(key)//', finite and in size 0 or from 1e-100 to 1e100'
       else if (status == is_no_number) then
-         message = must_be(key)//' (it is no number)'
-         if (key%value_type == type_integer) message = must_be(key)//' (it is no integer)'
+         message = must_be(key)//' (it is no '//trim(merge('integer', 'number ', key%value_type == type_integer))//')'
       end if
    end subroutine validate_number
 
@@ -167,8 +166,7 @@ contains
       character(name_len), allocatable :: list(:)
       integer :: longest, i
       value%text = trim(value%text)
-      longest = path_len
-      if (key%value_type == type_name) longest = name_len
+      longest = merge(name_len, path_len, key%value_type == type_name)
       if (.not. value%quoted) then
          message = 'must be in quotes: '''//printable(value%text, 40)//''''
       else if (len(value%text) > longest) then

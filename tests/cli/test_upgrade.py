@@ -169,6 +169,12 @@ def test_an_old_value_is_refused_by_its_new_name(hampm, tmp_path, group, key, ol
     assert re.search(rf"^hampm: case\.nml:2: &{group} {key} = '{old}': .*; it is called {new} ", hampm("case.nml").stderr, re.MULTILINE)
 
 
+def test_all_old_values_of_a_list_are_told_at_once(hampm, tmp_path):
+    (tmp_path / "case.nml").write_text("&energy_release estimators = 'nodal_force', 'vcct', 'energy_balance' /\n")
+    told = next(line for line in hampm("case.nml").stderr.splitlines() if "estimators" in line)
+    assert re.findall(r"value (\d) must be [^;]*; it is called (.*?) now: ", told) == [("1", "'vcct'"), ("3", "energy_balance = .true. beside the estimators")]
+
+
 def test_the_program_knows_no_other_old_names():
     table = (ROOT / "src/input/keys.f90").read_text().split(":: renames(*)")[1].split("contains")[0]
     rows = {row for row in re.findall(r"renamed_t\('(\w+)', '(\w+)', '(\w*)'", table)}
