@@ -2,7 +2,7 @@
 """How far from its node a discrete crack tip acts: K by the interaction integral against the energy release rate.
 
 On the double cantilever beam at rest (mode I) and on the split beam under a moment on one arm (both modes), with cells of several
-sizes, several points a cell, Poisson's ratios and both plane conditions, each K is compared with sqrt(E' G) of the nodal force
+sizes, several points a cell, Poisson's ratios and both plane conditions, each K is compared with sqrt(E' G) of VCCT
 closure, which sees the same mesh. hampm takes K of a tip that lies a part of a cell behind its node: `setback` in
 src/fracture/domain_integral.f90. Where that part is right, what is left is of second order in the cells.
 """

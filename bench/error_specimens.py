@@ -236,7 +236,7 @@ def main():
 
 
 def table(title, chosen, arguments, History):
-    columns = ["J", "nodal force", "K"]
+    columns = ["J", "VCCT", "K"]
     rows = [["specimen"] + [f"{c}, {what}" for c in columns for what in ("error [%]", "estimate [%]", "ratio")]]
     for name, specimen in chosen.items():
         with tempfile.TemporaryDirectory() as folder:

@@ -45,7 +45,7 @@ def coarse_beam(text_of, method):
 
 @pytest.mark.parametrize("scheme", ["usf", "usavg", "usl", "musl"])
 def test_J_and_reaction_of_a_beam(case, text_of, scheme):
-    """J, G by nodal forces and the reaction in motion are those of linear functions in the total frame, whichever scheme maps stresses when: they came from
+    """J, G by VCCT and the reaction in motion are those of linear functions in the total frame, whichever scheme maps stresses when: they came from
     forces that linear functions of the particles would map (J 9.34 J/m2 in place of 12.88 and +11.7 in place of -48.7 N with usf and usavg)."""
     plain = case("cpdi_J_and_reaction", text=coarse_beam(text_of, "frame = 'total'"))
     run = case("cpdi_J_and_reaction", text=coarse_beam(text_of, f"frame = 'updated'  shape_functions = 'cpdi'  scheme = '{scheme}'"))

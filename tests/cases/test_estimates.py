@@ -65,7 +65,7 @@ def test_the_vcct_among_cells_divided_in_motion(case, text_of):
 
 @pytest.mark.parametrize(("poisson", "tip", "length", "load", "most"), [(0.49, "13.0, 10.0", 6.0, "shear", 2), (0.3, "17.0, 6.0", 10.0, "pull", 3)], ids=["nearly incompressible", "hardly there"])
 def test_the_error_of_mode_II_of_a_centre_crack(case, poisson, tip, length, load, most):
-    """Of a body that only tractions load K does not depend on Poisson's ratio: quadratic cells in plane stress know it. The nodal force was taken to lack of mode II in nearly incompressible cells
+    """Of a body that only tractions load K does not depend on Poisson's ratio: quadratic cells in plane stress know it. VCCT was taken to lack of mode II in nearly incompressible cells
     as much more as of mode I, a third of it, and of a mode that is hardly there what it lacks of the other: estimates were 0.9 and 0.4 of the error."""
     def row_of(name, keys, order, more):
         fx, fy = (100.0, 0.0) if load == "shear" else (0.0, 100.0)

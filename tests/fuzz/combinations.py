@@ -331,7 +331,7 @@ def differences_in_any_order(expected, got, scale):
 # Oracles that look at the result of the scene itself
 
 def finite(case):
-    """Every number is one, but for the error of a nodal force by which cells divide in motion: without J nothing is known of it."""
+    """Every number is one, but for the error of VCCT where cells divide in motion: without J nothing is known of it."""
     unknown = "G_vcct" if case.indicator in ("gradient", "zz") and case.time != "static" and "J" not in case.base.row else None
     bad = [name for name, values in case.base.row.items() if not np.all(np.isfinite(values)) and not (unknown and name.startswith((unknown, "G_error")) and "_error" in name)]
     if bad:

@@ -130,7 +130,7 @@ def test_a_whole_body_gives_what_its_half_on_the_symmetry_plane_gives(columns_of
 
 
 def test_the_progress_line_tells_g_of_both_modes_whatever_way_the_faces_slide(hampm, tmp_path):
-    """By the best of the chosen estimators: J before the nodal force."""
+    """By the best of the chosen estimators: J before VCCT."""
     (tmp_path / "beam.nml").write_text(split_beam(TIP["uniform"]))
     reference = "--set", "energy_release.reference='value'", "--set", "energy_release.reference_value=1e-6"
     for estimators, column in [(EVERY_ESTIMATOR, "J"), ("'vcct'", "G_vcct")]:

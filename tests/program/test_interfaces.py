@@ -38,7 +38,7 @@ def run(hampm, text):
 
 @pytest.mark.parametrize(("plane", "lower", "young"), [("stress", 3e-3, 210e9), ("strain", 2e-3, 7e9)])
 def test_j_of_an_interface_is_what_is_released(hampm, plane, lower, young):
-    """The sum of the modes by nodal forces too. Its parts go on changing with the cell, by the sixth of a mode from level to level."""
+    """The sum of the modes by VCCT too. Its parts go on changing with the cell, by the sixth of a mode from level to level."""
     exact = released(plane, lower, young)
     parts, error = [], []
     for levels in (0, 1, 2):
@@ -57,7 +57,7 @@ def test_j_of_an_interface_is_what_is_released(hampm, plane, lower, young):
 
 
 def test_a_layer_beside_the_crack(hampm):
-    """A tip in one material with another layer within the radii: J is what it is of the nodal forces, there is no K."""
+    """A tip in one material with another layer within the radii: J is what it is by VCCT, there is no K."""
     text = beams().replace("tip = 30e-3, 0.0", "tip = 30e-3, 0.5e-3")
     found, warnings = run(hampm, text)
     assert "between two materials" not in warnings

@@ -1,5 +1,5 @@
 """What equation (14) of Tan & Nairn needs to be right: with the tractions that balance the reactions of the constraint through the consistent
-mass matrix of the line ahead of the crack it is the nodal force closure, and so as near to G as that is.
+mass matrix of the line ahead of the crack it is virtual crack closure (VCCT), and so as near to G as that is.
 
 The reactions of the nodes are those of constraints, one a node, which do not look at the crack; the line's mass matrix is made here.
 """

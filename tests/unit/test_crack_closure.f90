@@ -196,7 +196,7 @@ contains
             call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
             call stress_closure(m, no_factors, tip, p, solver, g_stress, uncertainty, failure)
             p%reference(:, 2) = p%reference(:, 2) + p%displacement(:, 2)
-            call check_close(g_force(1), turn*s*d, 1.0e-13_dp*s*d, 'nodal force closure of uniform fields, signed like the opening')
+            call check_close(g_force(1), turn*s*d, 1.0e-13_dp*s*d, 'VCCT of uniform fields, signed like the opening')
             call check_close(g_stress(1), turn*s*d/2, 1.0e-13_dp*s*d, 'stress closure of uniform fields, signed like the opening')
          end do
       end associate
@@ -278,7 +278,7 @@ contains
             p%gradient(i, :, :) = h
          end do
          call nodal_force_closure(m, no_factors, tip, p, solver, g, uncertainty, failure)
-         call check_close(maxval(abs(g/stress - d)), 0.0_dp, 1.0e-13_dp*d, 'nodal force closure of both modes')
+         call check_close(maxval(abs(g/stress - d)), 0.0_dp, 1.0e-13_dp*d, 'VCCT of both modes')
          call start(m, 'musl')
          call refresh_grid(m)
          call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
