@@ -22,10 +22,10 @@ module hampm_crack_carrying
    real(dp), parameter :: most_overlap = 0.5_dp  !! finest cells by which faces may overlap
 
    !> What points of lines hang on. A particle that splits gives its number to its children; a face hangs on the nearest of these. An entry is one of
-   !> the places of `host`, in its order.
+   !> the places of `carrier`, in its order.
    type :: carried_cracks_t
       real(dp), private :: allowance = 0         !! finest cells by which a line may be behind the material: more where nodes are to close a crack
-      integer, allocatable, private :: carrier(:, :, :) !! numbers of the particles, 0 behind the last; (hosts, faces, points of all lines)
+      integer, allocatable, private :: carrier(:, :, :) !! numbers of the particles, 0 behind the last; (n_carriers, faces, points of all lines)
       integer, allocatable, private :: first(:)  !! the first entry that is the particle of a number, 0 for none
       integer, allocatable, private :: next(:)   !! the next one of the same particle, 0 behind the last; (entries)
    contains

@@ -237,7 +237,7 @@ contains
          if (.not. pass%map_matrix) cycle
          associate (matrix => f%mass_matrix, e => map%cells(k))
             matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
-            call prepare_cell(corners, matrix%blend(e), matrix%is_solved, matrix%may_hang(e), matrix%cell(1, 1, e), &
+            call prepare_cell(corners, matrix%lumped_fraction(e), matrix%is_solved, matrix%may_hang(e), matrix%cell(1, 1, e), &
                               floor_of_domains)
          end associate
       end do

@@ -15,8 +15,8 @@ module hampm_mass_choice
       integer :: by = by_lumped                  !! way of solution
       integer :: order = 1                       !! of fmpm
       logical :: refined_only = .false.          !! whether a partial one is full in the refined cells, else in the box
-      real(dp) :: blend_inside = 0               !! lumped part of the cells within the box [-]
-      real(dp) :: blend_outside = 0              !! and of the others [-]
+      real(dp) :: lumped_inside = 0              !! lumped part of the cells within the box [-]
+      real(dp) :: lumped_outside = 0             !! and of the others [-]
       real(dp) :: lower(ndim) = -huge(1.0_dp)    !! box of a partial mass matrix [m]
       real(dp) :: upper(ndim) = huge(1.0_dp)
    end type mass_choice_t
@@ -25,12 +25,11 @@ contains
 
    !> A mass matrix by name: 'lumped', 'consistent', 'partial' (consistent within the box, lumped elsewhere), 'fmpm' of an order, or
    !> 'weighted' with a lumped part.
-   pure function new_mass_choice(mass, solver, order, blend, lower, upper, refined_only) result(choice)
+   pure function new_mass_choice(mass, solver, order, lumped_fraction, lower, upper, refined_only) result(choice)
       character(*), intent(in) :: mass
       character(*), intent(in) :: solver         !! 'cg' or 'direct'
       integer, intent(in) :: order
-      real(dp), intent(in) :: blend
-      real(dp), intent(in) :: lower(ndim), upper(ndim)
+      real(dp), intent(in) :: lumped_fraction, lower(ndim), upper(ndim)
       logical, intent(in), optional :: refined_only !! instead of the box
       type(mass_choice_t) :: choice
       choice%by = merge(by_cg, by_direct, solver == 'cg')
@@ -41,10 +40,10 @@ contains
          choice%by = by_fmpm
          choice%order = order
       case ('weighted')
-         choice%blend_inside = blend
-         choice%blend_outside = blend
+         choice%lumped_inside = lumped_fraction
+         choice%lumped_outside = lumped_fraction
       case ('partial')
-         choice%blend_outside = 1
+         choice%lumped_outside = 1
          choice%lower = lower
          choice%upper = upper
          if (present(refined_only)) choice%refined_only = refined_only
@@ -66,7 +65,7 @@ contains
       if (grid%is_quadratic()) matrix%quarters = corners
       call pattern_of_grid(grid, matrix%pattern, status)
       associate (f => grid%n_functions, width => matrix%pattern%width, m => grid%n_elements/matrix%quarters, n => grid%n_points)
-         if (status == 0) allocate (matrix%cell(f, f, m), matrix%blend(m), matrix%may_hang(m), matrix%cell_lumped(f, m), &
+         if (status == 0) allocate (matrix%cell(f, f, m), matrix%lumped_fraction(m), matrix%may_hang(m), matrix%cell_lumped(f, m), &
                                     matrix%row(width, n), stat=status)
          if (status == 0 .and. choice%by == by_cg) &
             allocate (matrix%cell_inverse(f, f, m), matrix%inverse_row(width, n), stat=status)
@@ -76,12 +75,12 @@ contains
          return
       end if
       matrix%is_solved = choice%by /= by_fmpm
-      call blend_cells(choice, grid, matrix)
-      if (grid%is_quadratic() .and. choice%blend_inside < choice%blend_outside) call agree_beside_coarser(grid, matrix)
+      call set_fractions(choice, grid, matrix)
+      if (grid%is_quadratic() .and. choice%lumped_inside < choice%lumped_outside) call agree_beside_coarser(grid, matrix)
    end subroutine choose_cells
 
    !> Which cells have nodes that may hang, and which part of each is lumped.
-   subroutine blend_cells(choice, grid, matrix)
+   subroutine set_fractions(choice, grid, matrix)
       type(mass_choice_t), intent(in) :: choice
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(inout) :: matrix
@@ -91,15 +90,15 @@ contains
          associate (cell => matrix%cell_of(e))
             middle = grid%element_lower(:, e) + merge(1.0_dp, 0.5_dp, matrix%quarters > 1)*grid%element_size(e)
             matrix%may_hang(cell) = any(grid%support_of(e) > grid%n_nodes)
-            matrix%blend(cell) = choice%blend_outside
+            matrix%lumped_fraction(cell) = choice%lumped_outside
             if (choice%refined_only) then
-               if (grid%forest%level_of(grid%element_leaf(e)) > 0) matrix%blend(cell) = choice%blend_inside
+               if (grid%forest%level_of(grid%element_leaf(e)) > 0) matrix%lumped_fraction(cell) = choice%lumped_inside
             else if (all(middle >= choice%lower .and. middle <= choice%upper)) then
-               matrix%blend(cell) = choice%blend_inside
+               matrix%lumped_fraction(cell) = choice%lumped_inside
             end if
          end associate
       end do
-   end subroutine blend_cells
+   end subroutine set_fractions
 
    !> Let of two quadratic cells beside one coarser the same part be lumped: they share the middle of its side, a master of the hanging
    !> nodes of both.
@@ -117,7 +116,8 @@ contains
                   associate (beside => grid%dofs%elements_at(grid%dofs%master(j)))
                      do i = 1, size(beside)
                         if (grid%element_size(beside(i)) > 1.5_dp*grid%element_size(own(1))) cycle
-                        associate (one => matrix%blend(matrix%cell_of(own(1))), other => matrix%blend(matrix%cell_of(beside(i))))
+                        associate (one => matrix%lumped_fraction(matrix%cell_of(own(1))), &
+                                   other => matrix%lumped_fraction(matrix%cell_of(beside(i))))
                            if (.not. abs(one - other) > 0) cycle
                            one = max(one, other)
                            other = one

@@ -57,10 +57,10 @@ module hampm_mass_matrix
       ! By cells (`cell_of`), not allocated where all is lumped
       real(dp), allocatable :: cell(:, :, :)            !! M [kg], (nodes of a cell, nodes of a cell, cells)
       real(dp), allocatable :: cell_lumped(:, :)        !! D [kg], (nodes of a cell, cells)
-      real(dp), allocatable :: blend(:)                 !! part that is lumped, 0 to 1, (cells)
+      real(dp), allocatable :: lumped_fraction(:)       !! part that is lumped, 0 to 1, (cells)
       integer, allocatable :: copies(:, :)              !! of each node for bodies that meet (`copies_of_nodes` of the grid): where
                                                         !! several have mass, all is lumped; not allocated without such bodies
-      real(dp), allocatable :: blend_apart(:)           !! `blend` of cells in which no bodies meet
+      real(dp), allocatable :: lumped_apart(:)          !! `lumped_fraction` of cells in which no bodies meet
       logical, allocatable :: may_hang(:)               !! which have nodes that may hang, (cells); not allocated where all is lumped
       real(dp), allocatable :: cell_inverse(:, :, :)    !! D_e M_e^-1 D_e by cells [kg], as `cell`; not allocated where
                                                         !! lumped masses need no solution with it
@@ -104,7 +104,7 @@ contains
       type(mass_matrix_t), intent(in) :: matrix
       integer, intent(in) :: e
       has_matrix = .false.
-      if (allocated(matrix%blend)) has_matrix = matrix%begins_cell(e) .and. matrix%blend(matrix%cell_of(e)) < 1
+      if (allocated(matrix%lumped_fraction)) has_matrix = matrix%begins_cell(e) .and. matrix%lumped_fraction(matrix%cell_of(e)) < 1
    end function has_matrix
 
    !> Clear the matrices of cells without material.
@@ -139,7 +139,7 @@ contains
       integer, allocatable :: cells(:)
       integer :: k
       matrix%layout = matrix%layout + 1
-      if (.not. allocated(matrix%blend)) return
+      if (.not. allocated(matrix%lumped_fraction)) return
       if (allocated(matrix%copies)) call lump_where_bodies_meet(grid, matrix)
       allocate (is_coupled(grid%n_points), source=.false.)
       cells = coupled_cells(matrix)
@@ -165,9 +165,9 @@ contains
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: nodes(:)
       integer :: k
-      if (.not. allocated(matrix%blend)) return
+      if (.not. allocated(matrix%lumped_fraction)) return
       do k = 1, size(nodes)
-         matrix%blend(matrix%cell_of(grid%dofs%elements_at(nodes(k)))) = 1
+         matrix%lumped_fraction(matrix%cell_of(grid%dofs%elements_at(nodes(k)))) = 1
       end do
    end subroutine lump_at
 
@@ -179,49 +179,49 @@ contains
       integer :: node, k
       allocate (is_active(grid%n_points), source=.false.)
       is_active(matrix%all%nodes(:matrix%all%n_nodes)) = .true.
-      matrix%blend = matrix%blend_apart
+      matrix%lumped_fraction = matrix%lumped_apart
       do node = 1, size(matrix%copies, 2)
          associate (copies => matrix%copies(:, node))
             if (copies(1) == 0) cycle
             if (count(is_active(copies)) < 2) cycle
             do k = 1, size(copies)
-               matrix%blend(grid%dofs%elements_at(copies(k))) = 1
+               matrix%lumped_fraction(grid%dofs%elements_at(copies(k))) = 1
             end do
          end associate
       end do
    end subroutine lump_where_bodies_meet
 
-   !> Lump the part `blend` of a cell's matrix and, where equations are solved with it, what the rule above asks for.
+   !> Lump the part `lumped_fraction` of a cell's matrix and, where equations are solved with it, what the rule above asks for.
    !> What is lumped is put on the diagonal; where nodes of the cell may hang it is left out, for `assemble` to put it on the diagonal
    !> of the nodes.
-   pure subroutine prepare_cell(n, blend, is_solved, may_hang, m, least)
+   pure subroutine prepare_cell(n, lumped_fraction, is_solved, may_hang, m, least)
       integer, intent(in) :: n                   !! nodes of the cell
-      real(dp), intent(in) :: blend              !! 0: full, 1: lumped
+      real(dp), intent(in) :: lumped_fraction    !! 0: consistent, 1: lumped
       logical, intent(in) :: is_solved           !! else it is only multiplied by
       logical, intent(in) :: may_hang            !! some node
       real(dp), intent(inout) :: m(n, n)
       real(dp), intent(in), optional :: least    !! eigenvalue, instead of `eigenvalue_floor`
       real(dp) :: diagonal(n), floor
-      if (blend <= 0 .and. .not. is_solved) return
+      if (lumped_fraction <= 0 .and. .not. is_solved) return
       diagonal = sum(m, dim=2)
       if (may_hang) diagonal = 0
-      if (blend > 0) call lump(n, blend, diagonal, m)
-      if (blend < 1 .and. is_solved) then
+      if (lumped_fraction > 0) call lump(n, lumped_fraction, diagonal, m)
+      if (lumped_fraction < 1 .and. is_solved) then
          floor = eigenvalue_floor
          if (present(least)) floor = least
          if (may_hang .or. .not. is_well_determined(n, floor, diagonal, m)) call lump(n, floor, diagonal, m)
       end if
    end subroutine prepare_cell
 
-   !> m <- (1 - blend) m + blend diag(diagonal).
-   pure subroutine lump(n, blend, diagonal, m)
+   !> m <- (1 - lumped_fraction) m + lumped_fraction diag(diagonal).
+   pure subroutine lump(n, lumped_fraction, diagonal, m)
       integer, intent(in) :: n
-      real(dp), intent(in) :: blend, diagonal(n)
+      real(dp), intent(in) :: lumped_fraction, diagonal(n)
       real(dp), intent(inout) :: m(n, n)
       integer :: c
-      m = (1 - blend)*m
+      m = (1 - lumped_fraction)*m
       do c = 1, n
-         m(c, c) = m(c, c) + blend*diagonal(c)
+         m(c, c) = m(c, c) + lumped_fraction*diagonal(c)
       end do
    end subroutine lump
 

@@ -288,7 +288,7 @@ contains
                associate (e => m%blocks%cells(l, k), matrix => f%mass_matrix)
                   if (e == 0) exit
                   matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
-                  call prepare_cell(corners, matrix%blend(e), matrix%is_solved, matrix%may_hang(e), matrix%cell(1, 1, e))
+                  call prepare_cell(corners, matrix%lumped_fraction(e), matrix%is_solved, matrix%may_hang(e), matrix%cell(1, 1, e))
                end associate
             end do
          end do

@@ -280,9 +280,9 @@ contains
       associate (k => matrix%cell_of(cell%first))
          matrix%cell_lumped(:, k) = sum(own, dim=2)
          if (cell%n == corners) then
-            call prepare_cell(corners, matrix%blend(k), matrix%is_solved, matrix%may_hang(k), own)
+            call prepare_cell(corners, matrix%lumped_fraction(k), matrix%is_solved, matrix%may_hang(k), own)
          else if (.not. allocated(matrix%diagonal)) then
-            call prepare_cell(cell%n, matrix%blend(k), matrix%is_solved, matrix%may_hang(k), own, floor_of_quadratic)
+            call prepare_cell(cell%n, matrix%lumped_fraction(k), matrix%is_solved, matrix%may_hang(k), own, floor_of_quadratic)
          end if
          matrix%cell(:, :, k) = own
       end associate

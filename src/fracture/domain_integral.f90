@@ -444,16 +444,16 @@ contains
       real(dp), intent(inout) :: j(:), k(:, :)
       real(dp) :: force(ndim), x(ndim), slope(ndim), side, at_point(size(j))
       integer :: n, mode
-      do n = 1, size(load%host)
-         associate (host => load%host(n))
+      do n = 1, size(load%particle)
+         associate (particle => load%particle(n))
             at_point = matmul(q(:, load%node(:, n)), load%shape(:, n))
             if (.not. any(abs(at_point) > 0)) cycle
             force = domain%in_axes(load%fraction(n)*factor*load%force)
-            x = domain%from_tip(p%place_in_grid(host), p%total_frame)
+            x = domain%from_tip(p%place_in_grid(particle), p%total_frame)
             side = sign(1.0_dp, x(2))
-            slope = turned_back(domain, slope_at_face(domain, grid, p, blocks, host, load%offset(:, n)), domain%direction)
+            slope = turned_back(domain, slope_at_face(domain, grid, p, blocks, particle, load%offset(:, n)), domain%direction)
             j = j - dot_product(force, matmul(slope, frame_along(domain%direction)) - c)*at_point
-            x = domain%from_tip(p%place_in_grid(host) + load%offset(:, n), p%total_frame)
+            x = domain%from_tip(p%place_in_grid(particle) + load%offset(:, n), p%total_frame)
             do mode = 1, modes
                k(mode, :) = k(mode, :) - side*at_point &
                                          *dot_product(force, mean_slope_of_face(domain, mode, -x(1), norm2(load%half(:, n))))
@@ -465,18 +465,18 @@ contains
    !> u,1 on a face, beside a particle [-]. In a cell it is linear in the distance from the line of the crack, of quadratic cells quadratic in that
    !> and linear along the crack, and is continued from the particles of the cell by least squares: near the tip that of the nearest particle would
    !> be off by a constant part. Terms that they do not tell apart as far as the face is are left out.
-   pure function slope_at_face(domain, grid, p, blocks, host, offset) result(slope)
+   pure function slope_at_face(domain, grid, p, blocks, particle, offset) result(slope)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       type(cell_blocks_t), intent(in) :: blocks
-      integer, intent(in) :: host
+      integer, intent(in) :: particle
       real(dp), intent(in) :: offset(ndim)       !! of the face from the particle [m]
       real(dp) :: slope(ndim)
       real(dp), allocatable :: term(:, :), slopes(:, :), at_face(:) ! of the particles, made orthogonal one after the other
       real(dp) :: far
       integer :: e, i, n, k, of_cell(2)
-      of_cell = p%cell(host)
+      of_cell = p%cell(particle)
       if (domain%quadratic) of_cell = [grid%first_of_piece(of_cell(1)), grid%last_of_piece(of_cell(1))]
       n = sum(blocks%count_in(of_cell(1):of_cell(2)))
       allocate (at_face, source=terms_at(offset))
@@ -485,7 +485,7 @@ contains
       do e = of_cell(1), of_cell(2)
          do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
             n = n + 1
-            term(n, :) = terms_at(p%reference(i, :) - p%reference(host, :))
+            term(n, :) = terms_at(p%reference(i, :) - p%reference(particle, :))
             slopes(n, :) = matmul(p%gradient(i, :, :), domain%direction)
          end do
       end do
@@ -506,11 +506,11 @@ contains
    contains
 
       !> The terms of u,1 at a distance from the particle [m].
-      pure function terms_at(from_host) result(terms)
-         real(dp), intent(in) :: from_host(ndim) !! [m]
+      pure function terms_at(from_particle) result(terms)
+         real(dp), intent(in) :: from_particle(ndim) !! [m]
          real(dp), allocatable :: terms(:)
-         associate (y => dot_product(from_host, [-domain%direction(2), domain%direction(1)]), &
-                    x => dot_product(from_host, domain%direction))
+         associate (y => dot_product(from_particle, [-domain%direction(2), domain%direction(1)]), &
+                    x => dot_product(from_particle, domain%direction))
             terms = [1.0_dp, y]
             if (domain%quadratic) terms = [1.0_dp, y, x, x*y, y**2, x*y**2]
          end associate

@@ -1,4 +1,4 @@
-!> Loads whose hosts split or recombine: resultant, moment and the material that carries them stay.
+!> Loads whose particles split or recombine: resultant, moment and the material that carries them stay.
 !>
 !> A point goes to the nearest child. A segment of a traction is halved, so that it is as fine as the cells under it; that of
 !> a body force is shared by the children. Recombining makes of halves the segment that they were, whichever parts of other segments are there.
@@ -23,13 +23,13 @@ contains
       integer :: l, k, n, c, first, last
       do l = 1, size(loads)
          old = loads(l)
-         call resize(loads(l), sum(merge(pieces(old, first_child), 1, marked(old%host))))
+         call resize(loads(l), sum(merge(pieces(old, first_child), 1, marked(old%particle))))
          n = 0
-         do k = 1, size(old%host)
-            associate (host => old%host(k))
-               first = first_child(host)
-               last = first_child(host + 1) - 1
-               if (.not. marked(host)) then
+         do k = 1, size(old%particle)
+            associate (particle => old%particle(k))
+               first = first_child(particle)
+               last = first_child(particle + 1) - 1
+               if (.not. marked(particle)) then
                   call put(loads(l), n, old%fraction(k), first, old%offset(:, k), old%half(:, k))
                else if (old%by_mass) then
                   do c = first, last
@@ -59,20 +59,20 @@ contains
       integer :: c
       longer = 0
       if (.not. p%thickness%is_ring) return
-      associate (first => first_child(load%host(k)), last => first_child(load%host(k) + 1) - 1)
+      associate (first => first_child(load%particle(k)), last => first_child(load%particle(k) + 1) - 1)
          radius = dot_product(p%weights_of([(c, c=first, last)]), p%reference(first:last, 1)) + load%offset(1, k)
       end associate
       if (radius > 0) longer = load%half(1, k)/2/radius ! on the axis there is no load
    end function longer
 
-   !> How many points each point of a load becomes at most when its host splits.
+   !> How many points each point of a load becomes at most when its particle splits.
    pure function pieces(load, first_child)
       type(load_t), intent(in) :: load
       integer, intent(in) :: first_child(:)
-      integer :: pieces(size(load%host))
+      integer :: pieces(size(load%particle))
       integer :: k
-      pieces = first_child(load%host + 1) - first_child(load%host)
-      if (.not. load%by_mass) pieces = pieces*[(merge(2, 1, any(abs(load%half(:, k)) > 0)), k=1, size(load%host))]
+      pieces = first_child(load%particle + 1) - first_child(load%particle)
+      if (.not. load%by_mass) pieces = pieces*[(merge(2, 1, any(abs(load%half(:, k)) > 0)), k=1, size(load%particle))]
    end function pieces
 
    !> Put a point on the nearest child of a particle, or in equal parts on several that are as near.
@@ -98,15 +98,15 @@ contains
    end subroutine put_on_children
 
    !> Append a point.
-   subroutine put(load, n, fraction, host, offset, half)
+   subroutine put(load, n, fraction, particle, offset, half)
       type(load_t), intent(inout) :: load
       integer, intent(inout) :: n
       real(dp), intent(in) :: fraction
-      integer, intent(in) :: host
+      integer, intent(in) :: particle
       real(dp), intent(in) :: offset(ndim), half(ndim)
       n = n + 1
       load%fraction(n) = fraction
-      load%host(n) = host
+      load%particle(n) = particle
       load%offset(:, n) = offset
       load%half(:, n) = half
    end subroutine put
@@ -115,8 +115,8 @@ contains
    subroutine resize(load, n)
       type(load_t), intent(inout) :: load
       integer, intent(in) :: n
-      deallocate (load%fraction, load%host, load%offset, load%half)
-      allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
+      deallocate (load%fraction, load%particle, load%offset, load%half)
+      allocate (load%fraction(n), load%particle(n), load%offset(ndim, n), load%half(ndim, n))
    end subroutine resize
 
    !> Leave the first `n` points.
@@ -124,7 +124,7 @@ contains
       type(load_t), intent(inout) :: load
       integer, intent(in) :: n
       load%fraction = load%fraction(:n)
-      load%host = load%host(:n)
+      load%particle = load%particle(:n)
       load%offset = load%offset(:, :n)
       load%half = load%half(:, :n)
    end subroutine cut_off
@@ -141,12 +141,12 @@ contains
       integer :: l, k
       do l = 1, size(loads)
          associate (load => loads(l))
-            is_open = level(load%host) > p%level(new_number(load%host))
-            do k = 1, size(load%host)
-               associate (host => new_number(load%host(k)))
-                  load%offset(:, k) = load%offset(:, k) + reference(load%host(k), :) - p%reference(host, :)
+            is_open = level(load%particle) > p%level(new_number(load%particle))
+            do k = 1, size(load%particle)
+               associate (particle => new_number(load%particle(k)))
+                  load%offset(:, k) = load%offset(:, k) + reference(load%particle(k), :) - p%reference(particle, :)
                   if (load%by_mass) load%offset(:, k) = 0
-                  load%host(k) = host
+                  load%particle(k) = particle
                end associate
             end do
             call join(load, 0, tolerance, is_open)
@@ -155,22 +155,22 @@ contains
       end do
    end subroutine follow_recombination
 
-   !> Join the points of each host that stand at one place, or are the middles of the two halves of a segment. Of several segments in line the
+   !> Join the points of each particle that stand at one place, or are the middles of the two halves of a segment. Of several segments in line the
    !> halves of each follow each other.
    subroutine join(load, halves, tolerance, is_open)
       type(load_t), intent(inout) :: load
       integer, intent(in) :: halves              !! by how many halves of their segments points are apart: 0 or 2
       real(dp), intent(in) :: tolerance          !! [m]
       logical, allocatable, intent(inout) :: is_open(:) !! by point, which may be joined, and afterwards to others
-      integer :: last(maxval([load%host, 0])), before(size(load%host)) ! point of a host, and the one before it
+      integer :: last(maxval([load%particle, 0])), before(size(load%particle)) ! point of a particle, and the one before it
       type(load_t) :: old
       integer :: k, n, at
       old = load
       n = 0
       last = 0
-      do k = 1, size(old%host)
-         associate (host => old%host(k), x => old%offset(:, k), half => old%half(:, k))
-            at = merge(last(host), 0, is_open(k))
+      do k = 1, size(old%particle)
+         associate (particle => old%particle(k), x => old%offset(:, k), half => old%half(:, k))
+            at = merge(last(particle), 0, is_open(k))
             do while (at > 0)
                associate (apart => x - load%offset(:, at))
                   if (is_open(at) .and. all(abs(half - load%half(:, at)) <= tolerance) .and. &
@@ -184,10 +184,10 @@ contains
                load%half(:, at) = (1 + halves/2)*load%half(:, at)
                is_open(at) = halves == 0
             else
-               call put(load, n, old%fraction(k), host, x, half)
+               call put(load, n, old%fraction(k), particle, x, half)
                is_open(n) = is_open(k)
-               before(n) = last(host)
-               last(host) = n
+               before(n) = last(particle)
+               last(particle) = n
             end if
          end associate
       end do

@@ -16,18 +16,18 @@ contains
 
    !> Nodes of the cells in which the corners of a domain stand, and their shape functions there times those of the corners at a
    !> material place: the function of this place in the domain.
-   pure subroutine share_by_corners(p, grid, host, offset, node, shape)
+   pure subroutine share_by_corners(p, grid, particle, offset, node, shape)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
-      integer, intent(in) :: host
-      real(dp), intent(in) :: offset(ndim)       !! of the place from its host [m]
+      integer, intent(in) :: particle
+      real(dp), intent(in) :: offset(ndim)       !! of the place from its particle [m]
       integer, intent(out) :: node(corners, corners)
       real(dp), intent(out) :: shape(corners, corners)
       real(dp) :: part(corners), local(ndim, corners)
       integer :: c, element(corners)
-      part = weights_in_domain(offset, edges_of_domain(p, host))
+      part = weights_in_domain(offset, edges_of_domain(p, particle))
       element = outside
-      call find_corners(p, grid, host, element, local)
+      call find_corners(p, grid, particle, element, local)
       do c = 1, corners
          node(:, c) = 1
          shape(:, c) = 0
@@ -37,21 +37,21 @@ contains
       end do
    end subroutine share_by_corners
 
-   !> Nodes of the host's cell, and their shape functions at a place; in quadratic cells their mean over its segment, by Gauss's rule of
+   !> Nodes of the particle's cell, and their shape functions at a place; in quadratic cells their mean over its segment, by Gauss's rule of
    !> three points, which is exact, on slanted segments too.
-   pure subroutine share_by_cell(p, grid, host, offset, half, node, shape)
+   pure subroutine share_by_cell(p, grid, particle, offset, half, node, shape)
       type(particles_t), intent(in) :: p
       type(grid_t), intent(in) :: grid
-      integer, intent(in) :: host
-      real(dp), intent(in) :: offset(ndim)       !! of the place from its host [m]
+      integer, intent(in) :: particle
+      real(dp), intent(in) :: offset(ndim)       !! of the place from its particle [m]
       real(dp), intent(in) :: half(ndim)         !! of the segment [m]
       integer, intent(out) :: node(:)
       real(dp), intent(out) :: shape(:)
       real(dp), parameter :: gauss = sqrt(0.6_dp)
       real(dp) :: x(ndim), more
-      associate (e => p%cell(host))
-         x = p%place_in_grid(host) + offset
-         if (.not. p%total_frame) x = x + matmul(p%gradient_of(host), offset)
+      associate (e => p%cell(particle))
+         x = p%place_in_grid(particle) + offset
+         if (.not. p%total_frame) x = x + matmul(p%gradient_of(particle), offset)
          call grid%shape_functions_in(e, grid%local_coordinate(e, x), node, shape)
          if (.not. grid%is_quadratic()) return
          more = 0                                ! by which the circumference is longer at one of the points, over that in the middle

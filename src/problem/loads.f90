@@ -1,7 +1,7 @@
 !> Loads, the forces that act on material.
 !>
-!> A load is carried by points. Each point belongs to a particle, its host, and stands at the material place X_host + dX,
-!> that is at x_host + (I + H) dX. Its force goes to the nodes of the host's cell by their shape functions, extrapolated
+!> A load is carried by points. Each point belongs to a particle, and stands at the material place X_p + dX,
+!> that is at x_p + (I + H) dX. Its force goes to the nodes of the cell of the particle by their shape functions, extrapolated
 !> where the point stands outside. So the resultant and its moment are exact, a traction acts on the very edge of the
 !> body, no force meets a node without mass, and nothing depends on how the load and the cells lie to each other. A place that is
 !> as near to several particles has a point on each of them: the first one would not be that of the mirror image.
@@ -19,16 +19,16 @@ module hampm_loads
    private
    public :: load_t, load_on_points, load_on_parts, load_on_particles, follow_sort, share_by_mass, place_loads, add_loads, &
              add_load, book_work, book_work_late, work_of_step, force_at_node, factors_at, largest_factors, all_become_constant, &
-             time_to_constant_value, note_hosts, archive_loads
+             time_to_constant_value, note_particles, archive_loads
 
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
       type(time_history_t) :: history
       real(dp), allocatable :: fraction(:)       !! part of the resultant at each point [-], (points)
-      integer, allocatable :: host(:)            !! particle to which each point belongs, (points)
+      integer, allocatable :: particle(:)        !! particle to which each point belongs, (points)
       real(dp), allocatable :: offset(:, :)      !! dX of each point [m], (ndim, points)
-      logical :: by_mass = .false.               !! whether it acts on all material of its hosts, else at the points
+      logical :: by_mass = .false.               !! whether it acts on all material of its particles, else at the points
       real(dp), allocatable :: half(:, :)        !! half of the segment of which a point is the middle, 0 for a mere point [m],
                                                  !! (ndim, points)
       ! Of a pressure on the faces of a crack that cuts cells: `hampm_pressed_faces` finds its points
@@ -37,17 +37,17 @@ module hampm_loads
       real(dp) :: into(ndim) = 0                 !! unit vector into the material on which it presses
       ! Where its points were in the grid when `place_loads` looked last
       integer, allocatable :: node(:, :)         !! nodes of the cell of each point, with domains of those of all corners of its
-                                                 !! host; (nodes, points)
+                                                 !! particle; (nodes, points)
       real(dp), allocatable :: shape(:, :)       !! their shape functions there [-], as `node`
       ! What `book_work_late` needs of the step before [m/s]
       logical :: begun = .false.                 !! whether there was one
-      real(dp) :: host_velocity(ndim) = 0        !! of the hosts after it, the mean by the parts of the load
+      real(dp) :: particle_velocity(ndim) = 0    !! of the particles after it, the mean by the parts of the load
       real(dp) :: guess(ndim) = 0                !! what that of the points was taken for
    end type load_t
 
 contains
 
-   !> A load shared equally by the material places `points`, in axisymmetric material by their circumferences, each hosted by the nearest particles and the middle of a segment that
+   !> A load shared equally by the material places `points`, in axisymmetric material by their circumferences, each carried by the nearest particles and the middle of a segment that
    !> reaches by `half` to both sides. On the line of a crack `toward` tells at which face.
    subroutine load_on_points(m, points, half, load, toward)
       type(matter_t), intent(in) :: m
@@ -55,7 +55,7 @@ contains
       real(dp), intent(in) :: half(ndim)         !! 0 for mere points [m]
       type(load_t), intent(inout) :: load
       real(dp), intent(in), optional :: toward(ndim)  !! unit vector from the crack into the material; 0 elsewhere
-      real(dp) :: aside(ndim)                    ! to where hosts are looked for: nearer to those of a side than to all others [m]
+      real(dp) :: aside(ndim)                    ! to where particles are looked for: nearer to those of a side than to all others [m]
       integer, allocatable :: carriers(:)
       real(dp) :: part(size(points, 2))
       integer :: k, i, n
@@ -63,19 +63,19 @@ contains
       part = m%particles%thickness%parts(points)
       aside = 0
       if (present(toward)) aside = 0.5_dp*minval(m%particles%spacing)*toward
-      allocate (load%fraction(0), load%host(0), load%offset(ndim, 0))
+      allocate (load%fraction(0), load%particle(0), load%offset(ndim, 0))
       do k = 1, n
          carriers = nearest_particles(m, points(:, k) + aside)
-         load%host = [load%host, carriers]
+         load%particle = [load%particle, carriers]
          load%fraction = [load%fraction, spread(part(k)/size(carriers), 1, size(carriers))]
          load%offset = reshape([load%offset, [(points(:, k) - m%particles%reference(carriers(i), :), i=1, size(carriers))]], &
-                               [ndim, size(load%host)])
+                               [ndim, size(load%particle)])
       end do
-      allocate (load%half(ndim, size(load%host)), source=spread(half, 2, size(load%host)))
+      allocate (load%half(ndim, size(load%particle)), source=spread(half, 2, size(load%particle)))
    end subroutine load_on_points
 
    !> A load of which parts of edges have shares, at two points of each (those of Gauss), in quadratic cells at their middles, which stand for
-   !> all of them: with these the forces on the nodes of a straight part are exact. A point is hosted by the nearest particle of the cell that it is in, or of all where that has none.
+   !> all of them: with these the forces on the nodes of a straight part are exact. A point is carried by the nearest particle of the cell that it is in, or of all where that has none.
    subroutine load_on_parts(m, parts, share, load)
       type(matter_t), intent(in) :: m
       type(edge_part_t), intent(in) :: parts(:)
@@ -93,7 +93,7 @@ contains
          weight = [0.5_dp, 0.5_dp]
       end if
       n = size(at)*size(parts)
-      allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
+      allocate (load%fraction(n), load%particle(n), load%offset(ndim, n), load%half(ndim, n))
       do k = 1, size(parts)
          do i = 1, size(at)
             n = size(at)*k + 1 - i
@@ -102,8 +102,8 @@ contains
             if (m%particles%thickness%is_ring .and. parts(k)%middle(1) > 0) &
                load%fraction(n) = load%fraction(n)*x(1)/parts(k)%middle(1)
             load%half(:, n) = parts(k)%half/size(at)
-            load%host(n) = nearest_in_cell(m, x, x - inward*m%grid%finest_cell*parts(k)%normal)
-            load%offset(:, n) = x - m%particles%reference(load%host(n), :)
+            load%particle(n) = nearest_in_cell(m, x, x - inward*m%grid%finest_cell*parts(k)%normal)
+            load%offset(:, n) = x - m%particles%reference(load%particle(n), :)
          end do
       end do
    end subroutine load_on_parts
@@ -142,36 +142,36 @@ contains
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the box [m]
       type(load_t), intent(inout) :: load
       integer :: i
-      load%host = pack([(i, i=1, p%n)], [(all(p%reference(i, :) >= lower .and. p%reference(i, :) <= upper), i=1, p%n)])
-      load%fraction = p%mass(load%host)/sum(p%mass(load%host))
+      load%particle = pack([(i, i=1, p%n)], [(all(p%reference(i, :) >= lower .and. p%reference(i, :) <= upper), i=1, p%n)])
+      load%fraction = p%mass(load%particle)/sum(p%mass(load%particle))
       load%by_mass = .true.
-      allocate (load%offset(ndim, size(load%host)), load%half(ndim, size(load%host)), source=0.0_dp)
+      allocate (load%offset(ndim, size(load%particle)), load%half(ndim, size(load%particle)), source=0.0_dp)
    end subroutine load_on_particles
 
-   !> Note how the hosts move, after points of a load have been found anew.
-   subroutine note_hosts(load, p)
+   !> Note how the particles move, after points of a load have been found anew.
+   subroutine note_particles(load, p)
       type(load_t), intent(inout) :: load
       type(particles_t), intent(in) :: p
-      if (load%begun) load%host_velocity = velocity_of_hosts(load, p)
-   end subroutine note_hosts
+      if (load%begun) load%particle_velocity = velocity_of_particles(load, p)
+   end subroutine note_particles
 
-   !> After a sort of the particles: follow the hosts to their new places.
+   !> After a sort of the particles: follow them to their new places.
    subroutine follow_sort(loads, new_place)
       type(load_t), intent(inout) :: loads(:)
       integer, intent(in) :: new_place(:)        !! where the sort moved each particle
       integer :: k
       do k = 1, size(loads)
-         loads(k)%host = new_place(loads(k)%host)
+         loads(k)%particle = new_place(loads(k)%particle)
       end do
    end subroutine follow_sort
 
-   !> After the masses of particles have changed: share the loads on all material of their hosts in proportion to these.
+   !> After the masses of particles have changed: share the loads on all material of their particles in proportion to these.
    pure subroutine share_by_mass(loads, p)
       type(load_t), intent(inout) :: loads(:)
       type(particles_t), intent(in) :: p
       integer :: k
       do k = 1, size(loads)
-         if (loads(k)%by_mass) loads(k)%fraction = p%mass(loads(k)%host)/sum(p%mass(loads(k)%host))
+         if (loads(k)%by_mass) loads(k)%fraction = p%mass(loads(k)%particle)/sum(p%mass(loads(k)%particle))
       end do
    end subroutine share_by_mass
 
@@ -183,19 +183,20 @@ contains
       integer :: l, k, n, nodes
       do l = 1, size(loads)
          associate (load => loads(l))
-            n = size(load%host)
+            n = size(load%particle)
             if (allocated(load%node)) then
                if (size(load%node, 2) /= n) deallocate (load%node, load%shape)
             end if
             nodes = merge(corners**2, grid%n_functions, allocated(p%corner_velocity))
             if (.not. allocated(load%node)) allocate (load%node(nodes, n), load%shape(nodes, n))
-            if (.not. load%begun) load%host_velocity = velocity_of_hosts(load, p)
+            if (.not. load%begun) load%particle_velocity = velocity_of_particles(load, p)
             load%begun = .true.
             do k = 1, n
                if (allocated(p%corner_velocity)) then
-                  call share_by_corners(p, grid, load%host(k), load%offset(:, k), load%node(:, k), load%shape(:, k))
+                  call share_by_corners(p, grid, load%particle(k), load%offset(:, k), load%node(:, k), load%shape(:, k))
                else
-                  call share_by_cell(p, grid, load%host(k), load%offset(:, k), load%half(:, k), load%node(:, k), load%shape(:, k))
+                  call share_by_cell(p, grid, load%particle(k), load%offset(:, k), load%half(:, k), load%node(:, k), &
+                                     load%shape(:, k))
                end if
             end do
          end associate
@@ -215,9 +216,9 @@ contains
       force = 0
       do l = 1, size(loads)
          associate (load => loads(l))
-            do k = 1, size(load%host)
+            do k = 1, size(load%particle)
                if (.not. (any(load%node(:, k) == node) .and. any(abs(load%half(:, k)) > 0))) cycle
-               if (dot_product(p%place_in_grid(load%host(k)) - grid%node_position(:, node), toward) <= 0) cycle
+               if (dot_product(p%place_in_grid(load%particle(k)) - grid%node_position(:, node), toward) <= 0) cycle
                force = force + factors(l)*load%fraction(k)*load%force &
                                *sum(load%shape(:, k), mask=load%node(:, k) == node)
             end do
@@ -243,7 +244,7 @@ contains
       real(dp), intent(inout), contiguous :: force(:, :)  !! (ndim, n_points)
       real(dp) :: point_force(ndim)
       integer :: k, c
-      do k = 1, size(load%host)
+      do k = 1, size(load%particle)
          point_force = load%fraction(k)*factor*load%force
          do c = 1, size(load%node, 1)
             associate (node => load%node(c, k))
@@ -271,7 +272,7 @@ contains
 
    !> The same where that velocity is known in the next step only. What is booked now is the work of the step before, from
    !> `time - last_dt` to `time`, without what it was taken for then, and what that of this step is taken for: with the velocity of
-   !> the step before and what the hosts have gained. So errors of the guess do not add up.
+   !> the step before and what the particles have gained. So errors of the guess do not add up.
    pure subroutine book_work_late(loads, p, time, dt, last_dt, velocity, work)
       type(load_t), intent(inout) :: loads(:)    !! where `place_loads` has found them before the step
       type(particles_t), intent(in) :: p         !! after the step
@@ -286,9 +287,9 @@ contains
          associate (load => loads(l))
             v = velocity_of_points(load, velocity)
             work = work + work_over(load, time - last_dt, last_dt, v - load%guess)
-            now = velocity_of_hosts(load, p)
-            load%guess = v + (now - load%host_velocity)
-            load%host_velocity = now
+            now = velocity_of_particles(load, p)
+            load%guess = v + (now - load%particle_velocity)
+            load%particle_velocity = now
             work = work + work_over(load, time, dt, load%guess)
          end associate
       end do
@@ -314,7 +315,7 @@ contains
       do l = 1, size(loads)
          associate (history => loads(l)%history)
             work = work + max(abs(history%factor(time - dt)), abs(history%factor(time))) &
-                   *abs(dot_product(loads(l)%force, velocity_of_hosts(loads(l), p)))*dt
+                   *abs(dot_product(loads(l)%force, velocity_of_particles(loads(l), p)))*dt
          end associate
       end do
    end function work_of_step
@@ -353,17 +354,17 @@ contains
       end do
    end function time_to_constant_value
 
-   !> Velocity of the hosts of a load, the mean by its parts [m/s].
-   pure function velocity_of_hosts(load, p) result(v)
+   !> Velocity of the particles of a load, the mean by its parts [m/s].
+   pure function velocity_of_particles(load, p) result(v)
       type(load_t), intent(in) :: load
       type(particles_t), intent(in) :: p
       real(dp) :: v(ndim)
       integer :: k
       v = 0
-      do k = 1, size(load%host)
-         v = v + load%fraction(k)*p%velocity(load%host(k), :)
+      do k = 1, size(load%particle)
+         v = v + load%fraction(k)*p%velocity(load%particle(k), :)
       end do
-   end function velocity_of_hosts
+   end function velocity_of_particles
 
    !> Velocity of the points of a load, the mean by their parts of the load [m/s].
    pure function velocity_of_points(load, velocity) result(v)
@@ -372,7 +373,7 @@ contains
       real(dp) :: v(ndim)
       integer :: k, c
       v = 0
-      do k = 1, size(load%host)
+      do k = 1, size(load%particle)
          do c = 1, size(load%node, 1)
             v = v + load%fraction(k)*load%shape(c, k)*velocity(:, load%node(c, k))
          end do
@@ -386,20 +387,20 @@ contains
       integer :: l, n
       do l = 1, size(loads)
          associate (load => loads(l))
-            n = size(load%host)
+            n = size(load%particle)
             call archive%section('load_'//to_text(l))
             call archive%serialise('points', n)
             if (archive%failure%failed()) return
             if (archive%is_read) then
-               deallocate (load%fraction, load%host, load%offset, load%half)
-               allocate (load%fraction(n), load%host(n), load%offset(ndim, n), load%half(ndim, n))
+               deallocate (load%fraction, load%particle, load%offset, load%half)
+               allocate (load%fraction(n), load%particle(n), load%offset(ndim, n), load%half(ndim, n))
             end if
             call archive%archive_reals('fraction', n, load%fraction)
-            call archive%archive_integers('host', n, load%host)
+            call archive%archive_integers('host', n, load%particle)
             call archive%archive_reals('offset', size(load%offset), load%offset)
             call archive%archive_reals('half', size(load%half), load%half)
             call archive%serialise('begun', load%begun)
-            call archive%archive_reals('host_velocity', ndim, load%host_velocity)
+            call archive%archive_reals('host_velocity', ndim, load%particle_velocity)
             call archive%archive_reals('guess', ndim, load%guess)
          end associate
       end do

@@ -17,7 +17,7 @@ module hampm_pressed_faces
    use hampm_crack_lines, only: distance_to_segment
    use hampm_cut_cells, only: cut_cells_t, divides
    use hampm_dofs, only: list_slots
-   use hampm_loads, only: load_t, note_hosts
+   use hampm_loads, only: load_t, note_particles
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t, spacing_of
    use hampm_children, only: is_half, middle_of_parent
@@ -29,7 +29,7 @@ module hampm_pressed_faces
 
    !> An edge of a particle that is a face of a crack.
    type :: edge_t
-      integer :: host = 0                        !! the particle that is pressed
+      integer :: particle = 0                    !! the particle that is pressed
       real(dp) :: into(ndim) = 0                 !! unit vector into it
       real(dp) :: offset(ndim) = 0               !! of the middle of the edge from it [m]
       real(dp) :: half(ndim) = 0                 !! half of the edge [m]
@@ -69,23 +69,22 @@ contains
       integer :: i, n
       chosen = pack(edges%list(:edges%n), [(dot_product(edges%list(i)%into, load%into) > 0.5_dp, i=1, edges%n)])
       n = size(chosen)
-      of_edge = [(chosen(i)%length*m%interfaces%thickness%at(m%particles%reference(chosen(i)%host, :) + chosen(i)%offset), i=1, n)]
+      of_edge = [(chosen(i)%length*m%interfaces%thickness%at(m%particles%reference(chosen(i)%particle, :) + chosen(i)%offset), &
+                  i=1, n)]
       area = sum(of_edge)
       load%force = load%pressure*area*load%into
-      if (allocated(load%host)) then             ! as they are in a checkpoint, or on a mesh that has not changed here
-         if (size(load%host) == n) then
-            if (all(load%host == chosen%host) .and. &
+      if (allocated(load%particle)) then         ! as they are in a checkpoint, or on a mesh that has not changed here
+         if (size(load%particle) == n) then
+            if (all(load%particle == chosen%particle) .and. &
                 .not. any([(abs(load%offset(:, i) - chosen(i)%offset) > 0, i=1, n)])) return
          end if
-         deallocate (load%fraction, load%host, load%offset, load%half)
       end if
-      load%host = chosen%host
+      load%particle = chosen%particle
       load%offset = reshape([(chosen(i)%offset, i=1, n)], [ndim, n])
       load%half = reshape([(chosen(i)%half, i=1, n)], [ndim, n])
-      load%fraction = of_edge
-      if (area > 0) load%fraction = load%fraction/area
-      call note_hosts(load, m%particles)
-      m%cache%mapped = .false.                   ! which cells have operators depends on the hosts
+      load%fraction = of_edge/merge(area, 1.0_dp, area > 0)
+      call note_particles(load, m%particles)
+      m%cache%mapped = .false.                   ! which cells have operators depends on the particles
    end subroutine take_edges
 
    !> Find the edges between particles on different sides of a line, in the order of the particles.
@@ -244,7 +243,7 @@ contains
       real(dp), intent(in) :: length             !! across the direction [m]
       type(edges_t), intent(inout) :: edges
       type(edge_t) :: edge
-      edge%host = i
+      edge%particle = i
       edge%into(d) = into
       edge%offset = middle - p%reference(i, :)
       edge%half = half

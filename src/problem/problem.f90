@@ -119,16 +119,16 @@ contains
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
       if (failure%failed()) return
-      if (allocated(m%fields%mass_matrix%blend)) then
+      if (allocated(m%fields%mass_matrix%lumped_fraction)) then
          m%fields%mass_matrix%ghosts = jumps_with_mass(m%interfaces)
          ! Where quadratic cells are cut or have nodes on an axis
          if (allocated(m%grid%correction) .or. m%particles%thickness%is_ring .and. m%grid%is_quadratic()) &
             allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
       end if
       call lump_at(m%fields%mass_matrix, m%grid, [m%constraints%supporting(), nodes_lumped_in_steps(m)])
-      if (m%body_contact%wanted .and. allocated(m%fields%mass_matrix%blend)) then
+      if (m%body_contact%wanted .and. allocated(m%fields%mass_matrix%lumped_fraction)) then
          call m%grid%copies_of_nodes(m%fields%mass_matrix%copies)
-         m%fields%mass_matrix%blend_apart = m%fields%mass_matrix%blend
+         m%fields%mass_matrix%lumped_apart = m%fields%mass_matrix%lumped_fraction
       end if
       call new_mass_solver(m%mass%by, m%mass%order, m%grid, m%constraints, m%solver, failure, m%fields%mass_matrix%ghosts)
       if (failure%failed()) return
@@ -294,7 +294,7 @@ contains
       if (m%audit .or. .not. m%particles%total_frame .or. m%particles%thickness%is_ring) return
       allocate (is_loaded(m%grid%n_elements), source=.false.)
       do k = 1, size(m%loads)
-         is_loaded(m%particles%cell(m%loads(k)%host)) = .true.
+         is_loaded(m%particles%cell(m%loads(k)%particle)) = .true.
       end do
       call find_operators(m%matter_t, is_loaded, m%fields, m%cache%operators)
    end subroutine rebuild_operators

@@ -35,8 +35,8 @@ contains
             end do
             call place_load(model, model%loads(k), m, parts)
             n = n + size(parts)
-            if (.not. allocated(parts(1)%host)) cycle ! found below
-            if (size(parts(1)%host) == 0) call failure%report(exit_input, '&load('//to_text(k)// &
+            if (.not. allocated(parts(1)%particle)) cycle ! found below
+            if (size(parts(1)%particle) == 0) call failure%report(exit_input, '&load('//to_text(k)// &
                                            '): there is no particle within its box; give it a box that holds material')
          end associate
       end do
@@ -90,7 +90,7 @@ contains
             call load_on_particles(m%particles, spec%lower, spec%upper, load)
          case ('gravity')
             call load_on_particles(m%particles, -everywhere, everywhere, load)
-            load%force = sum(m%particles%mass(load%host))*spec%acceleration
+            load%force = sum(m%particles%mass(load%particle))*spec%acceleration
          case ('pressure')
             if (is_on_faces(spec)) then
                call place_on_faces(model, spec, m, parts)

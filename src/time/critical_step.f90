@@ -386,7 +386,7 @@ contains
       else
          do k = 1, size(s%cell, 3)
             cell = s%cell(:, :, k)
-            call prepare_cell(size(cell, 1), mass%blend_inside, .true., .false., cell, least)
+            call prepare_cell(size(cell, 1), mass%lumped_inside, .true., .false., cell, least)
             associate (nodes => s%nodes(:, k))
                inverse(nodes, nodes) = inverse(nodes, nodes) + cell
             end associate

@@ -17,11 +17,11 @@ module hampm_mass_samples
 contains
 
    !> A mass matrix by name, with what most tests leave as it is.
-   pure function choice_of(mass, solver, order, blend, lower, upper) result(choice)
+   pure function choice_of(mass, solver, order, lumped_fraction, lower, upper) result(choice)
       character(*), intent(in) :: mass
       character(*), intent(in), optional :: solver
       integer, intent(in), optional :: order
-      real(dp), intent(in), optional :: blend, lower(ndim), upper(ndim)
+      real(dp), intent(in), optional :: lumped_fraction, lower(ndim), upper(ndim)
       type(mass_choice_t) :: choice
       character(7) :: by
       integer :: k
@@ -31,7 +31,7 @@ contains
       k = 1
       if (present(order)) k = order
       b = 0
-      if (present(blend)) b = blend
+      if (present(lumped_fraction)) b = lumped_fraction
       box(:, 1) = -everywhere
       box(:, 2) = everywhere
       if (present(lower)) box(:, 1) = lower

@@ -51,9 +51,9 @@ contains
       call study(points, s, 'lumped', choice_of('lumped'), 1, 1.0_dp)
       call study(points, s, 'fmpm 2', choice_of('fmpm', order=2), 2, 0.0_dp)
       call study(points, s, 'fmpm 4', choice_of('fmpm', order=4), 4, 0.0_dp)
-      call study(points, s, 'weighted 0.75', choice_of('weighted', blend=0.75_dp), 0, 0.75_dp)
-      call study(points, s, 'weighted 0.5', choice_of('weighted', blend=0.5_dp), 0, 0.5_dp)
-      call study(points, s, 'weighted best', choice_of('weighted', blend=best), 0, best)
+      call study(points, s, 'weighted 0.75', choice_of('weighted', lumped_fraction=0.75_dp), 0, 0.75_dp)
+      call study(points, s, 'weighted 0.5', choice_of('weighted', lumped_fraction=0.5_dp), 0, 0.5_dp)
+      call study(points, s, 'weighted best', choice_of('weighted', lumped_fraction=best), 0, best)
       call study(points, s, 'consistent', choice_of('consistent'), 0, 0.0_dp)
    end subroutine study_points
 

@@ -161,8 +161,8 @@ contains
       associate (p => m%particles)
          do b = 1, m%blocks%n
             expected = m%blocks%material(b) == 1 .or. m%blocks%material(b) == 2
-            do k = 1, size(m%loads(1)%host)
-               if (any(m%blocks%cells(:, b) == p%cell(m%loads(1)%host(k)))) expected = .false.
+            do k = 1, size(m%loads(1)%particle)
+               if (any(m%blocks%cells(:, b) == p%cell(m%loads(1)%particle(k)))) expected = .false.
             end do
             call check((m%cache%operators%material(b) > 0) .eqv. expected, &
                        'blocks of one linear material without loads have a response')

@@ -60,10 +60,10 @@ contains
       call start(m, scheme)
       initial = total_energy(m)
       start_cell = [(m%particles%cell(i), i=1, 60)]
-      loaded = m%particles%id(m%loads(1)%host)
+      loaded = m%particles%id(m%loads(1)%particle)
       call run_steps(m, dt, steps)
       call check(count(m%particles%cell(:60) /= start_cell) > 30, 'the body moves through the cells')
-      call check(all(m%particles%id(m%loads(1)%host) == loaded), 'the load stays with its particles')
+      call check(all(m%particles%id(m%loads(1)%particle) == loaded), 'the load stays with its particles')
       call check(maxval(abs(m%particles%gradient)) > 3.0e-3_dp, 'and is strained')
       residual = energy_residual(m, initial)/m%energies%external_work
    end function residual

@@ -1,4 +1,4 @@
-!> Loads keep their resultant, their moment and their distribution while their hosts split and recombine.
+!> Loads keep their resultant, their moment and their distribution while their particles split and recombine.
 program test_load_following
    use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t
@@ -92,13 +92,13 @@ contains
       integer :: l, k
       allocate (change(m%grid%forest%leaf_count()), source=0)
       do l = traction, at_point
-         do k = 1, size(m%loads(l)%host)
-            change(m%grid%element_leaf(m%particles%cell(m%loads(l)%host(k)))) = 1
+         do k = 1, size(m%loads(l)%particle)
+            change(m%grid%element_leaf(m%particles%cell(m%loads(l)%particle(k)))) = 1
          end do
       end do
    end function leaves_at_loads
 
-   !> The nodal forces of each load alone have the resultant and the moment that they should; their shares add up to 1, at hosts
+   !> The nodal forces of each load alone have the resultant and the moment that they should; their shares add up to 1, at particles
    !> that there are.
    subroutine check_resultants(m, b, a, what)
       type(problem_t), intent(in) :: m
@@ -114,8 +114,9 @@ contains
       do l = 1, 3
          load(1) = m%loads(l)
          load(1)%force = force
-         call check(all(load(1)%host >= 1 .and. load(1)%host <= m%particles%n) .and. &
-                    size(load(1)%fraction) == size(load(1)%host), what//': there is a host for each point of load '//to_text(l))
+         call check(all(load(1)%particle >= 1 .and. load(1)%particle <= m%particles%n) .and. &
+                    size(load(1)%fraction) == size(load(1)%particle), &
+                    what//': there is a particle for each point of load '//to_text(l))
          call check_close(sum(load(1)%fraction), 1.0_dp, 1.0e-14_dp, what//': fractions of load '//to_text(l))
          f = 0
          call place_loads(load, m%grid, m%particles)
@@ -141,12 +142,12 @@ contains
       integer :: k
       share = 0
       associate (load => m%loads(body))
-         do k = 1, size(load%host)
-            share(load%host(k)) = share(load%host(k)) + load%fraction(k)
+         do k = 1, size(load%particle)
+            share(load%particle(k)) = share(load%particle(k)) + load%fraction(k)
          end do
          call check_close(maxval(abs(share/(m%particles%mass/sum(m%particles%mass)) - 1)), 0.0_dp, rounding, &
                           what//': a body force acts in proportion to the mass')
-         call check(size(load%host) == m%particles%n, what//': and each particle has one point of it')
+         call check(size(load%particle) == m%particles%n, what//': and each particle has one point of it')
       end associate
    end subroutine check_bodily
 
@@ -155,19 +156,19 @@ contains
    subroutine check_uniform(m, what)
       type(problem_t), intent(in) :: m
       character(*), intent(in) :: what
-      real(dp) :: reached, error, spacing(ndim), fit, middle(ndim, size(m%loads(traction)%host))
-      logical :: open(size(m%loads(traction)%host))
+      real(dp) :: reached, error, spacing(ndim), fit, middle(ndim, size(m%loads(traction)%particle))
+      logical :: open(size(m%loads(traction)%particle))
       integer :: n, k
       reached = lower(2)
       error = 0
       fit = 0
       open = .true.
       associate (load => m%loads(traction), p => m%particles)
-         middle = transpose(p%reference(load%host, :)) + load%offset
-         do n = 1, size(load%host)
+         middle = transpose(p%reference(load%particle, :)) + load%offset
+         do n = 1, size(load%particle)
             k = minloc(middle(2, :), dim=1, mask=open)
             open(k) = .false.
-            spacing = spacing_of(p, load%host(k))
+            spacing = spacing_of(p, load%particle(k))
             error = max(error, abs(middle(1, k) - upper(1)), abs(middle(2, k) - load%half(2, k) - reached), &
                         abs(load%fraction(k) - 2*load%half(2, k)/(upper(2) - lower(2))), abs(load%half(1, k)))
             fit = max(fit, maxval(abs(load%offset(:, k) - [spacing(1)/2, 0.0_dp])), abs(2*load%half(2, k) - spacing(2)))
@@ -200,28 +201,28 @@ contains
       call check_resultants(m, b, a, 'before')
       do level = 1, deepest_tried
          call change_mesh(m, leaves_at_loads(m))
-         call check(maxval(m%particles%level(m%loads(traction)%host)) >= max(1, level - 1), 'hosts are split')
+         call check(maxval(m%particles%level(m%loads(traction)%particle)) >= max(1, level - 1), 'particles are split')
          call check_resultants(m, b, a, 'level '//to_text(level))
       end do
-      if (.not. deformed) call check(size(m%loads(traction)%host) > 8, 'the traction has more points')
-      call check(size(m%loads(at_point)%host) == 1, 'a force at a place stays at one place')
+      if (.not. deformed) call check(size(m%loads(traction)%particle) > 8, 'the traction has more points')
+      call check(size(m%loads(at_point)%particle) == 1, 'a force at a place stays at one place')
       do level = deepest_tried, 1, -1
          call change_mesh(m, spread(-1, 1, m%grid%forest%leaf_count()))
          call check_resultants(m, b, a, 'back from level '//to_text(level))
       end do
       call check(m%particles%n == unsplit, 'all particles are recombined')
       do l = 1, 3
-         call check(size(m%loads(l)%host) == size(initial(l)%host), 'load '//to_text(l)//' has as many points as before')
+         call check(size(m%loads(l)%particle) == size(initial(l)%particle), 'load '//to_text(l)//' has as many points as before')
          if (l /= body) call check_same(m%loads(l), initial(l), 'load '//to_text(l))
       end do
    end subroutine loads_through_levels
 
-   !> Points of a load are what they were, on hosts that may have other numbers.
+   !> Points of a load are what they were, on particles that may have other numbers.
    subroutine check_same(load, was, what)
       type(load_t), intent(in) :: load, was
       character(*), intent(in) :: what
       logical :: same
-      same = size(load%host) == size(was%host)
+      same = size(load%particle) == size(was%particle)
       if (same) same = maxval(abs(load%fraction - was%fraction)) < 1e-14_dp .and. maxval(abs(load%offset - was%offset)) < 1e-14_dp &
                        .and. maxval(abs(load%half - was%half)) < 1e-14_dp
       call check(same, what//' is what it was')
@@ -277,7 +278,7 @@ contains
       end do
    end subroutine random_meshes
 
-   !> The work of a way is the same whether or not hosts split and recombine on it.
+   !> The work of a way is the same whether or not particles split and recombine on it.
    subroutine work_of_a_way()
       type(problem_t) :: m
       real(dp), parameter :: way(ndim) = [0.03_dp, 0.04_dp]

@@ -27,7 +27,7 @@ program test_loads
       call body_force(cell*shift)
       call work_of_loads(cell*shift)
    end do
-   call nearest_host()
+   call nearest_particle()
    call loads_that_settle()
    call finish()
 
@@ -123,7 +123,7 @@ contains
       allocate (m%loads(1))
       m%loads(1)%force = force
       call load_on_particles(m%particles, lower, upper, m%loads(1))
-      call check(size(m%loads(1)%host) == m%particles%n, 'a body force acts on all particles in its box')
+      call check(size(m%loads(1)%particle) == m%particles%n, 'a body force acts on all particles in its box')
       centre = (lower + upper)/2
       call check_resultant(m, 0.0_dp, centre, force, 'body force')
       call deform(m, b, a)
@@ -149,8 +149,8 @@ contains
                        'work of the loads in a translation = mean force times way')
    end subroutine work_of_loads
 
-   !> The host of a place is the particle nearest to it, however far away.
-   subroutine nearest_host()
+   !> The particle of a place is the one nearest to it, however far away.
+   subroutine nearest_particle()
       type(problem_t) :: m
       type(load_t) :: load
       integer, parameter :: places = 100
@@ -163,8 +163,8 @@ contains
       wrong = 0
       do i = 1, places
          distance = minval([(norm2(m%particles%position(n) - x(:, i)), n=1, m%particles%n)])
-         if (norm2(m%particles%position(load%host(i)) - x(:, i)) > distance + 1.0e-15_dp) wrong = wrong + 1
+         if (norm2(m%particles%position(load%particle(i)) - x(:, i)) > distance + 1.0e-15_dp) wrong = wrong + 1
       end do
-      call check(wrong == 0, 'a load is hosted by the nearest particle')
-   end subroutine nearest_host
+      call check(wrong == 0, 'a load is carried by the nearest particle')
+   end subroutine nearest_particle
 end program test_loads

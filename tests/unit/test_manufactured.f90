@@ -207,12 +207,12 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp) :: b(ndim)
       integer :: i, k
-      do k = 1, size(m%loads(1)%host)
-         i = m%loads(1)%host(k)
+      do k = 1, size(m%loads(1)%particle)
+         i = m%loads(1)%particle(k)
          b = body_force(m%particles%reference(i, :), m%state%time)
          m%loads(1)%fraction(k) = m%particles%mass(i)*b(1)
-         i = m%loads(2)%host(k)
-         if (i /= m%loads(1)%host(k)) b = body_force(m%particles%reference(i, :), m%state%time)
+         i = m%loads(2)%particle(k)
+         if (i /= m%loads(1)%particle(k)) b = body_force(m%particles%reference(i, :), m%state%time)
          m%loads(2)%fraction(k) = m%particles%mass(i)*b(2)
       end do
    end subroutine push

@@ -86,7 +86,8 @@ program test_mass_positions
          call sweep_cell('full '//solvers(k), choice_of('consistent', solvers(k)), bounds_of_solved(eigenvalue_floor))
          call sweep_cell('partial '//solvers(k), choice_of('partial', solvers(k), lower=[-9.0_dp, -9.0_dp], &
                                                            upper=[1.0_dp, 9.0_dp]), bounds_of_solved(eigenvalue_floor))
-         call sweep_cell('weighted '//solvers(k), choice_of('weighted', solvers(k), blend=0.5_dp), bounds_of_solved(0.5_dp))
+         call sweep_cell('weighted '//solvers(k), choice_of('weighted', solvers(k), lumped_fraction=0.5_dp), &
+                         bounds_of_solved(0.5_dp))
       end do
    end do
    call rest_on_lines('consistent', 0.0_dp)
@@ -103,7 +104,7 @@ contains
       real(dp) :: velocity(ndim, 16, size(solvers)), difference
       integer :: k
       do k = 1, size(solvers)
-         call vibrate(choice_of(name, solvers(k), blend=b), velocity(:, :, k))
+         call vibrate(choice_of(name, solvers(k), lumped_fraction=b), velocity(:, :, k))
       end do
       difference = maxval(abs(velocity(:, :, 2) - velocity(:, :, 1)))/maxval(abs(velocity))
       write (*, '(2a,es9.1)') name, ': particles at the nodes, difference between solvers after 200 steps', difference

@@ -24,7 +24,7 @@ program test_mass_solver
    call repeat_random_numbers()
    call check_agreement('consistent', choice_of('consistent'))
    call check_agreement('partial', choice_of('partial', lower=lower, upper=upper))
-   call check_agreement('weighted', choice_of('weighted', blend=0.4_dp))
+   call check_agreement('weighted', choice_of('weighted', lumped_fraction=0.4_dp))
    call check_all_held()
    call check_momentum()
    call check_limits()
@@ -81,8 +81,8 @@ contains
       end do
       do k = 1, size(solvers)
          choice = choice_of('consistent', solvers(k))
-         choice%blend_inside = mass%blend_inside
-         choice%blend_outside = mass%blend_outside
+         choice%lumped_inside = mass%lumped_inside
+         choice%lumped_outside = mass%lumped_outside
          choice%lower = mass%lower
          choice%upper = mass%upper
          call map_mass(m, choice)
@@ -130,7 +130,7 @@ contains
       worst = 0
       do i = 1, size(kinds)
          do j = 1, size(solvers)
-            call map_mass(m, choice_of(trim(kinds(i)), solvers(j), order=3, blend=0.5_dp, lower=lower, upper=upper))
+            call map_mass(m, choice_of(trim(kinds(i)), solvers(j), order=3, lumped_fraction=0.5_dp, lower=lower, upper=upper))
             a = dense_matrix(m)
             do k = 1, size(guesses)
                call random_number(guess)
@@ -165,13 +165,13 @@ contains
       call check(all(transfer(solution(m, m%fields%momentum, zero), [0_long]) == transfer(lumped, [0_long])), &
                  'fmpm of order 1 is lumped bit for bit')
       do k = 1, size(solvers)
-         call map_mass(m, choice_of('weighted', solvers(k), blend=1.0_dp))
+         call map_mass(m, choice_of('weighted', solvers(k), lumped_fraction=1.0_dp))
          call check(all(transfer(solution(m, m%fields%momentum, zero), [0_long]) == transfer(lumped, [0_long])), &
                     solvers(k)//': blend 1 is lumped bit for bit')
          call map_mass(m, choice_of('partial', solvers(k), lower=[2.0_dp, 2.0_dp], upper=[3.0_dp, 3.0_dp]))
          call check(all(transfer(solution(m, m%fields%momentum, zero), [0_long]) == transfer(lumped, [0_long])), &
                     solvers(k)//': partial with nothing in its box is lumped bit for bit')
-         call map_mass(m, choice_of('weighted', solvers(k), blend=0.0_dp))
+         call map_mass(m, choice_of('weighted', solvers(k), lumped_fraction=0.0_dp))
          call check_close(maxval(abs(solution(m, m%fields%momentum, zero) - full)), 0.0_dp, 1.0e-10_dp, &
                           solvers(k)//': blend 0 is full')
          call map_mass(m, choice_of('partial', solvers(k)))

@@ -39,9 +39,9 @@ program test_oblique_waves
    write (*, '(a)') 'mass          wave          to theory  coefficient of q^2  theory'
    call study('lumped', choice_of('lumped'), 1, 1.0_dp)
    call study('fmpm 2', choice_of('fmpm', order=2), 2, 0.0_dp)
-   call study('weighted 0.5', choice_of('weighted', blend=0.5_dp), 0, 0.5_dp)
-   call study('weighted 5/18', choice_of('weighted', blend=5/18.0_dp), 0, 5/18.0_dp)
-   call study('weighted 0.25', choice_of('weighted', blend=0.25_dp), 0, 0.25_dp)
+   call study('weighted 0.5', choice_of('weighted', lumped_fraction=0.5_dp), 0, 0.5_dp)
+   call study('weighted 5/18', choice_of('weighted', lumped_fraction=5/18.0_dp), 0, 5/18.0_dp)
+   call study('weighted 0.25', choice_of('weighted', lumped_fraction=0.25_dp), 0, 0.25_dp)
    call study('consistent', choice_of('consistent'), 0, 0.0_dp)
    call finish()
 

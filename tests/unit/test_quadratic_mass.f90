@@ -56,7 +56,7 @@ contains
       call random_number(box)
       do i = 1, size(solvers)
          call look_at_matrix(forest, n, choice_of('consistent', solvers(i)), i)
-         call look_at_matrix(forest, n, choice_of('weighted', solvers(i), blend=0.3_dp), i)
+         call look_at_matrix(forest, n, choice_of('weighted', solvers(i), lumped_fraction=0.3_dp), i)
          call look_at_matrix(forest, n, choice_of('partial', solvers(i), lower=[0.0_dp, 0.0_dp], upper=roots*cell*box), i)
       end do
       call look_at_series(forest, n)
@@ -131,7 +131,7 @@ contains
          associate (e => m%particles%cell(i), mass => m%particles%mass(i))
             call m%grid%dofs%masters_of(m%grid%support_of(e), count, masters, weight)
             shape = matmul(m%grid%functions_in(e, m%grid%local_coordinate(e, m%particles%reference(i, :))), weight(:, :count))
-            part = m%fields%mass_matrix%blend(m%fields%mass_matrix%cell_of(e))
+            part = m%fields%mass_matrix%lumped_fraction(m%fields%mass_matrix%cell_of(e))
             if (any(m%grid%support_of(e) > m%grid%n_nodes) .and. part < 1) part = 1 - (1 - part)*(1 - floor)
             do c = 1, count
                do k = 1, count

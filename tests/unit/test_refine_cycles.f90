@@ -139,7 +139,7 @@ contains
       write (*, '(2a,4es9.1)') what, ': drift of X, u, v, H', drift
       call check_close(maxval(drift), 0.0_dp, tolerance, what//': X, u, v and H')
       do l = 1, size(m%loads)
-         call check(size(m%loads(l)%host) == size(before%loads(l)%host), what//': the load acts where it did')
+         call check(size(m%loads(l)%particle) == size(before%loads(l)%particle), what//': the load acts where it did')
          call check_close(sum(m%loads(l)%fraction), 1.0_dp, tolerance, what//': fractions of a load')
       end do
    end subroutine check_returned

@@ -26,7 +26,7 @@ program test_refined_mass
       call check_solver('partial', solvers(k), choice_of('partial', solvers(k), lower=[0.0_dp, 0.0_dp], upper=[2.2_dp, 9.0_dp]))
       call check_solver('partial, refined', solvers(k), new_mass_choice('partial', trim(solvers(k)), 1, 0.0_dp, &
                                                                         [0.0_dp, 0.0_dp], [0.0_dp, 0.0_dp], .true.))
-      call check_solver('weighted', solvers(k), choice_of('weighted', solvers(k), blend=0.4_dp))
+      call check_solver('weighted', solvers(k), choice_of('weighted', solvers(k), lumped_fraction=0.4_dp))
    end do
    call check_series()
    call finish()

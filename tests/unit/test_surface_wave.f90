@@ -47,9 +47,9 @@ program test_surface_wave
    call check_close(quotient(wave), wave%speed**2, 1.0e-14_dp, 'the quotient of the energies of the wave is its frequency')
    write (*, '(a)') 'mass         error with 10 and 20 cells a wave   coefficient of q^2   theory'
    call study('lumped', choice_of('lumped'), 1.0_dp)
-   call study('weighted 0.5', choice_of('weighted', 'direct', blend=0.5_dp), 0.5_dp)
-   call study('weighted 5/18', choice_of('weighted', 'direct', blend=5/18.0_dp), 5/18.0_dp)
-   call study('weighted 0.25', choice_of('weighted', 'direct', blend=0.25_dp), 0.25_dp)
+   call study('weighted 0.5', choice_of('weighted', 'direct', lumped_fraction=0.5_dp), 0.5_dp)
+   call study('weighted 5/18', choice_of('weighted', 'direct', lumped_fraction=5/18.0_dp), 5/18.0_dp)
+   call study('weighted 0.25', choice_of('weighted', 'direct', lumped_fraction=0.25_dp), 0.25_dp)
    call study('consistent', choice_of('consistent', 'direct'), 0.0_dp)
    call check(abs(leading_error(wave, 5/18.0_dp)) < 0.1_dp*abs(leading_error(wave, 1.0_dp)), &
               'a blend of 5/18 has less than a tenth of the error of the lumped matrix')
