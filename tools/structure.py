@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ROOT / "src"
 FEW, MANY = 8, 12  # arguments
 READING = (("main", "read_model", "fill_model"), ("main", "build", "fill_rectangle"))
-RECORDING = (("main", "run.run", "recording.record", "measure", "tip_measurements.estimate_rates"), ("crack_closure.nodal_force_closure",),
+RECORDING = (("main", "run.run", "recording.record", "measure", "tip_measurements.estimate_rates"), ("crack_closure.virtual_crack_closure",),
              ("main", "run.run", "recording.record", "results.append"))
 STEPS = {  # from the loop of a run to where a step is done
     "in plain loops": (("run.advance_to", "reference_step.reference_step"),),

@@ -18,7 +18,7 @@ module hampm_crack_closure
    use hampm_patch, only: patch_t, patch_around, patch_of_face, fitted_displacement, internal_force, patch_mass
    implicit none
    private
-   public :: crack_opening, path_opening, stress_closure, nodal_force_closure
+   public :: crack_opening, path_opening, stress_closure, virtual_crack_closure
 
    ! Integrals over a side of the functions of its ends and middle with each other: of the node behind, and half a cell behind, which close on the tip,
    ! half a cell ahead and ahead
@@ -122,7 +122,7 @@ contains
    !> G by stress closure, (12)-(14), of each mode: displacements of nodes (1) and (1') and stresses at nodes (2) and (3), each
    !> extrapolated with the mass matrix of the run [J/m2]. It tends to a constant times G as cells become small: the constant is
    !> about 0.33 with the lumped and 0.52 with the full matrix, because the near-tip fields look alike at every cell size.
-   !> `nodal_force_closure` tends to G. Signed like the opening and the sliding. Fails where the equations cannot be solved.
+   !> `virtual_crack_closure` tends to G. Signed like the opening and the sliding. Fails where the equations cannot be solved.
    !>
    !> It is the work over a cell, of tractions ahead of the tip on what the faces have parted as far behind it, over twice its length. On
    !> quadratic cells both are the quadratic functions of three nodes of a side, of which the faces are together at the tip.
@@ -201,7 +201,7 @@ contains
    !> Where the faces carry tractions, these are uniform over the cell behind the tip: the face of the cell ahead, when the crack
    !> opens it, brings as much to the tip node, and to that half a cell ahead, as that behind. With it G is that of the same crack without tractions on it that a
    !> uniform stress opens, as superposition has it.
-   subroutine nodal_force_closure(problem, factors, tip, p, extrapolation, rate, uncertainty, failure)
+   subroutine virtual_crack_closure(problem, factors, tip, p, extrapolation, rate, uncertainty, failure)
       type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: factors(:)
       type(crack_tip_t), intent(in) :: tip
@@ -246,7 +246,7 @@ contains
                                                           (3 - 2*k)*tip%axis(:, 2))
          end do
       end function tractions_at
-   end subroutine nodal_force_closure
+   end subroutine virtual_crack_closure
 
    !> Force with which the material above the crack's line pulls, through a node at the tip, on that below it [N]: what it exerts on the
    !> node beyond what moves its own part of the mass there,

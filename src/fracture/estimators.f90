@@ -1,6 +1,6 @@
 !> The table of estimators of the energy release rate. Where several are chosen G is that of the first of them here.
 module hampm_estimators
-   use hampm_crack_closure, only: nodal_force_closure, stress_closure
+   use hampm_crack_closure, only: virtual_crack_closure, stress_closure
    use hampm_estimator, only: estimator_t
    use hampm_path_closure, only: path_closure
    implicit none
@@ -15,7 +15,7 @@ contains
       rows = [ &
          estimator_t('domain_integral', needs_radii=.true.), &
          estimator_t('vcct', 'energy release rate, virtual crack closure', needs_nodes=.true., needs_two_points=.true., &
-                     needs_elasticity=.true., differs_from_j=.true., find=nodal_force_closure), &
+                     needs_elasticity=.true., differs_from_j=.true., find=virtual_crack_closure), &
          estimator_t('series_fit', 'energy release rate, near-tip series fit', needs_radii=.true., &
                      needs_elasticity=.true., needs_isotropy=.true., needs_free_faces=.true., needs_tip_at_rest=.true., &
                      find=path_closure), &

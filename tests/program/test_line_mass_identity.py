@@ -60,7 +60,7 @@ def test_the_force_at_the_tip_is_that_of_the_tractions(beam):
     assert np.sum(line_mass(reactions.size, cell) @ sigma) == pytest.approx(-np.sum(reactions), rel=1e-12)
 
 
-def test_equation_14_with_these_tractions_is_the_nodal_force_closure(beam):
+def test_equation_14_with_these_tractions_is_virtual_crack_closure(beam):
     cell, reactions, columns = beam
     sigma = tractions(reactions, cell)
     g = columns["crack_opening"] / 2 * (2 * sigma[0] + sigma[1]) / 6

@@ -4,7 +4,7 @@ program test_crack_closure
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: shape_functions
    use hampm_constraints, only: constraints_t
-   use hampm_crack_closure, only: path_opening, stress_closure, nodal_force_closure
+   use hampm_crack_closure, only: path_opening, stress_closure, virtual_crack_closure
    use hampm_crack_tip_field, only: modes
    use hampm_cracks, only: cracks_t, last_point
    use hampm_measurements, only: dcb_energy_release_rate, chi_foundation
@@ -190,7 +190,7 @@ contains
                p%gradient(i, :, :) = reshape([-poisson*strain, 0.0_dp, 0.0_dp, strain], [ndim, ndim])
             end do
             p%reference(:, 2) = p%reference(:, 2) - p%displacement(:, 2)
-            call nodal_force_closure(m, no_factors, tip, p, solver, g_force, uncertainty, failure)
+            call virtual_crack_closure(m, no_factors, tip, p, solver, g_force, uncertainty, failure)
             call start(m, 'musl')
             call refresh_grid(m)
             call new_mass_solver(m%mass%by, m%mass%order, m%grid, constraints_t(), solver, failure)
@@ -277,7 +277,7 @@ contains
          do i = 1, p%n
             p%gradient(i, :, :) = h
          end do
-         call nodal_force_closure(m, no_factors, tip, p, solver, g, uncertainty, failure)
+         call virtual_crack_closure(m, no_factors, tip, p, solver, g, uncertainty, failure)
          call check_close(maxval(abs(g/stress - d)), 0.0_dp, 1.0e-13_dp*d, 'VCCT of both modes')
          call start(m, 'musl')
          call refresh_grid(m)
