@@ -1,4 +1,4 @@
-!> How a load or a prescribed motion varies with time: a factor for its force or its way.
+!> How a load or a prescribed motion varies with time: a factor for its force or its displacement.
 module hampm_time_history
    use hampm_kinds, only: dp, name_len
    implicit none

@@ -27,7 +27,7 @@ module hampm_load_groups
             most=max_values)]
 
    type(group_t), parameter :: constraint_group = group_t('constraint', repeats, is_optional, &
-      'displacement components of all grid nodes in a box that are held, or moved in a given way')
+      'displacement components of all grid nodes in a box that are held, or moved as prescribed')
 
    type(key_t), parameter :: constraint_keys(*) = [ &
       key_t('lower', type_real, 'lower corner of the box whose nodes are held', example='0.05, 0.0', unit='m', allowed=any_number, &

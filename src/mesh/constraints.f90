@@ -1,4 +1,4 @@
-!> Dirichlet constraints: nodes that are held, or moved in a given way, in some directions. The user gives them as boxes, which are
+!> Dirichlet constraints: nodes that are held, or moved as prescribed, in some directions. The user gives them as boxes, which are
 !> fitted to each new grid. One grid may have several sets of them: extrapolations are solved without the constraints of the motion.
 !> Of those that only push (`hampm_supports`) a component is fixed while the material presses on it.
 module hampm_constraints

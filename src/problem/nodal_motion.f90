@@ -84,7 +84,7 @@ contains
       mapping_power = merge(sum(f%partial_power(2, :chunks)), 0.0_dp, audit)
    end subroutine accelerate
 
-   !> The same where nodes are moved in a given way or kept apart, by the velocities and accelerations that they then have: with p the mapped momentum a step
+   !> The same where nodes have a prescribed motion or are kept apart, by the velocities and accelerations that they then have: with p the mapped momentum a step
    !> changes the kinetic energy by dt sum p . a + sum m_p |dv_p|**2/2, whatever a is, so that what closes the energy balance is -sum p . a - sum alpha p . w.
    !> It is the same where M v = p and M a = f - alpha M v.
    pure subroutine find_powers(f, damping_rate, damping_power, mapping_power)

@@ -1,4 +1,4 @@
-!> Nodes that are moved in a given way, in explicit steps: whatever acts on them, in the step from t to t + dt they go from where they
+!> Nodes of prescribed motion, in explicit steps: whatever acts on them, in the step from t to t + dt they go from where they
 !> are to be at t to where they are to be at t + dt, all of it with one velocity w.
 module hampm_prescribed_nodes
    use hampm_kinds, only: dp, ndim

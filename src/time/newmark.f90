@@ -18,7 +18,7 @@
 !> linear laws that of r is what the strain energy gives. With others it is but for terms of dt**3: the energy of a nonlinear motion is
 !> not conserved exactly, as no step of this kind does without forces made for it (Simo & Tarnow 1992).
 !>
-!> Nodes that are moved in a given way have it as their displacement; their velocity and acceleration are central differences of
+!> Nodes of prescribed motion have it as their displacement; their velocity and acceleration are central differences of
 !> it. (By the formulas above they would swing around the given motion, and ever more so.) Nodes on supports that only push have those
 !> of their support when a step is over. In the step they have them by the formulas: so whether they touch is a question with one answer.
 !>
@@ -345,7 +345,7 @@ contains
       a = a - times*by_faces
    end subroutine less_that_of_firm_faces
 
-   !> What fixed components do in the step that ends at a time: central differences of the way that they are given.
+   !> What fixed components do in the step that ends at a time: central differences of the displacement that is prescribed.
    subroutine find_prescribed(m, shift, time, dt, prescribed)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: shift(:, :)        !! at the start of the step [m], (ndim, n_nodes)
@@ -424,8 +424,8 @@ contains
    !> Book what a step has done: the work of the loads by the means of the forces at both ends, with that of the forces R by which
    !> nodes have prescribed motion, and what the damping takes. With v and v' the velocities at both ends of a step the kinetic energy gains
    !> (v + v')/2 . M (v' - v), the strain energy of linear laws du . K (u + u')/2; at free nodes the sum is what loads and damping do there,
-   !> and at those of prescribed motion, where du is not dt (v + v')/2, it is the work of R with the inertia on the way (v + v')/2 dt and the rest on du.
-   !> Where a node comes to its support or leaves it in the step the work is that of the mean of R on the way of the support.
+   !> and at those of prescribed motion, where du is not dt (v + v')/2, it is the work of R with the inertia on the displacement (v + v')/2 dt and the rest on du.
+   !> Where a node comes to its support or leaves it in the step the work is that of the mean of R on the displacement of the support.
    !>
    !> The numerical loss is what alpha takes, the work of the means of the forces at free nodes that their motion does not gain, what nodes
    !> lose that meet supports or the other face, and what the means of the internal forces work more than the material stores and dissipates.

@@ -364,7 +364,7 @@ contains
    !> By how much nodes are to move whatever the forces: held ones with their constraints.
    subroutine find_offset(m, left, offset, has_offset)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: left(:, :)         !! of the way of fixed components [m], (ndim, n_nodes)
+      real(dp), intent(in) :: left(:, :)         !! of the displacement of fixed components [m], (ndim, n_nodes)
       real(dp), allocatable, intent(out) :: offset(:, :) !! (ndim, n_points)
       logical, intent(out) :: has_offset
       allocate (offset(ndim, m%grid%n_points), source=0.0_dp)

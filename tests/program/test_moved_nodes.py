@@ -1,4 +1,4 @@
-"""Nodes that are moved in a given way: a bar whose end is pulled away with a constant velocity v. A wave runs into it with the speed
+"""Nodes of prescribed motion: a bar whose end is pulled away with a constant velocity v. A wave runs into it with the speed
 c = sqrt(E/rho); behind it the material has the velocity v and the stress rho c v, so that the end takes the force rho c v A, and its work
 rho c v**2 A t is half kinetic and half strain energy."""
 
