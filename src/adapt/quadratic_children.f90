@@ -14,7 +14,7 @@ module hampm_quadratic_children
    use hampm_lapack, only: dposv
    use hampm_problem, only: problem_t
    use hampm_place_table, only: place_table_t
-   use hampm_quadratic_points, only: fewest_points, weights_along
+   use hampm_quadratic_points, only: weights_along
    implicit none
    private
    public :: values_of_children, values_of_parents, give_to_children, give_to_parents

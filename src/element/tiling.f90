@@ -11,7 +11,7 @@
 !> So go steps of models in which nodes need no more than the cells around them: masses are lumped, no node hangs, and no faces touch. Some nodes may
 !> wait: their accelerations are there when the first part of a step has been done, and what needs these comes in the second.
 module hampm_tiling
-   use hampm_kinds, only: corners, dp, ndim
+   use hampm_kinds, only: corners, dp
    use hampm_cell_blocks, only: cell_blocks_t, n_sums, of_mass, of_momentum, of_force
    use hampm_dofs, only: list_slots
    use hampm_element_operators, only: element_operators_t, add_up, pass_by_operators

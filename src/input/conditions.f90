@@ -5,7 +5,7 @@
 !> Features of a model that no single key tells: predicates with names, by which rows of the table of rules (`hampm_rules`) mean them.
 module hampm_conditions
    use hampm_choice_sets, only: expanded
-   use hampm_keys, only: keys, find_group, find_key, first_key, default_count, default_value, is_text
+   use hampm_keys, only: keys, find_key, first_key, default_count, default_value, is_text
    use hampm_kinds, only: dp
    use hampm_model, only: model_t, cuts_cells, has_shapes, cracks_cut_cells, mass_acts, path_of
    use hampm_settings, only: row_of, settings_t, setting_t

@@ -4,7 +4,7 @@ module hampm_placement
    use hampm_bodies, only: points_along, points_off_lines
    use hampm_kinds, only: dp, ndim
    use hampm_model, only: model_t, grid_spec_t, body_t
-   use hampm_text, only: to_text, decimal, without_rounding
+   use hampm_text, only: to_text, without_rounding
    use hampm_tolerance, only: position_tolerance
    implicit none
    private

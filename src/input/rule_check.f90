@@ -2,7 +2,7 @@
 module hampm_rule_check
    use hampm_choice_sets, only: expanded
    use hampm_conditions, only: atom_t, parse_condition, holds, shown_atom
-   use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, noted_with
+   use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_without, noted_with
    use hampm_model, only: model_t, fill_model
    use hampm_settings, only: row_of, settings_t, setting_t
    use hampm_keys, only: is_text, keys, first_key

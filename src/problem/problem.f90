@@ -1,6 +1,6 @@
 !> The problem that a run solves, and its state between two steps.
 module hampm_problem
-   use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_kinds, only: dp, corners, long
    use hampm_body_contact, only: body_contact_t, rebuild_body_contact
    use hampm_constraints, only: constraints_t, rebuild_constraints
    use hampm_domain_pass, only: corner_map_t, locate_corners, move_corners, map_corners, assemble_corners
@@ -19,7 +19,6 @@ module hampm_problem
    use hampm_mass_matrix, only: lump_at
    use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble
    use hampm_particle_pass, only: pass_report_t, pass_over_all
-   use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t, scheme_t, new_scheme, new_scheme_of_domains
    use hampm_quadratic_points, only: weigh_points
    use hampm_sorting, only: sorting_t, sort_into_cells
@@ -29,7 +28,7 @@ module hampm_problem
    use hampm_state, only: state_t, energies_t
    use hampm_text, only: to_text
    use hampm_tiling, only: tiling_t
-   use hampm_error_context, only: when, origin
+   use hampm_error_context, only: when
    implicit none
    private
    public :: problem_t, start_problem, rebuild_on_grid, renew_interfaces, sort_particles, sort_anew, update_particles, &

@@ -13,7 +13,7 @@ module hampm_local_leapfrog
    use hampm_element_operators, only: pass_by_all_operators
    use hampm_failure, only: failure_t
    use hampm_fine_region, only: fine_region_t, find_region
-   use hampm_integrator, only: integrator_t, steps_for
+   use hampm_integrator, only: steps_for
    use hampm_loads, only: place_loads, add_load, book_work
    use hampm_mean_force, only: mean_force_t, make_room, add_mean_change
    use hampm_problem, only: problem_t, map_to_grid, assemble_sums, pass_on
