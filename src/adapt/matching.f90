@@ -178,10 +178,12 @@ contains
       end if
    end function has_fuller_cells
 
-   !> Whether the cells are quadratic and nothing cuts them, so that their particles have all children.
+   !> Whether the cells are quadratic and nothing cuts them, as lines along their edges do not, so that their particles have all children.
    pure logical function has_whole_cells(m)
       type(problem_t), intent(in) :: m
-      has_whole_cells = m%grid%is_quadratic() .and. .not. has_fuller_cells(m)
+      integer :: leaf
+      has_whole_cells = m%grid%is_quadratic() .and. .not. allocated(m%grid%bodies)
+      if (has_whole_cells) has_whole_cells = .not. any([(m%grid%is_cut(leaf), leaf=1, m%grid%forest%leaf_count())])
    end function has_whole_cells
 
    !> Whether particles of a body are odd in number along a cell: then some stand on the lines that quarter it. Domains may reach over these, and of a
