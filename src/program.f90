@@ -9,6 +9,7 @@ module hampm_program
    use hampm_failure, only: failure_t, exit_file, exit_stopped
    use hampm_file_moves, only: file_exists
    use hampm_folders, only: is_folder
+   use hampm_interface_step, only: forget_faces
    use hampm_key_reference, only: reference_text
    use hampm_namelist_text, only: template_text
    use hampm_resource_estimate, only: resources_t, estimate_resources, check_room, check_resources, resource_report
@@ -119,6 +120,7 @@ contains
       end if
       call simulation%problem%solver%direct%release()  ! what a library in C has allocated is not given back by itself
       call simulation%measurements%extrapolation%direct%release()
+      call forget_faces(simulation%problem%interface_step)
    end subroutine simulate
 
    !> Find what a model needs, and refuse what cannot be had.

@@ -178,6 +178,7 @@ contains
       character(*), intent(in) :: name, value
       type(options_t), intent(inout) :: options
       type(input_errors_t), intent(inout) :: errors
+      type(string_t) :: override
       integer :: ios
       select case (name)
        case ('--check')
@@ -212,7 +213,8 @@ contains
          if (ios /= is_number .or. .not. options%time_limit > 0) &
             call errors%add('--time-limit '//printable(value, 40)//': must be a number in (0, inf) [s]')
        case ('--set')
-         options%overrides = [options%overrides, string_t(value)]
+         override%text = value
+         options%overrides = [options%overrides, override]
        case ('--threads')
          options%threads = most_threads + 1
          ios = 0

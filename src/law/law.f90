@@ -13,7 +13,7 @@ module hampm_law
    use hampm_tensors, only: space, unit_tensor, inverse_transpose_of
    implicit none
    private
-   public :: law_t, law_row_t, constant_t, flaw_t, constant, value_of, values_of, most_columns, most_values
+   public :: law_t, law_row_t, constant_t, flaw_t, add_flaw, constant, value_of, values_of, most_columns, most_values
 
    integer, parameter :: most_columns = 48       !! state variables that a law may have
 
@@ -112,6 +112,16 @@ contains
       constant%count = min(size(values), most_values)
       constant%value(:constant%count) = values(:constant%count)
    end function constant
+
+   !> Put a flaw behind the others. A constructor with a text is not given back where it stands in an array: a trap of gfortran.
+   pure subroutine add_flaw(flaws, key, what)
+      type(flaw_t), allocatable, intent(inout) :: flaws(:)
+      character(*), intent(in) :: key, what
+      type(flaw_t) :: flaw
+      flaw%key = key
+      flaw%what = what
+      flaws = [flaws, flaw]
+   end subroutine add_flaw
 
    !> The values of a constant; none where it is not given.
    pure function values_of(constants, name) result(values)

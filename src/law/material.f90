@@ -237,7 +237,7 @@ contains
    pure subroutine find_state(self, h, old_state, hoop, strain, state)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
-      real(dp), contiguous, intent(in), optional :: old_state(:)
+      real(dp), intent(in), optional :: old_state(self%columns)
       real(dp), intent(in), optional :: hoop
       real(dp), intent(out) :: strain(space, space), state(most_columns)
       associate (n => self%columns)
@@ -247,12 +247,12 @@ contains
             strain = ieee_value(1.0_dp, ieee_quiet_nan)
             state(:n) = strain(1, 1)
          else
-            state(:n) = old_state(:n)
+            state(:n) = old_state
             if (self%is_trial) then
-               strain = strain_of(self, h, old_state(:n), self%time_increment, hoop)
+               strain = strain_of(self, h, old_state, self%time_increment, hoop)
                call self%law%update(strain, self%time_increment, state(:n))
             else
-               strain = strain_of(self, h, old_state(:n), hoop=hoop)
+               strain = strain_of(self, h, old_state, hoop=hoop)
             end if
          end if
       end associate
@@ -283,7 +283,7 @@ contains
    pure function kirchhoff_stress(self, h, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
+      real(dp), intent(in), optional :: old_state(self%columns) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: stress(ndim, ndim), in_space(space, space)
       if (self%linear) then
@@ -298,7 +298,7 @@ contains
    pure function stress_in_space(self, h, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
-      real(dp), contiguous, intent(in), optional :: old_state(:)
+      real(dp), intent(in), optional :: old_state(self%columns)
       real(dp), intent(in), optional :: hoop
       real(dp) :: stress(space, space), strain(space, space), state(most_columns)
       call find_state(self, h, old_state, hoop, strain, state)
@@ -309,7 +309,7 @@ contains
    pure real(dp) function hoop_stress(self, h, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
+      real(dp), intent(in), optional :: old_state(self%columns) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: in_space(space, space)
       if (self%linear) then
@@ -326,7 +326,7 @@ contains
    pure function first_piola_stress(self, h, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
+      real(dp), intent(in), optional :: old_state(self%columns) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: stress(ndim, ndim)
       if (self%linear) then
@@ -342,7 +342,7 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
+      real(dp), intent(in), optional :: old_state(self%columns) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp), intent(in), optional :: change_of_hoop !! and that of it [-]
       real(dp) :: change(ndim, ndim), in_space(space, space)
@@ -359,7 +359,7 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
+      real(dp), intent(in), optional :: old_state(self%columns) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp), intent(in), optional :: change_of_hoop !! and that of it [-]
       real(dp) :: in_space(space, space)
@@ -376,13 +376,13 @@ contains
    pure function change_in_space(self, h, dh, old_state, hoop, change_of_hoop) result(change)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim), dh(ndim, ndim)
-      real(dp), contiguous, intent(in), optional :: old_state(:)
+      real(dp), intent(in), optional :: old_state(self%columns)
       real(dp), intent(in), optional :: hoop, change_of_hoop
       real(dp), dimension(space, space) :: change, strain, by_thickness, in_space
       real(dp) :: before(most_columns)
       real(dp), parameter :: thickness(space, space) = reshape([0, 0, 0, 0, 0, 0, 0, 0, 1], [space, space])
       call find_state(self, h, old_state, hoop, strain, before)
-      if (present(old_state)) before(:self%columns) = old_state(:self%columns)
+      if (present(old_state)) before(:self%columns) = old_state
       in_space = 0
       in_space(:ndim, :ndim) = dh
       in_space(space, space) = given_hoop(self, change_of_hoop)
@@ -432,7 +432,7 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       logical, intent(in) :: total_frame         !! gradients at the reference positions, else at the present ones
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
+      real(dp), intent(in), optional :: old_state(self%columns) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: stress(ndim, ndim)
       if (total_frame) then
@@ -446,7 +446,7 @@ contains
    pure real(dp) function energy_density(self, h, old_state, hoop)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
-      real(dp), contiguous, intent(in), optional :: old_state(:) !! state variables of the particle
+      real(dp), intent(in), optional :: old_state(self%columns) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
       real(dp) :: strain(space, space), state(most_columns), in_plane(ndim, ndim)
       if (.not. self%linear) then

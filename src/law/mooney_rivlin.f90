@@ -9,7 +9,7 @@
 module hampm_mooney_rivlin
    use hampm_kinds, only: dp
    use hampm_key_rows, only: key_t, type_real, positive
-   use hampm_law, only: law_t, constant_t, flaw_t, value_of
+   use hampm_law, only: law_t, constant_t, flaw_t, add_flaw, value_of
    use hampm_neo_hookean, only: log_of, isochoric_change
    use hampm_tensors, only: space, unit_tensor, trace_of, volume_change, inverse_transpose_of
    use hampm_text, only: to_text
@@ -55,10 +55,10 @@ contains
       type(flaw_t), allocatable, intent(out) :: flaws(:)
       real(dp) :: most
       most = young/(4*(1 + poisson))*min(1.0_dp, poisson/(1 - 2*poisson))
-      allocate (flaws(merge(1, 0, value_of(constants, 'c01', 0.0_dp) > most)))
-      if (size(flaws) > 0) flaws(1) = flaw_t('c01', 'must be at most '//to_text(max(most, 0.0_dp))//' [Pa], the less of '// &
-                                             'mu/2 and lambda/4 of young and poisson: else c10, or the stiffness of the '// &
-                                             'volume, is below 0')
+      allocate (flaws(0))
+      if (value_of(constants, 'c01', 0.0_dp) > most) call add_flaw(flaws, 'c01', 'must be at most '// &
+         to_text(max(most, 0.0_dp))//' [Pa], the less of mu/2 and lambda/4 of young and poisson: else c10, or the stiffness '// &
+         'of the volume, is below 0')
    end subroutine check_mooney_rivlin
 
    !> Kirchhoff stress [Pa].

@@ -12,7 +12,7 @@
 module hampm_orthotropic
    use hampm_kinds, only: dp, ndim
    use hampm_key_rows, only: key_t, type_real, positive, any_number
-   use hampm_law, only: constant_t, flaw_t, value_of
+   use hampm_law, only: constant_t, flaw_t, add_flaw, value_of
    implicit none
    private
    public :: orthotropic_t, orthotropic_of, check_orthotropic, n_voigt, plane_compliance, inverse_of, turned_stiffness, &
@@ -79,12 +79,12 @@ contains
       allocate (flaws(0))
       if (minval(moduli) <= 0) return
       if (maxval(moduli) > most_apart*minval(moduli)) then
-         flaws = [flaw_t('young_1', 'and the other moduli must be within a factor of 1e10 of each other: else rounding hides '// &
-                         'the least of them')]
+         call add_flaw(flaws, 'young_1', 'and the other moduli must be within a factor of 1e10 of each other: else rounding '// &
+                       'hides the least of them')
          return
       end if
       why = why_not_definite(of, plane_stress)
-      if (why /= '') flaws = [flaw_t('poisson_12', why//': else a strain would release energy')]
+      if (why /= '') call add_flaw(flaws, 'poisson_12', why//': else a strain would release energy')
    end subroutine check_orthotropic
 
    !> Compliance of the plane in the axes of the material [1/Pa].

@@ -20,7 +20,7 @@
 module hampm_viscoelastic
    use hampm_kinds, only: dp
    use hampm_key_rows, only: key_t, type_real, positive
-   use hampm_law, only: law_t, constant_t, flaw_t, values_of, most_values
+   use hampm_law, only: law_t, constant_t, flaw_t, add_flaw, values_of, most_values
    use hampm_tensors, only: space, unit_tensor, trace_of, symmetric, deviator, n_deviator, components_of, deviator_of
    use hampm_text, only: to_text
    implicit none
@@ -84,9 +84,9 @@ contains
       associate (moduli => values_of(constants, 'moduli'), mu => young/(2*(1 + poisson)))
          allocate (flaws(0))
          if (size(moduli) /= size(values_of(constants, 'relaxation_times'))) &
-            flaws = [flaw_t('relaxation_times', 'must be as many as moduli: '//to_text(size(moduli)))]
-         if (sum(moduli) > (1 + decimals)*mu) flaws = [flaws, flaw_t('moduli', 'must have a sum of at most '//to_text(mu)// &
-            ' [Pa], the instantaneous shear modulus, young/(2 (1 + poisson)); theirs is '//to_text(sum(moduli)))]
+            call add_flaw(flaws, 'relaxation_times', 'must be as many as moduli: '//to_text(size(moduli)))
+         if (sum(moduli) > (1 + decimals)*mu) call add_flaw(flaws, 'moduli', 'must have a sum of at most '//to_text(mu)// &
+            ' [Pa], the instantaneous shear modulus, young/(2 (1 + poisson)); theirs is '//to_text(sum(moduli)))
       end associate
    end subroutine check_viscoelastic
 

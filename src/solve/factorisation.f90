@@ -44,11 +44,12 @@ contains
       end if
    end subroutine factorise
 
-   !> x = A^-1 b with the factorised matrix A.
+   !> x = A^-1 b with the factorised matrix A, which may have no rows.
    subroutine solve(self, b, x)
       class(factorisation_t), intent(inout) :: self
       real(dp), intent(in), contiguous :: b(:)
       real(dp), intent(out) :: x(:)
+      if (size(b) == 0) return
       if (self%by_cholmod) then
          call self%cholmod%solve(b, x)
       else

@@ -64,6 +64,7 @@ contains
    !> quarters of cells, every third turns.
    subroutine random_line(trial)
       integer, intent(in) :: trial
+      type(line_t) :: lines(1)
       real(dp) :: angle, x(ndim), y(ndim), turn
       call random_number(angle)
       call random_number(x)
@@ -71,7 +72,8 @@ contains
       if (mod(trial, 5) == 0) angle = 0.125_dp*nint(8*angle)
       if (mod(trial, 7) == 0) x = anint(4*x)/4
       turn = merge(1.3_dp*(y(1) - 0.5_dp), 0.0_dp, mod(trial, 3) == 0)
-      call cut(refined(4*(y - 0.5_dp)), [line_through(x, 2*acos(-1.0_dp)*angle, turn)])
+      lines(1) = line_through(x, 2*acos(-1.0_dp)*angle, turn)
+      call cut(refined(4*(y - 0.5_dp)), lines)
       call check(parts() == 2, 'line '//to_text(trial)//' parts the grid in two, not '//to_text(parts()))
       call check(hanging_nodes_are_in_place(), 'hanging nodes of line '//to_text(trial)//' are where their masters have them')
       call check(sides_are_right(grid%cut_cells%lines(1)%points, turn > 0), 'sides of line '//to_text(trial)//' are left and right')

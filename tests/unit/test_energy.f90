@@ -40,7 +40,7 @@ program test_energy
       together = [kinetic_energy(p), strain_energy(p, m%materials)]
       call check(all(transfer(alone, [0]) == transfer(together, [0])), 'the sums do not depend on the number of threads')
 
-      m%materials = [new_material('', 'neo_hookean', .true., young, poisson, density)]
+      m%materials(1) = new_material('', 'neo_hookean', .true., young, poisson, density)
       call check_close(largest_gradient(p, m%materials), 0.0_dp, 0.0_dp, 'the neo-Hookean law has no largest gradient')
       p%gradient(33, :, :) = reshape([-0.5_dp, 0.1_dp, 0.2_dp, 0.0_dp], [ndim, ndim])
       call check(most_crushed_particle(p, m%materials) == 33, 'the smallest determinant of F is found')

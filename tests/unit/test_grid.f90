@@ -87,8 +87,9 @@ contains
          call random_number(x)
          if (allocated(bodies)) deallocate (bodies)
          allocate (bodies(1))
-         bodies(1)%rings = [polygon_ring(reshape([0.0_dp, 0.0_dp, 9.0_dp, 0.0_dp, 9.0_dp, 9.0_dp, 0.0_dp, 9.0_dp], [ndim, 4])), &
-                            circle_ring(4 + x, 2.8_dp)]
+         allocate (bodies(1)%rings(2))
+         bodies(1)%rings(1) = polygon_ring(reshape([0.0_dp, 0.0_dp, 9.0_dp, 0.0_dp, 9.0_dp, 9.0_dp, 0.0_dp, 9.0_dp], [ndim, 4]))
+         bodies(1)%rings(2) = circle_ring(4 + x, 2.8_dp)
          call build_grid(forest, grid, failure, bodies=bodies)
          wrong = wrong + count(grid%dofs%master > grid%n_nodes)
          do e = 1, grid%n_elements

@@ -157,8 +157,8 @@ contains
       type(line_t), allocatable :: lines(:)
       real(dp) :: edge
       edge = 1.0_dp/n_cells
-      allocate (lines(0))
-      if (cut_at < 1) lines = [line_between([cut_at, -100.0_dp], [cut_at, 100.0_dp], .false.)]
+      allocate (lines(merge(1, 0, cut_at < 1)))
+      if (cut_at < 1) lines(1) = line_between([cut_at, -100.0_dp], [cut_at, 100.0_dp], .false.)
       call place_bodies(forest_t([-edge, -edge], edge, [n_cells + 2, 3]), &
                         new_material('', 'linear_elastic', .true., 1.0_dp, 0.0_dp, 1.0_dp), &
                         [rectangle_t([0.0_dp, 0.0_dp], [length, edge], [nint(2*n_cells*length), 1])], m, lines)
@@ -242,13 +242,14 @@ contains
       character(*), intent(in) :: scheme, mass
       real(dp), parameter :: speed = 0.02_dp, force(ndim) = [0.0_dp, 1.0e-4_dp]
       type(problem_t) :: m
+      type(line_t) :: lines(1)
       real(dp) :: initial, momentum(ndim), half(2), residual
       integer :: i
+      lines(1) = line_between([-100.0_dp, block_line], [100.0_dp, block_line], .false.)
       call place_bodies(forest_t([0.0_dp, 0.0_dp], block_cell, [20, 14]), &
                         new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                         [rectangle_t([0.64_dp, 0.4_dp], [1.24_dp, block_line], [12, 6], [-speed, 0.0_dp]), &
-                         rectangle_t([0.56_dp, block_line], [1.16_dp, 1.0_dp], [12, 6], [speed, 0.0_dp])], m, &
-                        [line_between([-100.0_dp, block_line], [100.0_dp, block_line], .false.)])
+                         rectangle_t([0.56_dp, block_line], [1.16_dp, 1.0_dp], [12, 6], [speed, 0.0_dp])], m, lines)
       m%particles%total_frame = .true.
       m%audit = .true.
       allocate (m%loads(2))
@@ -292,8 +293,8 @@ contains
       type(problem_t), intent(out) :: m
       type(line_t), allocatable :: lines(:)
       integer :: i
-      allocate (lines(0))
-      if (is_cut) lines = [line_between([-100.0_dp, block_line], [100.0_dp, block_line], .false.)]
+      allocate (lines(merge(1, 0, is_cut)))
+      if (is_cut) lines(1) = line_between([-100.0_dp, block_line], [100.0_dp, block_line], .false.)
       call place_bodies(forest_t([0.0_dp, 0.0_dp], block_cell, [16, 14]), &
                         new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
                         [rectangle_t([0.3_dp, 0.2_dp], [1.3_dp, 1.2_dp], [side, side])], m, lines)

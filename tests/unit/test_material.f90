@@ -33,6 +33,7 @@ program test_material
       end do
    end do
    call wave_speeds()
+   deallocate (rows)
    call finish()
 
 contains

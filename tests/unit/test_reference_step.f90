@@ -117,8 +117,9 @@ contains
       call refine_box(forest, [0.3_dp, 0.4_dp], [0.5_dp, 0.7_dp], levels)
       call build_grid(forest, m%grid, failure)
       call new_particles(2*product(points), m%particles, failure)
-      m%materials = [new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
-                     new_material('', 'neo_hookean', .true., 2.0_dp, 0.2_dp, 1.5_dp)]
+      allocate (m%materials(2))
+      m%materials(1) = new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp)
+      m%materials(2) = new_material('', 'neo_hookean', .true., 2.0_dp, 0.2_dp, 1.5_dp)
       do k = 1, 2
          call fill_rectangle(m%particles, 1 + (k - 1)*product(points), points, [x(1), y(k)], [x(2), y(k + 1)], &
                              thickness_t(thickness), &

@@ -30,6 +30,7 @@ program test_rules
                               rules(:k - 1)%verdict == rule%verdict), text//': stands once')
       end associate
    end do
+   deallocate (subject, other, text)
 
    call check(condition_mistake('&method tim = ''static''') /= '', 'a key that does not exist is found')
    call check(condition_mistake('&method time = ''statik''') /= '', 'a choice that does not exist is found')

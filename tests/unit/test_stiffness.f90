@@ -65,7 +65,11 @@ contains
       call place_bodies(forest, new_material('', law, plane_stress, young(1), poisson(1), density(1)), &
                         [rectangle_t([0.0_dp, 0.0_dp], [half, depth], [16, 16]), &
                          rectangle_t([half, 0.0_dp], [length, depth], [16, 16])], m, lines)
-      m%materials = [(new_material('', law, plane_stress, young(k), poisson(k), density(k)), k=1, 2)]
+      deallocate (m%materials)
+      allocate (m%materials(2))
+      do k = 1, 2
+         m%materials(k) = new_material('', law, plane_stress, young(k), poisson(k), density(k))
+      end do
       associate (p => m%particles)
          if (present(total_frame)) p%total_frame = total_frame
          where (p%body(:p%n) == 2)
