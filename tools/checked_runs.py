@@ -23,6 +23,7 @@ STATIC = ["--set", "method.time=static", "--set", "method.frame=total"]
 CASES = {
     "template": ["--template"],
     "mistakes": ["input/dcb.nml", "--check", "--set", "material.yuong=1", "--set", "grid.cell=-1", "--set", "run=", "--nothing"],
+    "mistakes of a law": ["input/creep_bar.nml", "--check", "--set", "material.moduli=5e9,6e9"],
     "check": ["input/dcb.nml", "--check"],
     "plain": [*DCB, *ALL_ESTIMATORS],
     "two threads": [*DCB, "--threads", "2"],
@@ -34,7 +35,8 @@ CASES = {
     "gradient": [*DCB, "--set", "refine.indicator=gradient", "--set", "refine.max_level=2", "--set", "refine.interval=5"],
     "error": [*DCB, "--set", "refine.indicator=zz", "--set", "refine.max_level=2", "--set", "refine.interval=5"],
     "tip, local time steps": [*DCB, "--set", "refine.indicator=tip", "--set", "refine.max_level=3",
-                              "--set", "method.time_steps=local", "--set", "energy_release.estimators=vcct"],
+                              "--set", "method.time_steps=local", "--set", "energy_release.estimators=vcct", "--set",
+                              "method.frame=total", "--set", "energy_release.energy_balance=.false."],
     "neo-Hookean law": [*DCB, "--set", "material.law=neo_hookean", "--set", "method.frame=updated"],
     "line crack, contact": ["input/mixed_mode.nml", "--quiet", "--set", "grid.cell=2.5e-3", "--set", "grid.cells=21,12",
                             "--set", "run.end_time=2e-5", "--set", "output.history_interval=1e-6", "--set",
@@ -46,6 +48,25 @@ CASES = {
     "no equilibrium": [*DCB, *STATIC, "--set", "load.force=1,1"],
     "moved": [*DCB, "--set", "method.frame=total", "--set", "constraint.velocity=0,1", "--set", "constraint.name=grip", "--set",
               "energy_release.estimators=vcct", "--set", "crack.kind=symmetry"],
+    "growth at rest": ["input/two_cracks.nml", "--quiet", "--set", "grid.cell=2e-3", "--set", "grid.cells=20,22", "--set",
+                       "method.load_steps=2", "--set", "run.end_time=2", "--set", "growth(1).increment=2.4e-3", "--set",
+                       "growth(2).increment=2.4e-3", "--set", "growth(2).direction=local_symmetry"],
+    "growth in motion": ["input/dcb_growth_dynamic.nml", "--quiet", "--set", "grid.cell=2e-3", "--set", "grid.cells=64,12", "--set",
+                         "grid.lower=-4e-3,-12e-3", "--set", "run.end_time=1e-4", "--set", "growth.toughness=1e-6"],
+    "cohesion": ["input/dcb_cohesive.nml", "--quiet", "--set", "grid.cell=1e-3", "--set", "grid.cells=66,8",
+                 "--set", "method.load_steps=8"],
+    "J2 law, mean dilatation": ["input/plastic_notch.nml", "--quiet", "--set", "grid.cell=2e-3", "--set", "grid.cells=9,17",
+                                "--set", "method.load_steps=4"],
+    "viscoelastic law": ["input/creep_bar.nml", "--quiet", "--set", "method.load_steps=8"],
+    "implicit steps": [*DCB, "--set", "method.time=implicit", "--set", "method.frame=total"],
+    "orthotropic law": ["input/laminate_dcb.nml", "--quiet", "--set", "grid.cell=1e-3", "--set", "grid.cells=70,3",
+                        "--set", "refine.max_level=1"],
+    "quadratic cells, rings": ["input/penny.nml", "--quiet", "--set", "refine.max_level=1"],
+    "hole": ["input/plate_with_hole.nml", "--quiet", "--set", "refine.max_level=1"],
+    "pressure on a crack": ["input/pressurised_crack.nml", "--quiet", "--set", "grid.cell=8e-3", "--set", "grid.cells=26,26"],
+    "bodies in contact": ["tests/cases/contact_unit_of_length.nml", "--quiet", "--set", "contact.bodies=friction",
+                          "--set", "contact.friction=0.3"],
+    "cpdi": ["tests/cases/cpdi_resume.nml", "--quiet"],
     "stopped": [*DCB, "--steps", "20", "--set", "output.checkpoint_steps=7", "--set", "method.mass=consistent",
                 "--set", "refine.indicator=zz", "--set", "refine.max_level=2", "--set", "refine.interval=5"],
     "resumed": ["--resume", "{folder}/stopped/dcb.h5.checkpoint", "--quiet", "--steps", "20"],
@@ -53,7 +74,7 @@ CASES = {
     "no folder": [*DCB, "--output", "/dev/null/x"],
 }
 LIMIT = 1800  # s of a run, the longest of which takes a sixth of that on a busy machine
-CODES = {"mistakes": 2, "stopped": 5, "resumed": 5, "no equilibrium": 3, "no file": 4, "no folder": 4}
+CODES = {"mistakes": 2, "mistakes of a law": 2, "stopped": 5, "resumed": 5, "no equilibrium": 3, "no file": 4, "no folder": 4}
 
 
 def environment(tool, is_unit=False):
