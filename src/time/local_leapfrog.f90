@@ -35,6 +35,7 @@ module hampm_local_leapfrog
    contains
       procedure :: choose_steps
       procedure :: advance
+      procedure :: finish
    end type local_leapfrog_t
 
 contains
@@ -151,6 +152,17 @@ contains
       real(dp), intent(in) :: start, duration    !! [s]
       mean_factor = (history%integral(start + duration) - history%integral(start))/duration
    end function mean_factor
+
+   !> Give back the memory of the region: gfortran leaves some of it where the integrator is given back.
+   subroutine finish(self)
+      class(local_leapfrog_t), intent(inout) :: self
+      call forget(self%mean)
+   end subroutine finish
+
+   !> Forget the region.
+   subroutine forget(mean)
+      type(mean_force_t), intent(out) :: mean
+   end subroutine forget
 
    !> After a sort, or where the length of the coarse step has changed: find what changes in it.
    subroutine rebuild(c, m)
