@@ -167,7 +167,10 @@ contains
       integer :: k
       if (.not. allocated(matrix%lumped_fraction)) return
       do k = 1, size(nodes)
-         matrix%lumped_fraction(matrix%cell_of(grid%dofs%elements_at(nodes(k)))) = 1
+         associate (cells => matrix%cell_of(grid%dofs%elements_at(nodes(k))))
+            matrix%lumped_fraction(cells) = 1
+            if (allocated(matrix%lumped_apart)) matrix%lumped_apart(cells) = 1
+         end associate
       end do
    end subroutine lump_at
 

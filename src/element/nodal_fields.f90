@@ -188,8 +188,9 @@ contains
    end subroutine finish_sums
 
    !> Keep what the next step needs of the nodal values of the last one, and what it has left in the cells.
-   subroutine archive_fields(f, n_blocks, mapped, archive)
+   subroutine archive_fields(f, grid, n_blocks, mapped, archive)
       type(nodal_fields_t), intent(inout) :: f
+      type(grid_t), intent(in) :: grid
       integer, intent(in) :: n_blocks            !! blocks of cells
       logical, intent(inout) :: mapped           !! whether the cells hold the contributions for the next step
       class(archive_t), intent(inout) :: archive
@@ -201,6 +202,14 @@ contains
       call archive%serialise('have_past', has_earlier)
       if (has_earlier .and. .not. allocated(f%earlier)) allocate (f%earlier(ndim, size(f%acceleration, 2), 2))
       if (has_earlier) call archive%archive_reals('past', size(f%earlier), f%earlier)
+      associate (matrix => f%mass_matrix)
+         if (allocated(matrix%lumped_fraction)) then
+            call archive%archive_reals('lumped_fraction', size(matrix%lumped_fraction), matrix%lumped_fraction)
+            if (allocated(matrix%lumped_apart)) &
+               call archive%archive_reals('lumped_apart', size(matrix%lumped_apart), matrix%lumped_apart)
+            if (archive%is_read) call find_coupled_region(grid, matrix)
+         end if
+      end associate
       call archive%serialise('are_mapped', mapped)
       if (.not. mapped) return
       call archive%archive_reals('contribution', size(f%contribution(:, :, :, 1))*n_blocks, f%contribution(1, 1, 1, 1))

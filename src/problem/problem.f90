@@ -16,7 +16,7 @@ module hampm_problem
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
    use hampm_matter, only: matter_t
    use hampm_state_update, only: update_particle_state
-   use hampm_mass_matrix, only: lump_at
+   use hampm_mass_matrix, only: find_coupled_region, lump_at
    use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t, scheme_t, new_scheme, new_scheme_of_domains
@@ -140,7 +140,9 @@ contains
       if (m%particles%total_frame .or. m%interfaces%n == 0) return
       call rebuild_interfaces(m%interfaces, m%matter_t)
       call forget_faces(m%interface_step)
+      if (.not. allocated(m%fields%mass_matrix%lumped_fraction)) return
       call lump_at(m%fields%mass_matrix, m%grid, nodes_lumped_in_steps(m))
+      call find_coupled_region(m%grid, m%fields%mass_matrix)
    end subroutine renew_interfaces
 
    !> Nodes with lumped masses in explicit steps: those that interface points move at the end of these, and those of nearly empty cells, for which others have

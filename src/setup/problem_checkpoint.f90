@@ -54,7 +54,7 @@ contains
       if (c%is_read .and. .not. c%failure%failed()) call rebuild_on_grid(m, c%failure)
       if (c%failure%failed()) return
       mapped = m%cache%mapped .and. .not. m%has_domains() ! corners of domains are mapped anew, to the same bytes
-      call archive_fields(m%fields, m%blocks%n, mapped, c)
+      call archive_fields(m%fields, m%grid, m%blocks%n, mapped, c)
       if (c%is_read) m%cache%mapped = mapped
       if (mapped .and. .not. c%failure%failed()) then
          if (c%is_read) call rebuild_operators(m)
