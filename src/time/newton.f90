@@ -17,7 +17,8 @@ module hampm_newton
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_cell_blocks, only: of_force
    use hampm_energy, only: determinant_of, most_crushed_particle
-   use hampm_interface_points, only: stretch_interfaces, add_interface_resistance, interface_states, have_friction, hold_friction
+   use hampm_interface_points, only: stretch_interfaces, add_interface_forces, add_interface_resistance, interface_states, &
+                                     have_friction, hold_friction
    use hampm_failure, only: failure_t, exit_computation
    use hampm_problem, only: problem_t
    use hampm_outer_forces, only: outer_forces_t
@@ -341,16 +342,22 @@ contains
       work_of = sum(force(:, :m%grid%n_nodes)*u(:, :m%grid%n_nodes))
    end function work_of
 
-   !> The largest force in play: of a cell on one of its corners, or on a node [N].
+   !> The largest force in play: of a cell on one of its corners, of faces that press on each other, or on a node [N].
    pure real(dp) function largest_force(m, r)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: r(:, :)            !! the residual [N]
       real(dp) :: thickness
+      real(dp), allocatable :: by_faces(:, :)
       integer :: k
       thickness = m%interfaces%thickness%at(maxval(m%grid%node_position, dim=2))
       largest_force = max(maxval(abs(r)), tiny(1.0_dp))
       if (m%blocks%n > 0) largest_force = max(largest_force, &
                                               maxval(abs(m%fields%contribution(:, :, of_force:of_force + ndim - 1, 1:m%blocks%n))))
+      if (m%interfaces%n > 0) then               ! tractions that press them together strain no cell
+         allocate (by_faces(ndim, m%grid%n_points), source=0.0_dp)
+         call add_interface_forces(m%interfaces, 1, by_faces)
+         largest_force = max(largest_force, maxval(abs(by_faces)))
+      end if
       do k = 1, size(m%materials)                ! a body that is free to take its eigenstrain has no forces at rest
          if (m%materials(k)%has_eigenstrain) largest_force = max(largest_force, thickness*m%grid%forest%cell/2 &
                                                                  *maxval(abs(m%materials(k)%stress_at_first())))
