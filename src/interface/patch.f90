@@ -41,7 +41,7 @@ contains
       is_now = .true.
       if (present(at_reference)) is_now = .not. at_reference
       associate (around => grid%dofs%elements_at(node), corner => grid%dofs%corners_at(node))
-         elements = around
+         allocate (elements, source=around)
          if (is_now) then
             allocate (wanted, source=blocks%count_in(around) > 0)
             if (present(toward)) wanted = wanted .and. [(is_toward(corner(k), toward), k=1, size(corner))]
