@@ -28,6 +28,7 @@
 !> Source: Hughes & Liu, Implicit-explicit finite elements in transient analysis, Journal of Applied Mechanics 45 (1978) 371-378; Carpenter, Taylor & Katona,
 !> Lagrange constraints for transient finite element surface contact, International Journal for Numerical Methods in Engineering 32 (1991) 103-128.
 module hampm_interface_step
+   use hampm_archive, only: archive_t
    use hampm_kinds, only: dp, ndim, corners
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_domain_pass, only: corner_map_t
@@ -45,7 +46,7 @@ module hampm_interface_step
    use hampm_sparse, only: sparse_t, pattern_of_cliques
    implicit none
    private
-   public :: interface_step_t, hold_faces, forget_faces
+   public :: interface_step_t, hold_faces, forget_faces, archive_faces
 
    real(dp), parameter :: of_newmark = 0.3_dp    !! beta, see above
    integer, parameter :: most_turns = 50         !! in which points find what they do; what they do then has to do for the step
@@ -111,11 +112,13 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp) :: f(ndim*interfaces%n_at_end), before(ndim*interfaces%n_at_end), change(ndim), acting(ndim)
       integer :: pass, k, j
-      logical :: rubs, is_new
+      logical :: rubs, is_new, is_kept           ! whether a checkpoint has kept what the matrix is for
+      is_kept = m%particles%total_frame .and. allocated(self%slopes)
       is_new = .not. (allocated(self%responses) .and. m%particles%total_frame)
       if (is_new) call find_responses(self, interfaces, m, fixed, map, masses, solver, failure)
+      if (is_kept .and. is_new .and. .not. failure%failed()) call factorise(self, failure)
       if (failure%failed()) return
-      is_new = is_new .or. abs(self%dt - dt) > 0
+      is_new = is_new .and. .not. is_kept .or. abs(self%dt - dt) > 0
       self%dt = dt
       do k = 1, interfaces%n_at_end
          self%opening(:, k) = interfaces%list(k)%opening
@@ -226,8 +229,8 @@ contains
       type(interfaces_t), intent(in) :: interfaces
       type(matter_t), intent(in) :: m
       integer :: j, k
-      allocate (self%responses(interfaces%n_at_end), self%states(interfaces%n), self%slopes(ndim*interfaces%n_at_end), &
-                self%opening(ndim, interfaces%n_at_end), self%beta(interfaces%n_at_end))
+      allocate (self%responses(interfaces%n_at_end), self%opening(ndim, interfaces%n_at_end), self%beta(interfaces%n_at_end))
+      if (.not. allocated(self%slopes)) allocate (self%states(interfaces%n), self%slopes(ndim*interfaces%n_at_end))
       allocate (self%unit(ndim, m%grid%n_points), self%moved(ndim, m%grid%n_points), self%mapped(ndim, m%grid%n_points), &
                 source=0.0_dp)
       call gather_elements(m, interfaces, self%elements)
@@ -443,8 +446,12 @@ contains
          states = interface_states(interfaces)
          slopes = slopes_of_law(self, interfaces)
          is_new = is_new .or. any(states /= self%states) .or. any(slopes > self%slopes .or. slopes < lowered*self%slopes)
-         if (is_new) call factorise(self, states, slopes, failure)
-         if (failure%failed()) return
+         if (is_new) then
+            self%states = states
+            self%slopes = slopes
+            call factorise(self, failure)
+            if (failure%failed()) return
+         end if
          is_new = .false.
          slopes = self%slopes
          where (.not. slopes > 0)
@@ -517,25 +524,40 @@ contains
    end function slopes_of_law
 
    !> Factorise W + 1/law' of the unknowns whose forces change with their openings.
-   subroutine factorise(self, states, slopes, failure)
+   subroutine factorise(self, failure)
       type(interface_step_t), intent(inout) :: self
-      integer, intent(in) :: states(:)
-      real(dp), intent(in) :: slopes(:)
       type(failure_t), intent(inout) :: failure
       integer :: i
-      self%states = states
-      self%slopes = slopes
       self%matrix%value = self%dt**2*self%compliance%value
       do i = 1, self%matrix%n
-         associate (first => self%matrix%row_start(i), last => self%matrix%row_start(i + 1) - 1)
+         associate (first => self%matrix%row_start(i), last => self%matrix%row_start(i + 1) - 1, slopes => self%slopes)
             where (.not. (slopes(self%matrix%column(first:last)) > 0 .and. slopes(i) > 0)) self%matrix%value(first:last) = 0
          end associate
-         if (slopes(i) > 0) then
-            call self%matrix%add(i, i, 1/slopes(i))
+         if (self%slopes(i) > 0) then
+            call self%matrix%add(i, i, 1/self%slopes(i))
          else
             call self%matrix%add(i, i, 1.0_dp)
          end if
       end do
       call self%factor%factorise(self%matrix, failure)
    end subroutine factorise
+
+   !> Keep what the matrix was factorised for: forces by cohesion are found to a tolerance, and the way to it depends on that.
+   subroutine archive_faces(self, archive)
+      type(interface_step_t), intent(inout) :: self
+      class(archive_t), intent(inout) :: archive
+      integer :: points, unknowns
+      points = 0
+      unknowns = 0
+      if (allocated(self%slopes)) points = size(self%states)
+      if (allocated(self%slopes)) unknowns = size(self%slopes)
+      call archive%section('interface_step')
+      call archive%serialise('points', points)
+      call archive%serialise('unknowns', unknowns)
+      if (unknowns == 0 .or. archive%failure%failed()) return
+      if (archive%is_read) allocate (self%states(points), self%slopes(unknowns))
+      call archive%serialise('dt', self%dt)
+      call archive%archive_integers('states', points, self%states)
+      call archive%archive_reals('slopes', unknowns, self%slopes)
+   end subroutine archive_faces
 end module hampm_interface_step

@@ -15,6 +15,7 @@ module hampm_problem_checkpoint
    use hampm_grid, only: grid_t
    use hampm_grid_building, only: build_grid
    use hampm_loads, only: archive_loads
+   use hampm_interface_step, only: archive_faces
    use hampm_mass_solver, only: archive_solver
    use hampm_problem, only: problem_t, rebuild_on_grid, rebuild_operators
    use hampm_nodal_fields, only: archive_fields
@@ -64,6 +65,7 @@ contains
       call archive_body_contact(m%body_contact, c)
       call archive_supports(m%constraints, c)
       call archive_interfaces(m%interfaces, c)
+      call archive_faces(m%interface_step, c)
       call archive_solver(m%solver, 'solver', m%grid, c)
    end subroutine keep_problem
 

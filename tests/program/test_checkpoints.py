@@ -90,6 +90,17 @@ GROWTH = """\
 &output snapshot_interval = 8.0 /
 """
 # A hole that is pressed open, around which cells refine and recombine: particles at its edge are more than what they were split from
+SOFTENING = """\
+&run plane = 'axisymmetric'  end_time = 0.25 /
+&grid lower = 0.6, 0.0384  cell = 0.03  cells = 9, 9 /
+&material name = 'm0'  law = 'j2_plastic'  young = 1e4  density = 1e3  yield_stress = 0.188 /
+&body material = 'm0'  lower = 0.6, 0.0384  upper = 0.87, 0.3084 /
+&crack kind = 'path'  points = 0.703, 0.1613, 0.797, 0.2155 /
+&cohesive law = 'table'  openings = 0.0, 3.4e-6, 4.27e-5  tractions = 1.283, 0.898, 0.0  from = 0.0325 /
+&constraint lower = 0.6, 0.3084  upper = 0.87, 0.3084  fix = 'y'  displacement = 0.0, 2.24e-5  history = 'table'
+   times = 0.0, 0.0515, 0.129  factors = 0.0, 1.0, 1.0 /
+&output file = 'case.h5'  history_interval = 0.0322 /
+"""
 HOLE = """\
 &run end_time = 4.8e-3 /
 &grid lower = 0.0, 3.0 cell = 1.0 cells = 6, 6 /
@@ -152,6 +163,7 @@ SCENES = {
     "carried crack": (CARRIED,),
     "carried crack refined": (CARRIED, "refine.indicator=tip", "refine.max_level=1", "refine.rings=3", "method.mass=weighted"),
     "growth": (GROWTH,),
+    "cohesion that softens": (SOFTENING,),
     "domains": (FLIGHT, "method.shape_functions=cpdi", "method.mass=consistent", "method.scheme=usl"),
     "domains refined": (FLIGHT, "method.shape_functions=cpdi", "method.mass=fmpm", "method.scheme=usavg", *REFINED),
     "domains carried crack": (CARRIED.replace("-1e-4, 1e-4, 1e-3, 1.1e-3", "1e-3, 0").replace("-4e-3, 1e-4", "-4e-3, 0"), "method.shape_functions=cpdi", "refine.indicator=tip", "refine.max_level=1", "refine.rings=3"),
