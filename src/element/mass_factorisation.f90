@@ -21,7 +21,8 @@ module hampm_mass_factorisation
       type(numbering_t) :: unknowns              !! of one of these
       type(sparse_t) :: matrix
       type(factorisation_t) :: factorised
-      real(dp), allocatable :: b(:), x(:)        !! workspace of a solution, (unknowns)
+      integer, allocatable :: directions(:)      !! that it is for
+      real(dp), allocatable :: b(:), x(:)        !! workspace of a solution: the unknowns of the directions, one after the other
    end type factor_t
 
    !> The factors of a mass matrix, and which direction uses which.
@@ -29,7 +30,6 @@ module hampm_mass_factorisation
       integer :: analyses = 0                    !! how often the pattern has been analysed
       integer :: factorisations = 0              !! how often the numbers have been factorised
       type(jump_t), allocatable :: ghosts(:) !! of the matrix
-      integer, private :: of_direction(ndim) = 0 !! which factor belongs to a direction
       type(factor_t), allocatable, private :: factors(:)
       integer, allocatable :: coupled(:)         !! cells whose matrix is not lumped, each as its first element, when the pattern
                                                  !! was analysed
@@ -38,6 +38,7 @@ module hampm_mass_factorisation
       procedure :: factorised_values
       procedure :: factorise_values
       procedure :: fits
+      procedure :: is_definite
       procedure :: solve
       procedure :: release
    end type mass_factorisation_t
@@ -126,6 +127,13 @@ contains
       fits = same_pattern(self, coupled_cells(mass))
    end function fits
 
+   !> Whether what was factorised is positive definite.
+   pure logical function is_definite(self)
+      class(mass_factorisation_t), intent(in) :: self
+      integer :: k
+      is_definite = all([(self%factors(k)%factorised%is_definite .or. self%factors(k)%unknowns%n == 0, k=1, size(self%factors))])
+   end function is_definite
+
    !> Whether the coupled cells are those of the last analysis.
    pure logical function same_pattern(self, coupled)
       type(mass_factorisation_t), intent(in) :: self
@@ -143,7 +151,7 @@ contains
       integer, intent(in) :: coupled(:)
       logical, intent(in) :: fixed(:, :)         !! (ndim, n_nodes)
       integer, allocatable :: nodes(:)
-      integer :: d, same, k
+      integer :: of_direction(ndim), d, same, k  ! which factor belongs to a direction
       call self%release()
       self%coupled = coupled
       call nodes_of_elements(grid, coupled, nodes)
@@ -153,16 +161,20 @@ contains
             if (all(fixed(same, :) .eqv. fixed(d, :))) exit
          end do
          if (same == d) k = k + 1
-         self%of_direction(d) = merge(k, self%of_direction(same), same == d)
+         of_direction(d) = merge(k, of_direction(same), same == d)
       end do
       allocate (self%factors(k))
       do k = 1, size(self%factors)
-         d = findloc(self%of_direction, k, dim=1)
+         d = findloc(of_direction, k, dim=1)
          associate (factor => self%factors(k))
             call number_unknowns(nodes, fixed(d:d, :), factor%unknowns)
             if (factor%unknowns%n == 0) cycle
+            factor%factorised%cholmod%solves_often = .true.
             call pattern_of_elements(grid, coupled, factor%unknowns, factor%matrix, nodes_of_jumps(self%ghosts))
-            allocate (factor%b(factor%unknowns%n), factor%x(factor%unknowns%n))
+            factor%directions = pack([(d, d=1, ndim)], of_direction == k)
+            associate (n => factor%unknowns%n*size(factor%directions))
+               allocate (factor%b(n), factor%x(n))
+            end associate
          end associate
       end do
       self%analyses = self%analyses + 1
@@ -184,7 +196,7 @@ contains
       end do
       call find_concentrated_mass(grid, mass, rest)
       do i = 1, factor%unknowns%n
-         call factor%matrix%add(i, i, max(rest(factor%unknowns%node(i)), 0.0_dp))
+         call factor%matrix%add(i, i, rest(factor%unknowns%node(i)))
       end do
       do k = 1, size(mass%ghosts)
          associate (point => mass%ghosts(k))
@@ -200,13 +212,21 @@ contains
       class(mass_factorisation_t), intent(inout) :: self
       real(dp), intent(in) :: b(:, :)            !! (ndim, n_points)
       real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
-      integer :: d
-      do d = 1, ndim
-         associate (factor => self%factors(self%of_direction(d)))
-            if (factor%unknowns%n == 0) cycle
-            factor%b = factor%unknowns%gather(b(d:d, :))
+      integer :: k, j
+      do k = 1, size(self%factors)
+         associate (factor => self%factors(k), n => self%factors(k)%unknowns%n)
+            if (n == 0) cycle
+            do j = 1, size(factor%directions)
+               associate (d => factor%directions(j))
+                  factor%b((j - 1)*n + 1:j*n) = factor%unknowns%gather(b(d:d, :))
+               end associate
+            end do
             call factor%factorised%solve(factor%b, factor%x)
-            call factor%unknowns%scatter(factor%x, x(d:d, :))
+            do j = 1, size(factor%directions)
+               associate (d => factor%directions(j))
+                  call factor%unknowns%scatter(factor%x((j - 1)*n + 1:j*n), x(d:d, :))
+               end associate
+            end do
          end associate
       end do
    end subroutine solve

@@ -65,6 +65,7 @@ module hampm_mass_matrix
       real(dp), allocatable :: cell_inverse(:, :, :)    !! D_e M_e^-1 D_e by cells [kg], as `cell`; not allocated where
                                                         !! lumped masses need no solution with it
       integer :: version = 0                            !! how often the rows have been summed
+      logical :: stays = .false.                        !! whether the masses of cells stay from step to step
       logical :: assembled = .false.                    !! whether the rows are those of the cells
       type(pattern_t) :: pattern                        !! of the rows
       real(dp), allocatable :: row(:, :)                !! M by rows of the coupled region [kg], (width, n_points)

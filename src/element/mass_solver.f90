@@ -3,8 +3,8 @@
 !>   lumped   x = D^-1 b, D the lumped matrix (9);
 !>   fmpm     the first `order` terms of the series sum_j (I - D^-1 M)^j D^-1 b (Nairn & Hammerquist 2021);
 !>   cg       conjugate gradients preconditioned by the inverses of the cells' matrices (see `precondition`);
-!>   direct   conjugate gradients preconditioned by a factorisation: one iterate while the matrix is the factorised one; when it
-!>            has changed so much that more than a few are needed, it is factorised anew.
+!>   direct   the factors of the matrix; while it is not quite the one that was factorised, conjugate gradients preconditioned by
+!>            them, and when it has changed so much that more than a few iterates are needed, it is factorised anew.
 !>
 !> What an iteration leaves is divided by D: the sum of M x is then the sum of b to rounding, so that momentum is exact.
 !>
@@ -37,6 +37,8 @@ module hampm_mass_solver
    integer, parameter :: most_iterations = 1000
    real(dp), parameter :: zero(ndim) = 0, one(ndim) = 1
    integer, parameter :: patience = 6               !! iterations after which a factorisation is made anew
+   character(*), parameter :: no_numbers = 'momenta or forces of the nodes are too large or no longer numbers. Likely cause: '// &
+                              'the run is unstable; reduce &method courant, or time_step of implicit steps'
 
    !> How nodal equations are solved, with what is kept from one solution to the next.
    type :: mass_solver_t
@@ -49,6 +51,7 @@ module hampm_mass_solver
       logical :: factorised = .false.               !! whether `direct` holds a factorisation to precondition with
       integer, private :: layout = 0                !! that of the matrix that was solved last
       integer, private :: version = 0               !! that of the matrix that was solved last
+      integer, private :: factorised_version = -1   !! that of the matrix that was factorised, where it stays: -1 else
       real(dp), private :: light_mass = 0           !! [kg]
       real(dp), allocatable, private :: inverse(:, :)     !! D^-1 where the matrix is coupled, 0 for fixed components,
                                                           !! 1 at hanging nodes, (ndim, n_points)
@@ -56,6 +59,7 @@ module hampm_mass_solver
       real(dp), allocatable, private :: partial(:, :, :)  !! workspace of sums, (ndim, 2 norms, chunks)
    contains
       procedure :: iterates
+      procedure, private :: is_factorised_as_it_is
    end type mass_solver_t
 
 contains
@@ -104,8 +108,14 @@ contains
    !> Whether a guess helps.
    pure logical function iterates(self)
       class(mass_solver_t), intent(in) :: self
-      iterates = self%by /= by_lumped .and. self%by /= by_fmpm
+      iterates = self%by /= by_lumped .and. self%by /= by_fmpm .and. .not. self%is_factorised_as_it_is()
    end function iterates
+
+   !> Whether the matrix that was solved last is the one that is factorised.
+   pure logical function is_factorised_as_it_is(self) result(is)
+      class(mass_solver_t), intent(in) :: self
+      is = self%factorised .and. self%factorised_version == self%version
+   end function is_factorised_as_it_is
 
    !> Solve M x = b at the nodes of the matrix. On entry `x` holds a guess, from which cg and the direct solvers start. Fails
    !> where the iteration does not converge or the factorisation does not exist.
@@ -127,7 +137,11 @@ contains
          call divide(size(matrix%apart), matrix%apart, matrix%inverse_lumped, b, x)
          call hold(s%constraints, x)
          if (matrix%coupled%n_nodes == 0) return
-         if (allocated(matrix%diagonal)) then
+         if (s%by == by_direct .and. .not. s%factorised) call factorise(s, grid, matrix, failure)
+         if (failure%failed()) return
+         if (s%is_factorised_as_it_is()) then
+            call solve_by_factors(s, matrix, b, x, failure)
+         else if (allocated(matrix%diagonal)) then
             call iterate(s, grid, matrix, matrix%diagonal, b, x, failure)
          else
             call iterate(s, grid, matrix, matrix%lumped, b, x, failure)
@@ -193,6 +207,37 @@ contains
       end associate
    end subroutine add_series
 
+   !> Factorise the matrix.
+   subroutine factorise(s, grid, matrix, failure)
+      type(mass_solver_t), intent(inout) :: s
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(in) :: matrix
+      type(failure_t), intent(inout) :: failure
+      call s%direct%factorise(grid, matrix, s%constraints%fixed, failure)
+      s%factorised = .not. failure%failed()
+      s%factorised_version = merge(matrix%version, -1, matrix%stays .and. s%direct%is_definite())
+   end subroutine factorise
+
+   !> x = M^-1 b by the factors of M.
+   subroutine solve_by_factors(s, matrix, b, x, failure)
+      type(mass_solver_t), intent(inout) :: s
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in), contiguous :: b(:, :)
+      real(dp), intent(inout), contiguous :: x(:, :)
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: total
+      integer :: a
+      call hold(s%constraints, x)
+      call s%direct%solve(b, x)
+      s%solutions = s%solutions + 1
+      s%iterations = s%iterations + 1
+      total = 0
+      do a = 1, matrix%coupled%n_nodes
+         total = total + sum(abs(x(:, matrix%coupled%nodes(a))))
+      end do
+      if (.not. total <= huge(total)) call failure%report(exit_computation, 'mass matrix: '//no_numbers)
+   end subroutine solve_by_factors
+
    !> Preconditioned conjugate gradients, each component by itself (Saad 2003, algorithm 9.1). The residual is kept divided
    !> by D: r = D^-1 (b - M x), and so is the product with the direction, q = D^-1 M d. Fixed components of either are 0.
    subroutine iterate(s, grid, matrix, diagonal, b, x, failure)
@@ -207,11 +252,6 @@ contains
       real(dp), dimension(ndim, norms) :: norm, target
       real(dp), dimension(ndim) :: rz, rz_last, dq
       integer :: k
-      if (s%by /= by_cg .and. .not. s%factorised) then
-         call s%direct%factorise(grid, matrix, s%constraints%fixed, failure)
-         if (failure%failed()) return
-         s%factorised = .true.
-      end if
       call hold(s%constraints, x)
       call start_residual(s, grid, matrix, diagonal, b, x, norm, target)
       if (any(norm > target)) then               ! no guess is better than one that is worse than none
@@ -241,8 +281,7 @@ contains
       real(dp), intent(in) :: norm(:, :), target(:, :)  !! squares, as of `start_residual`
       type(failure_t), intent(inout) :: failure
       character(:), allocatable :: found
-      found = 'momenta or forces of the nodes are too large or no longer numbers. Likely cause: the run is unstable; reduce '// &
-              '&method courant, or time_step of implicit steps'
+      found = no_numbers
       if (all(norm <= huge(norm)) .and. all(target > 0)) &
          found = 'the residual is still '//to_text(tolerance*sqrt(maxval(norm/target)))//' of the right-hand side. Likely '// &
                  'cause: nodes of cells with little material, at an edge or a crack; use &method solver = ''direct'' or '// &
@@ -435,14 +474,20 @@ contains
    end function dot
 
    !> Keep what a solver has factorised, and its counts.
-   subroutine archive_solver(solver, name, grid, archive)
+   subroutine archive_solver(solver, name, grid, stays, matrix, archive)
       character(*), intent(in) :: name
       type(grid_t), intent(in) :: grid
+      logical, intent(in) :: stays                  !! whether the present matrix is that of the next step too
+      type(mass_matrix_t), intent(in) :: matrix     !! the present one
       type(mass_solver_t), intent(inout) :: solver
       class(archive_t), intent(inout) :: archive
+      logical :: as_it_is
       call archive%section(name)
       call archive%serialise('factorised', solver%factorised)
       if (solver%factorised) call archive_factorisation(solver, grid, archive)
+      as_it_is = stays .and. solver%factorised_version == matrix%version
+      call archive%serialise('factorised_as_it_is', as_it_is)
+      if (archive%is_read) solver%factorised_version = merge(matrix%version, -1, as_it_is)
       call archive%serialise('solutions', solver%solutions)
       call archive%serialise('iterations', solver%iterations)
       call archive%serialise('analyses', solver%direct%analyses)

@@ -147,7 +147,7 @@ module hampm_plain_groups
       key_t('consistent_upper', type_real, 'of consistent_region = ''box'': upper corner of this box; needed there', &
             default='0.0, 0.0', unit='m', allowed=any_number, fewest=ndim, most=ndim), &
       key_t('solver', type_name, &
-            'of mass matrices that are not lumped and of equilibrium: iterative, or a factorisation; auto: cg, direct', &
+            'of mass matrices that are not lumped and of equilibrium; auto: direct, but cg for masses on over a million cells', &
             default='auto', allowed='auto|cg|direct')]
 
    !> &method: how the equations of motion are integrated.

@@ -20,6 +20,8 @@ module hampm_reading
    private
    public :: read_model, understand_model
 
+   real(dp), parameter :: most_factorised = 1.0e6_dp   !! cells up to which `solver = 'auto'` factorises mass matrices
+
 contains
 
    !> Read a model. Every error in the file and in the overrides is reported, not only the first.
@@ -84,8 +86,10 @@ contains
             call settings%set_numbers(method, 'time_step', [max(settings%number(run, 'end_time')/1000, least_magnitude)])
       end if
       if (settings%text(method, 'solver') == 'auto') then
-         solver = 'cg'
-         if (time == 'static' .or. time == 'implicit' .or. cuts_quadratic_cells(settings)) solver = 'direct'
+         solver = 'direct'
+         if (time == 'explicit' .and. .not. cuts_quadratic_cells(settings)) then
+            if (.not. has_factors(settings%text(method, 'mass')) .or. has_many_cells(settings)) solver = 'cg'
+         end if
          call settings%set_text(method, 'solver', solver)
       end if
       if (settings%good(crack, 'direction')) then
@@ -95,6 +99,21 @@ contains
          call settings%set_numbers(crack, 'direction', direction)
       end if
    end subroutine resolve
+
+   !> Whether nodal equations with a mass matrix are solved by its factors.
+   pure logical function has_factors(mass)
+      character(*), intent(in) :: mass
+      has_factors = mass /= 'lumped' .and. mass /= 'fmpm'
+   end function has_factors
+
+   !> Whether the factors of a mass matrix would take far more memory than all else.
+   pure logical function has_many_cells(settings)
+      type(settings_t), intent(in) :: settings
+      integer :: grid
+      grid = settings%find('grid', 1)
+      has_many_cells = .false.
+      if (settings%good(grid, 'cells')) has_many_cells = product(settings%numbers(grid, 'cells')) > most_factorised
+   end function has_many_cells
 
    !> Whether cells are quadratic, and cracks or edges cut them or they may be at an axis: iterations that take each cell by itself are not for these.
    pure logical function cuts_quadratic_cells(settings) result(cuts)

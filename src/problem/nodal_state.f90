@@ -4,7 +4,7 @@ module hampm_nodal_state
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads, add_loads
    use hampm_mass_solver, only: solve_aside
-   use hampm_problem, only: problem_t, refresh_grid, do_pass, assemble_sums, pass_on
+   use hampm_problem, only: problem_t, refresh_grid, keeps_velocity, do_pass, assemble_sums, pass_on
    use hampm_nodal_fields, only: v_next, v_mapped
    use hampm_particle_pass, only: pass_report_t
    use hampm_pass, only: pass_t
@@ -39,6 +39,8 @@ contains
       call refresh_grid(m)
       state%velocity = m%fields%velocity(:, :, merge(v_mapped, v_next, m%scheme%remaps))
       call solve(m, m%fields%momentum, state%velocity, failure)
+      m%cache%has_velocity = keeps_velocity(m)
+      if (m%cache%has_velocity) m%fields%velocity(:, :, v_mapped) = state%velocity
       call gather_stress(m)
       call gather_loads(m, by_mass=.false.)
       state%divergence = m%fields%acceleration

@@ -32,8 +32,8 @@ module hampm_problem
    implicit none
    private
    public :: problem_t, start_problem, rebuild_on_grid, renew_interfaces, sort_particles, sort_anew, update_particles, &
-             map_to_grid, rebuild_operators, refresh_grid, pass_on, do_pass, assemble_sums, kinetic_energy, stored_energy, &
-             dissipated_energy, archive_history
+             map_to_grid, rebuild_operators, refresh_grid, is_weighed, keeps_velocity, pass_on, do_pass, assemble_sums, &
+             kinetic_energy, stored_energy, dissipated_energy, archive_history
 
    !> What makes steps fast, and follows from the rest.
    type :: cache_t
@@ -42,6 +42,7 @@ module hampm_problem
       type(element_operators_t) :: operators     !! of cells that are passed without their particles
       logical :: mapped = .false.                !! whether the cells hold the contributions for the next step
       logical :: weighed = .false.               !! whether the nodes have the masses that these give
+      logical :: has_velocity = .false.          !! whether `v_mapped` is the velocity of the nodes at the start of the next step
       logical :: sorted = .false.                !! whether particles moved to other cells in the last step
    end type cache_t
 
@@ -118,6 +119,7 @@ contains
       if (failure%failed()) return
       call choose_cells(m%mass, m%grid, m%fields%mass_matrix, failure)
       if (failure%failed()) return
+      m%fields%mass_matrix%stays = m%particles%total_frame
       if (allocated(m%fields%mass_matrix%lumped_fraction)) then
          m%fields%mass_matrix%ghosts = jumps_with_mass(m%interfaces)
          ! Where quadratic cells are cut or have nodes on an axis
@@ -229,6 +231,7 @@ contains
    !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.
    subroutine update_particles(m)
       type(problem_t), intent(inout) :: m
+      m%cache%has_velocity = .false.             ! momenta are summed anew
       call give_to_particles(m%cache%operators, m%matter_t, m%fields)
    end subroutine update_particles
 
@@ -240,6 +243,7 @@ contains
       type(pass_t) :: map
       type(failure_t) :: lost
       m%cache%weighed = .false.
+      m%cache%has_velocity = .false.
       map = m%scheme%map_at_start
       map%map_force = map%map_force .or. m%particles%total_frame      ! operators add to the force that is there
       if (m%has_domains()) call locate_corners(m%corners, m%matter_t, m%fields, lost)
@@ -304,8 +308,23 @@ contains
    subroutine refresh_grid(m)
       type(problem_t), intent(inout) :: m
       if (.not. m%cache%mapped) call map_to_grid(m)
-      call assemble_sums(m, mass=.true., momentum=.true., force=.false.)
+      call assemble_sums(m, mass=.not. is_weighed(m), momentum=.true., force=.false.)
+      m%cache%weighed = .true.
    end subroutine refresh_grid
+
+   !> Whether the nodes have the masses of the next step.
+   pure logical function is_weighed(m)
+      type(problem_t), intent(in) :: m
+      is_weighed = m%cache%mapped .and. m%cache%weighed .and. m%particles%total_frame
+   end function is_weighed
+
+   !> Whether velocities that are solved for the momentum at the end of a step are those at the start of the next one: where they depend
+   !> on nothing else, and only what moves the particles changes their momentum.
+   pure logical function keeps_velocity(m)
+      type(problem_t), intent(in) :: m
+      keeps_velocity = m%scheme%remaps .and. is_weighed(m) .and. .not. m%solver%iterates() .and. .not. m%constraints%move() &
+                       .and. m%body_contact%n == 0 .and. .not. m%has_domains()
+   end function keeps_velocity
 
    !> Sort the particles, after some have moved to other cells or their number has changed.
    subroutine sort_anew(m, failure)

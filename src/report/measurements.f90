@@ -22,7 +22,7 @@ module hampm_measurements
    use hampm_history, only: history_t
    use hampm_loads, only: load_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, archive_solver
-   use hampm_problem, only: problem_t, stored_energy, kinetic_energy
+   use hampm_problem, only: problem_t, is_weighed, stored_energy, kinetic_energy
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_particles, only: particles_t
    use hampm_results, only: results_t
@@ -359,8 +359,8 @@ contains
    end function energy_residual
 
    !> Keep what rows of the history need of the rows before.
-   subroutine archive_measurements(grid, m, archive)
-      type(grid_t), intent(in) :: grid
+   subroutine archive_measurements(problem, m, archive)
+      type(problem_t), intent(in) :: problem
       type(measurements_t), intent(inout) :: m
       class(archive_t), intent(inout) :: archive
       integer :: k
@@ -382,7 +382,8 @@ contains
          call keep_crack_values(m%crack(k), archive)
       end do
       call archive%section('extrapolation')
-      call archive_solver(m%extrapolation, 'extrapolation', grid, archive)
+      call archive_solver(m%extrapolation, 'extrapolation', problem%grid, is_weighed(problem), problem%fields%mass_matrix, &
+                          archive)
    end subroutine archive_measurements
 
    !> Look at the openings and slidings of the faces at some places.

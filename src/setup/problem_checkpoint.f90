@@ -17,7 +17,7 @@ module hampm_problem_checkpoint
    use hampm_loads, only: archive_loads
    use hampm_interface_step, only: archive_faces
    use hampm_mass_solver, only: archive_solver
-   use hampm_problem, only: problem_t, rebuild_on_grid, rebuild_operators
+   use hampm_problem, only: problem_t, rebuild_on_grid, rebuild_operators, assemble_sums, is_weighed
    use hampm_nodal_fields, only: archive_fields
    use hampm_particles, only: archive_particles
    use hampm_outline, only: outline_t
@@ -37,7 +37,7 @@ contains
       type(checkpoint_t), intent(inout) :: c
       type(cracks_t), intent(in) :: cracks
       type(problem_t), intent(inout) :: m
-      logical :: mapped
+      logical :: mapped, weighed
       call c%section('motion')
       call c%serialise('time', m%state%time)
       call c%serialise('steps', m%state%steps)
@@ -61,12 +61,16 @@ contains
          if (c%is_read) call rebuild_operators(m)
          call archive_gains(m%cache%operators, c)
       end if
+      weighed = is_weighed(m)
+      call c%serialise('weighed', weighed)
       if (c%failure%failed()) return
+      if (c%is_read .and. weighed) call assemble_sums(m, mass=.true., momentum=.false., force=.false.)
+      if (c%is_read) m%cache%weighed = weighed
       call archive_body_contact(m%body_contact, c)
       call archive_supports(m%constraints, c)
       call archive_interfaces(m%interfaces, c)
       call archive_faces(m%interface_step, c)
-      call archive_solver(m%solver, 'solver', m%grid, c)
+      call archive_solver(m%solver, 'solver', m%grid, weighed, m%fields%mass_matrix, c)
    end subroutine keep_problem
 
    !> Form the blocks of cells for particles that stand in their order.

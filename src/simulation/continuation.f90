@@ -102,7 +102,7 @@ contains
       character(:), allocatable :: warning
       integer :: n
       call archive_refinement(s%refinement, checkpoint)
-      call archive_measurements(s%problem%grid, s%measurements, checkpoint)
+      call archive_measurements(s%problem, s%measurements, checkpoint)
       call checkpoint%section('run')
       call checkpoint%serialise('longest_step', s%longest_step)
       call checkpoint%serialise('limit', s%limit)

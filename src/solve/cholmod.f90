@@ -15,6 +15,7 @@ module hampm_cholmod
    integer(c_int), parameter :: no = 0, yes = 1
    integer(c_int), parameter :: upper = 1                 ! the triangle that is read
    integer(c_int), parameter :: integers = 0, reals = 1, doubles = 0 ! CHOLMOD_INT, CHOLMOD_REAL, CHOLMOD_DOUBLE
+   integer(c_int), parameter :: by_columns = 0, by_blocks_if_large = 1 ! how it factorises
    integer(c_int), parameter :: given_or_amd = 2          ! methods of ordering: that of the caller, who has none, or AMD; else it
                                                           ! tries METIS too, which takes longer than it saves
 
@@ -55,9 +56,10 @@ module hampm_cholmod
 
    !> A factorised matrix. The analysis belongs to the pattern and is kept until that changes.
    type :: cholmod_t
-      private
-      type(c_ptr) :: factor = c_null_ptr
-      type(c_ptr) :: solution = c_null_ptr, work(2) = c_null_ptr
+      logical :: solves_often = .false.          !! whether many solutions are to follow: columns take half the time of blocks
+                                                 !! then, unless they are too long for the caches
+      type(c_ptr), private :: factor = c_null_ptr
+      type(c_ptr), private :: solution = c_null_ptr, work(2) = c_null_ptr
    contains
       procedure :: factorise
       procedure :: solve
@@ -153,6 +155,7 @@ contains
                     upper, integers, reals, doubles, yes, yes)
       !$ levels = omp_get_max_active_levels()
       !$ call omp_set_max_active_levels(0)          ! else it starts threads of its own
+      settings%supernodal = merge(by_columns, by_blocks_if_large, self%solves_often)
       if (.not. c_associated(self%factor)) self%factor = cholmod_analyze(a, settings)
       status = no
       if (c_associated(self%factor)) status = cholmod_factorize(a, self%factor, settings)
@@ -166,21 +169,23 @@ contains
       end if
    end subroutine factorise
 
-   !> Solve with the factorised matrix.
+   !> Solve with the factorised matrix, for one right-hand side or several, which stand one after the other.
    subroutine solve(self, rhs, x)
       class(cholmod_t), intent(inout) :: self
       real(dp), intent(in), contiguous, target :: rhs(:)
       real(dp), intent(out) :: x(:)
+      type(factor_t), pointer :: factor
       type(full_t), pointer :: solution
       real(c_double), pointer :: values(:)
-      integer(c_size_t) :: n
-      n = size(rhs)
       x = 0                                      ! the caller checks the residual
-      if (cholmod_solve2(solve_system, self%factor, full_t(n, 1, n, n, c_loc(rhs), c_null_ptr, reals, doubles), c_null_ptr, &
-                         self%solution, c_null_ptr, self%work(1), self%work(2), settings) == no) return
-      call c_f_pointer(self%solution, solution)
-      call c_f_pointer(solution%x, values, [n])
-      x = values
+      call c_f_pointer(self%factor, factor)
+      associate (n => factor%n, all => size(rhs, kind=c_size_t))
+         if (cholmod_solve2(solve_system, self%factor, full_t(n, all/n, all, n, c_loc(rhs), c_null_ptr, reals, doubles), &
+                            c_null_ptr, self%solution, c_null_ptr, self%work(1), self%work(2), settings) == no) return
+         call c_f_pointer(self%solution, solution)
+         call c_f_pointer(solution%x, values, [all])
+         x = values
+      end associate
    end subroutine solve
 
    !> Give back the memory.

@@ -14,7 +14,7 @@ module hampm_factorisation
    type :: factorisation_t
       logical :: is_definite = .false.           !! whether it, or its symmetric part, is positive definite: CHOLMOD has factorised that
       logical, private :: by_cholmod = .false.   !! whether that is all of it
-      type(cholmod_t), private :: cholmod
+      type(cholmod_t) :: cholmod
       type(umfpack_t), private :: umfpack
    contains
       procedure :: factorise
@@ -44,7 +44,7 @@ contains
       end if
    end subroutine factorise
 
-   !> x = A^-1 b with the factorised matrix A, which may have no rows.
+   !> x = A^-1 b with the factorised matrix A, which may have no rows, for one b or several, which stand one after the other.
    subroutine solve(self, b, x)
       class(factorisation_t), intent(inout) :: self
       real(dp), intent(in), contiguous :: b(:)

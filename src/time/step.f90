@@ -18,7 +18,7 @@ module hampm_step
    use hampm_mass_solver, only: by_lumped
    use hampm_critical_step, only: largest_wave_speed
    use hampm_problem, only: problem_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on, &
-                           renew_interfaces
+                           renew_interfaces, is_weighed, keeps_velocity
    use hampm_nodal_fields, only: v_n, v_next, v_mapped, find_active_nodes
    use hampm_nodal_motion, only: find_velocity, accelerate, find_powers
    use hampm_particle_pass, only: pass_report_t, pass_over_all, pass_over, find_crossing_particles
@@ -62,7 +62,7 @@ contains
       integer :: part, parts                     ! of a step in tiles: before and behind forces at its end
       if (.not. m%cache%mapped) call map_to_grid(m, failure)
       if (failure%failed()) return
-      new_masses = .not. (m%cache%weighed .and. m%particles%total_frame)
+      new_masses = .not. is_weighed(m)
       m%cache%weighed = .true.
       if (m%body_contact%wanted) call find_surroundings(m)
       if (size(m%loads) + m%interfaces%n > 0) call find_external_force(m)
@@ -189,7 +189,9 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: prescribed(:, :), momentum(:, :)
       type(failure_t) :: unsolved
-      if (m%constraints%move()) then
+      if (which == v_n .and. m%cache%has_velocity) then
+         m%fields%velocity(:, :, v_n) = m%fields%velocity(:, :, v_mapped)
+      else if (m%constraints%move()) then
          prescribed = prescribed_velocity(m%constraints, m%grid, m%state%time, m%energies%prescribed, m%fields, which)
          momentum = m%fields%momentum
          if (m%solver%by /= by_lumped) m%fields%momentum = momentum - by_mass(m%grid, m%fields%mass_matrix, prescribed)
@@ -199,6 +201,7 @@ contains
       else
          call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
       end if
+      m%cache%has_velocity = which == v_mapped .and. keeps_velocity(m)
       if (m%body_contact%n > 0) call share_between_bodies(m%body_contact, m%grid, m%constraints%free, m%fields, which)
       call pass_on(m, m%state%steps + 1, unsolved, failure)
    end subroutine solve_velocity
