@@ -6,6 +6,7 @@ module hampm_crack_values
    use hampm_crack_tip_field, only: modes
    use hampm_estimated_errors, only: estimated_errors_t, archive_errors, archive_column
    use hampm_estimator, only: estimator_t, estimate_t, total
+   use hampm_tip_domain, only: places_t
    implicit none
    private
    public :: crack_values_t, best_t, new_crack_values, best_rate, keep_crack_values
@@ -21,6 +22,7 @@ module hampm_crack_values
       real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains; of closed tips with all uncertainties [Pa sqrt(m)]
       real(dp) :: uncertainty_of_j = 0           !! by what K and J differ at a closed tip [J/m2]
       real(dp), allocatable :: j(:)              !! J integral of each domain, by the radii of the tip [J/m2]; none where it is not chosen
+      type(places_t) :: places                   !! of its domains
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
       real(dp) :: mouth(modes) = 0               !! the same at the mouth [m]
       type(estimated_errors_t) :: errors         !! of what the domain integral gives

@@ -2,7 +2,6 @@
 !> derivation is in docs/energy_release_rate.md.
 module hampm_domain_integral
    use hampm_kinds, only: dp, ndim
-   use hampm_basis, only: points_of_quadratic, inside_cell
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_tip, only: frame_along
@@ -12,64 +11,26 @@ module hampm_domain_integral
    use hampm_material, only: material_t
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
-   use hampm_node_list, only: node_list_t
    use hampm_particles, only: particles_t
    use hampm_tensors, only: identity, trace
    use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
+   use hampm_tip_domain, only: tip_domain_t, place_t, places_t, list_places, fill_places
    implicit none
    private
-   public :: tip_domain_t, domain_integrals, shares_of_modes, weight_nodes
-
-   real(dp), parameter :: plateau = 0.5_dp       !! part of the radius within which q is 1
-   real(dp), parameter :: on_line = 1.0e-9_dp    !! part of an element within which of the crack's line a particle counts as on it
-   real(dp), parameter :: singular = 1.0e-3_dp   !! part of an element within which of a tip a particle counts as at the tip
-
-   !> How far behind its node the tip of a crack acts, in cells there, in each mode. Around a node bilinear cells resolve the field
-   !> of a crack that is a little shorter; how much is the same at every size, as the field is. docs/energy_release_rate.md has the
-   !> measurements, `bench/effective_tip.py` makes them.
-   real(dp), parameter :: tip_offset(modes) = [0.20_dp, 0.31_dp]
-
-   !> The tip of a straight crack, and the discs around it.
-   type :: tip_domain_t
-      real(dp) :: tip(ndim) = 0                  !! its place in the grid [m]
-      real(dp) :: direction(ndim) = 0            !! unit vector from the crack into the body, in the reference configuration
-      real(dp) :: turn(ndim, ndim) = 0           !! R - I, R being the rotation of the material around the tip since then
-      real(dp) :: face_of_line = 1               !! 1 where material on the line of the crack belongs to the upper face, -1 to the lower one
-      logical :: is_beside = .false.             !! whether the tip is sought ahead or behind: on the line of the crack whole particles may then be on both faces
-      logical :: has_zone = .false.              !! whether cohesion holds faces ahead of it
-      logical :: half = .false.                  !! whether the crack is on a symmetry plane and one side of it is modelled
-      real(dp) :: thickness = 0                  !! B; of a crack around an axis the length of its front, 2 pi a [m]
-      logical :: is_ring = .false.               !! whether it is one
-      type(material_t) :: material               !! in which the tip is
-      real(dp), allocatable :: radius(:)         !! of each disc [m]
-      real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
-      type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction
-      real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, as they were at first [Pa]
-      logical :: quadratic = .false.             !! whether cells are quadratic
-      real(dp) :: tip_offset(modes) = 0          !! of these, else 0 [cells]
-   contains
-      procedure :: in_axes
-      procedure :: tip_offset_of
-      procedure :: from_tip
-   end type tip_domain_t
+   public :: domain_integrals, shares_of_modes
 
    !> What a particle brings to the integrals, in the axes of the crack, which turn with the material: the first is its direction.
    type :: sample_t
       real(dp) :: volume                         !! reference volume [m3]
-      real(dp) :: size                           !! of its element [m]
-      logical :: on_both                         !! whether it is on both faces of the crack
-      real(dp) :: x(ndim)                        !! place in the grid, from the tip [m]
       real(dp) :: stress(ndim, ndim)             !! P, conjugate to the displacement gradient [Pa]
       real(dp) :: slope(ndim)                    !! u,1 - c [-]
       real(dp) :: energy                         !! W, with the work that has been dissipated [J/m3]
+      real(dp) :: divergence(ndim)               !! div P [N/m3]
       real(dp) :: radius                         !! R [m], and of axisymmetric material
       real(dp) :: outward(ndim)                  !! the direction of the radius, (e_R)_i
       real(dp) :: hoop_stress, hoop              !! P_33 [Pa], H_33 [-]
       real(dp) :: radial_slope                   !! u_R,1 [-]
       real(dp) :: radial_constant                !! radial component of what c is of u,1, before it is turned back [-]
-      real(dp) :: divergence(ndim)               !! div P [N/m3]
-      real(dp) :: shape(points_of_quadratic)     !! shape functions at the particle, as many as there are [-]
-      real(dp) :: gradient(points_of_quadratic, ndim) !! their gradients with respect to the reference position [1/m]
    end type sample_t
 
 contains
@@ -97,7 +58,7 @@ contains
    !>
    !> The terms (rho v**2/2) q,1 + rho v_i v_i,1 q of Nakamura, Shih & Freund are the derivative of rho v**2 q/2 along the crack: as long as
    !> its tip rests their integral is 0, and what the sums leave of it is an error, in a body that flies one larger than J. They are left out.
-   subroutine domain_integrals(unturned, problem, factors, p, state, closed, j, k, k_uncertainty)
+   subroutine domain_integrals(unturned, problem, factors, p, state, closed, places, j, k, k_uncertainty)
       type(tip_domain_t), intent(in) :: unturned !! `turn` is found here
       type(problem_t), intent(in) :: problem     !! its loads at their places in the grid; those that reach into a disc are on the
                                                  !! faces
@@ -105,46 +66,36 @@ contains
       type(particles_t), intent(in) :: p         !! that stand where those of the motion do
       type(nodal_state_t), intent(in) :: state   !! of these particles
       type(closed_faces_t), intent(in) :: closed !! what the faces behind a closed tip carry
+      type(places_t), intent(inout) :: places    !! of the last time: they are found anew where tip or mesh have changed
       real(dp), intent(out) :: j(:)              !! [J/m2], by radius
       real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
       real(dp), intent(out) :: k_uncertainty(:, :) !! by how much tractions behind a closed tip leave it uncertain, (modes, by radius)
-      real(dp), allocatable :: q(:, :)
-      real(dp) :: by_closed(modes, size(unturned%radius))
-      integer, allocatable :: elements(:)
-      real(dp) :: at_corner(size(unturned%radius), problem%grid%n_functions), c(ndim), q_here(size(unturned%radius)), &
-                  dq(size(unturned%radius), ndim)         ! the weight of a particle, and its gradient, by radius
+      real(dp) :: by_closed(modes, size(unturned%radius)), c(ndim)
       type(sample_t) :: s
       type(tip_domain_t) :: domain
-      integer :: n, i, n_functions
+      integer :: n
       domain = unturned
       domain%field = new_tip_field(domain%material, domain%direction)
       associate (grid => problem%grid, blocks => problem%blocks)
-         call weight_nodes(domain, grid, q)
-         n_functions = grid%n_functions
-         elements = blocks%occupied(:blocks%n_occupied)  ! with q above 0; bodies that meet the cracked one are not part of it
-         elements = pack(elements, [(any(q(:, grid%support_of(elements(n))) > 0) .and. grid%is_in_first_field(elements(n)), &
-                                    n=1, size(elements))])
-         call find_mean_slope(domain, grid, p, blocks, q, elements, c)
+         call list_places(domain, grid, blocks, p, places)
+         call find_mean_slope(domain, p, places, c)
+         call fill_places(domain, grid, blocks, p, places)
          j = 0
          k = 0
          k_uncertainty = 0
          by_closed = 0
-         do n = 1, size(elements)
-            associate (e => elements(n))
-               at_corner = q(:, grid%support_of(e))
-               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-                  call take_sample(domain, grid, p, i, problem%materials(p%material(i)), state, c, s)
-                  q_here = matmul(at_corner, s%shape(:n_functions))
-                  dq = matmul(at_corner, s%gradient(:n_functions, :))
-                  call add_to_j(s, domain, q_here, dq, j)
-                  call add_to_interaction(s, domain, q_here, dq, k)
-               end do
+         do n = 1, size(places%list)
+            associate (place => places%list(n))
+               call take_sample(domain, grid, p, place, problem%materials(p%material(place%particle)), state, c, s)
+               call add_to_j(s, domain, places%q(:, n), places%dq(:, :, n), j)
+               call add_to_interaction(s, domain, place, places%q(:, n), places%dq(:, :, n), k)
             end associate
          end do
-         call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, q, j, k, by_closed, k_uncertainty)
+         call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, places%nodal, j, k, by_closed, &
+                                      k_uncertainty)
          do n = 1, size(problem%loads)
             if (problem%loads(n)%by_mass .or. problem%loads(n)%line > 0) cycle
-            call add_loaded_faces(domain, grid, p, blocks, problem%loads(n), factors(n), q, c, j, k)
+            call add_loaded_faces(domain, grid, p, blocks, problem%loads(n), factors(n), places%nodal, c, j, k)
          end do
       end associate
       j = (j + closed%work_at_tip())/domain%thickness
@@ -171,78 +122,23 @@ contains
       if (any(abs(k) > 0)) g = abs(j)*field%shares(k)*sign(1.0_dp, k)
    end function shares_of_modes
 
-   !> q at the points of the grid: 1 up to a part of the radius, then a cubic with level ends, 0 from the radius on.
-   !>
-   !> Between them q has the shape functions of the grid. That makes J nearly independent of the disc: the equilibrium of the nodes
-   !> holds for weights of just that kind, and the particles integrate them as they integrate the nodal forces.
-   pure subroutine weight_nodes(domain, grid, q)
-      type(tip_domain_t), intent(in) :: domain
-      type(grid_t), intent(in) :: grid
-      real(dp), allocatable, intent(out) :: q(:, :)  !! [-], (radii, n_points)
-      type(node_list_t) :: all
-      real(dp) :: t(size(domain%radius))
-      integer :: i
-      allocate (q(size(domain%radius), grid%n_points))
-      do i = 1, grid%n_nodes
-         t = (norm2(grid%node_position(:, i) - domain%tip)/domain%radius - plateau)/(1 - plateau)
-         t = min(max(t, 0.0_dp), 1.0_dp)
-         q(:, i) = 1 - t**2*(3 - 2*t)
-      end do
-      all = grid%dofs%every_node()
-      call grid%dofs%distribute(all, size(t), q)
-   end subroutine weight_nodes
-
-   !> How far behind its node the tip acts in a mode [m].
-   pure real(dp) function tip_offset_of(self, mode)
-      class(tip_domain_t), intent(in) :: self
-      integer, intent(in) :: mode
-      tip_offset_of = merge(self%tip_offset(mode), tip_offset(mode), self%tip_offset(mode) > 0)*self%cell
-   end function tip_offset_of
-
-   !> A vector in the present configuration, in the axes of the crack.
-   pure function in_axes(self, vector)
-      class(tip_domain_t), intent(in) :: self
-      real(dp), intent(in) :: vector(ndim)
-      real(dp) :: in_axes(ndim), axes(ndim, ndim)
-      axes = frame_along(self%direction)
-      in_axes = matmul(vector + matmul(vector, self%turn), axes)
-   end function in_axes
-
-   !> Where a place in the grid is from the tip, in the axes of the crack [m].
-   pure function from_tip(self, x, total_frame)
-      class(tip_domain_t), intent(in) :: self
-      real(dp), intent(in) :: x(ndim)            !! [m]
-      logical, intent(in) :: total_frame         !! whether the grid is that of the reference configuration
-      real(dp) :: from_tip(ndim)
-      if (total_frame) then
-         from_tip = matmul(x - self%tip, frame_along(self%direction))
-      else
-         from_tip = self%in_axes(x - self%tip)
-      end if
-   end function from_tip
-
    !> Turn of the material in the discs, and what is left of the mean of u,1 when it is turned back, in the axes of the crack [-]. On a
    !> symmetry plane there is a stress normal to it, so that only the component along it may be subtracted.
-   pure subroutine find_mean_slope(domain, grid, p, blocks, q, elements, c)
+   pure subroutine find_mean_slope(domain, p, places, c)
       type(tip_domain_t), intent(inout) :: domain
-      type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
-      type(cell_blocks_t), intent(in) :: blocks
-      real(dp), intent(in) :: q(:, :)
-      integer, intent(in) :: elements(:)
+      type(places_t), intent(in) :: places
       real(dp), intent(out) :: c(ndim)
       real(dp) :: weight, total, mean(ndim, ndim), angle
-      integer :: n, i
+      integer :: n
       c = 0
       mean = 0
       total = 0
-      do n = 1, size(elements)
-         associate (e => elements(n))
-            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
-               weight = p%volume(i)*sum(q(:, grid%support_of(e)))
-               mean = mean + weight*p%gradient_of(i)
-               total = total + weight
-            end do
+      do n = 1, size(places%list)
+         associate (i => places%list(n)%particle)
+            weight = p%volume(i)*places%list(n)%weight
+            mean = mean + weight*p%gradient_of(i)
+            total = total + weight
          end associate
       end do
       if (.not. total > 0) return
@@ -265,55 +161,46 @@ contains
    end function turned_back
 
    !> Fields of particle `i`.
-   pure subroutine take_sample(domain, grid, p, i, material, state, c, s)
+   pure subroutine take_sample(domain, grid, p, place, material, state, c, s)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
-      integer, intent(in) :: i
+      type(place_t), intent(in) :: place
       type(material_t), intent(in) :: material
       type(nodal_state_t), intent(in) :: state
       real(dp), intent(in) :: c(ndim)
       type(sample_t), intent(out) :: s
-      real(dp) :: axes(ndim, ndim), to_reference(ndim, ndim), xi(ndim), h(ndim, ndim), unturned(ndim, ndim), constant(ndim), &
-                  divergence(ndim)
-      integer :: points(points_of_quadratic), d
+      real(dp) :: axes(ndim, ndim), h(ndim, ndim), unturned(ndim, ndim), constant(ndim), divergence(ndim)
+      integer :: d
       axes = frame_along(domain%direction)
-      to_reference = axes
-      h = p%gradient_of(i)
-      associate (e => p%cell(i))
-         if (.not. p%total_frame) to_reference = matmul(identity + h, axes)
+      associate (i => place%particle)
+         unturned = p%gradient_of(i)
          do d = 1, ndim
-            h(:, d) = turned_back(domain, h(:, d), identity(:, d))
+            h(:, d) = turned_back(domain, unturned(:, d), identity(:, d))
          end do
-         xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
-         call grid%shape_functions_in(e, xi, points, s%shape)
          divergence = 0
          do d = 1, grid%n_functions
-            divergence = divergence + s%shape(d)*state%divergence(:, points(d))
+            divergence = divergence + place%shape(d)*state%divergence(:, place%point(d))
          end do
-         s%gradient(:grid%n_functions, :) = matmul(grid%gradients_in(e, xi), to_reference)
          s%volume = p%volume(i)
-         s%x = domain%from_tip(p%place_in_grid(i), p%total_frame)
-         s%on_both = domain%is_beside .and. abs(s%x(2)) <= on_line*grid%element_size(e)
-         if (abs(s%x(2)) <= on_line*grid%element_size(e)) s%x(2) = sign(s%x(2), domain%face_of_line)
-         s%size = grid%element_size(e)
          s%slope = matmul(matmul(h, domain%direction), axes) - c
          s%hoop = p%hoop_of(i)
          s%stress = matmul(transpose(axes), matmul(material%first_piola_stress(h, p%history_of(i), s%hoop), axes))
          s%energy = material%energy_density(h, p%history_of(i), s%hoop) &
                     + material%dissipation(h, p%history_of(i), s%hoop)
-         s%radius = p%reference(i, 1)
-         if (domain%is_ring) s%hoop_stress = material%hoop_stress(h, p%history_of(i), s%hoop)
-         s%outward = axes(1, :)
-         unturned = p%gradient_of(i)
-         s%radial_slope = dot_product(unturned(1, :), domain%direction)
-         constant = matmul(axes, c) + domain%direction
-         constant = constant + matmul(domain%turn, constant) - domain%direction
-         s%radial_constant = constant(1)
+         s%divergence = material%density*domain%in_axes(divergence)
          ! What is stored without a stress in the plane is the same in the disc: it has no part in J, but what the sums leave of it
          if (material%has_eigenstrain) s%energy = s%energy - material%idle_energy
+         if (domain%is_ring) then
+            s%hoop_stress = material%hoop_stress(h, p%history_of(i), s%hoop)
+            s%radius = p%reference(i, 1)
+            s%outward = axes(1, :)
+            s%radial_slope = dot_product(unturned(1, :), domain%direction)
+            constant = matmul(axes, c) + domain%direction
+            constant = constant + matmul(domain%turn, constant) - domain%direction
+            s%radial_constant = constant(1)
+         end if
          if (abs(domain%pressure) > 0) call take_off_pressure(domain, material, unturned, s)
-         s%divergence = material%density*domain%in_axes(divergence)
       end associate
    end subroutine take_sample
 
@@ -337,40 +224,45 @@ contains
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
       real(dp), intent(in) :: q(:)               !! at the particle, by radius
-      real(dp), intent(in) :: dq(:, :)           !! its gradient [1/m], (radii, ndim)
+      real(dp), intent(in) :: dq(:, :)           !! its gradient [1/m], (ndim, radii)
       real(dp), intent(inout) :: j(:)
-      j = j + s%volume*(matmul(dq, matmul(s%slope, s%stress)) - s%energy*dq(:, 1) &
-                        + dot_product(s%divergence, s%slope)*q)
-      if (domain%is_ring) j = j + s%volume/s%radius*q*(s%hoop_stress*(s%hoop*s%outward(1) - s%radial_constant) &
-                                                       - s%energy*s%outward(1))
+      real(dp) :: flux(ndim), source             ! factors of q,J and of q
+      integer :: r
+      flux = matmul(s%slope, s%stress) - [s%energy, 0.0_dp]
+      source = dot_product(s%divergence, s%slope)
+      if (domain%is_ring) source = source + (s%hoop_stress*(s%hoop*s%outward(1) - s%radial_constant) &
+                                             - s%energy*s%outward(1))/s%radius
+      do r = 1, size(q)
+         j(r) = j(r) + s%volume*(dot_product(flux, dq(:, r)) + source*q(r))
+      end do
    end subroutine add_to_j
 
    !> Add what a particle contributes to the interaction with the tip fields of unit K: 2 B/E' K of each disc, in an anisotropic material
    !> 2 B sum_n Y_mn K_n.
-   pure subroutine add_to_interaction(s, domain, q, dq, k)
+   pure subroutine add_to_interaction(s, domain, place, q, dq, k)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
+      type(place_t), intent(in) :: place
       real(dp), intent(in) :: q(:)               !! at the particle, by radius
-      real(dp), intent(in) :: dq(:, :)           !! its gradient [1/m], (radii, ndim)
+      real(dp), intent(in) :: dq(:, :)           !! its gradient [1/m], (ndim, radii)
       real(dp), intent(inout) :: k(:, :)
-      real(dp) :: x(ndim), axes(ndim, ndim), a(ndim, ndim), stress(ndim, ndim), flux(ndim)
-      integer :: mode
-      axes = frame_along(domain%direction)
+      real(dp) :: axes(ndim, ndim), flux(ndim), source ! factors of q,J and of q
+      integer :: mode, r
       do mode = 1, modes
-         x = s%x                                 ! whose second component tells the faces apart by its sign where it is 0
-         x(1) = x(1) + domain%tip_offset_of(mode)
-         if (norm2(x) < singular*s%size) cycle
-         a = domain%field%gradient(mode, x)
-         if (s%on_both) a = (a + domain%field%gradient(mode, [x(1), -x(2)]))/2
-         stress = domain%field%stress(a)
-         flux = matmul(a(:, 1), s%stress) + matmul(s%slope, stress)
-         k(mode, :) = k(mode, :) + s%volume*(matmul(dq, flux) - sum(s%stress*a)*dq(:, 1) &
-                                             + dot_product(s%divergence, a(:, 1))*q)
-         if (domain%is_ring) k(mode, :) = k(mode, :) + s%volume/s%radius*q &
-                                   *(s%hoop_stress*dot_product(a(:, 1), s%outward) &
-                                     + dot_product(matmul(stress, s%outward), s%slope) - sum(s%stress*a)*s%outward(1) &
-                                     - domain%material%stress_across(matmul(axes, matmul(stress, transpose(axes)))) &
-                                     *(s%radial_slope - s%hoop*s%outward(1)))
+         associate (a => place%unit(:, :, mode), stress => place%unit_stress(:, :, mode))
+            flux = matmul(a(:, 1), s%stress) + matmul(s%slope, stress) - [sum(s%stress*a), 0.0_dp]
+            source = dot_product(s%divergence, a(:, 1))
+            if (domain%is_ring) then
+               axes = frame_along(domain%direction)
+               source = source + (s%hoop_stress*dot_product(a(:, 1), s%outward) &
+                                  + dot_product(matmul(stress, s%outward), s%slope) - sum(s%stress*a)*s%outward(1) &
+                                  - domain%material%stress_across(matmul(axes, matmul(stress, transpose(axes)))) &
+                                  *(s%radial_slope - s%hoop*s%outward(1)))/s%radius
+            end if
+         end associate
+         do r = 1, size(q)
+            k(mode, r) = k(mode, r) + s%volume*(dot_product(flux, dq(:, r)) + source*q(r))
+         end do
       end do
    end subroutine add_to_interaction
 

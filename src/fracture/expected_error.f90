@@ -27,7 +27,7 @@ module hampm_expected_error
    use hampm_rigid_motions, only: free_motions_t, find_free_motions, take_inertia, take_motion_as_whole
    use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads
    use hampm_element_stiffness, only: derivatives_at, n_derivatives
-   use hampm_domain_integral, only: tip_domain_t, weight_nodes
+   use hampm_tip_domain, only: tip_domain_t, weight_nodes
    use hampm_loads, only: largest_factors
    use hampm_tensors, only: identity, trace
    use hampm_missing_energy, only: gradient_of, missing_energy, stress_of

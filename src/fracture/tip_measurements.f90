@@ -5,7 +5,7 @@ module hampm_tip_measurements
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t
    use hampm_cut_cells, only: side_of_ties
-   use hampm_domain_integral, only: tip_domain_t, domain_integrals, shares_of_modes
+   use hampm_domain_integral, only: domain_integrals, shares_of_modes
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads
    use hampm_mass_solver, only: mass_solver_t
@@ -15,6 +15,7 @@ module hampm_tip_measurements
    use hampm_particles, only: particles_t
    use hampm_quadratic_tip_offset, only: quadratic_tip_offset
    use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
+   use hampm_tip_domain, only: tip_domain_t
    implicit none
    private
    public :: estimate_rates, measure_domain, error_of_rate, of_any_sign
@@ -78,7 +79,7 @@ contains
       ! A pressure on such faces is a load for each direction along the axes
       domain%pressure = sum(factors*problem%loads%pressure, mask=problem%loads%line == tip%crack)/(2*ndim)
       if (tip%may_close) closed = sample_behind_tip(problem%interfaces, tip%now, tip%direction, tip%nodes%spacing)
-      call domain_integrals(domain, problem, factors, p, state, closed, values%j, k, k_uncertainty)
+      call domain_integrals(domain, problem, factors, p, state, closed, values%places, values%j, k, k_uncertainty)
       field = new_tip_field(domain%material, domain%direction)
       if (domain%cell > 0 .and. .not. domain%material%isotropic) then
          do i = 1, size(values%j)

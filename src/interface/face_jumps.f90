@@ -9,9 +9,18 @@ module hampm_face_jumps
    use hampm_tensors, only: identity, inverse_transpose
    implicit none
    private
-   public :: faces, faces_at, nearest_carrier, jump_between, turn_between
+   public :: faces, place_of_faces_t, faces_at, nearest_carrier, place_between, jump_between, turn_between
 
    integer, parameter :: faces = 2               !! the left one first
+
+   !> A place on a line, and the particles that tell how its faces move there.
+   type :: place_of_faces_t
+      real(dp) :: x(ndim)                        !! in the grid [m]
+      real(dp) :: normal(ndim)                   !! unit vector to the left of the line
+      integer, allocatable :: left(:), right(:)
+   contains
+      procedure :: jump
+   end type place_of_faces_t
 
 contains
 
@@ -82,19 +91,38 @@ contains
       end associate
    end function nearest_carrier
 
+   !> A place on a line between two elements.
+   pure type(place_of_faces_t) function place_between(m, elements, x, normal) result(place)
+      type(matter_t), intent(in) :: m
+      integer, intent(in) :: elements(faces)     !! see `faces_at`
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
+      place%x = x
+      place%normal = normal
+      allocate (place%left, source=particles_of(m, elements(1)))
+      allocate (place%right, source=particles_of(m, elements(2)))
+   end function place_between
+
    !> Displacement of the left face less that of the right one [m]; on a symmetry plane that of the only face, half of the opening.
+   pure function jump(self, p)
+      class(place_of_faces_t), intent(in) :: self
+      type(particles_t), intent(in) :: p
+      real(dp) :: jump(ndim)
+      real(dp) :: origin(ndim)
+      origin = self%x
+      if (.not. p%total_frame) origin = origin_of(p, [self%left, self%right], self%x)
+      jump = displacement_at(p, self%left, origin) - displacement_at(p, self%right, origin)
+   end function jump
+
+   !> The same between two elements.
    pure function jump_between(m, elements, x) result(jump)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: elements(faces)     !! see `faces_at`
       real(dp), intent(in) :: x(ndim)            !! in the grid [m]
       real(dp) :: jump(ndim)
-      real(dp) :: origin(ndim)
-      integer, allocatable :: left(:), right(:)
-      allocate (left, source=particles_of(m, elements(1)))
-      allocate (right, source=particles_of(m, elements(2)))
-      origin = x
-      if (.not. m%particles%total_frame) origin = origin_of(m%particles, [left, right], x)
-      jump = displacement_at(m%particles, left, origin) - displacement_at(m%particles, right, origin)
+      type(place_of_faces_t) :: place
+      place = place_between(m, elements, x, 0*x)
+      jump = place%jump(m%particles)
    end function jump_between
 
    !> By how much the faces of a line have turned, in the mean of the particles beside them, counter-clockwise [rad].

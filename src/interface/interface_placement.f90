@@ -18,7 +18,7 @@ module hampm_interface_placement
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: left_face, right_face, both_faces
    use hampm_dofs, only: most_nodes_of_leaf
-   use hampm_face_jumps, only: faces, faces_at, nearest_carrier, jump_between
+   use hampm_face_jumps, only: faces, faces_at, nearest_carrier, place_of_faces_t, place_between, jump_between
    use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, holds, along, &
                                      add_interface_point, force_of, face_force, overlap_of, energy_of, is_half, add_interface_forces
    use hampm_forest, only: forest_t, outside
@@ -29,7 +29,7 @@ module hampm_interface_placement
    use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
    implicit none
    private
-   public :: rebuild_interfaces, find_openings, release_length
+   public :: openings_t, rebuild_interfaces, find_openings, release_length
 
    integer, parameter :: points = 4              !! of a layer, those of Gauss
    real(dp), parameter :: outer = 0.8611363115940526_dp, inner = 0.3399810435848563_dp
@@ -52,6 +52,12 @@ module hampm_interface_placement
 
    !> The way of a tip, in cells, in which the force of a cohesive point that it has passed falls to 0 (`hampm_nodal_release`).
    real(dp), parameter :: release_length = 2
+
+   !> Where the faces of a line are looked at. In the total frame these places stay while the mesh does.
+   type :: openings_t
+      integer, private :: layout = -1            !! of the blocks that their particles are in
+      type(place_of_faces_t), allocatable, private :: places(:)
+   end type openings_t
 
    !> A straight part of a line within a leaf, and the interface points that are to be there.
    type :: layer_t
@@ -405,23 +411,38 @@ contains
 
    !> The least opening normal to a line, over the ends of the leaves, and the largest jump between its faces [m]; 0
    !> where there are none.
-   pure subroutine find_openings(m, line, least, largest)
+   pure subroutine find_openings(m, line, openings, least, largest)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: line
+      type(openings_t), intent(inout) :: openings !! of the last time
       real(dp), intent(out) :: least, largest
       real(dp) :: jump(ndim)
       type(interfaces_t) :: interfaces
       integer :: k
-      call add_contact(interfaces, m, line, certain=.true.)
-      least = 0
-      largest = 0
-      do k = 1, interfaces%n
-         jump = interfaces%list(k)%opening
-         if (m%grid%cut_cells%lines(line)%face /= both_faces) &
-            jump = 2*dot_product(interfaces%list(k)%normal, jump)*interfaces%list(k)%normal
-         least = min(least, dot_product(interfaces%list(k)%normal, jump))
-         largest = max(largest, norm2(jump))
-      end do
+      associate (face => m%grid%cut_cells%lines(line)%face)
+         if (.not. m%particles%total_frame .or. openings%layout /= m%blocks%layout) then
+            call add_contact(interfaces, m, line, certain=.true.)
+            if (allocated(openings%places)) deallocate (openings%places)
+            allocate (openings%places(interfaces%n))
+            do k = 1, interfaces%n
+               associate (point => interfaces%list(k))
+                  openings%places(k) = place_between(m, faces_at(m, point%place, point%normal, face, by_edges=.true.), &
+                                                     point%place, point%normal)
+               end associate
+            end do
+            openings%layout = m%blocks%layout
+         end if
+         least = 0
+         largest = 0
+         do k = 1, size(openings%places)
+            associate (normal => openings%places(k)%normal)
+               jump = openings%places(k)%jump(m%particles)
+               if (face /= both_faces) jump = 2*dot_product(normal, jump)*normal
+               least = min(least, dot_product(normal, jump))
+               largest = max(largest, norm2(jump))
+            end associate
+         end do
+      end associate
    end subroutine find_openings
 
    !> Add contact along a line, leaf by leaf, up to its tips.
@@ -539,10 +560,10 @@ contains
             if (layer%certain .and. any(m%blocks%count_in(pack(e, e > 0)) == 0)) cycle
             call add_interface_point(interfaces, layer%law)
             associate (point => interfaces%list(interfaces%n))
-               point%opening = jump_between(m, e, x)
                point%normal = normal
-               if (layer%certain) cycle
                point%place = x
+               if (layer%certain) cycle
+               point%opening = jump_between(m, e, x)
                point%middle = from + (sum(part(:i - 1)) + part(i)/2)*(to - from)
                point%origin = x
                if (layer%line > 0) point%origin = m%grid%cut_cells%origin_of(layer%line, x)

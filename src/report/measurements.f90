@@ -27,7 +27,7 @@ module hampm_measurements
    use hampm_particles, only: particles_t
    use hampm_results, only: results_t
    use hampm_model, only: model_t
-   use hampm_interface_placement, only: find_openings
+   use hampm_interface_placement, only: openings_t, find_openings
    use hampm_text, only: to_text
    implicit none
    private
@@ -49,6 +49,7 @@ module hampm_measurements
       real(dp) :: time = 0                       !! when that was [s]
       real(dp) :: last = 0                       !! overlap at the last look; below 0 where the faces have parted [m]
       real(dp) :: last_time = 0                  !! when that was [s]
+      type(openings_t) :: openings               !! where it looks
    contains
       procedure :: look
       procedure :: is_notable
@@ -222,7 +223,7 @@ contains
       end do
       do k = 1, size(cracks%crack)
          if (cracks%crack(k)%contact) cycle
-         call find_openings(problem%matter_t, k, least, largest)
+         call find_openings(problem%matter_t, k, m%overlap(k)%openings, least, largest)
          do tip = 1, size(cracks%tips)
             if (cracks%tips(tip)%crack /= k) cycle
             least = min(least, m%crack(tip)%behind(1), m%crack(tip)%mouth(1))

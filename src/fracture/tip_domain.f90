@@ -1,0 +1,231 @@
+!> The discs around the tip of a crack over which a domain integral is taken, and the particles in them. In the total frame what a
+!> disc has of a particle, its weight and the singular fields there, stays while mesh and tip stay.
+module hampm_tip_domain
+   use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: points_of_quadratic, inside_cell
+   use hampm_cell_blocks, only: cell_blocks_t
+   use hampm_crack_tip, only: frame_along
+   use hampm_crack_tip_field, only: modes, tip_field_t
+   use hampm_grid, only: grid_t
+   use hampm_material, only: material_t
+   use hampm_node_list, only: node_list_t
+   use hampm_particles, only: particles_t
+   use hampm_tensors, only: identity
+   implicit none
+   private
+   public :: tip_domain_t, place_t, places_t, weight_nodes, list_places, fill_places
+
+   real(dp), parameter :: plateau = 0.5_dp       !! part of the radius within which q is 1
+   real(dp), parameter :: on_line = 1.0e-9_dp    !! part of an element within which of the crack's line a particle counts as on it
+   real(dp), parameter :: singular = 1.0e-3_dp   !! part of an element within which of a tip a particle counts as at the tip
+
+   !> How far behind its node the tip of a crack acts, in cells there, in each mode. Around a node bilinear cells resolve the field
+   !> of a crack that is a little shorter; how much is the same at every size, as the field is. docs/energy_release_rate.md has the
+   !> measurements, `bench/effective_tip.py` makes them.
+   real(dp), parameter :: tip_offset(modes) = [0.20_dp, 0.31_dp]
+
+   !> The tip of a straight crack, and the discs around it.
+   type :: tip_domain_t
+      real(dp) :: tip(ndim) = 0                  !! its place in the grid [m]
+      real(dp) :: direction(ndim) = 0            !! unit vector from the crack into the body, in the reference configuration
+      real(dp) :: turn(ndim, ndim) = 0           !! R - I, R being the rotation of the material around the tip since then
+      real(dp) :: face_of_line = 1               !! 1 where material on the line of the crack belongs to the upper face, -1 to the lower one
+      logical :: is_beside = .false.             !! whether the tip is sought ahead or behind: on the line of the crack whole particles may then be on both faces
+      logical :: has_zone = .false.              !! whether cohesion holds faces ahead of it
+      logical :: half = .false.                  !! whether the crack is on a symmetry plane and one side of it is modelled
+      real(dp) :: thickness = 0                  !! B; of a crack around an axis the length of its front, 2 pi a [m]
+      logical :: is_ring = .false.               !! whether it is one
+      type(material_t) :: material               !! in which the tip is
+      real(dp), allocatable :: radius(:)         !! of each disc [m]
+      real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
+      type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction
+      real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, as they were at first [Pa]
+      logical :: quadratic = .false.             !! whether cells are quadratic
+      real(dp) :: tip_offset(modes) = 0          !! of these, else 0 [cells]
+   contains
+      procedure :: in_axes
+      procedure :: tip_offset_of
+      procedure :: from_tip
+   end type tip_domain_t
+
+
+   !> A particle in the discs. Vectors are in the axes of the crack, the first of which is its direction.
+   type :: place_t
+      integer :: particle
+      integer :: point(points_of_quadratic)      !! on which its values depend, as many as there are functions
+      real(dp) :: shape(points_of_quadratic)     !! their functions there [-]
+      real(dp) :: weight                         !! in means over the discs, but for its volume [-]
+      real(dp) :: unit(ndim, ndim, modes)        !! displacement gradient of a unit stress intensity factor of each mode, 0 at the tip
+                                                 !! itself [1/(Pa sqrt(m))]
+      real(dp) :: unit_stress(ndim, ndim, modes) !! and its stress [1/sqrt(m)]
+   end type place_t
+
+   !> All particles in the discs of a tip.
+   type :: places_t
+      type(place_t), allocatable :: list(:)
+      real(dp), allocatable :: q(:, :)           !! weight in each disc [-], (radii, places)
+      real(dp), allocatable :: dq(:, :, :)       !! and its gradient [1/m], (ndim, radii, places)
+      real(dp), allocatable :: nodal(:, :)       !! weight at the points of the grid [-], (radii, n_points)
+      integer, private :: layout = -1            !! of the blocks that they are in
+      type(tip_domain_t), private :: domain      !! that they are of
+   contains
+      procedure, private :: stay
+   end type places_t
+
+contains
+
+   !> q at the points of the grid: 1 up to a part of the radius, then a cubic with level ends, 0 from the radius on.
+   !>
+   !> Between them q has the shape functions of the grid. That makes J nearly independent of the disc: the equilibrium of the nodes
+   !> holds for weights of just that kind, and the particles integrate them as they integrate the nodal forces.
+   pure subroutine weight_nodes(domain, grid, q)
+      type(tip_domain_t), intent(in) :: domain
+      type(grid_t), intent(in) :: grid
+      real(dp), allocatable, intent(out) :: q(:, :)  !! [-], (radii, n_points)
+      type(node_list_t) :: all
+      real(dp) :: t(size(domain%radius))
+      integer :: i
+      allocate (q(size(domain%radius), grid%n_points))
+      do i = 1, grid%n_nodes
+         t = (norm2(grid%node_position(:, i) - domain%tip)/domain%radius - plateau)/(1 - plateau)
+         t = min(max(t, 0.0_dp), 1.0_dp)
+         q(:, i) = 1 - t**2*(3 - 2*t)
+      end do
+      all = grid%dofs%every_node()
+      call grid%dofs%distribute(all, size(t), q)
+   end subroutine weight_nodes
+
+
+   !> List the particles in the discs of a tip, with their weights in means; those that were found stay where nothing has moved.
+   pure subroutine list_places(domain, grid, blocks, p, places)
+      type(tip_domain_t), intent(in) :: domain
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      type(particles_t), intent(in) :: p
+      type(places_t), intent(inout) :: places
+      real(dp) :: weight
+      integer :: k, i, n
+      if (places%stay(domain, blocks, p)) return
+      places%layout = -1
+      call weight_nodes(domain, grid, places%nodal)
+      if (allocated(places%list)) deallocate (places%list)
+      allocate (places%list(p%n))
+      n = 0
+      do k = 1, blocks%n_occupied
+         associate (e => blocks%occupied(k))
+            if (.not. grid%is_in_first_field(e)) cycle ! bodies that meet the cracked one are not part of it
+            weight = sum(places%nodal(:, grid%support_of(e)))
+            if (.not. weight > 0) cycle
+            do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+               n = n + 1
+               places%list(n)%particle = i
+               places%list(n)%weight = weight
+            end do
+         end associate
+      end do
+      places%list = places%list(:n)
+   end subroutine list_places
+
+   !> Fill the places that were listed with what they are in the discs, which may turn in the updated frame.
+   pure subroutine fill_places(domain, grid, blocks, p, places)
+      type(tip_domain_t), intent(in) :: domain
+      type(grid_t), intent(in) :: grid
+      type(cell_blocks_t), intent(in) :: blocks
+      type(particles_t), intent(in) :: p
+      type(places_t), intent(inout) :: places
+      integer :: n
+      if (places%stay(domain, blocks, p)) return
+      if (allocated(places%q)) deallocate (places%q, places%dq)
+      allocate (places%q(size(domain%radius), size(places%list)), places%dq(ndim, size(domain%radius), size(places%list)))
+      do n = 1, size(places%list)
+         call fill_place(domain, grid, p, places%nodal, places%list(n), places%q(:, n), places%dq(:, :, n))
+      end do
+      places%layout = blocks%layout
+      places%domain = domain
+   end subroutine fill_places
+
+   !> What a particle is in the discs.
+   pure subroutine fill_place(domain, grid, p, nodal, place, q, dq)
+      type(tip_domain_t), intent(in) :: domain
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      real(dp), intent(in) :: nodal(:, :)        !! (radii, n_points)
+      type(place_t), intent(inout) :: place
+      real(dp), intent(out) :: q(:), dq(:, :)    !! (radii), (ndim, radii)
+      real(dp) :: gradient(grid%n_functions, ndim), to_reference(ndim, ndim), xi(ndim), x(ndim), from_mode(ndim)
+      integer :: mode
+      associate (i => place%particle, e => p%cell(place%particle))
+         to_reference = frame_along(domain%direction)
+         if (.not. p%total_frame) to_reference = matmul(identity + p%gradient_of(i), to_reference)
+         xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
+         call grid%shape_functions_in(e, xi, place%point, place%shape)
+         gradient = matmul(grid%gradients_in(e, xi), to_reference)
+         associate (at => nodal(:, place%point(:grid%n_functions)))
+            q = matmul(at, place%shape(:grid%n_functions))
+            dq = transpose(matmul(at, gradient))
+         end associate
+         x = domain%from_tip(p%place_in_grid(i), p%total_frame)
+         associate (size => grid%element_size(e))
+            if (abs(x(2)) <= on_line*size) x(2) = sign(x(2), domain%face_of_line)
+            place%unit = 0
+            do mode = 1, modes
+               from_mode = [x(1) + domain%tip_offset_of(mode), x(2)] ! the sign of the second tells the faces apart where it is 0
+               if (norm2(from_mode) < singular*size) cycle
+               associate (a => place%unit(:, :, mode))
+                  a = domain%field%gradient(mode, from_mode)
+                  if (domain%is_beside .and. abs(x(2)) <= on_line*size) & ! it is on both faces
+                     a = (a + domain%field%gradient(mode, [from_mode(1), -x(2)]))/2
+               end associate
+            end do
+         end associate
+      end associate
+      do mode = 1, modes
+         place%unit_stress(:, :, mode) = domain%field%stress(place%unit(:, :, mode))
+      end do
+   end subroutine fill_place
+
+   !> Whether places that were found are those of a tip still.
+   pure logical function stay(self, domain, blocks, p)
+      class(places_t), intent(in) :: self
+      type(tip_domain_t), intent(in) :: domain
+      type(cell_blocks_t), intent(in) :: blocks
+      type(particles_t), intent(in) :: p
+      stay = .false.
+      if (.not. p%total_frame .or. self%layout /= blocks%layout) return
+      associate (was => self%domain)
+         if (size(was%radius) /= size(domain%radius)) return
+         stay = all([was%tip, was%direction, was%radius, was%cell, was%tip_offset, was%face_of_line] &
+                    == [domain%tip, domain%direction, domain%radius, domain%cell, domain%tip_offset, domain%face_of_line]) &
+                .and. (was%is_beside .eqv. domain%is_beside)
+      end associate
+   end function stay
+
+   !> How far behind its node the tip acts in a mode [m].
+   pure real(dp) function tip_offset_of(self, mode)
+      class(tip_domain_t), intent(in) :: self
+      integer, intent(in) :: mode
+      tip_offset_of = merge(self%tip_offset(mode), tip_offset(mode), self%tip_offset(mode) > 0)*self%cell
+   end function tip_offset_of
+
+   !> A vector in the present configuration, in the axes of the crack.
+   pure function in_axes(self, vector)
+      class(tip_domain_t), intent(in) :: self
+      real(dp), intent(in) :: vector(ndim)
+      real(dp) :: in_axes(ndim), axes(ndim, ndim)
+      axes = frame_along(self%direction)
+      in_axes = matmul(vector + matmul(vector, self%turn), axes)
+   end function in_axes
+
+   !> Where a place in the grid is from the tip, in the axes of the crack [m].
+   pure function from_tip(self, x, total_frame)
+      class(tip_domain_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      logical, intent(in) :: total_frame         !! whether the grid is that of the reference configuration
+      real(dp) :: from_tip(ndim)
+      if (total_frame) then
+         from_tip = matmul(x - self%tip, frame_along(self%direction))
+      else
+         from_tip = self%in_axes(x - self%tip)
+      end if
+   end function from_tip
+end module hampm_tip_domain
