@@ -190,7 +190,7 @@ contains
          tip = tips(number)
          tip%may_close = .false.
          tip%radii = [max(min(minval(tip%radii), maxval(tip%radii)/2), min(2*tip%nodes%spacing, maxval(tip%radii)))]
-         call displace(problem, static_tips%u + u, p)
+         call displace(problem, static_tips%u + u, p, tip%now, tip%radii(1) + norm2(shift))
          allocate (found%j(1))
          call measure_domain(problem, static_tips%scale*largest_factors(problem%loads), tip, p, &
                              resting(problem, static_tips%acceleration), found, shift)

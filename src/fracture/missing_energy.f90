@@ -112,18 +112,30 @@ contains
       end if
    end function stress_of
 
-   !> Particles as they are where their points have a displacement.
-   pure subroutine displace(m, u, p)
+   !> Particles as they are where their points have a displacement; with a place only those in cells nearer to it than a distance.
+   pure subroutine displace(m, u, p, place, distance)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       type(particles_t), intent(out) :: p
+      real(dp), intent(in), optional :: place(ndim), distance !! in the reference configuration [m]
+      real(dp) :: of_support(ndim, m%grid%n_functions), slopes(m%grid%n_functions, ndim), shape(m%grid%n_functions), xi(ndim)
+      real(dp), parameter :: reach = 8           ! of a point in elements, over hanging ones of quadratic cells
       integer :: i
       p = m%particles
       p%velocity = 0
       do i = 1, p%n
-         p%gradient(i, :, :) = gradient_of(m, u, i)
-         p%displacement(i, :) = matmul(u(:, m%nodes_of(i)), m%functions_of(i))
-         if (allocated(p%widening)) p%widening(i) = p%displacement(i, 1)
+         associate (e => p%cell(i))
+            if (present(place)) then
+               if (norm2(p%reference(i, :) - place) > distance + reach*m%grid%element_size(e)) cycle
+            end if
+            of_support = u(:, m%grid%support_of(e))
+            xi = m%local_of(i)
+            slopes = m%grid%gradients_in(e, xi)
+            shape = m%grid%functions_in(e, xi)
+            p%gradient(i, :, :) = matmul(of_support, slopes)
+            p%displacement(i, :) = matmul(of_support, shape)
+            if (allocated(p%widening)) p%widening(i) = p%displacement(i, 1)
+         end associate
       end do
    end subroutine displace
 

@@ -23,12 +23,30 @@ contains
       !$omp parallel do schedule(static) private(i)
       do block = 1, size(partial)
          partial(block) = 0
-         do i = (block - 1)*particles_per_block + 1, min(block*particles_per_block, p%n)
-            partial(block) = partial(block) + kinetic_energy_of(p, i)
-         end do
+         associate (first => (block - 1)*particles_per_block + 1, last => min(block*particles_per_block, p%n))
+            if (.not. allocated(p%corner_velocity)) then
+               partial(block) = kinetic_energy_of_row(last - first + 1, p%mass(first), p%velocity(first, 1), p%velocity(first, 2))
+            else
+               do i = first, last
+                  partial(block) = partial(block) + kinetic_energy_of(p, i)
+               end do
+            end if
+         end associate
       end do
       energy = sum(partial)
    end function kinetic_energy
+
+   !> The same of particles that stand one after the other.
+   pure real(dp) function kinetic_energy_of_row(n, mass, u, v) result(energy)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: mass(n), u(n), v(n)  !! [kg]; components of their velocities [m/s]
+      integer :: i
+      energy = 0
+      !$omp simd reduction(+: energy)
+      do i = 1, n
+         energy = energy + 0.5_dp*mass(i)*(u(i)**2 + v(i)**2)
+      end do
+   end function kinetic_energy_of_row
 
    !> Elastic energy of the particles, sum of V W(H) [J].
    real(dp) function strain_energy(p, materials) result(energy)
@@ -39,12 +57,43 @@ contains
       !$omp parallel do schedule(static) private(i)
       do block = 1, size(partial)
          partial(block) = 0
-         do i = (block - 1)*particles_per_block + 1, min(block*particles_per_block, p%n)
-            partial(block) = partial(block) + p%volume(i)*energy_density_of(p, materials, i)
-         end do
+         associate (first => (block - 1)*particles_per_block + 1, last => min(block*particles_per_block, p%n), h => p%gradient)
+            associate (material => materials(p%material(first)))
+               if (material%linear .and. .not. material%is_ring .and. all(p%material(first:last) == p%material(first))) then
+                  partial(block) = strain_energy_of_row(material, last - first + 1, p%volume(first), h(first, 1, 1), &
+                                                        h(first, 2, 1), h(first, 1, 2), h(first, 2, 2))
+               else
+                  do i = first, last
+                     partial(block) = partial(block) + p%volume(i)*energy_density_of(p, materials, i)
+                  end do
+               end if
+            end associate
+         end associate
       end do
       energy = sum(partial)
    end function strain_energy
+
+   !> The same of particles of one linear material that stand one after the other: of its stiffness c, quadratic in the strain.
+   pure real(dp) function strain_energy_of_row(material, n, volume, h_11, h_21, h_12, h_22) result(energy)
+      type(material_t), intent(in) :: material
+      integer, intent(in) :: n
+      real(dp), intent(in) :: volume(n)          !! [m3]
+      real(dp), intent(in), dimension(n) :: h_11, h_21, h_12, h_22 !! displacement gradients [-]
+      real(dp) :: x, y, shear, across
+      integer :: i
+      energy = 0
+      across = material%energy_density(material%free, [real(dp) ::])
+      associate (c => material%stiffness, free => material%free)
+         !$omp simd reduction(+: energy) private(x, y, shear)
+         do i = 1, n
+            x = h_11(i) - free(1, 1)
+            y = h_22(i) - free(2, 2)
+            shear = h_21(i) + h_12(i) - (free(2, 1) + free(1, 2))
+            energy = energy + volume(i)*(across + (c(1, 1)*x**2 + c(2, 2)*y**2 + c(3, 3)*shear**2)/2 + c(1, 2)*x*y &
+                                         + (c(1, 3)*x + c(2, 3)*y)*shear)
+         end do
+      end associate
+   end function strain_energy_of_row
 
    !> Elastic energy of a particle per reference volume [J/m3].
    pure real(dp) function energy_density_of(p, materials, i) result(density)
