@@ -7,7 +7,14 @@ PYTHON := .venv/bin/python
 # The processors that a release is for: x86-64-v3 is all that have AVX2 and FMA, native this one and its like
 ARCH ?= $(if $(filter x86_64,$(shell uname -m)),x86-64-v3,native)
 
-HDF5_LINK ?= -L/usr/lib/$(shell gcc -dumpmachine 2>/dev/null)/hdf5/serial -lhdf5_serial
+# Most of the time of a start is to load shared libraries, thirty of them for HDF5 alone: the release has them in it, where all of their
+# archives are there. One that is named by hand is taken as it is
+hdf5_folder := -L/usr/lib/$(shell gcc -dumpmachine 2>/dev/null)/hdf5/serial
+ifeq ($(build) $(origin HDF5_LINK) $(origin ALGEBRA_LINK),release undefined undefined)
+ARCHIVES ?= $(hdf5_folder) -Wl,-Bstatic -lhdf5 -lsz -laec -lz -lumfpack -lcholmod -lcolamd -lccolamd -lcamd -lamd -lsuitesparseconfig \
+	-lopenblas -Wl,-Bdynamic -l:libmetis.so.5 -ldl -lm -lpthread
+endif
+HDF5_LINK ?= $(hdf5_folder) -lhdf5_serial
 ALGEBRA_LINK ?= -lumfpack -lcholmod -llapack -lblas
 COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimplicit-interface -Wno-do-subscript
 
@@ -191,12 +198,13 @@ say = $(if $(V),,@echo "$(1)")
 quietly := $(if $(V),,@)
 
 $(O)/hampm: $(O)/main.o
+$(O)/hampm: private with := $(ARCHIVES)
 $(MEASURED): $(call objects,timing plain_scene minimal_kernel)
 $(UNIT_PROGRAMS): $(call objects,$(UNIT_TOOLS))
 $(filter-out $(O)/hampm,$(PROGRAMS)): $(O)/%: $(O)/%.o
 $(PROGRAMS): $(LIBRARY)
 	$(call say,$@)
-	$(quietly)$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
+	$(quietly)$(if $(with),$(FC) $(FLAGS) -o $@ $^ $(with) 2>/dev/null || )$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
 
 # All laws, indicators, integrators and estimators are given what one of them needs
 $(call objects,$(wildcard src/law/*.f90 src/adapt/*.f90 src/time/*.f90 src/fracture/*.f90)): private unused := $(if $(filter portable,$(build)),,-Wno-unused-dummy-argument)

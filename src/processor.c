@@ -1,5 +1,23 @@
-// Before anything else of a program runs: where the processor lacks instructions for which the program was compiled, end it with a
-// sentence, not by the signal SIGILL at the first of them. Compiled with the same -march as the rest, in instructions that all have.
+// Before anything else of a program runs: OpenBLAS is told to start no threads, which would wait busily. And where the processor lacks
+// instructions for which the program was compiled, it ends with a sentence, not by the signal SIGILL at the first of them. Compiled with
+// the same -march as the rest, in instructions that all have.
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <stdlib.h>
+
+#if defined __x86_64__
+#define PLAIN target("arch=x86-64")
+#else
+#define PLAIN
+#endif
+
+// OpenBLAS reads the environment after this where it is a part of the program, and has done so before where it is a shared library
+__attribute__((constructor(101), PLAIN)) static void hold_threads(void) {
+    setenv("OPENBLAS_NUM_THREADS", "1", 1);
+    void (*set_threads)(int) = (void (*)(int))dlsym(RTLD_DEFAULT, "openblas_set_num_threads");
+    if (set_threads) set_threads(1);
+}
+
 #if defined __x86_64__
 #include <stdio.h>
 #include <unistd.h>
@@ -14,7 +32,7 @@
 #define NEED(macro, feature) \
     if (DEFINED(macro) && !__builtin_cpu_supports(feature)) lacking = feature
 
-__attribute__((constructor, target("arch=x86-64"))) static void check_processor(void) {
+__attribute__((constructor, PLAIN)) static void check_processor(void) {
     const int exit_processor = 6;
     const char *lacking = NULL;
     __builtin_cpu_init();

@@ -3,7 +3,9 @@
 import os
 import shutil
 import subprocess
+import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -106,3 +108,22 @@ def test_a_processor_that_lacks_instructions_is_told_of(built_for):
 def test_an_older_processor(built_for, arch, processor, feature):
     run = subprocess.run(["qemu-x86_64", "-cpu", processor, built_for(f"-march={arch}")], capture_output=True, text=True)
     assert is_refused(run, feature) if feature else run.stdout == "runs\n"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="ldd is of Linux")
+def test_the_release_brings_its_libraries_where_their_archives_are_there():
+    archives = ["hdf5", "sz", "aec", "umfpack", "cholmod", "openblas"]
+    folder = subprocess.run(["gcc", "-dumpmachine"], capture_output=True, text=True, check=True).stdout.strip()
+    found = [any((Path("/usr/lib") / folder / sub / f"lib{name}.a").exists() for sub in ("", "hdf5/serial")) for name in archives]
+    program = ROOT / "build/release/hampm"
+    if not (all(found) and program.exists()):
+        pytest.skip("not all archives are there, or no release")
+    loaded = subprocess.run(["ldd", program], capture_output=True, text=True, check=True).stdout
+    assert not any(f"lib{name}" in loaded for name in [*archives, "curl"]), loaded
+
+
+def test_without_an_archive_the_release_loads_the_library(tree):
+    shutil.copytree(ROOT / "src", tree.folder / "src", ignore=shutil.ignore_patterns("*.f90"), dirs_exist_ok=True)
+    lines = tree("program", "build=release", "release_kernels=", "ARCHIVES=-lnowhere")
+    assert lines[-1] == "build/release/hampm"
+    assert subprocess.run([tree.folder / "build/release/hampm"], capture_output=True, text=True, check=True).stdout.split() == ["1"]
