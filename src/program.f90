@@ -11,6 +11,7 @@ module hampm_program
    use hampm_folders, only: is_folder
    use hampm_interface_step, only: forget_faces
    use hampm_key_reference, only: reference_text
+   use hampm_kinds, only: dp
    use hampm_namelist_text, only: template_text
    use hampm_resource_estimate, only: resources_t, estimate_resources, check_room, check_resources, resource_report
    use hampm_old_files, only: refuse_files_of_others
@@ -22,7 +23,7 @@ module hampm_program
    use hampm_simulation, only: simulation_t, build, warnings
    use hampm_summary, only: summary, solver_report, equilibrium_report, equilibrium_proposal
    use hampm_text, only: to_text
-   use hampm_threads, only: check_threads, surplus_threads
+   use hampm_threads, only: check_threads, surplus_threads, use_threads
    use hampm_version, only: version
    implicit none
    private
@@ -107,7 +108,7 @@ contains
       else
          call read_model(options%input, options%overrides, model, failure)
          if (.not. (failure%failed() .or. options%check)) call refuse_old(model, folder_of(options), options%force, failure)
-         if (.not. failure%failed()) call weigh(model, resources, failure)
+         if (.not. failure%failed()) call weigh(model, options%threads, resources, failure)
          if (.not. failure%failed()) call build(model, options%threads, simulation, failure)
       end if
       if (failure%failed()) return
@@ -123,13 +124,15 @@ contains
       call forget_faces(simulation%problem%interface_step)
    end subroutine simulate
 
-   !> Find what a model needs, and refuse what cannot be had.
-   subroutine weigh(model, resources, failure)
+   !> Find what a model needs, and refuse what cannot be had. Of threads it takes what keeps them busy.
+   subroutine weigh(model, threads, resources, failure)
       type(model_t), intent(in) :: model
+      integer, intent(in) :: threads               !! wanted, 0 for as many as are of use
       type(resources_t), intent(out) :: resources
       type(failure_t), intent(inout) :: failure
       resources = estimate_resources(model)
       call check_resources(resources, failure)
+      if (.not. failure%failed()) call use_threads(threads, int(min(resources%particles, real(huge(threads), dp))))
    end subroutine weigh
 
    !> Take up a run where a checkpoint was written, with its model.
@@ -151,7 +154,7 @@ contains
       if (failure%failed()) return
       model%as_used = text
       if (.not. options%check) call refuse_files_of_others(result_path(model, folder_of(options)), failure)
-      if (.not. failure%failed()) call weigh(model, resources, failure)
+      if (.not. failure%failed()) call weigh(model, options%threads, resources, failure)
       if (.not. failure%failed()) call rebuild(model, options%threads, checkpoint, simulation, failure)
    end subroutine resume
 

@@ -53,15 +53,15 @@ module hampm_threads
 
 contains
 
-   !> Fail where the system does not start as many threads as may come to be used: those that are wanted, or where that is 0 those of
-   !> the environment.
+   !> Use the threads that are wanted, or where that is 0 those of the environment. Fails where the system does not start as many.
    subroutine check_threads(wanted, failure)
       integer, intent(in) :: wanted
       type(failure_t), intent(inout) :: failure
       integer :: n
-      n = threads_that_start(max(wanted, thread_count()))
-      if (n >= max(wanted, thread_count())) return
-      call failure%report(exit_input, to_text(max(wanted, thread_count()))//' threads cannot be started, but '//to_text(n)// &
+      if (wanted > 0) call use_threads(wanted, 0)
+      n = threads_that_start(thread_count())
+      if (n >= thread_count()) return
+      call failure%report(exit_input, to_text(thread_count())//' threads cannot be started, but '//to_text(n)// &
                           ': use fewer (--threads, OMP_NUM_THREADS), or allow more processes or memory (ulimit -u, ulimit -v)')
    end subroutine check_threads
 

@@ -96,11 +96,11 @@ contains
       limit = rounded_down(limit)
    end function courant_limit
 
-   !> What is taken where no courant number is given: a safe part of the limit. For material that moves through the cells, and with
-   !> damping, which a long step would not resolve, there are shorter ones.
+   !> What is taken where no courant number is given: a safe part of the limit, which has been found. For material that moves through
+   !> the cells, and with damping, which a long step would not resolve, there are shorter ones.
    real(dp) function default_courant(model) result(courant)
       type(model_t), intent(in) :: model
-      courant = default_part*courant_limit(model)
+      courant = default_part*model%method%courant_limit
       associate (method => model%method)
          if (method%frame == 'updated' .and. .not. method%has_domains()) &
             courant = min(courant, merge(crossing_full, crossing, method%mass == 'consistent' .or. method%mass == 'partial'))

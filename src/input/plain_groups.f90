@@ -159,6 +159,7 @@ module hampm_plain_groups
       character(name_len) :: scheme = ''         !! 'usf', 'usl', 'usavg' or 'musl'
       character(name_len) :: path = 'fastest'    !! 'fastest' or 'reference'
       real(dp) :: courant = 0                    !! [-]
+      real(dp) :: courant_limit = 0              !! the largest that is stable, where the namelist gives none [-]
       character(name_len) :: wave_speed = ''     !! 'shear' or 'dilatational'
       character(name_len) :: time_steps = 'global' !! 'global' or 'local'
       character(name_len) :: frame = 'total'     !! 'updated' or 'total'

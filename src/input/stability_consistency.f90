@@ -27,7 +27,10 @@ contains
       if (.not. settings%good(entry, 'courant') .or. model%method%courant > 0 &
           .or. model%method%time /= 'explicit') return
       model%method%courant = unknown
-      if (is_known(model, settings)) model%method%courant = default_courant(model)
+      if (is_known(model, settings)) then
+         model%method%courant_limit = courant_limit(model)
+         model%method%courant = default_courant(model)
+      end if
       call settings%set_numbers(entry, 'courant', [model%method%courant])
    end subroutine choose_courant
 
@@ -36,7 +39,7 @@ contains
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       type(model_t) :: undamped
-      real(dp) :: dt, limit
+      real(dp) :: dt, limit, undamped_limit
       integer :: entry
       entry = settings%find('method', 1)
       if (.not. (settings%good(entry, 'courant') .and. is_known(model, settings))) return
@@ -46,15 +49,18 @@ contains
          call settings%complain(entry, 'time_steps', 'requires an &output history_interval and snapshot_interval '// &
                                 'that are multiples of one time, not less than a thousandth of the shorter: steps whose length '// &
                                 'changes are unstable. Use others, or time_steps = ''global''')
-      undamped = model
-      undamped%damping%rate = 0
-      limit = courant_limit(undamped)
+      limit = model%method%courant_limit
+      if (.not. limit > 0) limit = courant_limit(model)
       if (model%method%courant > limit) then
-         call complain_of_step(undamped, limit, settings, entry)
-         return
-      else if (.not. model%damping%rate > 0) then
-         return
+         undamped = model
+         undamped%damping%rate = 0
+         undamped_limit = courant_limit(undamped)
+         if (model%method%courant > undamped_limit) then
+            call complain_of_step(undamped, undamped_limit, settings, entry)
+            return
+         end if
       end if
+      if (.not. model%damping%rate > 0) return
       dt = model%method%courant*smallest_cell(model)/chosen_speed(model)
       if (model%output%history_interval > 0) dt = min(dt, model%output%history_interval)
       if (model%damping%rate*dt > most_damping_a_step) then
@@ -63,7 +69,6 @@ contains
                                 ' s: above it the damping reverses velocities within a step. Reduce it or &method courant')
          return
       end if
-      limit = courant_limit(model)
       if (model%method%courant > limit) call complain_of_step(model, limit, settings, entry)
    end subroutine check_stability
 
