@@ -210,10 +210,17 @@ $(PROGRAMS): $(LIBRARY)
 $(call objects,$(wildcard src/law/*.f90 src/adapt/*.f90 src/time/*.f90 src/fracture/*.f90)): private unused := $(if $(filter portable,$(build)),,-Wno-unused-dummy-argument)
 $(KERNELS): private kernels := $($(build)_kernels)
 
+# Arrays of run-time size are in these those of an element, a node or a tip: they need no memory from the heap
+small_arrays := basis grid matter recovery element_stiffness element_assembly error_indicator missing_energy expected_error tip_domain \
+                domain_integral
+ifneq ($(build),portable)
+$(addprefix $(O)/,$(addsuffix .o,$(small_arrays))): private stack := -fstack-arrays
+endif
+
 # A changed flag, here or on the command line, builds everything anew
 $(O)/%.o: %.f90 $(O)/flags
 	$(call say,$(FC) $<)
-	$(quietly)$(FC) $(FLAGS) $($(build)_$*) $(kernels) $(unused) -c -o $@ $<
+	$(quietly)$(FC) $(FLAGS) $($(build)_$*) $(kernels) $(stack) $(unused) -c -o $@ $<
 
 $(O)/kernels.o: $(KERNELS)
 	$(call say,$@)

@@ -80,7 +80,7 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: squared(:)   !! (leaves)
       real(dp), intent(out) :: norm
-      real(dp), allocatable :: stress(:, :), error(:)
+      real(dp), allocatable :: stress(:, :), error(:, :)
       integer :: i, leaf
       associate (p => m%particles, grid => m%grid)
          allocate (stress(stress_components(p), p%n), squared(grid%forest%leaf_count()))
@@ -96,7 +96,7 @@ contains
          call refresh_grid(m)
          call errors_at_particles(m, stress, error)
          do leaf = 1, size(squared)
-            squared(leaf) = sum_over_particles(grid, m%blocks, leaf, error)
+            squared(leaf) = sum_over_particles(grid, m%blocks, leaf, error(:, 1))
          end do
       end associate
    end subroutine estimate_errors
@@ -111,19 +111,22 @@ contains
    pure real(dp) function energy_of_stress(material, stress) result(energy)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: stress(:)          !! [Pa]
-      energy = material%stress_energy_density(reshape(stress(:n_stress), [ndim, ndim]), stress(size(stress)))
+      real(dp) :: in_plane(ndim, ndim)
+      in_plane(:, 1) = stress(:ndim)
+      in_plane(:, 2) = stress(ndim + 1:n_stress)
+      energy = material%stress_energy_density(in_plane, stress(size(stress)))
    end function energy_of_stress
 
-   !> The squared error of stress at each particle in the energy norm, with its volume [J].
+   !> The squared error of stress at each particle in the energy norm, with its volume [J], for each of some fields of stress.
    subroutine errors_at_particles(m, stress, error)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: stress(:, :)               !! of the particles [Pa], (n_stress, particles)
-      real(dp), allocatable, intent(out) :: error(:)
+      real(dp), intent(in) :: stress(:, :)               !! of the particles, one field after the other [Pa], (components, particles)
+      real(dp), allocatable, intent(out) :: error(:, :)  !! (particles, fields)
       real(dp), allocatable :: nodal(:, :), coefficient(:, :, :), edge(:)
-      real(dp) :: recovered(size(stress, 1))
-      integer :: i, k
-      associate (p => m%particles, grid => m%grid)
-         allocate (nodal(size(stress, 1), grid%n_points), error(p%n))
+      real(dp) :: off(size(stress, 1))
+      integer :: i, k, field
+      associate (p => m%particles, grid => m%grid, n => stress_components(m%particles))
+         allocate (nodal(size(stress, 1), grid%n_points), error(p%n, size(stress, 1)/n))
          if (grid%is_quadratic()) allocate (coefficient(n_terms, size(stress, 1), grid%n_nodes), edge(grid%n_nodes))
          do k = 1, size(m%materials)
             if (grid%is_quadratic()) then
@@ -134,14 +137,16 @@ contains
             do i = 1, p%n
                if (p%material(i) /= k) cycle
                if (grid%is_quadratic()) then
-                  recovered = blended(m, i, coefficient, edge)
+                  off = blended(m, i, coefficient, edge) - stress(:, i)
                else
                   associate (e => p%cell(i))
-                     recovered = matmul(nodal(:, grid%element_nodes(:, e)), &
-                                        shape_functions(inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))))
+                     off = matmul(nodal(:, grid%element_nodes(:, e)), &
+                                  shape_functions(inside_cell(grid%local_coordinate(e, p%place_in_grid(i))))) - stress(:, i)
                   end associate
                end if
-               error(i) = p%volume(i)*2*energy_of_stress(m%materials(k), recovered - stress(:, i))
+               do field = 1, size(error, 2)
+                  error(i, field) = p%volume(i)*2*energy_of_stress(m%materials(k), off(n*(field - 1) + 1:n*field))
+               end do
             end do
          end do
       end associate
@@ -154,8 +159,8 @@ contains
       integer, intent(in) :: i
       real(dp), intent(in) :: coefficient(:, :, :), edge(:)
       real(dp) :: value(size(coefficient, 2))
-      real(dp) :: shape(corners), x(ndim)
-      integer :: first, q
+      real(dp) :: shape(corners), x(ndim), term(n_terms)
+      integer :: first, q, k
       x = m%particles%place_in_grid(i)
       associate (grid => m%grid, e => m%particles%cell(i))
          first = grid%first_of_piece(e)
@@ -163,7 +168,10 @@ contains
          value = 0
          do q = 1, corners
             associate (node => grid%element_nodes(q, first + q - 1))
-               value = value + shape(q)*matmul(terms_at((x - grid%node_position(:, node))/edge(node)), coefficient(:, :, node))
+               term = terms_at((x - grid%node_position(:, node))/edge(node))
+               do k = 1, size(value)
+                  value(k) = value(k) + shape(q)*dot_product(term, coefficient(:, k, node))
+               end do
             end associate
          end do
       end associate

@@ -276,7 +276,7 @@ contains
       logical, intent(in) :: on(:)               !! whether a crack runs through their middle, on whose other side they are in a mirror image
       integer, intent(in) :: first_child(:)      !! of each, and behind the last
       real(dp), parameter :: alike = 1e-9_dp     ! part of a distance by which others are as near
-      real(dp) :: x(ndim), at(ndim), least, u(ndim), h(ndim, ndim)
+      real(dp) :: x(ndim), at(ndim), away, least, u(ndim), h(ndim, ndim)
       logical, allocatable :: crosses(:)
       integer :: i, k, n
       allocate (crosses(m%particles%n))
@@ -296,12 +296,13 @@ contains
             n = 0
             do i = 1, p%n
                at = p%reference(i, :)
-               if (crosses(i) .or. p%body(i) /= p%body(k) .or. norm2(at - x) > least + alike*norm2(at - x)) cycle
+               away = norm2(at - x)
+               if (crosses(i) .or. p%body(i) /= p%body(k) .or. away > least + alike*away) cycle
                if (cuts%divide(x, at)) cycle
-               if (norm2(at - x) < least - alike*norm2(at - x)) n = 0
+               if (away < least - alike*away) n = 0
                if (n == 0) u = 0
                if (n == 0) h = 0
-               least = norm2(at - x)
+               least = away
                n = n + 1
                h = h + (p%gradient_of(i) - h)/n
                u = u + (p%displacement(i, :) + matmul(p%gradient_of(i), x - at) - u)/n

@@ -51,8 +51,8 @@ contains
       integer, intent(out) :: n                  !! number of masters
       integer, intent(out) :: masters(most_nodes_of_leaf)
       real(dp), intent(out) :: by_master(directions*most_nodes_of_leaf, directions*most_nodes_of_leaf) !! as far as there are masters
-      real(dp) :: weight(grid%n_functions, most_nodes_of_leaf)
-      integer :: d, j
+      real(dp) :: weight(grid%n_functions, most_nodes_of_leaf), half(directions, grid%n_functions)
+      integer :: c, d, j, k, l
       associate (at => grid%support_of(e))
          if (all(at <= grid%n_nodes)) then
             n = size(at)
@@ -62,10 +62,20 @@ contains
          end if
          call grid%dofs%masters_of(at, n, masters, weight)
       end associate
-      do j = 1, directions
-         do d = 1, directions
-            by_master(d:directions*n:directions, j:directions*n:directions) = &
-               matmul(transpose(weight(:, :n)), matmul(by_node(d::directions, j::directions), weight(:, :n)))
+      do k = 1, n
+         do j = 1, directions
+            half = 0
+            do c = 1, grid%n_functions
+               if (.not. abs(weight(c, k)) > 0) cycle
+               do l = 1, grid%n_functions
+                  half(:, l) = half(:, l) + by_node(directions*(l - 1) + 1:directions*l, directions*(c - 1) + j)*weight(c, k)
+               end do
+            end do
+            do l = 1, n
+               do d = 1, directions
+                  by_master(directions*(l - 1) + d, directions*(k - 1) + j) = dot_product(weight(:, l), half(d, :))
+               end do
+            end do
          end do
       end do
    end subroutine matrix_by_masters

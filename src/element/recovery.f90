@@ -11,6 +11,7 @@
 !> In a grid of bilinear cells all nodes are corners, and nothing here has anything to do.
 module hampm_recovery
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_dofs, only: element_of_slot
    use hampm_grid, only: grid_t
    use hampm_lapack, only: dposv
    use hampm_mass_matrix, only: mass_matrix_t
@@ -41,11 +42,13 @@ contains
       real(dp), intent(in) :: field(width, *)    !! values of the particles, (width, n)
       real(dp), intent(out) :: nodal(width, *)   !! values of the points, 0 where there are no particles, (width, n_points)
       integer, intent(in), optional :: material
+      integer, allocatable :: number(:)
       integer :: a
+      allocate (number(m%particles%n))
       nodal(:, :m%grid%n_points) = 0
       associate (all => matrix%all)
          do a = 1, all%n_nodes
-            call fit(m, all%nodes(a), width, field, nodal(:, all%nodes(a)), material)
+            call fit(m, all%nodes(a), width, field, nodal(:, all%nodes(a)), number, material)
          end do
       end associate
       call m%grid%dofs%distribute(matrix%all, width, nodal)
@@ -62,34 +65,39 @@ contains
       real(dp), intent(out) :: edge(:)           !! of the smallest cell at the node [m], (n_nodes)
       integer, intent(in), optional :: material
       logical, allocatable :: is_corner(:)
+      integer, allocatable :: number(:)
       integer :: node
-      allocate (is_corner(m%grid%n_points))
+      allocate (is_corner(m%grid%n_points), number(m%particles%n))
       is_corner = are_corners(m)
       coefficient = 0
       edge = 1
       do node = 1, m%grid%n_nodes
-         if (is_corner(node)) call fit_quadratic(m, node, width, field, coefficient(:, :, node), edge(node), material)
+         if (is_corner(node)) call fit_quadratic(m, node, width, field, coefficient(:, :, node), edge(node), number, material)
       end do
    end subroutine recover_quadratic
 
    !> The same at one node, by the normal equations. What few particles leave open is kept small.
-   subroutine fit_quadratic(m, node, width, field, coefficient, edge, material)
+   subroutine fit_quadratic(m, node, width, field, coefficient, edge, number, material)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: node, width
       real(dp), intent(in) :: field(width, *)
       real(dp), intent(out) :: coefficient(n_terms, width), edge
+      integer, intent(inout) :: number(:)        !! room for all particles
       integer, intent(in), optional :: material
       real(dp), parameter :: ridge = 1e-9_dp
       real(dp) :: matrix(n_terms, n_terms), term(n_terms)
-      integer, allocatable :: number(:)
-      integer :: k, info
-      call find_surroundings(m, node, material, number, edge)
+      integer :: n, j, k, info
+      call find_surroundings(m, node, material, n, number, edge)
       matrix = 0
       coefficient = 0
-      do k = 1, size(number)
+      do k = 1, n
          term = terms_at((m%particles%place_in_grid(number(k)) - m%grid%node_position(:, node))/edge)
-         matrix = matrix + spread(term, 2, n_terms)*spread(term, 1, n_terms)
-         coefficient = coefficient + spread(term, 2, width)*spread(field(:, number(k)), 1, n_terms)
+         do j = 1, n_terms
+            matrix(:, j) = matrix(:, j) + term*term(j)
+         end do
+         do j = 1, width
+            coefficient(:, j) = coefficient(:, j) + term*field(j, number(k))
+         end do
       end do
       if (.not. matrix(1, 1) > 0) return
       do k = 1, n_terms
@@ -107,22 +115,21 @@ contains
    end function terms_at
 
    !> Value at a node of the linear function that fits the particles around it.
-   subroutine fit(m, node, width, field, value, material)
+   subroutine fit(m, node, width, field, value, number, material)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: node, width
       real(dp), intent(in) :: field(width, *)
       real(dp), intent(out) :: value(width)
+      integer, intent(inout) :: number(:)        !! room for all particles
       integer, intent(in), optional :: material
       real(dp) :: x(ndim), mean_x(ndim), spread_x(ndim, ndim), mean(width), moment(width, ndim), edge
       integer :: n, k, d
-      integer, allocatable :: number(:)
-      call find_surroundings(m, node, material, number, edge)
+      call find_surroundings(m, node, material, n, number, edge)
       mean_x = 0
       spread_x = 0
       mean = 0
       moment = 0
       value = 0
-      n = size(number)
       if (n == 0) return
       do k = 1, n
          x = (m%particles%place_in_grid(number(k)) - m%grid%node_position(:, node))/edge
@@ -143,22 +150,34 @@ contains
    end subroutine fit
 
    !> The particles in the leaves at a node, or in their pieces, of one material where that is present, and the edge of the smallest leaf [m].
-   pure subroutine find_surroundings(m, node, material, number, edge)
+   pure subroutine find_surroundings(m, node, material, n, number, edge)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: node
       integer, intent(in), optional :: material
-      integer, allocatable, intent(out) :: number(:) !! of the particles
+      integer, intent(out) :: n                  !! how many there are
+      integer, intent(inout) :: number(:)        !! the first n are theirs
       real(dp), intent(out) :: edge
-      integer, allocatable :: first(:)           ! element of each piece
-      integer :: k, e, i
-      associate (around => m%grid%dofs%elements_at(node))
-         first = [(m%grid%first_of_piece(around(k)), k=1, size(around))]
+      integer :: first, last, k, e, i
+      n = 0
+      last = 0
+      edge = huge(edge)
+      associate (dofs => m%grid%dofs, b => m%blocks)
+         do k = dofs%first_slot(node), dofs%first_slot(node + 1) - 1 ! elements ascend, and those of a piece follow each other
+            first = m%grid%first_of_piece(element_of_slot(dofs%slot(k)))
+            if (first <= last) cycle
+            last = m%grid%last_of_piece(first)
+            edge = min(edge, m%grid%leaf_size(first))
+            do e = first, last
+               do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+                  if (present(material)) then
+                     if (m%particles%material(i) /= material) cycle
+                  end if
+                  n = n + 1
+                  number(n) = i
+               end do
+            end do
+         end do
       end associate
-      first = pack(first, [(all(first(:k - 1) /= first(k)), k=1, size(first))])
-      edge = minval([(m%grid%leaf_size(first(k)), k=1, size(first))])
-      number = [(([(i, i=m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e))], e=first(k), &
-                  m%grid%last_of_piece(first(k))), k=1, size(first))]
-      if (present(material)) number = pack(number, m%particles%material(number) == material)
    end subroutine find_surroundings
 
    !> S^-1 x of the matrix S of the spread of the places.

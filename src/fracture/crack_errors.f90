@@ -15,7 +15,7 @@ module hampm_crack_errors
    use hampm_particles, only: particles_t
    use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
    use hampm_tip_measurements, only: estimate_rates, measure_domain
-   use hampm_missing_energy, only: missing_energy, displace
+   use hampm_missing_energy, only: missing_energies, displace
    implicit none
    private
    public :: estimate_errors
@@ -134,7 +134,8 @@ contains
       integer, parameter :: most_others = 4      ! that are counted: what others change falls with the square of their distance
       real(dp) :: k(modes), k_there(modes), k_here(modes), j, j_there, j_here, of_k(modes), of_j, by_cells
       real(dp) :: off_of_j(modes), off_of_k(modes)
-      real(dp) :: places(ndim, size(tips)), distance
+      real(dp) :: places(ndim, size(tips)), distance, missing(2)
+      real(dp), allocatable :: u(:, :, :)
       integer :: t, d
       of_k = 0
       of_j = 0
@@ -160,9 +161,11 @@ contains
             places(:, d) = tips(d)%place
          end do
          associate (moved => static_tips%moved(:, :, number))
-            by_cells = abs(missing_energy(problem, places, tip_zone*h, static_tips%u + h*moved) &
-                           - missing_energy(problem, places, tip_zone*h, static_tips%u - h*moved)) &
-                       /(2*h*problem%particles%thickness%at(tips(number)%now))
+            allocate (u(ndim, size(moved, 2), 2))
+            u(:, :, 1) = static_tips%u + h*moved
+            u(:, :, 2) = static_tips%u - h*moved
+            missing = missing_energies(problem, spread(places, 3, 2), tip_zone*h, u)
+            by_cells = abs(missing(1) - missing(2))/(2*h*problem%particles%thickness%at(tips(number)%now))
             if (tips(number)%is_half()) by_cells = 2*by_cells
          end associate
       end associate

@@ -34,7 +34,10 @@ module hampm_crack_tip_field
    !> A tip in a material.
    type :: tip_field_t
       private
-      complex(dp) :: root(2) = 0                 !! s_1 and s_2 [-]
+      complex(dp) :: root(2) = 0                 !! s_1 and s_2, both in the middle between them where they are nearly the same [-]
+      logical :: apart = .false.                 !! whether they are not
+      complex(dp) :: w(ndim, modes, 2) = 0       !! w of each root, in mode I over s, times the factor of the mode, sqrt(2 pi) apart [1/Pa]
+      complex(dp) :: dw(ndim, modes) = 0         !! and its derivative with respect to the first [1/Pa]
       real(dp) :: compliance(n_voigt, n_voigt) = 0 !! a in the axes of the crack [1/Pa]
       real(dp) :: stiffness(n_voigt, n_voigt) = 0 !! its inverse [Pa]
       real(dp) :: rate(modes, modes) = 0         !! Y [1/Pa]
@@ -69,6 +72,7 @@ contains
          field%rate(1, 2) = a(1, 1)*aimag(product)/2
          field%rate(2, 1) = field%rate(1, 2)
       end associate
+      call find_factors(field)
    end function new_tip_field
 
    !> The roots in the axes of the material: with L = sqrt(a_22/a_11) and S = sqrt((2 a_12 + a_66)/a_11 + 2 L) they have the sum i S and
@@ -94,48 +98,53 @@ contains
       end associate
    end function turned_roots
 
-   !> Displacement gradient for a unit stress intensity factor of a mode [1/(Pa sqrt(m))].
+   !> Find what the displacement gradients have of the roots: w, divided by the difference of these where they are apart.
+   pure subroutine find_factors(field)
+      type(tip_field_t), intent(inout) :: field
+      complex(dp) :: factor(modes)
+      integer :: k
+      factor = [field%root(1)*field%root(2), cmplx(1, 0, dp)]/sqrt(2*pi)
+      field%apart = abs(field%root(1) - field%root(2)) > same*abs(field%root(1))
+      if (field%apart) factor = factor/(field%root(1) - field%root(2))
+      if (.not. field%apart) field%root = sum(field%root)/2
+      associate (a => field%compliance, s => field%root, w => field%w, dw => field%dw)
+         do k = 1, 2
+            w(:, 2, k) = [a(1, 1)*s(k)**2 + a(1, 2) - a(1, 3)*s(k), a(1, 2)*s(k) + a(2, 2)/s(k) - a(2, 3)]
+            w(:, 1, k) = w(:, 2, k)/s(k)
+         end do
+         dw(:, 2) = [2*a(1, 1)*s(1) - a(1, 3), a(1, 2) - a(2, 2)/s(1)**2]
+         dw(:, 1) = (dw(:, 2) - w(:, 1, 1))/s(1)
+         do k = 1, modes
+            w(:, k, :) = factor(k)*w(:, k, :)
+            dw(:, k) = factor(k)*dw(:, k)
+         end do
+      end associate
+   end subroutine find_factors
+
+   !> Displacement gradient for a unit stress intensity factor of a mode: of w_i z,j/sqrt(z) the divided difference, or the derivative with
+   !> its sign turned around [1/(Pa sqrt(m))].
    pure function gradient(self, mode, x)
       class(tip_field_t), intent(in) :: self
       integer, intent(in) :: mode
       real(dp), intent(in) :: x(ndim)            !! place, not the tip itself [m]
       real(dp) :: gradient(ndim, ndim)
-      complex(dp) :: f(ndim, ndim, 2), derivative(ndim, ndim), difference(ndim, ndim)
-      difference(1, 1) = self%root(1) - self%root(2)
-      if (abs(difference(1, 1)) > same*abs(self%root(1))) then
-         call find_terms(self, mode, x, self%root(1), f(:, :, 1), derivative)
-         call find_terms(self, mode, x, self%root(2), f(:, :, 2), derivative)
-         difference = (f(:, :, 2) - f(:, :, 1))/difference(1, 1)
+      complex(dp) :: z, over_root(2), f(ndim), difference(ndim)
+      integer :: k
+      do k = 1, merge(2, 1, self%apart)
+         z = sqrt(cmplx(x(1) + real(self%root(k), dp)*x(2), aimag(self%root(k))*x(2), dp)) ! with the sign of a zero: it tells the face of the crack
+         over_root(k) = conjg(z)/(real(z, dp)**2 + aimag(z)**2)
+      end do
+      f = self%w(:, mode, 1)*over_root(1)
+      if (self%apart) then
+         difference = self%w(:, mode, 2)*over_root(2)
+         gradient(:, 1) = real(difference - f, dp)
+         gradient(:, 2) = real(self%root(2)*difference - self%root(1)*f, dp)
       else
-         call find_terms(self, mode, x, sum(self%root)/2, f(:, :, 1), derivative)
-         difference = -derivative
+         difference = f*over_root(1)**2*(x(2)/2) - self%dw(:, mode)*over_root(1)
+         gradient(:, 1) = real(difference, dp)
+         gradient(:, 2) = real(self%root(1)*difference - f, dp)
       end if
-      if (mode == 1) difference = self%root(1)*self%root(2)*difference
-      gradient = real(difference, dp)/sqrt(2*pi)
    end function gradient
-
-   !> Of a root: w_i z,j/sqrt(z), in mode I over s, and its derivative with respect to s.
-   pure subroutine find_terms(self, mode, x, s, f, derivative)
-      class(tip_field_t), intent(in) :: self
-      integer, intent(in) :: mode
-      real(dp), intent(in) :: x(ndim)            !! [m]
-      complex(dp), intent(in) :: s
-      complex(dp), intent(out) :: f(ndim, ndim), derivative(ndim, ndim)
-      complex(dp) :: w(ndim), dw(ndim), z
-      associate (a => self%compliance)
-         w = [a(1, 1)*s**2 + a(1, 2) - a(1, 3)*s, a(1, 2)*s + a(2, 2)/s - a(2, 3)]
-         dw = [2*a(1, 1)*s - a(1, 3), a(1, 2) - a(2, 2)/s**2]
-      end associate
-      if (mode == 1) then
-         dw = (dw - w/s)/s
-         w = w/s
-      end if
-      z = cmplx(x(1) + real(s, dp)*x(2), aimag(s)*x(2), dp)  ! with the sign of a zero: it tells the face of the crack
-      f(:, 1) = w/sqrt(z)
-      f(:, 2) = s*f(:, 1)
-      derivative(:, 1) = (dw - w*x(2)/(2*z))/sqrt(z)
-      derivative(:, 2) = f(:, 1) + s*derivative(:, 1)
-   end subroutine find_terms
 
    !> Stress of a displacement gradient at small strain [Pa].
    pure function stress(self, h)

@@ -30,7 +30,7 @@ module hampm_expected_error
    use hampm_tip_domain, only: tip_domain_t, weight_nodes
    use hampm_loads, only: largest_factors
    use hampm_tensors, only: identity, trace
-   use hampm_missing_energy, only: gradient_of, missing_energy, stress_of
+   use hampm_missing_energy, only: gradient_by, gradient_of, missing_energies, stress_of
    implicit none
    private
    public :: static_crack_t, find_static_crack, error_by_lengths, place_of_tip, tip_zone, static_tips_t, find_static_tips
@@ -353,24 +353,26 @@ contains
       type(condensation_t), intent(in) :: condensation
       real(dp), intent(in) :: to_g
       type(static_crack_t), intent(inout) :: crack
-      real(dp), allocatable :: closed(:, :)
-      real(dp) :: force(size(condensation%parting)), work(modes), places(ndim, size(tips))
+      real(dp), allocatable :: u(:, :, :)        ! as it is, and with the first pair closed [m]
+      real(dp) :: force(size(condensation%parting)), work(modes), places(ndim, size(tips), 2), missing(2)
       integer :: k
       call condensation%close_pairs([1], force, work)
-      allocate (closed, source=crack%u)
+      allocate (u(ndim, m%grid%n_points, 2))
+      u(:, :, 1) = crack%u
+      u(:, :, 2) = crack%u
       do k = 1, size(force)
-         if (abs(force(k)) > 0) closed = closed - force(k)*condensation%moved(:, :, k)
+         if (abs(force(k)) > 0) u(:, :, 2) = u(:, :, 2) - force(k)*condensation%moved(:, :, k)
       end do
       do k = 1, size(tips)
-         places(:, k) = tips(k)%place
+         places(:, k, 1) = tips(k)%place
       end do
+      places(:, :, 2) = places(:, :, 1)
       k = merge(size(tips), 1, m%grid%is_quadratic())
       associate (h => tips(1)%nodes%spacing)
-         crack%by_cells = missing_energy(m, places(:, :k), tip_zone*h, crack%u)
-         places(:, 1) = places(:, 1) - h*tips(1)%axis(:, 1)
-         crack%by_cells = to_g*(crack%by_cells - missing_energy(m, places(:, :k), tip_zone*h, closed))
+         places(:, 1, 2) = places(:, 1, 2) - h*tips(1)%axis(:, 1)
+         missing = missing_energies(m, places(:, :k, :), tip_zone*h, u)
       end associate
-      crack%by_cells = crack%by_cells*work/sum(work)
+      crack%by_cells = to_g*(missing(1) - missing(2))*work/sum(work)
    end subroutine find_far_error
 
    !> Energy that the particles store with a displacement of the points [J].
@@ -383,7 +385,7 @@ contains
          do i = 1, p%n
             associate (material => m%materials(p%material(i)))
                energy = energy + p%volume(i)*energy_of_stress(material, &
-                        stress_of(material, matmul(u(:, m%grid%support_of(p%cell(i))), derivatives_at(m, i))))
+                        stress_of(material, gradient_by(u, m%grid%support_of(p%cell(i)), derivatives_at(m, i))))
             end associate
          end do
       end associate

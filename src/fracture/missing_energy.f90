@@ -10,7 +10,7 @@ module hampm_missing_energy
    use hampm_element_stiffness, only: stiff_points, derivatives_at, n_derivatives
    implicit none
    private
-   public :: missing_energy, displace, gradient_of, stress_of
+   public :: missing_energies, displace, gradient_of, stress_of, gradient_by
 
    integer, parameter :: n_stress = ndim*ndim
 
@@ -19,29 +19,36 @@ module hampm_missing_energy
 
 contains
 
-   !> Energy that the cells away from some places store too little under given forces [J]: half of the squared error e in the energy
-   !> norm, where e is the difference of the recovered stress from that of the cells (Zienkiewicz & Zhu 1992), less what the
-   !> particles miss of the energy of the cells' own field, which makes these softer. Those of quadratic cells miss next to nothing.
-   real(dp) function missing_energy(m, places, radius, u) result(missing)
+   !> Energy that the cells away from some places store too little under given forces [J], for each of some displacements: half of the squared
+   !> error e in the energy norm, where e is the difference of the recovered stress from that of the cells (Zienkiewicz & Zhu 1992), less what
+   !> the particles miss of the energy of the cells' own field, which makes these softer. Those of quadratic cells miss next to nothing.
+   function missing_energies(m, places, radius, u) result(missing)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: places(:, :), radius !! around which cells do not count, and how far [m]
-      real(dp), intent(in) :: u(:, :)            !! displacement of the points [m], (ndim, n_points)
-      real(dp), allocatable :: stress(:, :), nodal(:, :), squared(:)
-      integer :: i, k, e, k_place
+      real(dp), intent(in) :: places(:, :, :), radius !! around which cells do not count, (ndim, places, displacements), and how far [m]
+      real(dp), intent(in) :: u(:, :, :)         !! displacements of the points [m], (ndim, n_points, displacements)
+      real(dp) :: missing(size(u, 3))
+      real(dp), allocatable :: stress(:, :), nodal(:, :), squared(:, :)
+      real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), x(ndim)
+      integer :: at(m%grid%n_functions), i, k, e, d
       missing = 0
-      allocate (stress(stress_components(m%particles), m%particles%n), nodal(stress_components(m%particles), m%grid%n_points))
-      associate (p => m%particles, grid => m%grid, b => m%blocks)
+      associate (p => m%particles, grid => m%grid, b => m%blocks, n => stress_components(m%particles))
+         allocate (stress(n*size(missing), p%n), nodal(n*size(missing), grid%n_points))
          do i = 1, p%n
-            stress(:, i) = stress_of(m%materials(p%material(i)), matmul(u(:, grid%support_of(p%cell(i))), derivatives_at(m, i)))
+            at = grid%support_of(p%cell(i))
+            gradient = derivatives_at(m, i)
+            do d = 1, size(missing)
+               stress(n*(d - 1) + 1:n*d, i) = stress_of(m%materials(p%material(i)), gradient_by(u(:, :, d), at, gradient))
+            end do
          end do
          if (grid%is_quadratic()) then
             call errors_at_particles(m, stress, squared)
-            do k = 1, size(places, 2)
-               do i = 1, p%n
-                  if (norm2(p%reference(i, :) - places(:, k)) < radius) squared(i) = 0
+            do i = 1, p%n
+               x = p%reference(i, :)
+               do d = 1, size(missing)
+                  if (is_near(x, places(:, :, d), radius)) squared(i, d) = 0
                end do
             end do
-            missing = sum(squared)/2
+            missing = sum(squared, dim=1)/2
             return
          end if
          do k = 1, size(m%materials)
@@ -49,26 +56,41 @@ contains
             do i = 1, b%n_occupied
                e = b%occupied(i)
                if (p%material(b%first_in(e)) /= k) cycle
-               associate (middle => grid%element_lower(:, e) + grid%element_size(e)/2)
-                  if (any([(norm2(middle - places(:, k_place)) < radius, k_place=1, size(places, 2))])) cycle
-               end associate
-               missing = missing + missing_in_element(m, e, u(:, grid%element_nodes(:, e)), nodal(:, grid%element_nodes(:, e)))
+               x = grid%element_lower(:, e) + grid%element_size(e)/2
+               do d = 1, size(missing)
+                  if (is_near(x, places(:, :, d), radius)) cycle
+                  missing(d) = missing(d) + missing_in_element(m, e, u(:, :, d), stress(n*(d - 1) + 1:n*d, :), &
+                                                               nodal(n*(d - 1) + 1:n*d, :))
+               end do
             end do
          end do
       end associate
-   end function missing_energy
+   end function missing_energies
+
+   !> Whether a place is nearer to one of others than a distance.
+   pure logical function is_near(x, places, distance)
+      real(dp), intent(in) :: x(ndim), places(:, :), distance !! [m]
+      integer :: k
+      is_near = .false.
+      do k = 1, size(places, 2)
+         is_near = is_near .or. norm2(x - places(:, k)) < distance
+      end do
+   end function is_near
 
    !> The same of an element that is full of material; of others nothing is known [J].
-   pure real(dp) function missing_in_element(m, e, u, recovered) result(missing)
+   pure real(dp) function missing_in_element(m, e, u, of_particles, recovered) result(missing)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: e
-      real(dp), intent(in) :: u(ndim, corners)           !! [m]
-      real(dp), intent(in) :: recovered(:, :)            !! stress at its nodes [Pa], (components, corners)
+      real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
+      real(dp), intent(in) :: of_particles(:, :) !! stress of the particles [Pa], (components, particles)
+      real(dp), intent(in) :: recovered(:, :)    !! stress at the points [Pa], (components, n_points)
       real(dp), parameter :: off = sqrt(1/12.0_dp)       ! of Gauss points from the middle, in cells
       real(dp), parameter :: gauss(ndim, 4) = 0.5_dp + off*reshape([-1, -1, 1, -1, -1, 1, 1, 1], [ndim, 4])
       real(dp), allocatable :: gradient(:, :, :)
-      real(dp) :: total, middle(ndim), x(ndim), area, weight, stress(size(recovered, 1)), gradient_there(corners, n_derivatives(m))
-      integer :: i, k
+      real(dp) :: total, middle(ndim), x(ndim), area, weight, stress(size(recovered, 1)), shape(corners), &
+                  gradient_there(corners, n_derivatives(m))
+      integer :: i, k, c, at(corners)
+      at = m%grid%element_nodes(:, e)
       missing = 0
       total = 0
       middle = 0
@@ -77,39 +99,61 @@ contains
             area = p%area_of(i)
             total = total + area
             middle = middle + area*(m%local_of(i) - 0.5_dp)
+         end do
+         if (any(abs(middle) > not_full*total)) return
+         do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+            if (b%count_in(e) > 1) missing = missing + p%volume(i)*energy_of_stress(material, of_particles(:, i))
+            if (b%count_in(e) > 1) cycle
             call stiff_points(m, e, i, gradient)
             do k = 1, size(gradient, 3)
-               missing = missing + p%volume(i)/size(gradient, 3)*energy_of_stress(material, stress_of(material, &
-                                                                                        matmul(u, gradient(:, :, k))))
+               missing = missing + p%volume(i)/size(gradient, 3) &
+                                   *energy_of_stress(material, stress_of(material, gradient_by(u, at, gradient(:, :, k))))
             end do
          end do
-         if (any(abs(middle) > not_full*total)) missing = 0
-         if (any(abs(middle) > not_full*total)) return
          do k = 1, 4
             x = m%grid%element_lower(:, e) + gauss(:, k)*m%grid%element_size(e)
             gradient_there(:, :ndim) = shape_gradients(gauss(:, k), 1/m%grid%element_size(e))
-            if (material%is_ring) gradient_there(:, ndim + 1) = shape_functions(gauss(:, k))/x(1)
-            stress = stress_of(material, matmul(u, gradient_there))
+            shape = shape_functions(gauss(:, k))
+            if (material%is_ring) gradient_there(:, ndim + 1) = shape/x(1)
+            stress = stress_of(material, gradient_by(u, at, gradient_there))
             weight = total/4*p%thickness%at(x)
             missing = missing - weight*energy_of_stress(material, stress)
-            missing = missing + weight*energy_of_stress(material, matmul(recovered, shape_functions(gauss(:, k))) - stress)
+            do c = 1, corners
+               stress = stress - shape(c)*recovered(:, at(c))
+            end do
+            missing = missing + weight*energy_of_stress(material, stress)
          end do
       end associate
    end function missing_in_element
+
+   !> Gradient of a displacement of points by the derivatives of the functions of those at some of them [-].
+   pure function gradient_by(u, at, derivatives) result(gradient)
+      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, points)
+      integer, intent(in) :: at(:)
+      real(dp), intent(in) :: derivatives(:, :)  !! [1/m], (size(at), derivatives)
+      real(dp) :: gradient(ndim, size(derivatives, 2))
+      integer :: k, j
+      gradient = 0
+      do j = 1, size(derivatives, 2)
+         do k = 1, size(at)
+            gradient(:, j) = gradient(:, j) + u(:, at(k))*derivatives(k, j)
+         end do
+      end do
+   end function gradient_by
 
    !> Stress of a small displacement gradient, whatever the law, with stress_33 behind it where material is axisymmetric [Pa].
    pure function stress_of(material, h) result(stress)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: h(:, :)            !! with a column for H_33 there [-]
       real(dp) :: stress(n_stress + size(h, 2) - ndim)
-      real(dp) :: in_plane(ndim, ndim)
-      in_plane = h(:, :ndim)
-      if (size(h, 2) == ndim) then
-         stress = reshape(material%small_strain_stress(in_plane), [n_stress])
-      else
-         stress = [reshape(material%small_strain_stress(in_plane, h(1, ndim + 1)), [n_stress]), &
-                   material%small_hoop_stress(in_plane, h(1, ndim + 1))]
-      end if
+      real(dp) :: h_in_plane(ndim, ndim), in_plane(ndim, ndim), hoop
+      h_in_plane = h(:, :ndim)
+      hoop = 0
+      if (size(h, 2) > ndim) hoop = h(1, ndim + 1)
+      in_plane = material%small_strain_stress(h_in_plane, hoop)
+      stress(:ndim) = in_plane(:, 1)
+      stress(ndim + 1:n_stress) = in_plane(:, 2)
+      if (size(h, 2) > ndim) stress(n_stress + 1) = material%small_hoop_stress(h_in_plane, hoop)
    end function stress_of
 
    !> Particles as they are where their points have a displacement; with a place only those in cells nearer to it than a distance.
@@ -118,9 +162,9 @@ contains
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       type(particles_t), intent(out) :: p
       real(dp), intent(in), optional :: place(ndim), distance !! in the reference configuration [m]
-      real(dp) :: of_support(ndim, m%grid%n_functions), slopes(m%grid%n_functions, ndim), shape(m%grid%n_functions), xi(ndim)
+      real(dp) :: slopes(m%grid%n_functions, ndim), shape(m%grid%n_functions), xi(ndim), moved(ndim)
+      integer :: at(m%grid%n_functions), i, k
       real(dp), parameter :: reach = 8           ! of a point in elements, over hanging ones of quadratic cells
-      integer :: i
       p = m%particles
       p%velocity = 0
       do i = 1, p%n
@@ -128,12 +172,16 @@ contains
             if (present(place)) then
                if (norm2(p%reference(i, :) - place) > distance + reach*m%grid%element_size(e)) cycle
             end if
-            of_support = u(:, m%grid%support_of(e))
+            at = m%grid%support_of(e)
             xi = m%local_of(i)
             slopes = m%grid%gradients_in(e, xi)
             shape = m%grid%functions_in(e, xi)
-            p%gradient(i, :, :) = matmul(of_support, slopes)
-            p%displacement(i, :) = matmul(of_support, shape)
+            p%gradient(i, :, :) = gradient_by(u, at, slopes)
+            moved = 0
+            do k = 1, size(at)
+               moved = moved + u(:, at(k))*shape(k)
+            end do
+            p%displacement(i, :) = moved
             if (allocated(p%widening)) p%widening(i) = p%displacement(i, 1)
          end associate
       end do
@@ -144,9 +192,7 @@ contains
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
       integer, intent(in) :: i
-      real(dp) :: gradient(ndim, ndim), of_support(ndim, m%grid%n_functions), slopes(m%grid%n_functions, ndim)
-      of_support = u(:, m%grid%support_of(m%particles%cell(i)))
-      slopes = m%gradients_of(i)
-      gradient = matmul(of_support, slopes)
+      real(dp) :: gradient(ndim, ndim)
+      gradient = gradient_by(u, m%grid%support_of(m%particles%cell(i)), m%gradients_of(i))
    end function gradient_of
 end module hampm_missing_energy

@@ -103,6 +103,7 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(particles_t), intent(in) :: p
       type(places_t), intent(inout) :: places
+      type(place_t), allocatable :: list(:)
       real(dp) :: weight
       integer :: k, i, n
       if (places%stay(domain, blocks, p)) return
@@ -123,7 +124,8 @@ contains
             end do
          end associate
       end do
-      places%list = places%list(:n)
+      allocate (list, source=places%list(:n))
+      call move_alloc(list, places%list)
    end subroutine list_places
 
    !> Fill the places that were listed with what they are in the discs, which may turn in the updated frame.

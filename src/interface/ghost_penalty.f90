@@ -92,10 +92,11 @@ contains
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       real(dp), allocatable :: fill(:), modulus(:), density(:), g(:)
-      logical, allocatable :: moves(:), is_held(:), is_filled(:), thin(:)
+      logical, allocatable :: moves(:), is_held(:), is_filled(:), thin(:), at_small(:)
       type(disjoint_sets_t) :: held
       logical :: has_mass, is_in_steps
       integer :: cell, e, i, k, side
+      allocate (at_small(m%grid%n_points), source=.false.)
       allocate (moves(m%grid%n_points), is_held(m%grid%n_elements), is_filled(m%grid%n_elements), thin(m%grid%n_elements))
       allocate (fill(m%grid%n_elements), modulus(m%grid%n_elements), density(m%grid%n_elements), g(m%grid%n_elements))
       has_mass = interfaces%are_moving .and. m%grid%is_quadratic()
@@ -123,11 +124,13 @@ contains
             modulus(e) = modulus(first)
             density(e) = density(first)
             if (fill(first) < enough .and. .not. m%grid%aggregated_nodes%has_root_cell(m%grid%element_leaf(e))) g(e) = g_of(e)
+            if (g(e) > 0) at_small(at) = .true.
             is_held(e) = is_filled(e) .or. all(moves(at) .and. at <= m%grid%n_nodes) ! an empty one passes on, but not to nodes that nothing moves
          end associate
       end do
       call singletons(m%grid%n_elements, held)
       do e = 1, m%grid%n_elements, cell
+         if (.not. any(at_small(m%grid%support_of(e)))) cycle
          do side = 1, 2*ndim
             associate (others => beyond(m%grid, e, side))
                do k = 1, size(others)

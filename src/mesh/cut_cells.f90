@@ -24,6 +24,7 @@ module hampm_cut_cells
    integer, parameter :: samples = 16            !! of a leaf in each direction
    integer, parameter :: near = 2                !! samples from a point within which one tells its piece
    integer, parameter :: around = 4              !! leaves at a place, at most
+   integer, parameter :: nodes_along = 3         !! places at which a leaf may have nodes in each direction
    real(dp), parameter :: on_line = 1e-9_dp      !! distance within which a point is on a line, in cells of the lattice of roots
    real(dp), parameter :: nearly_none = 1e-6_dp  !! part of the way through a leaf that counts as none
 
@@ -47,6 +48,8 @@ module hampm_cut_cells
       integer, allocatable :: first_near(:), near(:) !! the segments near each entry, in rows
       integer, allocatable :: n_pieces(:) !! of each entry
       integer, allocatable :: piece(:, :, :) !! in which each sample is, (samples, samples, entries)
+      integer, allocatable, private :: first_piece(:) !! of each entry in the next
+      integer, allocatable, private :: copy(:, :, :) !! which copy of the nodes at its places each piece has, (nodes_along, nodes_along, pieces)
       real(dp) :: slack = 0                      !! distance within which a point is on a line [m]
    contains
       procedure :: are_there
@@ -66,6 +69,7 @@ module hampm_cut_cells
       procedure, private :: certain_piece_at
       procedure, private :: is_near
       procedure :: copy_at
+      procedure :: find_copies
    end type cut_cells_t
 
 contains
@@ -301,7 +305,7 @@ contains
 
    !> Whether a polyline runs between two points.
    pure logical function divides(points, p, q, slack)
-      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
+      real(dp), contiguous, intent(in) :: points(:, :) !! [m], (ndim, 2 or more)
       real(dp), intent(in) :: p(ndim), q(ndim)   !! [m]
       real(dp), intent(in) :: slack              !! [m]
       integer :: k
@@ -423,21 +427,84 @@ contains
    end function certain_piece_at
 
    !> Which copy of the node, or hanging node, at a place a piece of a leaf has, from 0 on: pieces of the leaves around the place that are
-   !> connected there have the same. With `joined` the pieces of that leaf are taken as one.
-   pure integer function copy_at(self, forest, place, leaf, piece, joined) result(copy)
+   !> connected there have the same.
+   pure integer function copy_at(self, forest, place, leaf, piece) result(copy)
       class(cut_cells_t), intent(in) :: self
       type(forest_t), intent(in) :: forest
       integer(long), intent(in) :: place(ndim)   !! in integer coordinates of the forest
       integer, intent(in) :: leaf, piece
-      integer, intent(in), optional :: joined
-      integer :: leaves(around)                  ! below left, below right, above left, above right; 0 where there is none
-      integer :: first(around)                   ! member of the set: the first piece of each
+      integer :: leaves(around), first(around), at(ndim), k
       type(disjoint_sets_t) :: sets
-      integer :: k, i, n
+      if (self%is_near(leaf)) then
+         at = place_in_leaf(forest, leaf, place)
+         if (all(at > 0)) then
+            copy = self%copy(at(1), at(2), self%first_piece(self%entry(leaf)) + piece - 1)
+            return
+         end if
+      end if
       copy = 0
-      leaves = [leaf_beside(forest, place - [1, 1]), leaf_beside(forest, place - [0, 1]), &
-                leaf_beside(forest, place - [1, 0]), leaf_beside(forest, place)]
+      leaves = leaves_around(forest, place)
       if (.not. any([(self%is_near(leaves(k)), k=1, around)])) return
+      call connect_around(self, forest, place, leaves, first, sets)
+      copy = sets%how_many(below=sets%least_of(first(findloc(leaves, leaf, dim=1)) + piece - 1))
+   end function copy_at
+
+   !> Find the copies of nodes at corners, and in the middle of sides and of leaves, that pieces near lines have.
+   pure subroutine find_copies(self, forest)
+      class(cut_cells_t), intent(inout) :: self
+      type(forest_t), intent(in) :: forest
+      integer :: leaves(around), first(around), at(ndim), leaf, i, j, k, piece
+      integer(long) :: place(ndim)
+      type(disjoint_sets_t) :: sets
+      allocate (self%first_piece(size(self%n_pieces)), source=1)
+      do k = 2, size(self%n_pieces)
+         self%first_piece(k) = self%first_piece(k - 1) + self%n_pieces(k - 1)
+      end do
+      allocate (self%copy(nodes_along, nodes_along, sum(self%n_pieces)), source=-1)
+      do leaf = 1, size(self%entry)
+         if (.not. self%is_near(leaf)) cycle
+         do j = 1, nodes_along
+            do i = 1, nodes_along
+               if (self%copy(i, j, self%first_piece(self%entry(leaf))) >= 0) cycle
+               place = forest%place_of(leaf) + [i - 1, j - 1]*(level_width(forest%level_of(leaf))/(nodes_along - 1))
+               leaves = leaves_around(forest, place)
+               call connect_around(self, forest, place, leaves, first, sets)
+               do k = 1, around
+                  if (.not. self%is_near(leaves(k))) cycle
+                  at = place_in_leaf(forest, leaves(k), place)
+                  if (any(at == 0)) cycle
+                  do piece = 1, self%pieces_of(leaves(k))
+                     self%copy(at(1), at(2), self%first_piece(self%entry(leaves(k))) + piece - 1) = &
+                        sets%how_many(below=sets%least_of(first(k) + piece - 1))
+                  end do
+               end do
+            end do
+         end do
+      end do
+   end subroutine find_copies
+
+   !> Which of the places of a leaf at which it may have nodes a place is, along x and y; 0 where it is none.
+   pure function place_in_leaf(forest, leaf, place) result(at)
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      integer(long), intent(in) :: place(ndim)
+      integer :: at(ndim)
+      integer(long) :: off(ndim), step
+      off = place - forest%place_of(leaf)
+      step = level_width(forest%level_of(leaf))/(nodes_along - 1)
+      at = 0
+      if (all(mod(off, step) == 0)) at = int(off/step) + 1
+   end function place_in_leaf
+
+   !> Connect the pieces of the leaves around a place.
+   pure subroutine connect_around(self, forest, place, leaves, first, sets)
+      class(cut_cells_t), intent(in) :: self
+      type(forest_t), intent(in) :: forest
+      integer(long), intent(in) :: place(ndim)
+      integer, intent(in) :: leaves(around)      !! as `leaves_around` has them
+      integer, intent(out) :: first(around)      !! member of the sets: the first piece of each
+      type(disjoint_sets_t), intent(out) :: sets
+      integer :: k, n
       n = 0
       do k = 1, around
          first(k) = 0
@@ -454,16 +521,16 @@ contains
       call connect(self, forest, place, leaves([3, 4]), first([3, 4]), 1, 1, sets)
       call connect(self, forest, place, leaves([1, 3]), first([1, 3]), 2, -1, sets)
       call connect(self, forest, place, leaves([2, 4]), first([2, 4]), 2, 1, sets)
-      if (present(joined)) then
-         do k = 1, around
-            if (leaves(k) /= joined) cycle
-            do i = 1, self%pieces_of(joined) - 1
-               call sets%join(first(k), first(k) + i)
-            end do
-         end do
-      end if
-      copy = sets%how_many(below=sets%least_of(first(findloc(leaves, leaf, dim=1)) + piece - 1))
-   end function copy_at
+   end subroutine connect_around
+
+   !> The leaves around a place: below left, below right, above left, above right; 0 where there is none.
+   pure function leaves_around(forest, place) result(leaves)
+      type(forest_t), intent(in) :: forest
+      integer(long), intent(in) :: place(ndim)
+      integer :: leaves(around)
+      leaves = [leaf_beside(forest, place - [1, 1]), leaf_beside(forest, place - [0, 1]), &
+                leaf_beside(forest, place - [1, 0]), leaf_beside(forest, place)]
+   end function leaves_around
 
    !> Connect the pieces of two leaves across their common edge, which begins at a place.
    pure subroutine connect(cut, forest, place, leaf, first, normal, sense, sets)

@@ -353,7 +353,9 @@ contains
    pure real(dp) function area_of(self, i) result(area)
       class(particles_t), intent(in) :: self
       integer, intent(in) :: i
-      area = self%volume(i)/self%thickness%at(self%reference(i, :))
+      real(dp) :: x(ndim)                        ! in one piece
+      x = self%reference(i, :)
+      area = self%volume(i)/self%thickness%at(x)
    end function area_of
 
    !> Weights of some particles in means over places, in proportion to areas in the plane where they are of one material, sum 1 [-]: masses, of rings over

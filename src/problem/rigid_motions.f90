@@ -4,6 +4,7 @@
 !> turned until they do: how far is no matter of the rigid-body constraints.
 module hampm_rigid_motions
    use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: points_of_quadratic
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t, exit_computation
@@ -161,8 +162,8 @@ contains
       type(free_motions_t), intent(out) :: free
       type(rigid_constraint_t), allocatable :: rigid_constraints(:)
       real(dp), allocatable :: moved(:, :)
-      real(dp) :: shape(m%grid%n_functions), by_rate(m%grid%n_functions)
-      integer :: i, j, k
+      real(dp) :: shape(points_of_quadratic), rate(ndim)
+      integer :: at(points_of_quadratic), i, j, k
       call find_rigid_constraints(m, rigid_constraints)
       allocate (free%motion(ndim, m%grid%n_points, size(rigid_constraints)), &
                 free%momentum(ndim, m%grid%n_points, size(rigid_constraints)), &
@@ -174,17 +175,16 @@ contains
       end do
       associate (p => m%particles)
          do i = 1, p%n
-            associate (at => m%nodes_of(i))
-               shape = m%functions_of(i)
-               by_rate = p%mass(i)*shape
-               do k = 1, size(rigid_constraints)
-                  associate (rate => matmul(free%motion(:, at, k), by_rate))
-                     do j = 1, size(at)
-                        free%momentum(:, at(j), k) = free%momentum(:, at(j), k) + rate*shape(j)
-                     end do
-                  end associate
+            call m%grid%shape_functions_in(p%cell(i), m%local_of(i), at, shape)
+            do k = 1, size(rigid_constraints)
+               rate = 0
+               do j = 1, m%grid%n_functions
+                  rate = rate + free%motion(:, at(j), k)*(p%mass(i)*shape(j))
                end do
-            end associate
+               do j = 1, m%grid%n_functions
+                  free%momentum(:, at(j), k) = free%momentum(:, at(j), k) + rate*shape(j)
+               end do
+            end do
          end do
       end associate
       do k = 1, size(rigid_constraints)
