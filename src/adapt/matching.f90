@@ -278,7 +278,7 @@ contains
       real(dp), parameter :: alike = 1e-9_dp     ! part of a distance by which others are as near
       real(dp) :: x(ndim), at(ndim), away, least, u(ndim), h(ndim, ndim)
       logical, allocatable :: crosses(:)
-      integer :: i, k, n
+      integer :: i, j, k, n
       allocate (crosses(m%particles%n))
       associate (p => m%particles, cuts => m%grid%cut_cells)
          do i = 1, size(from, 1)
@@ -294,7 +294,8 @@ contains
             x = p%reference(k, :)
             least = huge(least)
             n = 0
-            do i = 1, p%n
+            do j = 1, p%n                        ! from the child itself on: those in its cell are near, and few others are nearer
+               i = mod(k + j - 2, p%n) + 1
                at = p%reference(i, :)
                away = norm2(at - x)
                if (crosses(i) .or. p%body(i) /= p%body(k) .or. away > least + alike*away) cycle

@@ -155,17 +155,23 @@ contains
       type(place_t), intent(inout) :: place
       real(dp), intent(out) :: q(:), dq(:, :)    !! (radii), (ndim, radii)
       real(dp) :: gradient(grid%n_functions, ndim), to_reference(ndim, ndim), xi(ndim), x(ndim), from_mode(ndim)
-      integer :: mode
+      integer :: mode, k, r
       associate (i => place%particle, e => p%cell(place%particle))
          to_reference = frame_along(domain%direction)
          if (.not. p%total_frame) to_reference = matmul(identity + p%gradient_of(i), to_reference)
          xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
          call grid%shape_functions_in(e, xi, place%point, place%shape)
          gradient = matmul(grid%gradients_in(e, xi), to_reference)
-         associate (at => nodal(:, place%point(:grid%n_functions)))
-            q = matmul(at, place%shape(:grid%n_functions))
-            dq = transpose(matmul(at, gradient))
-         end associate
+         q = 0
+         dq = 0
+         do k = 1, grid%n_functions
+            do r = 1, size(q)
+               associate (at => nodal(r, place%point(k)))
+                  q(r) = q(r) + at*place%shape(k)
+                  dq(:, r) = dq(:, r) + at*gradient(k, :)
+               end associate
+            end do
+         end do
          x = domain%from_tip(p%place_in_grid(i), p%total_frame)
          associate (size => grid%element_size(e))
             if (abs(x(2)) <= on_line*size) x(2) = sign(x(2), domain%face_of_line)

@@ -48,6 +48,7 @@ module hampm_cut_cells
       integer, allocatable :: first_near(:), near(:) !! the segments near each entry, in rows
       integer, allocatable :: n_pieces(:) !! of each entry
       integer, allocatable :: piece(:, :, :) !! in which each sample is, (samples, samples, entries)
+      logical, allocatable, private :: meets_near(:) !! whether each leaf has an entry, or is beside one that has
       integer, allocatable, private :: first_piece(:) !! of each entry in the next
       integer, allocatable, private :: copy(:, :, :) !! which copy of the nodes at its places each piece has, (nodes_along, nodes_along, pieces)
       real(dp) :: slack = 0                      !! distance within which a point is on a line [m]
@@ -433,8 +434,10 @@ contains
       type(forest_t), intent(in) :: forest
       integer(long), intent(in) :: place(ndim)   !! in integer coordinates of the forest
       integer, intent(in) :: leaf, piece
-      integer :: leaves(around), first(around), at(ndim), k
+      integer :: leaves(around), first(around), at(ndim)
       type(disjoint_sets_t) :: sets
+      copy = 0
+      if (.not. self%meets_near(leaf)) return
       if (self%is_near(leaf)) then
          at = place_in_leaf(forest, leaf, place)
          if (all(at > 0)) then
@@ -442,9 +445,7 @@ contains
             return
          end if
       end if
-      copy = 0
       leaves = leaves_around(forest, place)
-      if (.not. any([(self%is_near(leaves(k)), k=1, around)])) return
       call connect_around(self, forest, place, leaves, first, sets)
       copy = sets%how_many(below=sets%least_of(first(findloc(leaves, leaf, dim=1)) + piece - 1))
    end function copy_at
@@ -461,6 +462,7 @@ contains
          self%first_piece(k) = self%first_piece(k - 1) + self%n_pieces(k - 1)
       end do
       allocate (self%copy(nodes_along, nodes_along, sum(self%n_pieces)), source=-1)
+      allocate (self%meets_near(size(self%entry)), source=.false.)
       do leaf = 1, size(self%entry)
          if (.not. self%is_near(leaf)) cycle
          do j = 1, nodes_along
@@ -470,6 +472,7 @@ contains
                leaves = leaves_around(forest, place)
                call connect_around(self, forest, place, leaves, first, sets)
                do k = 1, around
+                  if (leaves(k) /= outside) self%meets_near(leaves(k)) = .true.
                   if (.not. self%is_near(leaves(k))) cycle
                   at = place_in_leaf(forest, leaves(k), place)
                   if (any(at == 0)) cycle
