@@ -1,4 +1,5 @@
-!> A table that numbers integer places in the order in which they are first met: open addressing with linear probing.
+!> A table that numbers integer places in the order in which they are first met: open addressing with linear probing. Where most are the corners
+!> of a lattice, an array has the numbers of these.
 module hampm_place_table
    use hampm_kinds, only: ndim, long
    implicit none
@@ -8,6 +9,9 @@ module hampm_place_table
    !> The places met so far, and where their numbers are found.
    type :: place_table_t
       integer :: n = 0                                  !! places numbered so far
+      integer, allocatable, private :: corner(:, :)     !! number of each corner of the lattice, 0 where it has none yet, from (0, 0) on
+      integer, private :: bits = 0                      !! binary logarithm of its width
+      integer, private :: seated = 0                    !! places that are no such corners
       integer, allocatable, private :: number(:)        !! number in each seat, 0 where it is free, (seats), a power of 2
       integer(long), allocatable, private :: place(:, :) !! place in each seat, (ndim, seats)
    contains
@@ -19,33 +23,71 @@ module hampm_place_table
 contains
 
    !> Room for `n` places at first. `status` is not 0 where the memory does not suffice.
-   pure subroutine reserve(self, n, status)
+   pure subroutine reserve(self, n, status, cells, width)
       class(place_table_t), intent(inout) :: self
       integer, intent(in) :: n
       integer, intent(out) :: status
+      integer, intent(in), optional :: cells(ndim)      !! of the lattice in each direction
+      integer(long), intent(in), optional :: width      !! of these, a power of 2
       integer, parameter :: most_seats = 2**30
       integer :: seats
+      status = 0
+      if (present(cells) .and. present(width)) then
+         self%bits = trailz(width)
+         allocate (self%corner(0:cells(1), 0:cells(2)), stat=status)
+         if (status /= 0) return
+         self%corner = 0
+      end if
       seats = 16
-      do while (seats/2 < n .and. seats < most_seats)
+      do while (seats/2 < n - corners_in(self) .and. seats < most_seats)
          seats = 2*seats
       end do
       allocate (self%number(0:seats - 1), self%place(ndim, 0:seats - 1), stat=status)
       if (status == 0) self%number = 0
    end subroutine reserve
 
+   !> Number of corners in the array.
+   pure integer function corners_in(self)
+      class(place_table_t), intent(in) :: self
+      corners_in = 0
+      if (allocated(self%corner)) corners_in = size(self%corner)
+   end function corners_in
+
+   !> Where in the array a place is; negative where it is not.
+   pure function in_array(self, place) result(at)
+      class(place_table_t), intent(in) :: self
+      integer(long), intent(in) :: place(ndim)
+      integer :: at(ndim)
+      at = -1
+      if (.not. allocated(self%corner)) return
+      if (any(place < 0 .or. shiftl(shiftr(place, self%bits), self%bits) /= place)) return
+      if (any(shiftr(place, self%bits) >= shape(self%corner))) return
+      at = int(shiftr(place, self%bits))
+   end function in_array
+
    !> Number of a place, which gets the next one where it is new.
    pure subroutine enter(self, place, number)
       class(place_table_t), intent(inout) :: self
       integer(long), intent(in) :: place(ndim)
       integer, intent(out) :: number
-      integer :: seat
+      integer :: seat, at(ndim)
+      at = in_array(self, place)
+      if (at(1) >= 0) then
+         if (self%corner(at(1), at(2)) == 0) then
+            self%n = self%n + 1
+            self%corner(at(1), at(2)) = self%n
+         end if
+         number = self%corner(at(1), at(2))
+         return
+      end if
       seat = seat_of(self, place)
       if (self%number(seat) == 0) then
          self%n = self%n + 1
+         self%seated = self%seated + 1
          self%number(seat) = self%n
          self%place(:, seat) = place
          number = self%n
-         if (self%n > size(self%number)/2) call grow(self)
+         if (self%seated > size(self%number)/2) call grow(self)
       else
          number = self%number(seat)
       end if
@@ -73,7 +115,13 @@ contains
    pure integer function number_of(self, place)
       class(place_table_t), intent(in) :: self
       integer(long), intent(in) :: place(ndim)
-      number_of = self%number(seat_of(self, place))
+      integer :: at(ndim)
+      at = in_array(self, place)
+      if (at(1) >= 0) then
+         number_of = self%corner(at(1), at(2))
+      else
+         number_of = self%number(seat_of(self, place))
+      end if
    end function number_of
 
    !> The seat that holds a place, or the free one where it would be.

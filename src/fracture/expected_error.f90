@@ -25,7 +25,7 @@ module hampm_expected_error
    use hampm_problem, only: problem_t
    use hampm_quadratic_tip_offset, only: quadratic_tip_offset
    use hampm_rigid_motions, only: free_motions_t, find_free_motions, take_inertia, take_motion_as_whole
-   use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads
+   use hampm_stiffness, only: stiffness_t, is_larger, new_stiffness, full_loads
    use hampm_element_stiffness, only: derivatives_at, n_derivatives
    use hampm_tip_domain, only: tip_domain_t, weight_nodes
    use hampm_loads, only: largest_factors
@@ -185,6 +185,8 @@ contains
       real(dp) :: largest                        ! [N]
       logical :: is_new
       integer :: turn
+      model%known = .not. is_larger(m, most_unknowns)
+      if (.not. model%known) return
       before = m%interfaces
       call full_loads(m, force)
       if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not those that stop bodies, which have no size

@@ -52,7 +52,8 @@ contains
          end if
       end if
       associate (n_leaves => forest%leaf_count())
-         call points%reserve(merge(corners, 1, grid%is_quadratic())*grid%n_velocity_fields*(n_leaves + n_leaves/8 + 16), status)
+         call points%reserve(merge(corners, 1, grid%is_quadratic())*grid%n_velocity_fields*(n_leaves + n_leaves/8 + 16), status, &
+                             forest%cells, level_width(0))
          if (status == 0) allocate (grid%leaf_element(n_leaves + 1), stat=status)
          if (status == 0) then
             call number_nodes(grid, points)

@@ -30,7 +30,7 @@ module hampm_stiffness
                                       n_derivatives, strain_by
    implicit none
    private
-   public :: stiffness_t, stiffness_kind_t, new_stiffness, factorise_stiffness, forces_of, full_loads
+   public :: stiffness_t, stiffness_kind_t, is_larger, new_stiffness, factorise_stiffness, forces_of, full_loads
 
    !> Squared frequency of the interface points over that of a wave that crosses the bodies: far below that of the first bending of an arm
    !> of a hundred times its depth, far above rounding.
@@ -71,13 +71,24 @@ contains
       logical, intent(out) :: done
       type(failure_t) :: failure                 ! nobody is told: without a solution there is only no estimate
       call stiffness%release()
+      done = .not. is_larger(m, most_unknowns)
+      if (.not. done) return
       stiffness%kind = stiffness_kind_t()
       call number(m, stiffness)
-      done = stiffness%unknowns%n > 0 .and. stiffness%unknowns%n <= most_unknowns
+      done = stiffness%unknowns%n > 0
       if (.not. done) return
       call assemble_and_factorise(m, stiffness, failure)
       done = .not. failure%failed()
    end subroutine new_stiffness
+
+   !> Whether there are more unknowns than that.
+   pure logical function is_larger(m, most_unknowns)
+      type(problem_t), intent(in) :: m
+      integer, intent(in) :: most_unknowns
+      associate (all => m%fields%mass_matrix%all)
+         is_larger = count(.not. m%constraints%fixed(:, all%nodes(:all%n_nodes))) > most_unknowns
+      end associate
+   end function is_larger
 
    !> Assemble and factorise, or make ready for iteration, a stiffness of some kind. Fails where it
    !> is singular or memory does not suffice.

@@ -449,8 +449,8 @@ contains
       do i = 1, n - 1
          u(i + 1:, i) = 0
       end do
-      do i = 0, n, n
-         do j = 0, n, n
+      do i = 0, n, n                             ! the upper triangle is read
+         do j = i, n, n
             both(i + 1:i + n, j + 1:j + n) = matmul(u, matmul(k(i + 1:i + n, j + 1:j + n), transpose(u)))
          end do
       end do

@@ -11,6 +11,7 @@ program test_place_table
    call lattice_of(2_long**24)
    call lattice_of(2_long**31)
    call lattice_of(2_long**31 - 1)
+   call corners_of_a_lattice()
    call random_places()
    call equal_hashes()
    call finish()
@@ -53,6 +54,30 @@ contains
       call check(wrong == 0, 'known places keep their number, and unknown ones have none')
       call check(table%n == edge**2, 'which looking does not change')
    end subroutine lattice_of
+
+   !> Corners, some of them and other places in any order, have the numbers of a table that knows of no lattice.
+   subroutine corners_of_a_lattice()
+      integer(long), parameter :: width = 8
+      integer, parameter :: cells(ndim) = [7, 3]
+      type(place_table_t) :: plain, table
+      integer(long) :: place(ndim)
+      real(dp) :: r(ndim)
+      integer :: status, k, expected, number, wrong
+      call plain%reserve(1, status)
+      call table%reserve(1, status, cells, width)
+      wrong = 0
+      do k = 1, 4000
+         call random_number(r)
+         place = nint(r*90 - 20, long)           ! some before, some behind the lattice
+         if (mod(k, 3) == 0) place = width*nint(r*11 - 2)
+         if (plain%number_of(place) /= table%number_of(place)) wrong = wrong + 1
+         if (mod(k, 5) == 0) cycle
+         call plain%enter(place, expected)
+         call table%enter(place, number)
+         if (number /= expected .or. table%n /= plain%n .or. table%number_of(place) /= expected) wrong = wrong + 1
+      end do
+      call check(wrong == 0, 'the corners of a lattice have the numbers that they have without it')
+   end subroutine corners_of_a_lattice
 
    !> Places all over the range of a forest, many of them twice, compared with a list that is searched through.
    subroutine random_places()
