@@ -180,7 +180,7 @@ contains
       real(dp), intent(in) :: dt                        !! [s]
       type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
-      integer :: k, b
+      integer :: listed(blocks_per_task), k, b, n
       associate (all => f%mass_matrix%all)
          !$omp parallel do schedule(static) if (operators%is_active)
          do k = 1, merge(all%n_points, 0, operators%is_active), nodes_per_chunk
@@ -193,16 +193,16 @@ contains
                                f%velocity(1, 1, pass%strain_by))
          return
       end if
-      !$omp parallel do schedule(static) private(b)
+      !$omp parallel do schedule(static) private(listed, b, n)
       do k = 1, m%blocks%n, blocks_per_task
-         associate (listed => [(b, b=k, min(k + blocks_per_task - 1, m%blocks%n))])
-            if (operators%is_active) then
-               call pass_by_operators(operators, pass, dt, m, f, listed)
-            else
-               call pass_over_blocks(pass, dt, m, f, listed, f%acceleration, f%velocity(1, 1, v_next), &
-                                     f%velocity(1, 1, pass%strain_by))
-            end if
-         end associate
+         n = min(blocks_per_task, m%blocks%n - k + 1)
+         listed(:n) = [(b, b=k, k + n - 1)]
+         if (operators%is_active) then
+            call pass_by_operators(operators, pass, dt, m, f, listed(:n))
+         else
+            call pass_over_blocks(pass, dt, m, f, listed(:n), f%acceleration, f%velocity(1, 1, v_next), &
+                                  f%velocity(1, 1, pass%strain_by))
+         end if
       end do
    end subroutine pass_by_all_operators
 

@@ -282,12 +282,14 @@ contains
 
       !> Complete the mass matrices of the cells of a batch.
       subroutine finish_matrices()
-         integer :: k, l
+         integer :: k, l, c
          do k = b, b + n - 1
             do l = 1, lanes
                associate (e => m%blocks%cells(l, k), matrix => f%mass_matrix)
                   if (e == 0) exit
-                  matrix%cell_lumped(:, e) = sum(matrix%cell(:, :, e), dim=2)
+                  do c = 1, corners              ! to sum all at a time would allocate
+                     matrix%cell_lumped(c, e) = sum(matrix%cell(c, :, e))
+                  end do
                   call prepare_cell(corners, matrix%lumped_fraction(e), matrix%is_solved, matrix%may_hang(e), matrix%cell(1, 1, e))
                end associate
             end do
