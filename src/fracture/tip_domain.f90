@@ -202,9 +202,9 @@ contains
       if (.not. p%total_frame .or. self%layout /= blocks%layout) return
       associate (was => self%domain)
          if (size(was%radius) /= size(domain%radius)) return
-         stay = all([was%tip, was%direction, was%radius, was%cell, was%tip_offset, was%face_of_line] &
-                    == [domain%tip, domain%direction, domain%radius, domain%cell, domain%tip_offset, domain%face_of_line]) &
-                .and. (was%is_beside .eqv. domain%is_beside)
+         stay = .not. any(abs([was%tip, was%direction, was%radius, was%cell, was%tip_offset, was%face_of_line] &
+                              - [domain%tip, domain%direction, domain%radius, domain%cell, domain%tip_offset, &
+                                 domain%face_of_line]) > 0) .and. (was%is_beside .eqv. domain%is_beside)
       end associate
    end function stay
 
