@@ -67,7 +67,7 @@ module hampm_tip_domain
       real(dp), allocatable :: dq(:, :, :)       !! and its gradient [1/m], (ndim, radii, places)
       real(dp), allocatable :: nodal(:, :)       !! weight at the points of the grid [-], (radii, n_points)
       integer, private :: layout = -1            !! of the blocks that they are in
-      type(tip_domain_t), private :: domain      !! that they are of
+      real(dp), allocatable, private :: key(:)   !! of the tip that they are of, see `key_of`
    contains
       procedure, private :: stay
    end type places_t
@@ -143,7 +143,7 @@ contains
          call fill_place(domain, grid, p, places%nodal, places%list(n), places%q(:, n), places%dq(:, :, n))
       end do
       places%layout = blocks%layout
-      places%domain = domain
+      places%key = key_of(domain)
    end subroutine fill_places
 
    !> What a particle is in the discs.
@@ -200,13 +200,18 @@ contains
       type(particles_t), intent(in) :: p
       stay = .false.
       if (.not. p%total_frame .or. self%layout /= blocks%layout) return
-      associate (was => self%domain)
-         if (size(was%radius) /= size(domain%radius)) return
-         stay = .not. any(abs([was%tip, was%direction, was%radius, was%cell, was%tip_offset, was%face_of_line] &
-                              - [domain%tip, domain%direction, domain%radius, domain%cell, domain%tip_offset, &
-                                 domain%face_of_line]) > 0) .and. (was%is_beside .eqv. domain%is_beside)
+      associate (key => key_of(domain))
+         if (size(self%key) == size(key)) stay = .not. any(abs(self%key - key) > 0)
       end associate
    end function stay
+
+   !> What places depend on of a tip.
+   pure function key_of(domain) result(key)
+      type(tip_domain_t), intent(in) :: domain
+      real(dp), allocatable :: key(:)
+      key = [domain%tip, domain%direction, domain%cell, domain%tip_offset, domain%face_of_line, &
+             merge(1.0_dp, 0.0_dp, domain%is_beside), domain%radius]
+   end function key_of
 
    !> How far behind its node the tip acts in a mode [m].
    pure real(dp) function tip_offset_of(self, mode)
