@@ -103,29 +103,30 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(particles_t), intent(in) :: p
       type(places_t), intent(inout) :: places
-      type(place_t), allocatable :: list(:)
-      real(dp) :: weight
+      real(dp), allocatable :: weight(:)         ! (occupied elements)
       integer :: k, i, n
       if (places%stay(domain, blocks, p)) return
       places%layout = -1
       call weight_nodes(domain, grid, places%nodal)
+      allocate (weight(blocks%n_occupied), source=0.0_dp)
+      do k = 1, blocks%n_occupied
+         associate (e => blocks%occupied(k))    ! bodies that meet the cracked one are not part of it
+            if (grid%is_in_first_field(e)) weight(k) = sum(places%nodal(:, grid%support_of(e)))
+         end associate
+      end do
       if (allocated(places%list)) deallocate (places%list)
-      allocate (places%list(p%n))
+      allocate (places%list(sum(blocks%count_in(blocks%occupied(:blocks%n_occupied)), mask=weight > 0)))
       n = 0
       do k = 1, blocks%n_occupied
          associate (e => blocks%occupied(k))
-            if (.not. grid%is_in_first_field(e)) cycle ! bodies that meet the cracked one are not part of it
-            weight = sum(places%nodal(:, grid%support_of(e)))
-            if (.not. weight > 0) cycle
+            if (.not. weight(k) > 0) cycle
             do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                n = n + 1
                places%list(n)%particle = i
-               places%list(n)%weight = weight
+               places%list(n)%weight = weight(k)
             end do
          end associate
       end do
-      allocate (list, source=places%list(:n))
-      call move_alloc(list, places%list)
    end subroutine list_places
 
    !> Fill the places that were listed with what they are in the discs, which may turn in the updated frame.
