@@ -27,7 +27,7 @@ release_kernels := -flto
 counted_kernels := -flto
 kernel_folders := base solve law mesh points element interface problem time adapt fracture
 # To compile what is edited, and run it, in a few seconds
-quick := -O1 -Wno-maybe-uninitialized
+quick := -O1 -Wno-maybe-uninitialized -Wno-uninitialized
 debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
 # The release, to be run under valgrind; the run apart, so that what it calls is counted by procedure
 counted := $(release) -g

@@ -5,7 +5,7 @@
     size          cost per particle and step from 1k to 4M particles
     memory        growth of the peak resident size between two numbers of particles
     instructions  of a step, over those of the least
-    shares        of measuring, of guarding, of writing and of adapting the mesh, in the instructions of runs of input/
+    shares        of measuring, of checks, of writing and of adapting the mesh, in the instructions of each example of input/
 
 The cases of a comparison take turns within one run; a ratio is the median over these turns. Run by `make -C bench speed`, or for some parts:
 .venv/bin/python bench/speed.py time --output DIR. The last two need valgrind and `make build=counted program
@@ -20,6 +20,7 @@ import tempfile
 from collections import defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from time import perf_counter
 from typing import NamedTuple
 
 from instructions import can_count, costs_of_calls, instructions, run_counted
@@ -30,11 +31,7 @@ COLUMNS = ["part", "scene", "frame", "scheme", "particles", "threads", "processo
            "over copy", "minimal", "over minimal", "compared with", "over that", "target", "met"]
 CELLS = (50, 158, 500)  # along an edge: 10k, 100k, 1M particles
 SIZES = (16, 32, 50, 100, 158, 316, 500, 1000)
-RUNS = {  # namelist, settings: short, as every instruction is counted
-    "dcb": ("dcb", ["run.end_time=1e-4"]),
-    "dcb, gradient to level 1": ("dcb", ["run.end_time=1e-4", "refine.indicator=gradient", "refine.max_level=1",
-                                         "refine.region_lower=0.04,0", "refine.region_upper=0.06,0.01"]),
-    "fig10_adaptive": ("fig10_adaptive", ["run.end_time=1e-4"])}
+SECONDS = 0.3  # that a run takes whose instructions are counted, about
 
 
 class Case(NamedTuple):
@@ -181,29 +178,32 @@ def count(_, __):
 
 
 def shares(_, __):
-    """Which parts of a run's instructions measuring, guarding, writing and adapting the mesh take."""
+    """Which parts of a run's instructions measuring, checking, writing and adapting the mesh take, of each example."""
     with ThreadPoolExecutor(processors()) as several:
-        return [line for rows in several.map(shares_of, RUNS) for line in rows]
+        return [line for rows in several.map(shares_of, sorted((ROOT / "input").glob("*.nml"))) for line in rows]
 
 
-def shares_of(scene):
-    """The same of one of the runs."""
-    name, settings = RUNS[scene]
+def shares_of(example):
+    """The same of the first steps of one of them, or of all where these are few."""
     with tempfile.TemporaryDirectory() as folder:
+        words = [example, "--quiet", "--threads", 1, "--force", "--output", folder, "--steps"]
+        steps, spent, end = 1, 0.0, 5
+        while end == 5 and spent < SECONDS:
+            steps = 2 * steps
+            start = perf_counter()
+            end = subprocess.run([str(word) for word in (COUNTED / "hampm", *words, steps)], capture_output=True).returncode
+            spent = perf_counter() - start
         profile = Path(folder) / "profile"
-        words = [word for item in settings for word in ("--set", item)]
-        run_counted(COUNTED / "hampm", ROOT / "input" / f"{name}.nml", "--quiet", "--threads", 1, "--output", folder, *words,
-                    profile=profile)
+        run_counted(COUNTED / "hampm", *words, steps, profile=profile, codes=(0, 5))
         costs = costs_of_calls(profile)
     whole, adapting, recording, measuring = (costs[f"__hampm_{procedure}"] for procedure in (
         "run_MOD_run", "mesh_changes_MOD_adapt", "recording_MOD_record", "measurements_MOD_measure"))
-    guarding = sum(costs[f"__hampm_guards_MOD_check_{what}"] for what in ("state", "step", "tip"))
-    parts = {"measuring": (measuring, {}), "guarding": (guarding, judged(guarding / whole, 0.01)),
-             "writing": (recording - measuring - guarding, {})}
-    if adapting:
-        parts["adapting"] = adapting, judged(adapting / whole, 0.05)
-    return [row("shares", scene, f"share of {part}", f"{cost / whole:.4f}", threads=1, **more)
-            for part, (cost, more) in parts.items()]
+    checking = sum(costs[f"__hampm_run_time_checks_MOD_check_{what}"] for what in ("state", "step", "tip"))
+    parts = {"measuring": measuring, "checking": checking, "writing": recording - measuring - checking, "adapting": adapting}
+    limits = {"measuring": 0.15, "checking": 0.01, "adapting": 0.05}
+    return [row("shares", example.stem, f"share of {part}", f"{cost / whole:.4f}", threads=1,
+                **(judged(cost / whole, limits[part]) if part in limits else {}))
+            for part, cost in parts.items() if cost or part != "adapting"]
 
 
 PARTS = {"time": time, "size": size, "memory": memory, "instructions": count, "shares": shares}

@@ -1,4 +1,5 @@
-// Before anything else of a program runs: OpenBLAS is told to start no threads, which would wait busily. And where the processor lacks
+// Before anything else of a program runs: OpenBLAS is told to start no threads, which would wait busily, and those of OpenMP to sleep
+// after some microseconds of waiting, if the user does not say how they wait (docs/performance.md). And where the processor lacks
 // instructions for which the program was compiled, it ends with a sentence, not by the signal SIGILL at the first of them. Compiled with
 // the same -march as the rest, in instructions that all have.
 #define _GNU_SOURCE
@@ -11,8 +12,11 @@
 #define PLAIN
 #endif
 
-// OpenBLAS reads the environment after this where it is a part of the program, and has done so before where it is a shared library
+#define TURNS_OF_WAITING "1000"
+
+// Libraries read the environment after this where they are a part of the program, and have done so before where they are shared ones
 __attribute__((constructor(101), PLAIN)) static void hold_threads(void) {
+    if (!getenv("OMP_WAIT_POLICY")) setenv("GOMP_SPINCOUNT", TURNS_OF_WAITING, 0);
     setenv("OPENBLAS_NUM_THREADS", "1", 1);
     void (*set_threads)(int) = (void (*)(int))dlsym(RTLD_DEFAULT, "openblas_set_num_threads");
     if (set_threads) set_threads(1);

@@ -23,7 +23,7 @@ module hampm_program
    use hampm_simulation, only: simulation_t, build, warnings
    use hampm_summary, only: summary, solver_report, equilibrium_report, equilibrium_proposal
    use hampm_text, only: to_text
-   use hampm_threads, only: check_threads, surplus_threads, use_threads
+   use hampm_threads, only: check_threads, surplus_threads, use_threads, thread_report
    use hampm_version, only: version
    implicit none
    private
@@ -204,6 +204,7 @@ contains
          interruption%time_limit = options%time_limit
          interruption%step_limit = options%steps
       end associate
+      if (.not. options%quiet) write (output_unit, '(a)') thread_report()
       if (.not. options%quiet .and. options%resume == '') &
          write (output_unit, '(a)', advance='no') with_prefix('note: ', as_lines(notes_of(simulation%model)))
       call run(simulation, folder_of(options), options%quiet, failure)

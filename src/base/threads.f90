@@ -3,17 +3,19 @@
 !> Whether the system starts as many threads as are wanted. The library of OpenMP ends the program where one cannot be started, with
 !> a message of its own; so it is tried before.
 module hampm_threads
-   use, intrinsic :: iso_c_binding, only: c_int, c_size_t, c_char, c_null_char, c_funloc, c_funptr, c_int64_t, c_null_ptr, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_int, c_long, c_size_t, c_char, c_null_char, c_funloc, c_funptr, c_int64_t, &
+                                          c_null_ptr, c_ptr
    use hampm_failure, only: failure_t, exit_input
    use hampm_text, only: to_text
    !$ use omp_lib, only: omp_set_num_threads, omp_get_max_threads, omp_get_num_procs
    implicit none
    private
-   public :: check_threads, surplus_threads, use_threads, thread_count, processor_count, host_name
+   public :: check_threads, surplus_threads, use_threads, thread_count, thread_report, processor_count, host_name
 
    integer, parameter :: room = 16                      !! of `pthread_mutex_t`, in words of 8 bytes: more than any system takes
 
    integer(c_int64_t), save :: gate(room) = 0           !! PTHREAD_MUTEX_INITIALIZER: held until all threads are there
+   character(:), allocatable, save :: reason            !! why there are as many threads as there are
 
    interface
       integer(c_int) function c_thread_create(thread, attributes, start, argument) bind(c, name='pthread_create')
@@ -44,6 +46,11 @@ module hampm_threads
    integer, parameter :: particles_per_thread = 50000   !! with fewer, a further thread costs more than it gives
 
    interface
+      integer(c_long) function c_sysconf(name) bind(c, name='sysconf')
+         import :: c_int, c_long
+         integer(c_int), value :: name
+      end function c_sysconf
+
       integer(c_int) function c_gethostname(name, length) bind(c, name='gethostname')
          import :: c_int, c_size_t, c_char
          character(kind=c_char), intent(out) :: name(*)
@@ -75,17 +82,57 @@ contains
                    'every step: --threads '//to_text(processor_count())//' is faster'
    end function surplus_threads
 
-   !> Use `wanted` threads from now on; 0 takes as many as the particles keep busy, up to the number of processors.
+   !> Use `wanted` threads from now on; 0 takes as many as the particles keep busy, up to the number of processors that are free now and
+   !> to that of the environment (OMP_NUM_THREADS).
    subroutine use_threads(wanted, particles)
       integer, intent(in) :: wanted
       integer, intent(in) :: particles
+      integer, save :: most = 0                  ! in the environment
       integer :: n
+      if (most == 0) most = thread_count()
       n = wanted
+      reason = 'as --threads says'
       if (n == 0) then
-         n = min(max(1, particles/particles_per_thread), processor_count())
+         n = max(1, particles/particles_per_thread)
+         reason = 'for '//to_text(particles)//' particles'
+         call limit(most, 'as OMP_NUM_THREADS and the processors allow')
+         call limit(free_processors(), 'as other processes are busy')
       end if
       !$ call omp_set_num_threads(n)
+   contains
+      !> Take no more than so many, and know why.
+      subroutine limit(available, cause)
+         integer, intent(in) :: available
+         character(*), intent(in) :: cause
+         if (available >= n) return
+         n = available
+         reason = cause
+      end subroutine limit
    end subroutine use_threads
+
+   !> How many threads there are, and why.
+   function thread_report() result(text)
+      character(:), allocatable :: text
+      text = to_text(thread_count())//' thread'//trim(merge(' ', 's', thread_count() == 1))//', '//reason
+   end function thread_report
+
+   !> How many processors other processes leave free at this moment, 1 at least. All, where the system does not tell, or has given this process
+   !> some of its processors, of which it does not tell who else uses them.
+   integer function free_processors() result(free)
+      integer, parameter :: processors_online = 84  ! _SC_NPROCESSORS_ONLN of Linux
+      character(80) :: line                      ! mean loads, processes that run / all, last process: 0.20 0.18 0.12 1/80 11206
+      integer :: unit, status, running, first
+      free = processor_count()
+      if (c_sysconf(int(processors_online, c_int)) /= free) return
+      open (newunit=unit, file='/proc/loadavg', status='old', action='read', iostat=status)
+      if (status /= 0) return
+      read (unit, '(a)', iostat=status) line
+      close (unit)
+      if (status /= 0) return
+      first = index(line(:index(line, '/')), ' ', back=.true.)
+      read (line(first + 1:max(first, index(line, '/') - 1)), *, iostat=status) running
+      if (status == 0) free = max(1, free - max(0, running - 1)) ! this process runs
+   end function free_processors
 
    !> Number of threads in use.
    integer function thread_count()

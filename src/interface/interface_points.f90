@@ -578,6 +578,7 @@ contains
    pure subroutine add_interface_point(interfaces, law)
       type(interfaces_t), intent(inout) :: interfaces
       integer, intent(in) :: law
+      type(interface_point_t) :: new             ! its constructor ends flang 19
       type(interface_point_t), allocatable :: more(:)
       if (.not. allocated(interfaces%list)) allocate (interfaces%list(64))
       if (interfaces%n == size(interfaces%list)) then
@@ -586,7 +587,8 @@ contains
          call move_alloc(more, interfaces%list)
       end if
       interfaces%n = interfaces%n + 1
-      interfaces%list(interfaces%n) = interface_point_t(law=law)
+      new%law = law
+      interfaces%list(interfaces%n) = new
       if (law == cohesive) interfaces%n_cohesive = interfaces%n_cohesive + 1
       if (law == contact) interfaces%n_contact = interfaces%n_contact + 1
       if (law == contact .or. law == cohesive) interfaces%list(interfaces%n)%touch = 0
