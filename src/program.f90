@@ -11,7 +11,7 @@ module hampm_program
    use hampm_folders, only: is_folder
    use hampm_interface_step, only: forget_faces
    use hampm_key_reference, only: reference_text
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, long
    use hampm_namelist_text, only: template_text
    use hampm_resource_estimate, only: resources_t, estimate_resources, check_room, check_resources, resource_report
    use hampm_old_files, only: refuse_files_of_others
@@ -21,9 +21,9 @@ module hampm_program
    use hampm_run, only: run
    use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, build, warnings
-   use hampm_summary, only: summary, solver_report, equilibrium_report, equilibrium_proposal
-   use hampm_text, only: to_text
-   use hampm_threads, only: check_threads, surplus_threads, use_threads, thread_report
+   use hampm_summary, only: summary, solver_report, tip_report, equilibrium_report, equilibrium_proposal
+   use hampm_text, only: to_text, three_digits
+   use hampm_threads, only: check_threads, surplus_threads, use_threads, thread_count, thread_report
    use hampm_version, only: version
    implicit none
    private
@@ -98,6 +98,8 @@ contains
       type(simulation_t) :: simulation
       type(resources_t) :: resources
       character(:), allocatable :: report
+      integer(long) :: clock_start
+      call system_clock(clock_start)
       call check_room(failure)
       call check_threads(options%threads, failure)
       if (failure%failed()) return
@@ -118,11 +120,24 @@ contains
          if (len(report) > 0) call print_message(report, kind='warning: ')
       else
          call run_and_report(options, simulation, failure)
+         if (.not. options%quiet) write (output_unit, '(a)') time_report(clock_start)
       end if
       call simulation%problem%solver%direct%release()  ! what a library in C has allocated is not given back by itself
       call simulation%measurements%extrapolation%direct%release()
       call forget_faces(simulation%problem%interface_step)
    end subroutine simulate
+
+   !> What all took.
+   function time_report(clock_start) result(text)
+      integer(long), intent(in) :: clock_start     !! ticks at the start
+      character(:), allocatable :: text
+      integer(long) :: clock, rate
+      real(dp) :: processor
+      call system_clock(clock, rate)
+      call cpu_time(processor)
+      text = 'wall time '//three_digits(real(clock - clock_start, dp)/real(rate, dp))//' s, processor time '// &
+             three_digits(processor)//' s, threads '//to_text(thread_count())
+   end function time_report
 
    !> Find what a model needs, and refuse what cannot be had. Of threads it takes what keeps them busy.
    subroutine weigh(model, threads, resources, failure)
@@ -211,8 +226,11 @@ contains
       if (failure%code == exit_stopped) return
       report = solver_report(simulation)
       if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
-      if (.not. options%quiet .and. simulation%distance_to_equilibrium >= 0) &
-         write (output_unit, '(a)') 'distance to equilibrium: '//equilibrium_report(simulation)
+      if (.not. (options%quiet .or. failure%failed())) then
+         write (output_unit, '(a)', advance='no') as_lines(tip_report(simulation))
+         if (simulation%distance_to_equilibrium >= 0) &
+            write (output_unit, '(a)') 'distance to equilibrium: '//equilibrium_report(simulation)
+      end if
       report = warnings(simulation)
       if (len(report) > 0) call print_message(report, kind='warning: ')
    end subroutine run_and_report

@@ -1,5 +1,6 @@
 !> What a simulation is and what its solver took, in words for people.
 module hampm_summary
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use hampm_kinds, only: dp
    use hampm_cell_values, only: is_occupied
    use hampm_crack_tip, only: crack_tip_t
@@ -10,10 +11,10 @@ module hampm_summary
    use hampm_placement, only: point_text
    use hampm_static_equilibrium, only: find_lowest_frequency, time_to_equilibrium
    use hampm_simulation, only: simulation_t, is_near_equilibrium
-   use hampm_text, only: to_text, length_text, decimal, three_digits
+   use hampm_text, only: string_t, to_text, length_text, decimal, three_digits, digits_text
    implicit none
    private
-   public :: summary, solver_report, equilibrium_report, equilibrium_proposal
+   public :: summary, solver_report, tip_report, equilibrium_report, equilibrium_proposal
 
    real(dp), parameter :: two_pi = 2*acos(-1.0_dp)
 
@@ -32,6 +33,84 @@ contains
                 ' factorisations'
       end associate
    end function solver_report
+
+   !> The last values at all tips as a table, a row each, with their estimated errors, and what these are worth; '' without a crack.
+   function tip_report(s) result(text)
+      type(simulation_t), intent(in) :: s
+      character(:), allocatable :: text
+      character(*), parameter :: names(*) = ['G   ', 'J   ', 'K_I ', 'K_II']
+      character(*), parameter :: headings(*) = [character(15) :: 'tip', 'length [m]', 'angle [deg]', 'speed [m/s]', &
+                                                'G [J/m2]', 'error', 'J [J/m2]', 'error', &
+                                                'K_I [Pa m^0.5]', 'error', 'K_II [Pa m^0.5]', 'error']
+      character(*), parameter :: of_cells = 'errors are estimated from the cells', &
+                                 of_motion = '; waves too short for them, and what is missing to rest, are not included', &
+                                 unknown = 'errors are not known: those of cells of a history-dependent material are not estimated'
+      real(dp), parameter :: degree = acos(-1.0_dp)/180
+      type(string_t) :: table(0:size(s%cracks%tips), size(headings))
+      character(:), allocatable :: ending
+      real(dp) :: value, error
+      integer :: k, n
+      text = ''
+      if (size(s%cracks%tips) == 0) return
+      do n = 1, size(headings)
+         table(0, n)%text = trim(headings(n))
+      end do
+      do k = 1, size(s%cracks%tips)
+         ending = ''
+         if (k > 1) ending = '_tip'//to_text(k)
+         associate (tip => s%cracks%tips(k), history => s%measurements%history)
+            table(k, 1)%text = to_text(k)
+            table(k, 2)%text = digits_text(s%cracks%crack(tip%crack)%length(), 5)
+            table(k, 3)%text = digits_text(atan2(tip%axis(2, 1), tip%axis(1, 1))/degree, 4)
+            table(k, 4)%text = known(history%latest('tip_speed'//ending), 4)
+            do n = 1, size(names)
+               value = history%latest(trim(names(n))//ending)
+               error = history%latest(trim(names(n))//'_error'//ending)
+               table(k, 3 + 2*n)%text = known(value, 5)
+               table(k, 4 + 2*n)%text = '-'
+               if (ieee_is_nan(value) .or. ieee_is_nan(error)) cycle
+               table(k, 4 + 2*n)%text = '> 100 %'
+               if (error < abs(value)) table(k, 4 + 2*n)%text = percent(error/abs(value))
+            end do
+         end associate
+      end do
+      text = aligned(table)
+      if (index(text, '%') > 0) then
+         text = text//of_cells//trim(merge(repeat(' ', len(of_motion)), of_motion, s%integrator%is_static))
+      else if (.not. all(s%measurements%crack%errors%are_known)) then
+         text = text//unknown
+      else
+         text = text(:len(text) - 1)
+      end if
+   end function tip_report
+
+   !> A number in so many digits, '-' where it is none.
+   pure function known(value, digits) result(text)
+      real(dp), intent(in) :: value
+      integer, intent(in) :: digits
+      character(:), allocatable :: text
+      text = '-'
+      if (.not. ieee_is_nan(value)) text = digits_text(value, digits)
+   end function known
+
+   !> A table with a row of headings, its columns below each other, in lines; columns without any value are left out.
+   pure function aligned(table) result(text)
+      type(string_t), intent(in) :: table(0:, :)
+      character(:), allocatable :: text
+      integer :: width(size(table, 2)), row, column
+      do column = 1, size(width)
+         width(column) = 0
+         if (any([(table(row, column)%text /= '-', row=1, ubound(table, 1))])) &
+            width(column) = 2 + maxval([(len(table(row, column)%text), row=0, ubound(table, 1))])
+      end do
+      text = ''
+      do row = 0, ubound(table, 1)
+         do column = 1, size(width)
+            if (width(column) > 0) text = text//repeat(' ', width(column) - len(table(row, column)%text))//table(row, column)%text
+         end do
+         text = text//new_line('a')
+      end do
+   end function aligned
 
    !> How far from rest the last values are, for people.
    function equilibrium_report(s) result(text)

@@ -5,7 +5,7 @@ module hampm_text
    implicit none
    private
    public :: string_t, to_text, lower_case, nearest_name, printable, did_you_mean, is_letter, is_digit, decimal, &
-             line, add_line, three_digits, without_rounding, length_text
+             line, add_line, three_digits, digits_text, without_rounding, length_text
 
    !> Text of any length, so that arrays may hold texts of different lengths.
    type :: string_t
@@ -199,11 +199,19 @@ contains
 
    !> A number as people read it.
    pure function three_digits(x) result(text)
-      real(dp), intent(in) :: x                  !! not below 0
+      real(dp), intent(in) :: x
+      character(:), allocatable :: text
+      text = digits_text(x, 3)
+   end function three_digits
+
+   !> A number with so many of its digits, at most nine.
+   pure function digits_text(x, digits) result(text)
+      real(dp), intent(in) :: x
+      integer, intent(in) :: digits
       character(:), allocatable :: text
       text = to_text(0.0_dp)
-      if (x > 0) text = to_text(decimal(x, 1e7_dp*x))
-   end function three_digits
+      if (abs(x) > 0) text = to_text(decimal(x, 10.0_dp**(10 - digits)*abs(x)))
+   end function digits_text
 
    !> A number rounded to the 13 leading digits of a scale: what is beyond is the rounding of what it was found from.
    elemental real(dp) function without_rounding(x, scale)

@@ -212,7 +212,7 @@ contains
       real(dp), intent(in) :: time               !! at its start [s]
       real(dp), intent(in) :: dt                 !! its length [s]
       character(:), allocatable, intent(inout) :: message
-      real(dp) :: way, taken, most(size(cracks%tips)), before
+      real(dp) :: way, taken, most(size(cracks%tips)), before, grown
       integer :: k, law
       before = interface_energy(m%interfaces) + m%energies%fracture_energy
       most = most_ways(growing, model, cracks, time, dt)
@@ -222,6 +222,7 @@ contains
          if (growing%tips(k)%law == 0) cycle
          associate (of => model%growth(growing%tips(k)%law), tip => cracks%tips(k))
             taken = 0
+            grown = tip%grown
             if (of%law%gives_speed()) then
                way = min(growing%given_way(model, cracks, k, time, dt), most(k))
                call cracks%move_tip(k, way)
@@ -234,6 +235,7 @@ contains
                call move_by_toughness(growing, of, m, cracks, k, dt, most(k), taken, message)
             end if
             m%energies%fracture_energy = m%energies%fracture_energy + taken
+            if (tip%grown > grown) call growing%tips(k)%note_motion(time, dt)
          end associate
       end do
       do k = 1, size(cracks%tips)

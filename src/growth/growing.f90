@@ -27,6 +27,8 @@ module hampm_growing
       real(dp) :: fall = 0                       !! by how much that falls with the way; 0: not known [1/m]
       logical :: is_held = .false.               !! whether it can go no further in the step
       ! In motion
+      real(dp) :: onset = -1                     !! when it began to move; below 0: it has not [s]
+      real(dp) :: last_motion = -1               !! when it moved last [s]
       integer :: law = 0                         !! number of the &growth that it goes or went by last; 0: none so far
       real(dp) :: faded = 0                      !! of a given speed, after it has come to rest: way by which forces of cohesive points go on fading [m]
       logical :: is_running = .false.            !! of law = toughness: whether it has reached that
@@ -43,6 +45,9 @@ module hampm_growing
       real(dp) :: room = 0                       !! around it for these [m]
       real(dp), allocatable :: usual_radii(:)    !! of its domain integrals [m]
       real(dp) :: booked = 0                     !! its way for which the integral of G is booked [m]
+   contains
+      procedure :: note_motion
+      procedure :: has_arrested
    end type growing_tip_t
 
    !> The tips that grow.
@@ -217,6 +222,23 @@ contains
       call add_line(message, text)
    end subroutine note_tip
 
+   !> Note that a tip has moved in a step.
+   elemental subroutine note_motion(self, time, dt)
+      class(growing_tip_t), intent(inout) :: self
+      real(dp), intent(in) :: time               !! at its start [s]
+      real(dp), intent(in) :: dt                 !! its length [s]
+      if (self%onset < 0) self%onset = time
+      self%last_motion = time + dt
+   end subroutine note_motion
+
+   !> Whether a tip that has grown is at rest at the end of a step: it has not moved in that, nor of late.
+   elemental logical function has_arrested(self, time, dt)
+      class(growing_tip_t), intent(in) :: self
+      real(dp), intent(in) :: time               !! at the end [s]
+      real(dp), intent(in) :: dt                 !! of the step [s]
+      has_arrested = self%last_motion >= 0 .and. time - self%last_motion > max(self%memory, dt/2)
+   end function has_arrested
+
    !> Record where a tip is.
    subroutine record_place(cracks, tip, history)
       type(cracks_t), intent(in) :: cracks
@@ -280,6 +302,8 @@ contains
       call archive%archive_reals('last_turn', n, growing%tips%last_turn)
       call archive%archive_reals('room', n, growing%tips%room)
       call archive%archive_reals('booked', n, growing%tips%booked)
+      call archive%archive_reals('onset', n, growing%tips%onset)
+      call archive%archive_reals('last_motion', n, growing%tips%last_motion)
       do k = 1, modes
          call archive%archive_reals('sum_of_k_'//to_text(k), n, growing%tips%sum_of_k(k))
       end do

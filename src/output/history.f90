@@ -3,6 +3,7 @@
 !> A column stands once in the code, where `record` is given its name, unit, meaning and value. The first pass through the calls
 !> finds the columns, whatever the values are then; each pass fills a row. So all passes make the same calls in the same order.
 module hampm_history
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: name_len, dp, long
    use hampm_text, only: to_text, length_text
    implicit none
@@ -25,6 +26,7 @@ module hampm_history
       integer, private :: filled = 0             !! how many values the row has so far
    contains
       procedure :: begin_row
+      procedure :: latest
       procedure :: record
       procedure :: record_modes
       procedure :: record_vector
@@ -39,6 +41,18 @@ contains
       if (.not. allocated(self%columns)) allocate (self%columns(0), self%row(0))
       self%filled = 0
    end subroutine begin_row
+
+   !> The latest value of a column; not a number where there is none of this name.
+   pure real(dp) function latest(self, name)
+      class(history_t), intent(in) :: self
+      character(*), intent(in) :: name
+      integer :: k
+      latest = ieee_value(0.0_dp, ieee_quiet_nan)
+      if (.not. allocated(self%columns)) return
+      do k = 1, size(self%columns)
+         if (self%columns(k)%name == name) latest = self%row(k)
+      end do
+   end function latest
 
    !> A column of real numbers or of integers, of any kind.
    subroutine record(self, name, unit, meaning, value)

@@ -4,7 +4,7 @@ module hampm_progress
    use, intrinsic :: iso_c_binding, only: c_int
    use, intrinsic :: iso_fortran_env, only: output_unit
    use hampm_kinds, only: dp, long
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, digits_text
    implicit none
    private
    public :: progress_t, standing_t
@@ -12,7 +12,7 @@ module hampm_progress
    real(dp), parameter :: terminal_interval = 0.2_dp   !! least time between two lines on a terminal [s]
    real(dp), parameter :: file_interval = 10.0_dp      !! and in a file or pipe [s]
    real(dp), parameter :: not_there = -huge(1.0_dp)
-   integer, parameter :: longest_line = 110            !! characters
+   integer, parameter :: longest_line = 132            !! characters
    character(*), parameter :: escape = achar(27)
    character(*), parameter :: line_start = achar(13)//escape//'[?7l' !! to the first column; cut long lines, do not wrap
    character(*), parameter :: line_end = escape//'[K'//escape//'[?7h' !! erase the rest; wrap again
@@ -48,7 +48,8 @@ module hampm_progress
       integer(long) :: step
       integer :: cells, particles, finest_level
       real(dp) :: energy_residual = not_there    !! what is missing in the energy balance, relative
-      real(dp) :: g_ratio = not_there            !! energy release rate over its reference value
+      real(dp) :: rate = not_there               !! energy release rate of the first tip [J/m2]
+      real(dp) :: reference = 0                  !! what that is divided by, where it is above 0 [J/m2]
       real(dp) :: crack_length = not_there       !! of all cracks together, where some grow [m]
       real(dp) :: tip_speed = not_there          !! of the fastest tip, where some grow in motion [m/s]
    end type standing_t
@@ -69,7 +70,7 @@ contains
    end subroutine start
 
    !> Print how far the run is, if the last time was long enough ago. The first call is made before the first step; the last one, before
-   !> anything else is printed and also when the run has failed, prints a line in any case, and what the run took.
+   !> anything else is printed and also when the run has failed, prints a line in any case.
    subroutine show(self, now, last)
       class(progress_t), intent(inout) :: self
       type(standing_t), intent(in) :: now
@@ -88,9 +89,8 @@ contains
       self%last_step = now%step
       call print_line(self, line(self, clock, now))
       self%clock_last = clock
-      if (.not. last) return
-      if (self%terminal) write (output_unit, '(a)') ''
-      write (output_unit, '(a)') 'ran '//clock_text(seconds_between(self, self%clock_start, clock))
+      if (.not. (last .and. self%terminal)) return
+      write (output_unit, '(a)') ''
       flush (output_unit)
    end subroutine show
 
@@ -122,15 +122,19 @@ contains
       text = number(100.0_dp*now%time/self%end_time, '(f12.1)')//'%'
       text = repeat(' ', max(0, 6 - len(text)))//text//' '// &
              in_unit(now%time, self%end_time, ['s ', 'ms', 'us', 'ns'], '(f20.4)')//' '//left//' left'
-      if (now%g_ratio > not_there) text = text//' G/Gref '//number(now%g_ratio, '(f12.4)')
+      if (now%rate > not_there .and. now%reference > 0) then
+         text = text//' G/Gref '//number(now%rate/now%reference, '(f12.4)')
+      else if (now%rate > not_there) then
+         text = text//' G '//digits_text(now%rate, 4)//' J/m2'
+      end if
       associate (length => now%crack_length)
          if (length > not_there) text = text//' crack '//in_unit(length, length, ['m ', 'mm', 'um'], &
                                                                  merge('(f20.4)', '(f20.3)', length >= 1))
       end associate
-      if (now%tip_speed > not_there) text = text//' '//to_text(nint(now%tip_speed, long))//' m/s'
-      text = text//' step '//to_text(now%step)//' cells '//to_text(now%cells)//' particles '//to_text(now%particles)// &
-             ' level '//to_text(now%finest_level)
-      if (now%energy_residual > not_there) text = text//' energy '//number(now%energy_residual, '(es12.1)')
+      if (now%tip_speed > not_there) text = text//' at '//to_text(nint(now%tip_speed, long))//' m/s'
+      text = text//' step '//to_text(now%step)
+      if (now%energy_residual > not_there) text = text//' energy missing '//number(100*now%energy_residual, '(es12.1)')//' %'
+      text = text//' cells '//to_text(now%cells)//' particles '//to_text(now%particles)//' level '//to_text(now%finest_level)
       if (elapsed > 0.0_dp) text = text//' '//number(1.0e-6_dp*self%particle_steps/elapsed, '(f12.1)')//' Mp/s'
    end function line
 

@@ -68,7 +68,7 @@ module hampm_measurements
       real(dp) :: viscous_dissipation = 0        !! [J]
       real(dp) :: g_ref = 0                      !! reference value, 0 where there is none [J/m2]
       real(dp) :: g_beam_on_foundation = 0       !! (33) with chi = 2/3 and E', 0 where it does not apply [J/m2]
-      real(dp), allocatable :: g_ratio           !! G by the best of the chosen estimators over `g_ref`, where there are both [-]
+      real(dp), allocatable :: rate              !! G of the first tip by the best of the chosen estimators, where there is one [J/m2]
       type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without fixed components
       real(dp) :: indicator = 0                  !! its value when the mesh was last looked at [-]
       type(crack_values_t), allocatable :: crack(:) !! what was measured at each tip
@@ -201,7 +201,6 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: g
       type(nodal_state_t) :: state
       real(dp), parameter :: rounding = 1e-12_dp ! of displacements
       real(dp) :: least, largest
@@ -219,7 +218,7 @@ contains
       m%reaction = state%reaction
       if (any(model%constraints%name /= '')) m%reactions = state%reactions
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
-         call measure_crack(problem, cracks, k, state, m%extrapolation, m%crack(k), g, failure)
+         call measure_crack(problem, cracks, k, state, m%extrapolation, m%crack(k), m%rate, failure)
       end do
       do k = 1, size(cracks%crack)
          if (cracks%crack(k)%contact) cycle
@@ -232,8 +231,6 @@ contains
          largest = max(largest, rounding*maxval(abs(problem%particles%displacement(:problem%particles%n, :))))
          call m%overlap(k)%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), problem%state%time)
       end do
-      if (allocated(m%g_ratio)) deallocate (m%g_ratio)
-      if (m%g_ref > 0 .and. allocated(g)) m%g_ratio = g/m%g_ref
    end subroutine measure
 
    !> Take a row of what was measured last: this is the list of all columns.

@@ -32,12 +32,13 @@ contains
       logical, intent(in) :: with_cracks
       type(piece_t), intent(out) :: output
       real(dp) :: h(ndim, ndim), stress(ndim, ndim)
-      real(dp), allocatable :: components(:, :), energy(:), plastic(:)
+      real(dp), allocatable :: components(:, :), energy(:), plastic(:), deformation(:, :)
       integer :: i
       associate (p => problem%particles)
-         allocate (components(4, p%n), energy(p%n), plastic(p%n))
+         allocate (components(4, p%n), energy(p%n), plastic(p%n), deformation(4, p%n))
          do i = 1, p%n
             h = p%gradient_of(i)
+            deformation(:, i) = [1 + h(1, 1), h(1, 2), h(2, 1), 1 + h(2, 2)]
             associate (material => problem%materials(p%material(i)))
                stress = material%kirchhoff_stress(h, p%history_of(i), p%hoop_of(i))
                components(:3, i) = [stress(1, 1), stress(2, 2), stress(1, 2)]
@@ -57,6 +58,7 @@ contains
          call add_field(output%point_fields, 'stress_xy', components(3:3, :))
          if (p%thickness%is_ring) call add_field(output%point_fields, 'stress_zz', components(4:4, :))
          call add_field(output%point_fields, 'energy_density', reshape(energy, [1, p%n]))
+         call add_field(output%point_fields, 'deformation_gradient', deformation)
          if (any(problem%materials%yields)) call add_field(output%point_fields, 'plastic_strain', reshape(plastic, [1, p%n]))
       end associate
       if (with_cracks) call add_sides(problem, output)

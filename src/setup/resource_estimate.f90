@@ -28,9 +28,9 @@ module hampm_resource_estimate
    real(dp), parameter :: of_particle = 156, of_cell = 520, of_full_cell = 465
    real(dp), parameter :: of_quadratic_cell = 1840, of_full_quadratic_cell = 1060, of_domain = 270
    real(dp), parameter :: of_refined_particle = 60, of_refined_cell = 200
-   real(dp), parameter :: of_mass = 480, of_cg = 200, of_viewed_particle = 160, of_viewed_cell = 290
+   real(dp), parameter :: of_mass = 480, of_cg = 200, of_viewed_particle = 192, of_viewed_cell = 290
    real(dp), parameter :: of_quadratic_mass = 3350, of_quadratic_cg = 1600, of_viewed_quadratic_cell = 2000
-   real(dp), parameter :: of_snapshot_particle = 137, of_snapshot_cell = 113
+   real(dp), parameter :: of_snapshot_particle = 169, of_snapshot_cell = 113
 
    ! The solution at rest: for the estimated errors of a crack, and for the distance of a damped motion
    real(dp), parameter :: of_stiffness = 205.0_dp   !! per entry of its factors, as counted by `fill_of` [bytes]

@@ -15,6 +15,7 @@ module hampm_recording
    use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, measure_state, warnings, is_near_equilibrium
    use hampm_snapshots, only: piece_t
+   use hampm_text, only: to_text
    use hampm_threads, only: thread_count, host_name
    use hampm_version, only: version
    use hampm_output_fields, only: shows_cracks, particle_fields, mesh_fields, crack_fields
@@ -179,11 +180,30 @@ contains
          call s%results%add_attribute('/history', 'warnings', warnings(s), failure)
          if (s%distance_to_equilibrium >= 0) &
             call s%results%add_attribute('/history', 'distance_to_equilibrium', s%distance_to_equilibrium, failure)
+         call tell_motion(s, failure)
       case (exit_computation)
          call s%results%add_attribute('/history', 'ended', failure%message, unwritten)
          call s%results%add_attribute('/history', 'warnings', warnings(s), unwritten)
       end select
    end subroutine tell_end
+
+   !> Write with the speed of each tip when it has begun to grow in motion, and when it has come to rest where it is at rest.
+   subroutine tell_motion(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      character(:), allocatable :: column
+      integer :: k
+      if (.not. s%growing%are_there()) return
+      do k = 1, size(s%growing%tips)
+         associate (tip => s%growing%tips(k))
+            column = '/history/tip_speed'
+            if (k > 1) column = column//'_tip'//to_text(k)
+            if (tip%onset >= 0) call s%results%add_attribute(column, 'onset_time', tip%onset, failure)
+            if (tip%has_arrested(s%problem%state%time, s%dt)) &
+               call s%results%add_attribute(column, 'arrest_time', tip%last_motion, failure)
+         end associate
+      end do
+   end subroutine tell_motion
 
    !> Tell the progress line where the run is; `last` ends it.
    subroutine show_progress(s, last)
@@ -197,7 +217,8 @@ contains
          now%cells = m%grid%forest%leaf_count()
          now%particles = m%particles%n
          now%finest_level = m%grid%forest%finest_level()
-         if (allocated(s%measurements%g_ratio)) now%g_ratio = s%measurements%g_ratio
+         if (allocated(s%measurements%rate)) now%rate = s%measurements%rate
+         now%reference = s%measurements%g_ref
          if (s%growing%are_there()) then
             now%crack_length = sum([(s%cracks%crack(k)%length(), k=1, size(s%cracks%crack))])
             if (.not. s%growing%is_static) now%tip_speed = maxval(s%cracks%tips%speed)

@@ -168,8 +168,8 @@ contains
       now = begin
       step = 0
       do while (2*(now - begin) < rate)
-         call progress%show(standing_t(real(now - begin, dp)/real(rate, dp)*2.0e-3_dp, step, 720, 2880, 4, -1.2e-6_dp, 1.287_dp), &
-                            last=.false.)
+         call progress%show(standing_t(real(now - begin, dp)/real(rate, dp)*2.0e-3_dp, step, 720, 2880, 4, -1.2e-6_dp, &
+                                          1.287_dp, 1.0_dp), last=.false.)
          step = step + 1
          call system_clock(now)
       end do

@@ -384,6 +384,12 @@ def test_usl_and_pieces_of_cells_that_few_particles_hold(hampm, mass, end, crack
     assert row["crack_length"][-1] > row["crack_length"][0] and residual(row) < 1e-9
 
 
+def assert_moves(speed, onset, arrest, dt):
+    """A column of a speed tells when its tip began to move and, where that is at rest at the end, when it came to rest: to a step."""
+    assert speed.attrs["onset_time"] == pytest.approx(onset, abs=1.01 * dt)
+    assert speed.attrs.get("arrest_time", None) == (arrest and pytest.approx(arrest, abs=1.01 * dt))
+
+
 def test_intervals_arrest_and_the_largest_length(hampm, tmp_path):
     """Several &growth of one crack; a crack that rests keeps its place, and one that is long enough says so."""
     first = "&growth law = 'prescribed'  speed = 600.0  start = 2e-6  end = 3e-6  direction = 'straight'  tips = 'last' /\n"
@@ -398,6 +404,7 @@ def test_intervals_arrest_and_the_largest_length(hampm, tmp_path):
     assert row["tip_angle"][-1] < 10
     assert "tip 1 no longer grows: the crack has its max_length" in said
     with h5py.File(tmp_path / "out.h5") as file:
+        assert_moves(file["history/tip_speed"], 2e-6, 4e-6 + (6.5e-3 - begin - 600e-6) / 1200, row["dt"][-1])
         assert "tip 1 no longer grows: the crack has its max_length" in file["history"].attrs["warnings"]
     assert residual(row) < 1e-12
 
@@ -423,10 +430,14 @@ def test_a_support_moves_from_the_start_as_the_crack_does(hampm):
     assert residual(row) < 1e-12
 
 
-def test_a_crack_stops_before_the_surface(hampm):
+def test_a_crack_stops_before_the_surface(hampm, tmp_path):
     row, said = run_told(hampm, plate(GIVEN.format("").replace("600.0", "1800.0")))
     assert "tip 1 no longer grows: a cell further there is no room" in said
     assert row["tip_speed"][-1] == 0
+    with h5py.File(tmp_path / "out.h5") as file:
+        last = np.flatnonzero(row["tip_speed"])[-1]
+        assert row["time"][last] <= file["history/tip_speed"].attrs["arrest_time"] <= row["time"][last + 1]
+        assert file["history/tip_speed_tip2"].attrs["onset_time"] == pytest.approx(2e-6, abs=row["dt"][1])
     assert residual(row) < 1e-12
 
 
@@ -443,6 +454,8 @@ def test_a_run_goes_on_from_a_checkpoint(hampm, tmp_path, law, method, steps):
     with h5py.File(tmp_path / "part.h5") as file:
         for name, values in row.items():
             assert np.array_equal(values, file["history"][name][:]), name
+        whole = dict(h5py.File(tmp_path / "out.h5")["history/tip_speed"].attrs)
+        assert "onset_time" in whole and dict(file["history/tip_speed"].attrs) == whole
 
 
 def test_threads_change_nothing(hampm):
@@ -456,13 +469,13 @@ def test_threads_change_nothing(hampm):
 def test_the_progress_line_tells_length_and_speed(hampm, tmp_path):
     """Of a crack that grows, in motion and at rest, and of no other."""
     (tmp_path / "growth.nml").write_text(plate())
-    assert " left crack 11.672 mm 600 m/s step " in hampm("growth.nml", "--force").stdout
+    assert " crack 11.672 mm at 600 m/s step " in hampm("growth.nml", "--force").stdout
     (tmp_path / "growth.nml").write_text(plate(growth=""))
     assert " crack " not in hampm("growth.nml", "--force").stdout
     text = plate("&growth toughness = 1.0  increment = 1e-3  direction = 'straight' /", method="time = 'static'  load_steps = 2")
     (tmp_path / "growth.nml").write_text(text.replace("  energy_balance = .true.", "") +
                                          "&constraint lower = -10e-3, -10e-3  upper = -9.5e-3, 10e-3  fix = 'xy' /\n")
-    assert re.search(r" left crack 8.472 mm step 2 ", hampm("growth.nml", "--force").stdout)
+    assert re.search(r" left G 1.0 J/m2 crack 8.472 mm step 2 ", hampm("growth.nml", "--force").stdout)
 
 
 def test_the_check_says_how_a_crack_grows(hampm, tmp_path):

@@ -97,7 +97,7 @@ def test_check_tells_rows_snapshots_and_what_refinement_may_come_to(hampm, tmp_p
     assert "! samples         1001 of the history, 11 snapshots\n" in report
     assert re.search(r"! memory +about \d+ MB, \d+ MB where cells refine to 409600 particles\n", report)
     start, most = re.search(r"! results +about (\S+) MB, at most (\d+) MB\n", report).groups()
-    assert float(start) < 20 and float(most) == pytest.approx((10 * 409600 * (137 + 113 / 4)) / 1e6, rel=0.1)
+    assert float(start) < 20 and float(most) == pytest.approx((10 * 409600 * (169 + 113 / 4)) / 1e6, rel=0.1)
 
 
 def test_results_of_a_refinement_that_runs_away_are_at_most_what_was_foretold(hampm, tmp_path):

@@ -21,7 +21,7 @@ COLUMNS = {
     "angular_momentum": "kg m2/s", "numerical_loss": "J", "G_vcct_I": "J/m2",
     "G_vcct_I_error": "J/m2", "G_stress_closure_I": "J/m2", "G_stress_closure_I_error": "J/m2", "G": "J/m2",
     "G_error": "J/m2", "crack_opening": "m", "mouth_opening": "m", "tip_cell": "m", "reaction_x": "N", "reaction_y": "N"}
-PARTICLE_FIELDS = ["body", "displacement", "energy_density", "id", "stress_xx", "stress_xy", "stress_yy", "velocity"]
+PARTICLE_FIELDS = ["body", "deformation_gradient", "displacement", "energy_density", "id", "stress_xx", "stress_xy", "stress_yy", "velocity"]
 MASS = 2700 * 0.1 * 0.01 * 0.01
 
 
@@ -97,6 +97,15 @@ def test_snapshots_agree_with_the_history(dcb_result, steps, k):
     strain = np.sum(field(particles, "energy_density")) * MASS / 2700 / 160
     assert kinetic == pytest.approx(columns["kinetic_energy"][sample], rel=1e-12)
     assert strain == pytest.approx(columns["strain_energy"][sample], rel=1e-12)
+
+
+def test_the_deformation_gradient_is_that_of_the_stored_energy(steps):
+    """Half of the stress times the strain, which is the symmetric part of F - I: components xx, xy, yx, yy."""
+    particles = steps[1][3][0].GetPointData()
+    f = field(particles, "deformation_gradient")
+    xx, xy, yy = (field(particles, f"stress_{name}") for name in ("xx", "xy", "yy"))
+    energy = (xx * (f[:, 0] - 1) + xy * (f[:, 1] + f[:, 2]) + yy * (f[:, 3] - 1)) / 2
+    np.testing.assert_allclose(energy, field(particles, "energy_density"), rtol=1e-6)
 
 
 def test_plot_g_draws_a_picture(dcb_result, tmp_path):

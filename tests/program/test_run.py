@@ -12,7 +12,17 @@ from history import History
 from paths import DCB, CHECKED_PROGRAM
 
 OLD_RESULT = b"\x89HDF\r\n\x1a\nsomething else"
-PROGRESS = r" *\d+\.\d% \d+\.\d{4} us (\d+:\d\d:\d\d|-) left G/Gref -?\d\.\d{4} step \d+ cells 60 particles 160 level 0 energy "
+PLATE = """&run plane = 'strain'  end_time = 1.0 /
+&grid lower = -10e-3, -10e-3  cell = 1e-3  cells = 20, 20 /
+&material name = 'a'  young = 200e9  poisson = 0.3  density = 7800 /
+&body material = 'a'  lower = -10e-3, -10e-3  upper = 10e-3, 10e-3 /
+&load kind = 'traction'  lower = -10e-3, 10e-3  upper = 10e-3, 10e-3  force = 0.0, 20e3 /
+&load kind = 'traction'  lower = -10e-3, -10e-3  upper = 10e-3, -10e-3  force = 0.0, -20e3 /
+&method time = 'static' /
+&crack kind = 'path'  points = -3e-3, 0.0, 3e-3, 0.0 /
+&energy_release estimators = 'domain_integral' /
+"""
+PROGRESS = r" *\d+\.\d% \d+\.\d{4} us (\d+:\d\d:\d\d|-) left G/Gref -?\d\.\d{4} step \d+ energy missing -?\d.\dE[+-]\d\d % cells 60 particles 160 level 0 "
 
 
 def test_output_makes_folders(dcb, tmp_path):
@@ -47,13 +57,39 @@ def test_quiet_prints_nothing(dcb):
 
 def test_progress_in_a_pipe_is_whole_lines(dcb):
     result = dcb()
-    *lines, ran, rest = result.stdout.splitlines()
+    _, *lines, _, _, _, rest, took = result.stdout.splitlines()
     assert result.stderr == ""
-    assert len(lines) >= 1 and re.fullmatch(r"ran \d+:\d\d:\d\d", ran)
+    assert len(lines) >= 1 and re.fullmatch(r"wall time [0-9.]+ s, processor time [0-9.]+ s, threads \d+", took)
     assert re.match(r"distance to equilibrium: 0\.\d+ of the displacements; G, J and energies are about twice", rest)
     for line in lines:
-        assert re.match(PROGRESS, line) and len(line) <= 110
+        assert re.match(PROGRESS, line) and len(line) <= 132
     assert lines[-1].startswith("100.0% 300.0000 us")
+
+
+def test_the_end_of_a_run_tells_what_was_found_at_each_tip(hampm, tmp_path):
+    """The last values of the result, the estimated errors in percent of them, and where the tips are; nothing of it with --quiet."""
+    (tmp_path / "plate.nml").write_text(PLATE)
+    lines = hampm("plate.nml").stdout.splitlines()
+    first = next(k for k, line in enumerate(lines) if line.split()[:1] == ["tip"])
+    assert re.split(r"  +", lines[first].strip()) == ["tip", "length [m]", "angle [deg]", "G [J/m2]", "error", "J [J/m2]", "error",
+                                                      "K_I [Pa m^0.5]", "error", "K_II [Pa m^0.5]", "error"]
+    history = History(tmp_path / "plate.h5")
+    for row, ending, angle in [(lines[first + 1], "", 0.0), (lines[first + 2], "_tip2", 180.0)]:
+        words = re.split(r"  +", row.strip())
+        assert len({len(line) for line in lines[first:first + 3]}) == 1
+        assert [float(word) for word in words[1:3]] == [pytest.approx(6e-3), angle]
+        for name, value, error in zip(["G", "J", "K_I", "K_II"], words[3::2], words[4::2]):
+            told, off = (history.columns[name + suffix + ending][-1] for suffix in ("", "_error"))
+            assert float(value) == pytest.approx(told, rel=1e-4)
+            assert error == "> 100 %" if off > abs(told) else float(error.removesuffix(" %")) == pytest.approx(100 * off / abs(told), abs=0.051)
+    assert lines[first + 3] == "errors are estimated from the cells"
+    assert hampm("plate.nml", "--quiet", "--force").stdout == ""
+
+
+def test_the_progress_line_has_the_unit_of_g_where_there_is_no_reference(hampm, tmp_path):
+    (tmp_path / "plate.nml").write_text(PLATE)
+    shown = float(re.search(r" left G (\S+) J/m2 step 1 ", hampm("plate.nml").stdout)[1])
+    assert shown == pytest.approx(History(tmp_path / "plate.h5").columns["G"][-1], rel=1e-3)
 
 
 def test_any_number_of_threads_gives_the_same_bytes(dcb, tmp_path):
