@@ -34,9 +34,10 @@ from tradeoff_matrix import AT_REST, BASE, FAMILIES, IMPLICIT, QUADRATIC, REFINE
 sys.path.insert(0, str(ROOT / "postprocess"))
 import numpy as np  # noqa: E402
 
-from extrapolate import extrapolate  # noqa: E402
 from history import History, lowpass, moving_mean, read_curve  # noqa: E402
 from tradeoff_tables import advice, curves, front  # noqa: E402
+
+from hampm.extrapolation import limit  # noqa: E402
 
 
 class Study(NamedTuple):
@@ -221,7 +222,7 @@ def batches(single, count):
             sizes = [1 / m.cells for m in members]
             yield Point(f"n = {', '.join(str(m.cells) for m in members)}", members[-1].cells, " | ".join(m.settings for m in members),
                         count, sum(m.particles for m in members), tuple(map(sum, zip(*(m.seconds for m in members)))),
-                        {name: extrapolate(sizes, [m.curves[name][:size] for m in members]) for name in members[0].curves}, "")
+                        {name: limit(sizes, [m.curves[name][:size] for m in members]) for name in members[0].curves}, "")
 
 
 def rows_of(study, families, measured):

@@ -15,32 +15,24 @@ Refined meshes have to be similar: double `rings` where the cells are halved, so
 """
 
 import argparse
-import math
 from pathlib import Path
 
 import h5py
-import numpy as np
 
-from history import UNREADABLE, History, ResultError, add_strict, error_name, refuse_to_replace, run, tell_of_motion
+from history import UNREADABLE, History, ResultError, add_strict, refuse_to_replace, run, tell_of_motion
 from tabulate import fraction
+
+from hampm.extrapolation import extrapolate
 
 
 def main(arguments=None):
     options = parse(arguments)
-    histories = sorted(map(History, options.files), key=cell_size, reverse=True)
-    check(histories)
-    cells = [cell_size(h) for h in histories]
-    names = [name for name in histories[-1].select(options.column) if all(name in h.columns for h in histories)]
-    uncertain = [name for name in names if all(h.error_of(name) for h in histories)]
+    found = extrapolate(map(History, options.files), options.column, options.part)
     if options.output:
-        write(options.output, histories, *curves(histories, names, uncertain))
-    print(" ".join(["column", *(f"{cell * 1e3:g} mm" for cell in cells), "extrapolated", "finest [%]"]
-                   + ["without coarsest [%]", "order"] * (len(histories) > 2) + ["their error [%]"] * bool(uncertain)))
-    for name in names:
-        values = [h.late_mean(name, options.part) for h in histories]
-        errors = [h.late_mean(error_name(name), options.part) for h in histories] if name in uncertain else []
-        print(name, *summary(cells, values), *[left_error(cells, errors, values)] * bool(uncertain))
-    return tell_of_motion(histories, options.strict)
+        write(options.output, found)
+    for row in (found.header, *found):
+        print(*row)
+    return tell_of_motion(found.histories, options.strict)
 
 
 def parse(arguments):
@@ -57,96 +49,21 @@ def parse(arguments):
     return options
 
 
-def cell_size(history):
-    """Size of the smallest cell at the end of a run [m]."""
-    if "finest_cell" not in history.columns:
-        raise ResultError(f"{history.path}: has no column finest_cell: its size of cells is not known")
-    size = float(history.columns["finest_cell"][-1])
-    if not 0 < size < math.inf:
-        raise ResultError(f"{history.path}: /history/finest_cell ends with {size:g}, which is no size of cells")
-    return size
-
-
-def check(histories):
-    """Refuse what can't be extrapolated."""
-    if len(histories) < 2:
-        raise ResultError("two results or more are needed, on cells of different sizes")
-    for coarse, fine in zip(histories, histories[1:]):
-        if cell_size(fine) > 0.99 * cell_size(coarse):
-            raise ResultError(f"{coarse.path} and {fine.path} have cells of the same size, {cell_size(fine) * 1e3:g} mm")
-        for what, a, b in (("end", coarse.times[-1], fine.times[-1]),
-                           ("G_ref", *(h.attributes.get("G_ref", 0.0) for h in (coarse, fine)))):
-            if not math.isclose(a, b, rel_tol=1e-6):
-                raise ResultError(f"{coarse.path} and {fine.path} are not of one scene: {what} is {a:g} and {b:g}")
-
-
-def weights(cells):
-    """What each value counts in the polynomial through (cell size, value) at cell size 0."""
-    return [math.prod(other / (other - own) for other in cells if other != own) for own in cells]
-
-
-def extrapolate(cells, values):
-    """Values, numbers or arrays, on these cell sizes, taken to cell size 0."""
-    return sum(weight * value for weight, value in zip(weights(cells), values))
-
-
-def extrapolate_errors(cells, errors):
-    """What errors of values on these cell sizes, of whatever sign, leave of the value at cell size 0 at most."""
-    return sum(abs(weight) * error for weight, error in zip(weights(cells), errors))
-
-
-def curves(histories, names, uncertain):
-    """Times of the finest run, and the extrapolated columns by name, with the errors of those that have them."""
-    times, cells = histories[-1].times, [cell_size(h) for h in histories]
-
-    def samples(name):
-        return [np.interp(times, h.times, h.columns[name]) for h in histories]
-
-    return times, ({name: extrapolate(cells, samples(name)) for name in names}
-                   | {error_name(name): extrapolate_errors(cells, samples(error_name(name))) for name in uncertain})
-
-
-def summary(cells, values):
-    """The words of a column's line behind its name."""
-    limit = extrapolate(cells, values)
-    words = [*(f"{value:.6g}" for value in values), f"{limit:.6g}", percent(values[-1], limit)]
-    if len(values) > 2:
-        words += [percent(extrapolate(cells[1:], values[1:]), limit), order(cells[-3:], values[-3:])]
-    return words
-
-
-def left_error(cells, errors, values):
-    """The word for what is left of the errors; '-' where there are none."""
-    limit = extrapolate(cells, values)
-    return f"{abs(100 * extrapolate_errors(cells, errors) / limit):.3f}" if errors and limit else "-"
-
-
-def percent(value, limit):
-    return f"{100 * (value / limit - 1):+.3f}" if limit else "-"
-
-
-def order(cells, values):
-    """The order that three values show, as text; '-' where cells are not halves, or values do not approach a limit."""
-    halves = all(math.isclose(a, 2 * b, rel_tol=1e-6) for a, b in zip(cells, cells[1:]))
-    ratio = (values[1] - values[0]) / (values[2] - values[1]) if values[2] != values[1] else 0.0
-    return f"{math.log2(ratio):.2f}" if halves and ratio > 0 else "-"
-
-
-def write(path, histories, times, columns):
+def write(path, found):
     """Write /history as a result file has it."""
-    source = histories[-1]
-    refuse_to_replace(path, [history.path for history in histories])
+    source = found.histories[-1]
+    refuse_to_replace(path, [history.path for history in found.histories])
     try:
         with h5py.File(path, "w") as file:
             group = file.create_group("history")
             group.attrs.update(source.attributes)
-            if known := [distance for h in histories if (distance := h.distance_to_equilibrium()) is not None]:
+            if known := [distance for h in found.histories if (distance := h.distance_to_equilibrium()) is not None]:
                 group.attrs["distance_to_equilibrium"] = max(known)
-            for name, values in {"time": times, **columns}.items():
+            for name, values in {"time": found.times, **found.curves}.items():
                 item = group.create_dataset(name, data=values)
                 item.attrs["units"] = source.units[name]
                 item.attrs["long_name"] = source.long_names[name] + (", extrapolated" if name != "time" else "")
-            file.create_group("input").attrs["extrapolated_from"] = ", ".join(str(h.path) for h in histories)
+            file.create_group("input").attrs["extrapolated_from"] = ", ".join(str(h.path) for h in found.histories)
     except OSError as error:
         raise ResultError(f"{path}: cannot be written ({error.strerror or error})", UNREADABLE) from error
 

@@ -147,7 +147,7 @@ install_python() {
     [ -n "$python" ] || fail "no python3 >= 3.10 with the modules venv and ensurepip"
     echo "installing the Python packages of ${requirements#"$root"/} into .venv"
     is_installed "$to_draw" || "$python" -m venv --clear "$root/.venv"
-    set -- -r "$requirements"
+    set -- -r "$requirements" -e "$root/python"
     if "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
         set -- "$@" -c "$lock"
     fi

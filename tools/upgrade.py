@@ -12,10 +12,14 @@ import argparse
 import json
 import os
 import re
+import runpy
 import shutil
 import sys
 from pathlib import Path
 
+# By its path: the package needs others, and this has to run where nothing is installed
+NAMES = runpy.run_path(str(Path(__file__).resolve().parent.parent / "python/src/hampm/former_names.py"))
+COLUMNS, ATTRIBUTES, column = (NAMES[name] for name in ("COLUMNS", "ATTRIBUTES", "column"))
 KEYS = {
     ("material", "dilatation"): "volumetric",
     ("material", "kinematic"): "kinematic_hardening",
@@ -31,16 +35,10 @@ VALUES = {  # of keys by their new names
     ("material", "volumetric"): {"point": "standard", "cell": "b_bar"},
     ("contact", "bodies"): {"joined": "bonded"},
     ("method", "mass"): {"full": "consistent", "blend": "weighted"},
-    ("energy_release", "estimators"): {"nodal_force": "vcct", "crack_closure": "series_fit"},
+    ("energy_release", "estimators"): NAMES["ESTIMATORS"],
 }
 ESTIMATORS = "energy_release", "estimators"
 BALANCE = "energy_balance"  # an estimator of version 1, and now a key of its own
-COLUMNS = {
-    **{f"G_{old}_{mode}{error}": f"G_{new}_{mode}{error}" for old, new in VALUES[ESTIMATORS].items()
-       for mode in ("I", "II") for error in ("", "_error")},
-    "J_spread": "J_domain_dependence",
-}
-ATTRIBUTES = {"distance_from_rest": "distance_to_equilibrium"}
 NEWLINE = re.compile(r"\r?\n")
 MOST_TIPS = 20  # for which --columns prints names
 
@@ -89,12 +87,6 @@ def columns():
     """Old name -> new name of columns, of each tip, and of attributes."""
     tips = ("", *(f"_tip{n}" for n in range(2, MOST_TIPS + 1)))
     return {**{old + tip: new + tip for tip in tips for old, new in COLUMNS.items()}, **ATTRIBUTES}
-
-
-def column(name):
-    """The name that a column or an attribute has now."""
-    base, tip, number = name.partition("_tip")
-    return ATTRIBUTES.get(name, COLUMNS.get(base, base) + tip + number)
 
 
 def upgraded(text, is_sweep=False):

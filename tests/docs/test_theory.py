@@ -20,5 +20,5 @@ def test_every_equation_is_where_the_notes_say():
 def test_every_source_file_that_a_page_names_exists():
     for page in sorted((ROOT / "docs").glob("*.md")):
         made = set(re.findall(r"^```fortran (\S+)$", page.read_text(), re.MULTILINE))  # by changes that the page shows
-        for name in re.findall(r"\b(?:src|tests|bench|postprocess|input|tools)/[\w/]+\.(?:f90|py|nml|toml|csv|sh)\b", page.read_text()):
+        for name in re.findall(r"\b(?:(?:python/)?src|tests|bench|postprocess|input|tools)/[\w/]+\.(?:f90|py|nml|toml|csv|sh)\b", page.read_text()):
             assert name in made or (ROOT / name).exists(), f"{page.name}: {name}"

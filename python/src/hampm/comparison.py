@@ -1,0 +1,133 @@
+"""Two histories compared column by column."""
+
+from collections import namedtuple
+from fnmatch import fnmatchcase
+
+import numpy as np
+
+from .history import History
+from .stored import ResultError
+from .tables import Table
+
+Tolerance = namedtuple("Tolerance", "pattern rtol atol")
+Row = namedtuple("Row", "column difference relative time tolerance verdict")  # all text; the verdict is "equal" or says why not
+HEADER = Row("column", "max |a-b|", "relative", "at time [s]", "tolerance", "verdict")
+
+
+class Comparison(Table):
+    """A row for each column; true where all agree. `differing` are the rows of those that do not."""
+
+    def __init__(self, rows):
+        super().__init__(HEADER, rows)
+
+    @property
+    def differing(self):
+        """The rows of columns that do not agree."""
+        return [row for row in self.rows if row.verdict != "equal"]
+
+    def __bool__(self):
+        return not self.differing
+
+
+def compare(a, b, *, rtol=1e-9, atol=0.0, tolerances=(), columns=("*",), ignore=(), interpolate=False, exact=False):
+    """Compare two results, given as paths or `History`.
+
+    A column agrees when  max |a - b| <= atol + rtol * max |a|,  maxima over all samples, or with `exact` when type and bytes are the
+    same. `columns` and those to `ignore` are names in which * and ? are allowed; of `tolerances`, each a `Tolerance` of its own for such
+    names, the last that matches counts. With `interpolate`, b is taken linearly at the times of a; it must cover them up to one sample.
+    """
+    a, b = (item if isinstance(item, History) else History(item, may_be_empty=True) for item in (a, b))
+    names = compared(a, b, columns, ignore, tolerances)
+    if exact:
+        return Comparison([identical(a, b, name) for name in names])
+    uncovered = ""
+    if interpolate:
+        a, b, uncovered = interpolated(a, b)
+    rows = [close(a, b, name, tolerance_of(name, tolerances, Tolerance("*", rtol, atol))) for name in names]
+    return Comparison([Row("(time span)", "-", "-", "-", "-", uncovered)] * bool(uncovered) + rows)
+
+
+def compared(a, b, columns, ignore, tolerances):
+    """Names of the columns to compare, of either file; a pattern that matches none is a mistake."""
+    known = list(dict.fromkeys([*a.columns, *b.columns]))
+    for pattern in [*columns, *(item.pattern for item in tolerances)]:
+        if not any(fnmatchcase(name, pattern) for name in known):
+            raise ResultError(f"no column '{pattern}' in {a.path} or {b.path}; they have {', '.join(known)}")
+    names = [name for name in known if matches_any(name, columns) and not matches_any(name, ignore)]
+    if not names:
+        raise ResultError("nothing is left to compare")
+    return names
+
+
+def matches_any(name, patterns):
+    return any(fnmatchcase(name, pattern) for pattern in patterns)
+
+
+def tolerance_of(name, tolerances, general):
+    """The last of the tolerances that matches, or the general one."""
+    own = [item for item in tolerances if fnmatchcase(name, item.pattern)]
+    return own[-1] if own else general
+
+
+def interpolated(a, b):
+    """A at those of its times that B covers, B at these; what B does not cover, in words."""
+    if a.times.size == 0 or b.times.size == 0:
+        raise ResultError("nothing to interpolate: a history holds no samples")
+    step = np.max(np.diff(a.times), initial=0.0)
+    inside = (a.times >= b.times[0]) & (a.times <= b.times[-1])
+    uncovered = ""
+    if b.times[0] > a.times[0] + step or b.times[-1] < a.times[-1] - step:
+        uncovered = f"B covers {b.times[0]:.6g} to {b.times[-1]:.6g} s, A {a.times[0]:.6g} to {a.times[-1]:.6g} s"
+    times = a.times[inside]
+    return (a.with_columns({name: values[inside] for name, values in a.columns.items()}),
+            b.with_columns({name: np.interp(times, b.times, values) for name, values in b.columns.items()}), uncovered)
+
+
+def close(a, b, name, allowed):
+    """The row of a column compared with a tolerance."""
+    stated = f"{allowed.rtol:.3g} rel" + (f" + {allowed.atol:.3g}" if allowed.atol else "")
+    unlike = unlikeness(a, b, name)
+    if unlike:
+        return Row(name, "-", "-", "-", stated, unlike)
+    x, y = a.columns[name].astype(float), b.columns[name].astype(float)
+    same = (x == y) | (np.isnan(x) & np.isnan(y))
+    with np.errstate(invalid="ignore"):
+        difference = np.where(same, 0.0, np.where(np.isfinite(x) & np.isfinite(y), np.abs(x - y), np.inf))
+    agrees = np.max(difference, initial=0.0) <= allowed.atol + allowed.rtol * size_of(x)
+    return Row(name, *largest(a, difference, size_of(x)), stated, "equal" if agrees else "DIFFERS")
+
+
+def size_of(values):
+    """The largest of a column that is finite."""
+    return np.max(np.abs(values[np.isfinite(values)]), initial=0.0)
+
+
+def identical(a, b, name):
+    """The row of a column compared byte by byte."""
+    unlike = unlikeness(a, b, name)
+    if unlike:
+        return Row(name, "-", "-", "-", "exact", unlike)
+    x, y = a.columns[name], b.columns[name]
+    if x.dtype != y.dtype:
+        return Row(name, "-", "-", "-", "exact", f"A is {x.dtype}, B is {y.dtype}")
+    if x.tobytes() == y.tobytes():
+        return Row(name, "0", "0", "-", "exact", "equal")
+    difference = np.abs(x.astype(float) - y.astype(float))
+    return Row(name, *largest(a, difference, size_of(x.astype(float))), "exact", "DIFFERS")
+
+
+def unlikeness(a, b, name):
+    """Why a column cannot be compared sample by sample, or nothing."""
+    for history, which in ((a, "A"), (b, "B")):
+        if name not in history.columns:
+            return f"missing in {which}"
+    lengths = a.columns[name].size, b.columns[name].size
+    return "" if lengths[0] == lengths[1] else f"A has {lengths[0]} samples, B has {lengths[1]}"
+
+
+def largest(a, difference, size):
+    """The largest difference, also over the size of the column, and its time, as text."""
+    if not np.any(difference > 0):
+        return "0", "0", "-"
+    where = int(np.argmax(difference))
+    return f"{difference[where]:.3e}", f"{difference[where] / size:.1e}" if size > 0 else "-", f"{a.times[where]:.6g}"

@@ -1,0 +1,15 @@
+"""Columns and attributes of results of version 1 by the names that they have now."""
+
+ESTIMATORS = {"nodal_force": "vcct", "crack_closure": "series_fit"}
+COLUMNS = {
+    **{f"G_{old}_{mode}{error}": f"G_{new}_{mode}{error}" for old, new in ESTIMATORS.items()
+       for mode in ("I", "II") for error in ("", "_error")},
+    "J_spread": "J_domain_dependence",
+}
+ATTRIBUTES = {"distance_from_rest": "distance_to_equilibrium"}
+
+
+def column(name):
+    """The name that a column or an attribute has now."""
+    base, tip, number = name.partition("_tip")
+    return ATTRIBUTES.get(name, COLUMNS.get(base, base) + tip + number)
