@@ -230,6 +230,14 @@ $(O)/processor.o: src/processor.c $(O)/flags
 	$(call say,$(FC) $<)
 	$(quietly)$(FC) -Wall -Wextra -O1 -march=$(ARCH) -c -o $@ $<
 
+# The commit that a program is of. Only the main program has it: nothing else is built anew where it changes
+$(O)/main.o: $(O)/version.inc
+$(O)/main.o: private unused := -I$(O)
+$(O)/version.inc: FORCE
+	@mkdir -p $(O)
+	@echo "character(*), parameter :: built_version = '$$(tools/version.sh)'" | cmp -s - $@ || \
+		echo "character(*), parameter :: built_version = '$$(tools/version.sh)'" > $@
+
 $(O)/flags: FORCE
 	@mkdir -p $(O)
 	@echo '$(FC) $(FLAGS) $($(build)_kernels) $(kernel_folders)' | cmp -s - $@ || echo '$(FC) $(FLAGS) $($(build)_kernels) $(kernel_folders)' > $@

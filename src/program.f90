@@ -54,7 +54,7 @@ contains
       if (options%help) then
          call print_text(usage_text(), failure)
       else if (options%version) then
-         call print_text('hampm '//version//new_line('a'), failure)
+         call print_text('hampm '//trim(version)//new_line('a'), failure)
       else if (options%template) then
          call print_text(template_text(), failure)
       else if (options%keys) then
@@ -160,6 +160,7 @@ contains
       type(checkpoint_t) :: checkpoint
       character(:), allocatable :: text
       call checkpoint%open(options%resume)
+      if (checkpoint%other_build() /= '') call print_message(checkpoint%other_build(), kind='warning: ')
       call checkpoint%archive_text('scene', text)
       if (checkpoint%failure%failed()) then
          call checkpoint%finish(failure)

@@ -11,7 +11,7 @@ module hampm_checkpoint
    use hampm_file_moves, only: partial_name, replace_file, remove_file, file_exists
    use hampm_hdf5_file, only: hdf5_file_t
    use hampm_text, only: to_text
-   use hampm_version, only: version
+   use hampm_version, only: version, same_release
    implicit none
    private
    public :: checkpoint_t, checkpoint_name
@@ -23,10 +23,12 @@ module hampm_checkpoint
    type, extends(archive_t) :: checkpoint_t
       type(hdf5_file_t), private :: file
       character(:), allocatable, private :: path
+      character(:), allocatable, private :: written_by  !! the version that has written it, once it is open
       character(:), allocatable, private :: group  !! of the next items, '/group/'
    contains
       procedure :: create
       procedure :: open => open_checkpoint
+      procedure :: other_build
       procedure :: finish
       procedure :: section
       procedure :: archive_text
@@ -58,7 +60,7 @@ contains
       call self%archive_text('kind', text)
       number = format
       call self%serialise('format', number)
-      text = version
+      text = trim(version)
       call self%archive_text('version', text)
    end subroutine create
 
@@ -66,7 +68,7 @@ contains
    subroutine open_checkpoint(self, path)
       class(checkpoint_t), intent(inout) :: self
       character(*), intent(in) :: path
-      character(:), allocatable :: found, by
+      character(:), allocatable :: found
       integer :: number
       self%path = path
       self%group = '/'
@@ -86,13 +88,24 @@ contains
          return
       end if
       call self%serialise('format', number)
-      call self%archive_text('version', by)
+      call self%archive_text('version', self%written_by)
       if (self%failure%failed()) return
-      if (by /= version .or. number /= format) then
-         call self%refuse('it was written by hampm '//by//' (format '//to_text(number)//'), this is hampm '//version// &
-                          ' (format '//to_text(format)//'); resume the run with the program that began it')
+      if (.not. same_release(self%written_by, version) .or. number /= format) then
+         call self%refuse('it was written by hampm '//self%written_by//' (format '//to_text(number)//'), this is hampm '// &
+                          trim(version)//' (format '//to_text(format)//'); resume the run with the program that began it')
       end if
    end subroutine open_checkpoint
+
+   !> What there is to say of an open checkpoint that the program of another commit has written; '' else.
+   pure function other_build(self) result(text)
+      class(checkpoint_t), intent(in) :: self
+      character(:), allocatable :: text
+      text = ''
+      if (self%failure%failed()) return
+      if (self%written_by == version) return
+      text = self%path//': it was written by hampm '//self%written_by//', this is hampm '//trim(version)// &
+             ': the result will be of both'
+   end function other_build
 
    !> Close the file; one that was written is put in its place if nothing has failed, and else removed.
    subroutine finish(self, failure)

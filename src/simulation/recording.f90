@@ -40,7 +40,7 @@ contains
          call s%results%create(result_path(s%model, folder), failure)
       end if
       call s%results%add_text('/input/namelist', s%model%as_used, failure)
-      call s%results%add_attribute('/input', 'version', version, failure)
+      call s%results%add_attribute('/input', 'version', trim(version), failure)
       call s%results%add_attribute('/input', 'compiler', compiler_version(), failure)
       call s%results%add_attribute('/input', 'compiler_options', compiler_options(), failure)
       call s%results%add_attribute('/input', 'host', host_name(), failure)

@@ -5,7 +5,7 @@ import re
 from paths import ROOT
 
 CITATION = (ROOT / "CITATION.cff").read_text()
-VERSION = re.search(r"version = '(.*)'", (ROOT / "src/base/version.f90").read_text())[1]
+VERSION = (ROOT / "VERSION").read_text().splitlines()[0]
 
 
 def value(key):

@@ -17,6 +17,7 @@ from kill_at_random import kill_runs, read_whole
 from harness import differing
 from paths import COARSE_DCB, CHECKED_PROGRAM, PROGRAM
 
+VERSION = subprocess.run([PROGRAM, "--version"], check=True, capture_output=True, text=True).stdout.split(maxsplit=1)[1].strip()
 SHORT = ("--set", "run.end_time=4e-5", "--set", "output.history_interval=1e-6", "--set", "output.snapshot_interval=1e-5")
 CHECKPOINT = "dcb.h5.checkpoint"
 
@@ -386,9 +387,9 @@ WRONG = {
     "half": (lambda path: os.truncate(path, path.stat().st_size // 2), NOT_WHOLE),
     "damaged": (damage, "reading /particles/gradient failed (has it changed since it was written?)"),
     "a result": (lambda path: shutil.copy(path.with_name("dcb.h5"), path), "cannot be resumed: it is no checkpoint of hampm"),
-    "other version": (lambda path: change(path, "version", list(b"99.10")),
-                      "it was written by hampm 99.10 (format 28), this is hampm 1.0.0 (format 28); resume the run with the program that"),
-    "other format": (lambda path: change(path, "format", 99), "(format 99), this is hampm 1.0.0 (format 28)"),
+    "other version": (lambda path: change(path, "version", lambda letters: [*b"9", *letters[1:]]),
+                      f"it was written by hampm 9{VERSION[1:]} (format 28), this is hampm {VERSION} (format 28); resume the run with the program that"),
+    "other format": (lambda path: change(path, "format", 99), f"(format 99), this is hampm {VERSION} (format 28)"),
     "other number": (lambda path: change(path, "particles/number", 159), "/particles/mass has 160 values, not 159"),
     "wrong order": (lambda path: change(path, "particles/cell", lambda cells: cells[::-1]),
                     "its particles do not stand in the order of their cells"),
@@ -404,6 +405,18 @@ def test_a_checkpoint_that_is_none_or_not_whole(stopped, hampm, name):
     assert (result.returncode, result.stdout) == (4, "")
     assert result.stderr.startswith(f"hampm: {CHECKPOINT}: ") and phrase in result.stderr and result.stderr.count("\n") == 1
     assert before == {file: (stopped / file).read_bytes() for file in files(stopped)}
+
+
+@pytest.mark.skipif("(" not in VERSION, reason="the commit of this program is not known")
+def test_a_checkpoint_of_another_commit_is_told_of(stopped, hampm, unbroken):
+    """And gone on from, as its number and its format are the same; results and checkpoints name the version with its commit."""
+    with h5py.File(stopped / CHECKPOINT) as checkpoint, h5py.File(stopped / "dcb.h5") as result:
+        assert bytes(checkpoint["version"][:].tolist()).decode() == VERSION == result["input"].attrs["version"]
+    change(stopped / CHECKPOINT, "version", lambda letters: [*letters[:-2], *b"?)"])
+    run = hampm("--resume", CHECKPOINT, "--quiet")
+    assert (run.returncode, run.stderr) == (0, f"hampm: warning: {CHECKPOINT}: it was written by hampm {VERSION[:-2]}?), this is hampm {VERSION}: "
+                                               "the result will be of both\n")
+    assert differing(unbroken, stopped / "dcb.h5") == []
 
 
 def test_no_bit_of_a_checkpoint_can_change_unseen(stopped, hampm, unbroken):

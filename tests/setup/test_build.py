@@ -27,7 +27,9 @@ def tree(tmp_path):
         (tmp_path / name).write_text(text)
     (tmp_path / "tools").mkdir()
     shutil.copy(ROOT / "Makefile", tmp_path)
-    shutil.copy(ROOT / "tools/depends.awk", tmp_path / "tools")
+    for name in ("depends.awk", "version.sh"):
+        shutil.copy(ROOT / "tools" / name, tmp_path / "tools")
+    (tmp_path / "VERSION").write_text("1.2.3\n$Format:%h$\n")
 
     def make(*words):
         run = subprocess.run(["make", "HDF5_LINK=", "ALGEBRA_LINK=", "build=quick", *words], cwd=tmp_path, capture_output=True, text=True,
@@ -66,6 +68,31 @@ def test_what_uses_a_module_is_compiled_where_its_interface_has_changed(tree):
     assert subprocess.run([tree.folder / "build/quick/hampm"], capture_output=True, text=True, check=True).stdout.split() == ["2"]
     edit(tree, "src/base/deep.f90", "end module", "integer function other()\nother = 3\nend function other\nend module")
     assert tree("program") == ["gfortran src/base/deep.f90", "gfortran src/base/middle.f90", "build/quick/hampm"]
+
+
+def test_a_version_is_its_number_and_the_commit_where_it_is_known(tree):
+    """Of a checkout, also one that is changed, or of an archive; and where it changes, only the main program is compiled."""
+    edit(tree, "src/main.f90", "print *, number()", "include 'version.inc'\nprint '(a)', built_version")
+    edit(tree, "src/main.f90", "implicit none\ninclude", "include")
+
+    def version():
+        tree("program")
+        return subprocess.run([tree.folder / "build/quick/hampm"], capture_output=True, text=True, check=True).stdout.rstrip("\n")
+
+    def git(*words):
+        subprocess.run(["git", "-c", "user.name=a", "-c", "user.email=a@b", "-c", "commit.gpgsign=false", *words], cwd=tree.folder, check=True,
+                       capture_output=True)
+    assert version() == "1.2.3"
+    (tree.folder / "VERSION").write_text("1.2.4\nabc1234\n")
+    assert version() == "1.2.4 (abc1234)"
+    git("init")
+    git("add", "src", "VERSION")
+    git("commit", "-m", "sources")
+    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=tree.folder, check=True, capture_output=True, text=True).stdout[:12]
+    assert tree("program") == ["gfortran src/main.f90", "build/quick/hampm"]
+    assert version() == f"1.2.4 ({commit})" and [line for line in tree("program") if "Nothing" not in line] == []
+    edit(tree, "src/base/deep.f90", "number = 1", "number = 2")
+    assert version() == f"1.2.4 ({commit}, modified)"
 
 
 def test_only_what_is_asked_for_is_linked():
