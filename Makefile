@@ -74,7 +74,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup clean run figures sweep slurm docs structure test verify portability coverage sanitize memcheck fuzz vtk extremes tradeoff
+TASKS := help setup clean run install uninstall figures sweep slurm docs structure test verify portability coverage sanitize memcheck fuzz vtk extremes tradeoff
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -90,21 +90,34 @@ run:  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_ref
 	HAMPM_PYTHON=$(PYTHON) HAMPM_CONVERGED=1.28737 gnuplot -c postprocess/g_of_t.gp results/dcb_G_gnuplot.png results/dcb.h5
 	@echo "results/dcb.h5: the results; results/dcb_G.png, results/dcb_G_gnuplot.png: G(t)/G_ref"
 
+# Where hampm is installed; what `packages` may be is in tools/install.sh
+PREFIX ?= /usr/local
+install:  ## install program, scripts, manual page and completions: make install [PREFIX=/usr/local] [DESTDIR=...] [packages="run batch"]
+	@tools/setup.sh program
+	@$(MAKE) -j$(JOBS) --no-print-directory program
+	@PREFIX='$(PREFIX)' DESTDIR='$(DESTDIR)' packages='$(packages)' tools/install.sh $(O)/hampm
+
+uninstall:  ## remove what has been installed: make uninstall [PREFIX=/usr/local] [DESTDIR=...]
+	@PREFIX='$(PREFIX)' DESTDIR='$(DESTDIR)' tools/install.sh --uninstall
+
 figures: setup  ## draw the pictures of the docs in results/, listed in tools/figures.txt; with DOCS=1 replace those in docs/
 	@$(MAKE) --no-print-directory program tools
 	tools/figures.sh $(O)/hampm $(PYTHON) $(if $(DOCS),--docs)
 
-sweep: setup  ## run the cases of a sweep on all cores and make its table: make sweep file=input/dcb_sweep.yaml
+sweep:  ## run the cases of a sweep on all cores and make its table: make sweep file=input/dcb_sweep.yaml
+	@tools/setup.sh run batch
 	@$(MAKE) --no-print-directory program
 	@test -x .venv/bin/snakemake || { echo "batches need Python 3.11 or later: remove .venv, put one first in PATH"; exit 1; }
 	.venv/bin/snakemake -s batch/Snakefile --cores all --config sweep=$(or $(file),input/dcb_sweep.yaml) program=$(O)/hampm
 
-slurm: setup  ## run sweeps on a real Slurm of this machine, with jobs that are cancelled, killed, preempted and at their limit of time
+slurm:  ## run sweeps on a real Slurm of this machine, with jobs that are cancelled, killed, preempted and at their limit of time
+	@tools/setup.sh run batch
 	@$(MAKE) --no-print-directory program
 	@test -x .venv/bin/snakemake || { echo "batches need Python 3.11 or later: remove .venv, put one first in PATH"; exit 1; }
 	$(PYTHON) tools/slurm.py $(parts)
 
-docs: setup  ## write pages of every module, type and procedure of src/: build/api/index.html
+docs:  ## write pages of every module, type and procedure of src/: build/api/index.html
+	@tools/setup.sh docs
 	$(PYTHON) tools/api_pages.py
 
 structure:  ## count lines, arguments and uses between the folders of src/, and draw docs/rooms.svg
@@ -166,7 +179,7 @@ vtk: setup  ## hold the snapshots to another version of VTK than that of require
 	@$(MAKE) --no-print-directory $(O)/results_driver
 	@test -x build/vtk-$(version)/bin/pytest || { $(PYTHON) -m venv build/vtk-$(version) && \
 		build/vtk-$(version)/bin/python -m pip install --quiet --disable-pip-version-check vtk==$(version) \
-		$(shell grep -hE '^(numpy|h5py|pytest)=' requirements.txt postprocess/requirements.txt); }
+		$(shell grep -hE '^(numpy|h5py|pytest)=' requirements/*.txt); }
 	build/vtk-$(version)/bin/python -m pytest -q tests/output
 
 extremes: setup  ## run the extremes of every part of a scene and write docs/stability.md

@@ -33,9 +33,10 @@ from itertools import product
 from pathlib import Path
 
 from declaration import ROOT, UNREADABLE, ResultError, printable, read_yaml, run
+from program import find_program
 from upgrade import new_key
 
-PROGRAM = ROOT / "build/release/hampm"
+PROGRAM = find_program(ROOT)
 KEYS = ("namelist", "output", "product", "cases", "columns", "mean", "threads", "memory", "runtime", "checkpoint")
 MOST_CASES = 100_000
 WRITTEN = "table.csv", "table.h5", "progress"  # files in the folder of a sweep

@@ -33,8 +33,9 @@ import numpy as np
 
 from frames import Scene
 from history import UNREADABLE, USAGE, History, ResultError, run
+from program import find_program
 
-PROGRAM = Path(__file__).resolve().parents[1] / "build/release/hampm"
+PROGRAM = find_program()
 MOVING = 3        # exit code: the body is not at rest
 LAST_PART = 0.1   # part of the run in which it must be
 
@@ -72,7 +73,7 @@ def parse(arguments):
                         help="how far energies may be off rest, as part of their difference (default: %(default)g)")
     parser.add_argument("--set", action="append", default=[], metavar="GROUP.KEY=VALUE", dest="settings",
                         help="passed on to all runs; may be repeated")
-    parser.add_argument("--hampm", type=Path, default=PROGRAM, metavar="FILE", help="the program (default: the release build)")
+    parser.add_argument("--hampm", type=Path, default=PROGRAM, metavar="FILE", help="the program (default: the release build, or the installed one)")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep the result files in this folder")
     parser.add_argument("--csv", action="store_true", help="write comma-separated values with every digit")
     parser.add_argument("-v", "--verbose", action="store_true", help="say what runs")

@@ -1,43 +1,55 @@
 #!/bin/sh
 # Install what hampm needs and what is missing: compiler and libraries, then the Python environment .venv.
 #
-#     tools/setup.sh            install
-#     tools/setup.sh run        the same, but of the Python packages only those that draw and tabulate: what `make run` needs
-#     tools/setup.sh valgrind   the first, and some package of the distribution, such as valgrind or flang-19
-#     tools/setup.sh --check    only list what is missing; exit code 1 if anything is
+#     tools/setup.sh              install all
+#     tools/setup.sh PART...      install what parts of it need: run (draws and tabulates), batch (sweeps), docs (pages of modules),
+#                                 test (all), program (compiler, libraries and a Python, without its packages)
+#     tools/setup.sh valgrind     all, and some package of the distribution, such as valgrind or flang-19
+#     tools/setup.sh --check      only list what is missing; exit code 1 if anything is
 #
 # What is present is left alone, so that a second run does nothing. On Debian and Ubuntu the packages are installed with
-# apt-get, as root or through sudo; elsewhere, or without these rights, they are named and the exit code is 1.
+# apt-get, as root or through sudo; elsewhere, or without these rights, they are named and the exit code is 1. The Python packages of
+# a part are those of requirements/PART.txt, in the versions of requirements.lock.
 set -eu
 
-packages="gfortran make gnuplot-nox liblapack-dev libopenblas-dev libsuitesparse-dev libhdf5-dev"
+packages="gfortran make liblapack-dev libopenblas-dev libsuitesparse-dev libhdf5-dev"
+to_draw="gnuplot-nox"
 root=$(cd "$(dirname "$0")/.." && pwd)
-requirements=$root/requirements.txt
-to_draw=$root/postprocess/requirements.txt
 lock=$root/requirements.lock
-stamp=$root/.venv/requirements.cksum
+all="run batch docs test"
+parts=
 
 main() {
     case "$*" in
-        "" | run | valgrind | flang-19)
-            case "$*" in
-                run) requirements=$to_draw ;;
-                flang-19) packages="$packages flang-19 libomp-19-dev" ;;
-                *) packages="$packages $*" ;;
-            esac
-            install_packages
-            install_python
-            ;;
         --check) check ;;
         --help) usage ;;
         *)
-            usage >&2
-            exit 2
+            understand "$@"
+            install_packages
+            install_python
             ;;
     esac
 }
 
-usage() { sed -n '2,10s/^# \{0,1\}//p' "$0"; }
+# Parts that are asked for, and further packages of the distribution.
+understand() {
+    for word in "$@"; do
+        case $word in
+            program) to_draw= ;;
+            run | batch | docs) parts="$parts $word" ;;
+            test) parts=$all ;;
+            valgrind) parts=$all packages="$packages valgrind" ;;
+            flang-19) parts=$all packages="$packages flang-19 libomp-19-dev" ;;
+            *)
+                usage >&2
+                exit 2
+                ;;
+        esac
+    done
+    [ $# -gt 0 ] || parts=$all
+}
+
+usage() { sed -n '2,13s/^# \{0,1\}//p' "$0"; }
 
 has_command() { command -v "$1" >/dev/null 2>&1; }
 
@@ -50,10 +62,10 @@ missing_packages() {
     else
         installed=
     fi
-    for package in $packages; do
+    for package in $packages $to_draw; do
         is_present "$package" || echo "$package"
     done
-    python_is_ready || [ -n "$(find_python)" ] || printf '%s\n' python3 python3-venv
+    { [ -n "$parts" ] && python_is_ready; } || [ -n "$(find_python)" ] || printf '%s\n' python3 python3-venv
 }
 
 # A package counts as present when one that provides the same is.
@@ -132,32 +144,50 @@ find_python() {
     done
 }
 
-# What is installed is noted by its sum: all packages, or those that draw.
-requirements_sum() { cat "$1" "$to_draw" "$lock" | cksum; }
+# A part that is installed is noted by the sum of what it asks for.
+sum_of() { cat "$root/requirements/$1.txt" "$lock" | cksum; }
 
-is_installed() { [ -x "$root/.venv/bin/python" ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$(requirements_sum "$1")" ]; }
+is_installed() {
+    [ -x "$root/.venv/bin/python" ] && [ -f "$root/.venv/$1.cksum" ] && [ "$(cat "$root/.venv/$1.cksum")" = "$(sum_of "$1")" ]
+}
 
-python_is_ready() { is_installed "$root/requirements.txt" || is_installed "$requirements"; }
+# Which of some parts are not installed.
+missing_parts() {
+    for part in "$@"; do
+        is_installed "$part" || echo "$part"
+    done
+}
+
+# shellcheck disable=SC2086 # a list of words
+python_is_ready() { [ -z "$(missing_parts $parts)" ]; }
 
 install_python() {
-    if python_is_ready; then
-        return 0
-    fi
+    # shellcheck disable=SC2086 # a list of words
+    missing=$(missing_parts $parts | tr '\n' ' ')
+    [ -n "$missing" ] || return 0
     python=$(find_python)
     [ -n "$python" ] || fail "no python3 >= 3.10 with the modules venv and ensurepip"
-    echo "installing the Python packages of ${requirements#"$root"/} into .venv"
-    is_installed "$to_draw" || "$python" -m venv --clear "$root/.venv"
-    set -- -r "$requirements" -e "$root/python"
+    echo "installing the Python packages to ${missing}into .venv"
+    # Where no part is as it should be there is no environment, or the versions are others
+    # shellcheck disable=SC2086
+    [ "$(missing_parts $all)" != "$(printf '%s\n' $all)" ] || "$python" -m venv --clear "$root/.venv"
+    set -- -e "$root/python"
+    for part in $missing; do
+        set -- "$@" -r "$root/requirements/$part.txt"
+    done
     if "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
         set -- "$@" -c "$lock"
     fi
     "$root/.venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
-    requirements_sum "$requirements" >"$stamp"
+    for part in $missing; do
+        sum_of "$part" >"$root/.venv/$part.cksum"
+    done
 }
 
 # --- check ------------------------------------------------------------------------------------------------------------
 
 check() {
+    parts=$all
     missing=$(missing_packages)
     python_is_ready || missing="$missing
 .venv with the packages of requirements.txt"

@@ -10,6 +10,7 @@ import pytest
 SETUP = Path(__file__).resolve().parents[2] / "tools" / "setup.sh"
 ORDINARY = ["cat", "chmod", "cksum", "cp", "dirname", "env", "mkdir", "mktemp", "rm", "sed", "sh", "tr"]
 LIBRARIES = ["liblapack-dev", "libopenblas-dev", "libsuitesparse-dev", "libhdf5-dev"]
+PARTS = ["run", "batch", "docs", "test"]
 PYTHON = """case $1 in
     -c) exit 0 ;;
     -m) [ "$2" != venv ] || { for folder; do :; done; mkdir -p "$folder/bin"; cp "$0" "$folder/bin/python"; } ;;
@@ -25,9 +26,9 @@ class Machine:
         (folder / "project" / "tools").mkdir(parents=True)
         self.bin.mkdir()
         shutil.copy(SETUP, folder / "project" / "tools")
-        (folder / "project" / "postprocess").mkdir()
-        (folder / "project" / "postprocess" / "requirements.txt").write_text("numpy==2.2.6\n")
-        self.require("-r postprocess/requirements.txt\n")
+        (folder / "project" / "requirements").mkdir()
+        for part in PARTS:
+            self.require(part, "")
         self.pin("")
         for name in ORDINARY:
             (self.bin / name).symlink_to(shutil.which(name))
@@ -36,8 +37,8 @@ class Machine:
         self.stub("python3", PYTHON)
         self.stub("id", "echo 1000")
 
-    def require(self, text):
-        (self.folder / "project" / "requirements.txt").write_text(text)
+    def require(self, part, text):
+        (self.folder / "project" / "requirements" / f"{part}.txt").write_text(text)
 
     def pin(self, text):
         (self.folder / "project" / "requirements.lock").write_text(text)
@@ -82,21 +83,38 @@ def test_what_is_present_is_not_installed_again(machine):
 def test_new_requirements_are_installed(machine):
     machine.debian(*LIBRARIES)
     machine.run()
-    machine.require("-r postprocess/requirements.txt\npytest==8.4.2\n")
-    assert machine.run().returncode == 0 and len(machine.calls("python")) == 2
+    machine.require("test", "pytest==8.4.2\n")
+    assert machine.run().returncode == 0 and len(machine.calls("python")) == 2 and machine.calls("python")[-1].count(" -r ") == 1
     machine.pin("tqdm==4.70.1\n")
     assert machine.run().returncode == 0 and len(machine.calls("python")) == 3
     assert machine.calls("python")[-1].endswith("requirements.lock")
 
 
-def test_what_draws_is_installed_first_and_the_rest_when_it_is_needed(machine):
+def test_each_part_is_installed_when_it_is_needed_into_one_environment(machine):
     machine.debian(*LIBRARIES)
-    for part, file in (("run", "postprocess/requirements.txt"), ("", "project/requirements.txt"), ("run", ""), ("", "")):
+    for words, installed in (("run", ["run"]), ("run batch", ["batch"]), ("run", []), ("docs", ["docs"]), ("test", ["test"]), ("", []), ("valgrind", [])):
         before = len(machine.calls("python"))
-        assert machine.run(*part.split()).returncode == 0
-        calls = machine.calls("python")[before:]
-        assert [file in call for call in calls] == [True]*bool(file)
+        machine.stub("valgrind")
+        assert machine.run(*words.split()).returncode == 0
+        files = [Path(word).stem for call in machine.calls("python")[before:] for word in call.split() if word.endswith(".txt")]
+        assert files == installed
     assert sum(call.startswith("-m venv") for call in machine.calls("python3")) == 1
+
+
+def test_the_program_alone_needs_a_python_without_packages_and_no_gnuplot(machine):
+    machine.debian(*LIBRARIES)
+    machine.stub("id", "echo 0")
+    machine.remove("gnuplot")
+    assert machine.run("program").returncode == 0 and machine.calls("apt-get") == []
+    assert machine.calls("python") == [] and machine.run("run").returncode == 0 and "gnuplot-nox" in machine.calls("apt-get")[-1]
+
+
+def test_parts_are_what_their_targets_ask_for():
+    """What is run needs numpy, h5py and matplotlib, and no more; all is the sum of the parts."""
+    requirements = SETUP.parents[1] / "requirements"
+    names = {part: [line.partition("==")[0] for line in (requirements / f"{part}.txt").read_text().splitlines() if line[0] != "#"] for part in PARTS}
+    assert names["run"] == ["numpy", "h5py", "matplotlib"] and names["batch"][0] == "snakemake" and names["docs"] == ["ford"]
+    assert (SETUP.parents[1] / "requirements.txt").read_text().split() == [word for part in PARTS for word in ("-r", f"requirements/{part}.txt")]
 
 
 def test_every_package_is_pinned():
@@ -114,7 +132,7 @@ def test_root_installs_only_what_is_missing(machine):
     machine.remove("gnuplot")
     assert machine.run().returncode == 0
     assert machine.calls("apt-get") == [
-        "-qq update", "-qq install -y --no-install-recommends gnuplot-nox libopenblas-dev libsuitesparse-dev"]
+        "-qq update", "-qq install -y --no-install-recommends libopenblas-dev libsuitesparse-dev gnuplot-nox"]
     assert (machine.bin / "apt-get.env").read_text() == "frontend noninteractive\n" * 2
 
 
