@@ -104,11 +104,10 @@ figures: setup  ## draw the pictures of the docs in results/, listed in tools/fi
 	@$(MAKE) --no-print-directory program tools
 	tools/figures.sh $(O)/hampm $(PYTHON) $(if $(DOCS),--docs)
 
-sweep:  ## run the cases of a sweep on all cores and make its table: make sweep file=input/dcb_sweep.yaml
+sweep:  ## run the cases of a sweep on all cores and make its table: make sweep file=input/dcb_sweep.yaml [strict=1]
 	@tools/setup.sh run batch
 	@$(MAKE) --no-print-directory program
-	@test -x .venv/bin/snakemake || { echo "batches need Python 3.11 or later: remove .venv, put one first in PATH"; exit 1; }
-	.venv/bin/snakemake -s batch/Snakefile --cores all --config sweep=$(or $(file),input/dcb_sweep.yaml) program=$(O)/hampm
+	$(PYTHON) batch/run_sweep.py "$(or $(file),input/dcb_sweep.yaml)" --program $(O)/hampm $(if $(strict),--strict)
 
 slurm:  ## run sweeps on a real Slurm of this machine, with jobs that are cancelled, killed, preempted and at their limit of time
 	@tools/setup.sh run batch

@@ -1,25 +1,27 @@
 #!/usr/bin/env python3
 """Make one table of all cases of a sweep, table.csv and table.h5 in its folder, and list those that have no result.
 
-A case is a row: its name, its settings, its outcome (done; refused: a mistake in the scene; failed: in the computation; not
+A case is a row: its name, its own names and settings, its outcome (done; refused: a mistake in the scene; failed: in the computation; not
 finished), what hampm said, processor time, wall time and peak memory of its runs, and of those that are done the number of
 particles and the columns that the sweep asks for: the last value of each, and its mean over the time `mean` at the end as
-NAME_mean. An attribute of the history, such as G_ref, is a column too. What a case does not have is blank, in table.h5 not a
+NAME_mean, and the columns that are derived. An attribute of the history, such as G_ref, is a column too. What a case does not have is blank, in table.h5 not a
 number.
 
-It can be called at any time, also while cases run.
+Cases that are refused or have failed are listed by the reason that hampm gave. It can be called at any time, also while cases run.
 """
 
 import argparse
 import csv
 import os
+import re
 from collections import Counter
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 from declaration import ResultError, run
+from derived import derive
 from history import History, moving_mean
-from run_case import NOTHING_SPENT, identity, known
+from run_case import NOTHING_SPENT, OUTCOMES, identity, known, result_of
 from sweep import PROGRAM, read_sweep
 
 import h5py
@@ -36,16 +38,18 @@ ATTRIBUTES = {"G_ref": ("J/m2", "reference value of G"), "G_beam_on_foundation":
 def main(arguments=None):
     options = parse(arguments)
     sweep = read_sweep(options.sweep, options.program)
+    sweep.adopt()
     rows, about = [], {}
     settings = {key: (sweep.units.get(key, "1"), key) for key in sweep.keys}
     for name in sweep.cases:
         row = begun(sweep, name)
-        rows.append(row | measured(sweep, name, about) if row["outcome"] == "done" else row)
+        rows.append(row | measured(sweep, row, about) if row["outcome"] == "done" else row)
     sweep.output.mkdir(parents=True, exist_ok=True)
     columns = list(dict.fromkeys(key for row in rows for key in row))
     write_csv(sweep.output / "table.csv", columns, rows)
     write_hdf5(sweep.output / "table.h5", columns, rows, OWN | settings | about, sweep)
     report(sweep, rows, about, options.brief)
+    return 1 if options.strict and any(row["outcome"] != "done" for row in rows) else 0
 
 
 def parse(arguments):
@@ -53,24 +57,25 @@ def parse(arguments):
     parser.add_argument("sweep", metavar="SWEEP.yaml", type=Path)
     parser.add_argument("--program", metavar="FILE", type=Path, default=PROGRAM, help="hampm, whose keys are allowed")
     parser.add_argument("--brief", action="store_true", help="count those that have no result, and do not list them")
+    parser.add_argument("--strict", action="store_true", help="exit code 1 where a case is not done")
     return parser.parse_args(arguments)
 
 
 def begun(sweep, name):
     """The row of a case without what it has computed."""
-    settings = sweep.cases[name]
-    what = identity(sweep.namelist, settings)
+    values = sweep.values(name)
+    what = identity(sweep.namelist, sweep.cases[name])
     record, start = (found if found.get("case") == what else {}
                      for found in (known(sweep.folder(name) / file) for file in ("outcome.json", "case.json")))
     end = {"outcome": record.get("outcome", "not finished"), "message": record.get("message", "")}
     spent = record.get("spent") or start.get("spent") or NOTHING_SPENT
-    return {"case": name} | {key: settings.get(key, "") for key in sweep.keys} | end | spent
+    return {"case": name} | {key: values.get(key, "") for key in sweep.keys} | end | spent
 
 
-def measured(sweep, name, about):
-    """What the table has of a result; units and descriptions of all that it has go into `about`."""
+def measured(sweep, row, about):
+    """What the table has of the result of a row; units and descriptions of all that it has go into `about`."""
     try:
-        history = History(sweep.folder(name) / "result.h5")
+        history = History(result_of(sweep.folder(row["case"])))
     except ResultError as error:
         print(error)
         return {}
@@ -85,6 +90,15 @@ def measured(sweep, name, about):
             mean = f"{column}_mean"
             values[mean] = float(moving_mean(history.times, history.columns[column], 2 * sweep.mean)[-1])
             about[mean] = history.units[column], f"{history.long_names[column]}; mean over the last {sweep.mean:g} s"
+    known = row | last
+    for column, text in sweep.derived.items():
+        try:
+            values[column], unit = derive(text, history, known)
+        except ResultError as error:
+            values[column], unit = "", "1"
+            print(f"{sweep.path}: derived: {column}: {row['case']}: {error}")
+        known[column] = values[column]
+        about[column] = unit, text
     return values
 
 
@@ -117,6 +131,19 @@ def as_array(values):
         return np.array([str(value) for value in values], dtype=h5py.string_dtype())
 
 
+def by_reason(what, reasons):
+    """Lines that list cases, given as name -> reason, by the reason that hampm gave, whatever the numbers in it; the first stands for all."""
+    alike = {}
+    for name, reason in reasons.items():
+        alike.setdefault(re.sub(r"[-+]?\d[\d.]*([eE][-+]?\d+)?", "#", reason), []).append(name)
+    codes = {outcome: f" (exit code {code})" for code, outcome in OUTCOMES.items()}
+    for names in alike.values():
+        reason = reasons[names[0]]
+        which = names[0] if len(names) == 1 else f"{len(names)} cases"
+        yield f"{what}: {which}{reason and ': '}{reason}{codes.get(what.replace('will be ', '').replace(' before', ''), '')}"
+        yield from (f"  {name}" for name in names if len(names) > 1)
+
+
 def count_of(ends):
     """How many cases ended how."""
     return ", ".join(f"{ends[end]} {end}" for end in ("done", "refused", "failed", "not finished") if ends[end])
@@ -127,9 +154,10 @@ def report(sweep, rows, about, brief):
     for pattern in sweep.columns:
         if about and not any(fnmatchcase(name, pattern) for name in about):
             print(f"{sweep.path}: columns: no result has '{pattern}'; they have {', '.join(about)}")
-    for row in rows:
-        if row["outcome"] != "done" and not brief:
-            print(f"{row['outcome']}: {row['case']}{row['message'] and ': '}{row['message']}")
+    if not brief:
+        for outcome in ("refused", "failed", "not finished"):
+            for line in by_reason(outcome, {row["case"]: row["message"] for row in rows if row["outcome"] == outcome}):
+                print(line)
     print(f"{len(rows)} cases: {count_of(Counter(row['outcome'] for row in rows))}; {sweep.output / 'table.csv'}, table.h5")
 
 

@@ -2,31 +2,39 @@
 
 from collections import Counter
 
-from collect import begun, count_of
+from collect import begun, by_reason, count_of
 from needs import refusals
 from progress import begin_to_count
 
+WORDS = {"refused": "are refused", "failed": "have failed"}
 
-def begin(sweep, program):
-    """Begin a run of a sweep: say how cases ended before, why those that are not done are not run again, and which are refused."""
+
+def begin(sweep, program, strict=False):
+    """Begin a run of a sweep: say how cases ended before, why those that are not done are not run again, and which will be refused;
+    how many these are."""
+    sweep.adopt()
     rows = [begun(sweep, name) for name in sweep.cases]
     ends = Counter(row["outcome"] for row in rows)
     ended = len(rows) - ends["not finished"]
     begin_to_count(sweep.output, len(rows), ended)
-    for row in rows:
-        if row["outcome"] in ("refused", "failed"):
-            print(f"{row['outcome']} before: {row['case']}: {row['message']}")
+    for outcome in ("refused", "failed"):
+        for line in by_reason(f"{outcome} before", {row["case"]: row["message"] for row in rows if row["outcome"] == outcome}):
+            print(line)
     if ends["refused"] + ends["failed"]:
         print(f"These are not run again, unless they are forgotten: batch/forget.py {sweep.path}")
     if ended:
         print(f"{len(rows)} cases: {count_of(ends)}".replace("not finished", "to run"), flush=True)
     refused = refusals(sweep, [row["case"] for row in rows if row["outcome"] == "not finished"], program)
-    for name, why in refused.items():
-        print(f"will be refused: {name}: {why}", flush=True)
+    for line in by_reason("will be refused", refused):
+        print(line, flush=True)
     if refused:
-        print(f"{len(refused)} of {len(rows)} cases will be refused; the others are run, and the exit code is 1", flush=True)
+        print(f"{len(refused)} of {len(rows)} cases will be refused; {'none is run' if strict else 'the others are run'}, and the exit code is 1", flush=True)
+    return len(refused) + ends["refused"]
 
 
-def refused_cases(sweep):
-    """How many cases hampm has refused."""
-    return sum(begun(sweep, name)["outcome"] == "refused" for name in sweep.cases)
+def unsuccessful(sweep, outcomes):
+    """How many cases have ended in this way: '3 of 7 cases are refused'; '' where none has."""
+    ends = Counter(begun(sweep, name)["outcome"] for name in sweep.cases)
+    found = " and ".join(f"{ends[outcome]} of {len(sweep.cases)} cases {words}" for outcome, words in WORDS.items()
+                         if outcome in outcomes and ends[outcome])
+    return f"{found}: mend or remove them" if found else ""

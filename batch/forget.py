@@ -16,6 +16,7 @@ from sweep import PROGRAM, meant, read_sweep
 def main(arguments=None):
     options = parse(arguments)
     sweep = read_sweep(options.sweep, options.program)
+    sweep.adopt()
     for name in options.case:
         if name not in sweep.cases:
             raise ResultError(f"the sweep has no case '{name}'{meant(name, sweep.cases)}")

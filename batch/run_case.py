@@ -2,7 +2,7 @@
 """Run one case of a sweep in its own folder and record how it ended.
 
     hampm.log                  what hampm said on its last start
-    result.h5                  its result; result.h5.checkpoint where it was stopped
+    NAME.h5                    its result, named as the folder; NAME.h5.checkpoint where it was stopped
     case.json                  what the case is, and what its starts have taken that did not end it
     outcome.json               how it ended; written only when it did
     ended-NUMBER               empty, for Snakemake; written after it. The number stands for the text of the namelist
@@ -53,7 +53,9 @@ def has_ended(what, options):
         old.unlink(missing_ok=True)
     begin = known(folder / "case.json")
     if begin.get("case") != what:
-        (folder / "result.h5.checkpoint").unlink(missing_ok=True)
+        checkpoint_of(result_of(folder)).unlink(missing_ok=True)
+        if result_of(folder) != own_result(folder):
+            result_of(folder).unlink(missing_ok=True)
         begin = {"case": what, "spent": NOTHING_SPENT}
         write(folder / "case.json", begin)
     code, spent = start(command(options), options, begin["spent"])
@@ -86,6 +88,22 @@ def identity(namelist, settings):
 
 def digest(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def own_result(folder):
+    """What a case calls its result: as its folder."""
+    return folder / f"{folder.resolve().name}.h5"
+
+
+def checkpoint_of(result):
+    return result.with_name(result.name + ".checkpoint")
+
+
+def result_of(folder):
+    """The result of a case, which has another name where the case had one when it was begun."""
+    own = own_result(folder)
+    others = sorted({*folder.glob("*.h5"), *(path.with_suffix("") for path in folder.glob("*.h5.checkpoint"))})
+    return own if own.exists() or checkpoint_of(own).exists() or not others else others[0]
 
 
 def marker(folder, text):
@@ -121,12 +139,12 @@ def write(path, content):
 
 def command(options):
     """The command line that goes on from the checkpoint, or begins the case."""
-    checkpoint = options.folder / "result.h5.checkpoint"
+    checkpoint = checkpoint_of(result_of(options.folder))
     interval = "--set", f"output.checkpoint_interval={options.checkpoint:g}"
     common = [options.program, "--quiet", "--threads", str(options.threads), *interval]
     if checkpoint.exists():
         return [*common, "--resume", checkpoint]
-    settings = [word for text in (*options.set, "output.file=result.h5") for word in ("--set", text)]
+    settings = [word for text in (*options.set, f"output.file={own_result(options.folder).name}") for word in ("--set", text)]
     return [*common, options.namelist, "--output", options.folder, "--force", *settings]
 
 

@@ -10,9 +10,14 @@ A sweep is a YAML file; docs/batches.md explains its keys:
       grid.cell, grid.cells:          keys that change together
         - [2.5e-3, [40, 5]]
         - [1.25e-3, [80, 9]]
+      $n: [10, 20]                    a name of one's own, for arithmetic
     cases:                            a list of cases, beside the product or in its place
       - {method.scheme: usl, method.courant: 0.05}
-    columns: [G_vcct_I, J]     of the history, for the table: last values; default: all
+    set:                              of all cases; '${...}' is arithmetic with numbers, names and keys of the case
+      load.ramp_time: ${1e-4 * n}
+    columns: [G_vcct_I, J]            of the history, for the table: last values; default: all
+    derived:                          further columns of the table
+      t_start: first time K_I > 1e6
     mean: 2e-4                        and means over so much time at the end [s]; default: none
     threads: 1                        of a case
     memory: 500                       of a case [MB]; default: what `hampm --check` says it needs
@@ -21,6 +26,7 @@ A sweep is a YAML file; docs/batches.md explains its keys:
 """
 
 import argparse
+import fcntl
 import hashlib
 import json
 import math
@@ -32,12 +38,14 @@ from difflib import get_close_matches
 from itertools import product
 from pathlib import Path
 
+from arithmetic import EXPRESSION, ExpressionError, substitute
 from declaration import ROOT, UNREADABLE, ResultError, printable, read_yaml, run
+from derived import NAME, mistake
 from program import find_program
 from upgrade import new_key
 
 PROGRAM = find_program(ROOT)
-KEYS = ("namelist", "output", "product", "cases", "columns", "mean", "threads", "memory", "runtime", "checkpoint")
+KEYS = ("namelist", "output", "product", "cases", "set", "columns", "derived", "mean", "threads", "memory", "runtime", "checkpoint")
 MOST_CASES = 100_000
 WRITTEN = "table.csv", "table.h5", "progress"  # files in the folder of a sweep
 OWN_KEY = "output.file"  # the runs of a sweep name their results themselves
@@ -49,7 +57,10 @@ class Sweep:
 
     path, namelist, output   absolute paths
     cases                    name -> {group.key: value}, both as text
+    names                    name of a case -> {'$name': value} of the sweep's own names
+    varying                  keys and own names that are not the same in all cases, without those of `set`
     columns                  patterns of columns of the history
+    derived                  name -> text, of derived columns
     mean                     time at the end over which means are taken [s]; None: no means
     threads, memory, runtime of a case; memory [MB] is None where it is not declared, runtime in minutes
     checkpoint               wall time between checkpoints [s]
@@ -60,7 +71,10 @@ class Sweep:
     namelist: Path
     output: Path
     cases: dict
+    names: dict
+    varying: tuple
     columns: tuple
+    derived: dict
     mean: float | None
     threads: int
     memory: int | None
@@ -70,8 +84,26 @@ class Sweep:
 
     @property
     def keys(self):
-        """All keys that any case sets, in the order of the file."""
-        return list(dict.fromkeys(key for settings in self.cases.values() for key in settings))
+        """All own names and keys that any case sets, in the order of the file."""
+        return list(dict.fromkeys(key for of in (self.names, self.cases) for settings in of.values() for key in settings))
+
+    def values(self, name):
+        """Own names and keys of a case, each with its value."""
+        return self.names[name] | self.cases[name]
+
+    def label(self, name):
+        """What is different in a case, in words."""
+        values = self.values(name)
+        return " ".join(f"{word}={values[key]}" for key, word in short(self.varying).items() if key in values) or name
+
+    def adopt(self):
+        """Cases are named by what varies: where that is other than it was, have their folders follow, unless somebody runs them."""
+        folder = self.output / "cases"
+        present = {path.name.rpartition("_")[2]: path for path in folder.iterdir()} if folder.is_dir() else {}
+        for name in self.cases:
+            old = present.get(name.rpartition("_")[2])
+            if old and old.name not in self.cases and not self.folder(name).exists() and is_free(old):
+                old.rename(self.folder(name))
 
     def folder(self, name):
         """Where a case is run and leaves its result."""
@@ -81,8 +113,8 @@ class Sweep:
 def main(arguments=None):
     options = parse(arguments)
     sweep = read_sweep(options.sweep, options.program)
-    for name, settings in sweep.cases.items():
-        print(name, *(f"{key}={value}" for key, value in settings.items()))
+    for name in sweep.cases:
+        print(name, *(f"{key}={value}" for key, value in sweep.values(name).items()))
 
 
 def parse(arguments):
@@ -113,12 +145,29 @@ def namelist_keys(program):
     return groups
 
 
-def case_name(settings):
-    """Name of a case: what it sets, as far as a file name can say it, and a number that follows from it alone."""
-    words = "_".join(f"{key.rpartition('.')[2]}-{value.replace(',', 'x')}" for key, value in settings.items())
+def case_name(settings, values=None, varying=None):
+    """Name of a case: what varies of its values, as far as a file name can say it, and a number that follows from what it sets alone."""
+    values = settings if values is None else values
+    words = "_".join(f"{word}-{values[key].replace(',', 'x')}" for key, word in short(varying or values).items() if key in values)
     words = re.sub(r"[^A-Za-z0-9.+_-]", "", words)[:80]
     digest = hashlib.sha256(json.dumps(sorted(settings.items())).encode()).hexdigest()
     return f"{words}_{digest[:8]}"
+
+
+def short(keys):
+    """Keys and own names -> the words for them: the last part, where it is that of one alone."""
+    last = [key.lstrip("$").rpartition(".")[2] for key in keys]
+    return {key: word if last.count(word) == 1 else key for key, word in zip(keys, last)}
+
+
+def is_free(folder):
+    """Whether nobody runs the case of a folder."""
+    try:
+        with open(folder / "lock", "a") as file:
+            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
 
 
 class Reader:
@@ -135,9 +184,10 @@ class Reader:
             if key not in KEYS:
                 self.note(key, f"a sweep has no key '{key}'{meant(key, KEYS)}; it has {', '.join(KEYS)}")
         folder = self.path.parent
+        cases, names, varying = self.cases()
         sweep = Sweep(
             path=self.path, namelist=folder / self.file("namelist"), output=(folder / self.file("output")).resolve(),
-            cases=self.cases(), columns=self.columns(), mean=self.number("mean", float, None),
+            cases=cases, names=names, varying=varying, columns=self.columns(), derived=self.derived(), mean=self.number("mean", float, None),
             threads=self.number("threads", int, 1), memory=self.number("memory", int, None),
             runtime=self.number("runtime", int, 60), checkpoint=self.number("checkpoint", float, 600.0, least=0), units=self.units)
         if sweep.namelist != folder and not os.path.isfile(sweep.namelist):
@@ -184,17 +234,70 @@ class Reader:
             self.note(self.label("columns"), "columns: a list of names is needed, such as [G_vcct_I, J]")
         return tuple(map(str, value))
 
+    def derived(self):
+        """Name -> text of the derived columns."""
+        items = self.items.get("derived", {})
+        if not isinstance(items, dict):
+            self.note(self.label("derived"), "derived: names with texts are needed, such as 'K_max: max K_I'")
+            return {}
+        for name, text in items.items():
+            if not NAME.fullmatch(name):
+                self.note(name, f"derived: '{name}': a name is of letters, digits and _")
+            elif not isinstance(text, str) or (what := mistake(text)):
+                self.note(name, f"derived: {name}: {what if isinstance(text, str) else f'{shown(text)} is no text'}")
+        return {str(name): str(text) for name, text in items.items()}
+
     def cases(self):
-        """Name -> settings of all cases, the product's first."""
-        cases, count = {}, len(self.mistakes)
-        for line, settings in [*self.combined(), *self.listed()]:
-            name = case_name(settings)
-            if name in cases:
+        """Name -> settings and name -> own names of all cases, the product's first; and what varies."""
+        count = len(self.mistakes)
+        common = self.settings("set", self.items.get("set", {}))
+        found, seen = [], set()
+        for line, declared in [*self.combined(), *self.listed()]:
+            values = self.computed(declared | {key: value for key, value in common.items() if key not in declared}, line)
+            settings = {key: value for key, value in values.items() if not key.startswith("$")}
+            same = tuple(sorted(settings.items()))
+            if same in seen:
                 self.note(line, f"the case {', '.join(f'{k}={v}' for k, v in settings.items())} is there already")
-            cases[name] = settings
-        if not cases and len(self.mistakes) == count:
+            seen.add(same)
+            found.append((settings, {key: values[key] for key in values if key.startswith("$")}, {key: values[key] for key in declared}))
+        if not found and len(self.mistakes) == count:
             self.note(None, "there are no cases: 'product' or 'cases' is needed")
-        return cases
+        keys = dict.fromkeys(key for _, _, declared in found for key in declared)
+        varying = tuple(key for key in keys if len({declared.get(key) for _, _, declared in found}) > 1)
+        named = {case_name(settings, declared, varying): (settings, own) for settings, own, declared in found}
+        return {name: settings for name, (settings, _) in named.items()}, {name: own for name, (_, own) in named.items()}, varying
+
+    def settings(self, where, items):
+        """Keys and own names with their values as texts, of a case or of all."""
+        if not isinstance(items, dict):
+            self.note(self.label(where), f"{where}: keys with values are needed, such as 'grid.cell: 1e-3'")
+            return {}
+        return {self.key(key, key): self.value(key, value, key) for key, value in items.items()}
+
+    def computed(self, values, line):
+        """Values with those of their expressions, which may name keys and own names of the same case."""
+        done = {}
+
+        def value_of(name):
+            key = f"${name}" if "." not in name else name.lower()
+            if key not in values:
+                raise ExpressionError(f"the case has no {key}; it has {', '.join(values)}")
+            if key not in done:
+                done[key] = None
+                done[key] = substitute(values[key], value_of)
+            if done[key] is None:
+                raise ExpressionError(f"{key} depends on itself")
+            return done[key]
+        for key, value in values.items():
+            try:
+                if EXPRESSION.search(value):
+                    value_of(key.lstrip("$"))
+                else:
+                    done[key] = value
+            except ExpressionError as error:
+                self.note(line, f"{key}: {error}")
+                return dict(values)
+        return {key: done[key] for key in values}
 
     def combined(self):
         """(where it is declared, settings) of every combination of the product."""
@@ -231,12 +334,16 @@ class Reader:
         if not isinstance(cases, list) or not all(isinstance(case, dict) and case for case in cases):
             self.note(self.label("cases"), "cases: a list of settings is needed, such as '- {grid.cell: 1e-3}'")
             return []
-        return [(next(iter(case)), {self.key(key, key): self.value(key, value, key) for key, value in case.items()})
-                for case in cases]
+        return [(next(iter(case)), self.settings("cases", case)) for case in cases]
 
     def key(self, key, where):
-        """A key of --set in lower case; a mistake where hampm has none of this name."""
-        key = str(key).strip().lower()
+        """A key of --set in lower case, or an own name; a mistake where hampm has none of this name."""
+        key = str(key).strip()
+        if key.startswith("$"):
+            if not NAME.fullmatch(key[1:]):
+                self.note(where, f"'{key}': a name of one's own is $ and letters, digits and _, such as $n")
+            return key
+        key = key.lower()
         group, _, name = key.partition(".")
         group = re.sub(r"\(\d+\)$", "", group)
         if not name:
@@ -259,7 +366,10 @@ class Reader:
         if not all(isinstance(part, str) for part in parts):
             self.note(where, f"{key}: {shown(value)}: a value is a number, a name or a list of these")
             return ""
-        return ",".join(str(part).strip() for part in parts)
+        text = ",".join(str(part).strip() for part in parts)
+        if "${" in EXPRESSION.sub("", text):
+            self.note(where, f"{key}: {shown(text)}: an expression is not closed: '${{...}}'; between {{ }} or [ ] it needs quotes")
+        return text
 
 
 def meant(word, known):

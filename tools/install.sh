@@ -113,7 +113,7 @@ install_python() {
         "$venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
         echo "$wanted" >"$venv/hampm"
     fi
-    "$venv/bin/python" - "$share/python" <<'PTH'
+    "$venv/bin/python" - "$share/python/src" <<'PTH'
 import site, sys
 open(site.getsitepackages()[0] + "/hampm.pth", "w").write(sys.argv[1] + "\n")
 PTH

@@ -115,7 +115,7 @@ class Sweep:
                 if words[0] == os.fsencode(self.program):
                     for case in self.declared.cases:
                         folder = self.declared.folder(case)
-                        if any(os.fsencode(folder) in word for word in words) and (folder / "result.h5.checkpoint").exists():
+                        if any(os.fsencode(folder) in word for word in words) and list(folder.glob("*.h5.checkpoint")):
                             found[case] = int(entry.name)
             except (OSError, IndexError):
                 pass

@@ -15,7 +15,7 @@ from paths import BATCH, PROGRAM
 from progress import begin_to_count, count_end, duration
 from scene import FLIGHT, SLOW, runs_of, wait_for
 
-CHECKPOINT = "result.h5.checkpoint"
+CHECKPOINT = "case.h5.checkpoint"
 
 
 @pytest.fixture
@@ -54,26 +54,26 @@ def test_an_end_that_would_come_again_is_an_outcome(case, folder, settings, end,
     assert found["outcome"] == end and message in found["message"] and not found["message"].startswith("hampm")
     assert found["case"]["settings"] == settings
     assert found["spent"]["starts"] == 1 and found["spent"]["cpu_seconds"] > 0 and found["spent"]["peak_megabytes"] > 1
-    assert list(folder.glob("ended-*")) and (folder / "result.h5").exists() == (end != "refused")
+    assert list(folder.glob("ended-*")) and (folder / "case.h5").exists() == (end != "refused")
 
 
 def test_a_case_with_an_outcome_is_not_run_again_until_it_is_another(case, folder, tmp_path):
     run(case())
-    before = (folder / "result.h5").stat().st_mtime_ns
+    before = (folder / "case.h5").stat().st_mtime_ns
     run(case())
-    assert (folder / "result.h5").stat().st_mtime_ns == before
+    assert (folder / "case.h5").stat().st_mtime_ns == before
     (tmp_path / "flight.nml").write_text(FLIGHT.replace("velocity = 30", "velocity = 20"))
     run(case())
-    assert (folder / "result.h5").stat().st_mtime_ns > before
+    assert (folder / "case.h5").stat().st_mtime_ns > before
 
 
 def test_what_may_end_otherwise_next_time_is_no_outcome(case, folder):
     folder.mkdir()
-    (folder / "result.h5").mkdir()   # as a disk that cannot be written
+    (folder / "case.h5").mkdir()   # as a disk that cannot be written
     result = run(case())
     assert result.returncode == 1 and result.stderr.startswith("not finished: case: exit code 4: ")
     assert not (folder / "outcome.json").exists() and not list(folder.glob("ended-*"))
-    (folder / "result.h5").rmdir()
+    (folder / "case.h5").rmdir()
     assert run(case()).returncode == 0 and outcome(folder)["spent"]["starts"] == 2
 
 
@@ -96,7 +96,7 @@ def test_a_stopped_case_goes_on_from_its_checkpoint(case, folder, number):
     assert number == signal.SIGKILL or "exit code 5: step" in message
     assert (folder / CHECKPOINT).exists() and not (folder / "outcome.json").exists()
     assert run(case(SLOW)).returncode == 0
-    assert History(folder / "result.h5").times[-1] == float(SLOW["run.end_time"])
+    assert History(folder / "case.h5").times[-1] == float(SLOW["run.end_time"])
     assert not (folder / CHECKPOINT).exists() and outcome(folder)["outcome"] == "done"
 
 
@@ -109,7 +109,7 @@ def test_the_checkpoint_of_another_case_is_not_gone_on_from(case, folder, tmp_pa
     words = "--output", tmp_path / "alone", "--set", "output.file=result.h5"
     assert subprocess.run([PROGRAM, tmp_path / "flight.nml", "--quiet", *words]).returncode == 0
     alone = History(tmp_path / "alone/result.h5").columns
-    for name, values in History(folder / "result.h5").columns.items():
+    for name, values in History(folder / "case.h5").columns.items():
         assert values.tobytes() == alone[name].tobytes()
 
 

@@ -93,7 +93,7 @@ def test_a_sweep_with_failures_and_kills(tmp_path):
     sweep = read_sweep(path)
     slow, = set(sweep.cases) - set(before.cases)
     process = start(path)
-    wait_for((sweep.folder(slow) / "result.h5.checkpoint").exists)
+    wait_for((sweep.folder(slow) / f"{slow}.h5.checkpoint").exists)
     for run in runs_of(sweep.folder(slow), PROGRAM):
         os.kill(run, signal.SIGKILL)
     code, _, messages = finish(process)
@@ -167,6 +167,59 @@ def test_all_cases_are_checked_before_the_first_is_run(tmp_path):
     assert process.returncode == 1 and Counter(row["outcome"] for row in table(path)) == {"done": 1, "refused": 1}
 
 
+def run_sweep(folder, *words):
+    """batch/run_sweep.py as a user calls it."""
+    return subprocess.run([sys.executable, BATCH / "run_sweep.py", *words, "--program", PROGRAM, "--cores", "2"], cwd=folder, capture_output=True, text=True, timeout=120)
+
+
+def test_paths_with_blanks(tmp_path):
+    """And with what YAML takes for something else, of the sweep, the model and the results; results are named by their cases."""
+    folder = tmp_path / "my sweeps: a, 'b' #2"
+    folder.mkdir()
+    path = write_sweep(folder, "namelist: flight.nml\noutput: out of it\nproduct: {body.velocity: [[10, 0], [20, 0]]}\ncolumns: [kinetic_energy]")
+    result = run_sweep(tmp_path, path.relative_to(tmp_path))
+    assert result.returncode == 0, result.stderr
+    rows = table(path)
+    assert [float(row["kinetic_energy"]) for row in rows] == pytest.approx([MASS * v**2 / 2 for v in (10, 20)])
+    assert all((folder / "out of it/cases" / row["case"] / f"{row['case']}.h5").exists() for row in rows)
+
+
+def test_where_cases_are_refused_or_fail_is_an_error_when_asked_for(tmp_path):
+    """Failures are rows of a table; with --strict they are an error of the sweep, and nothing is run where a case would be refused."""
+    path = write_sweep(tmp_path, HEAD + "cases:\n- {body.velocity: [10, 0]}\n- {body.velocity: [30000, 0]}\n- {body.velocity: [30001, 0]}\n")
+    assert run_sweep(tmp_path, path, "--check").returncode == 2    # no such option
+    loose = run_sweep(tmp_path, path)
+    assert loose.returncode == 0
+    sweep = read_sweep(path)
+    fast, faster = list(sweep.cases)[1:]
+    assert "failed: 2 cases: " in loose.stdout and loose.stdout.rstrip().splitlines()[-3:-1] == [f"  {fast}", f"  {faster}"]
+    assert "(exit code 3)\n" in loose.stdout
+    strict = run_sweep(tmp_path, path, "--strict")
+    assert strict.returncode == 1 and "2 of 3 cases have failed" in strict.stderr
+    collected = subprocess.run([sys.executable, BATCH / "collect.py", path, "--strict"], capture_output=True, text=True)
+    assert collected.returncode == 1
+    path.write_text(path.read_text().replace("output: out", "output: other") + "- {method.mass: consisten}\n- {method.mass: consistan}\n")
+    strict = run_sweep(tmp_path, path, "--strict")
+    assert strict.returncode == 1 and "2 of 5 cases will be refused; none is run, and the exit code is 1" in strict.stdout
+    assert strict.stdout.count("(exit code 2)") == 2 and not (tmp_path / "other/cases").exists()
+    assert run_sweep(tmp_path, path).returncode == 1
+
+
+def test_derived_columns_are_in_the_table(tmp_path):
+    path = write_sweep(tmp_path, HEAD + "product: {$v: [10, 20]}\nset: {body.velocity: ['${v}', 0]}\ncolumns: [kinetic_energy]\nderived:\n"
+                       f"  speed: ${{sqrt(2 * kinetic_energy / {MASS})}}\n  part: ${{speed / v}}\n  half: first time time > ${{run.end_time / 2}}\n  whole: max time\n")
+    sweep = read_sweep(path)
+    run_cases(sweep)
+    result = subprocess.run([sys.executable, BATCH / "collect.py", path], capture_output=True, text=True)
+    rows = table(path)
+    assert [float(row["part"]) for row in rows] == pytest.approx([1, 1]) and [float(row["whole"]) for row in rows] == [1e-3, 1e-3]
+    assert [row["$v"] for row in rows] == ["10", "20"] and [row["half"] for row in rows] == ["", ""]
+    assert result.stdout.count("derived: half: ") == 2 and "there is no run.end_time" in result.stdout   # the sweep does not set it
+    with h5py.File(sweep.output / "table.h5") as file:
+        assert file["table/whole"].attrs["units"] == "s" and file["table/speed"].attrs["long_name"].startswith("${sqrt")
+        assert list(file["table/$v"][:]) == [10, 20]
+
+
 def test_failures_are_forgotten_when_asked_for(tmp_path):
     path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0]], method.mass: [lumped, consisten]}")
     sweep = read_sweep(path)
@@ -185,6 +238,6 @@ def test_a_column_that_no_result_has_is_named(tmp_path):
     result = subprocess.run([sys.executable, BATCH / "collect.py", path], capture_output=True, text=True)
     assert f"{path}: columns: no result has 'K_I'; they have " in result.stdout
     assert float(table(path)[0]["kinetic_energy"]) == pytest.approx(MASS * 10**2 / 2)
-    (sweep.folder(*sweep.cases) / "result.h5").unlink()
+    (sweep.folder(*sweep.cases) / f"{next(iter(sweep.cases))}.h5").unlink()
     result = subprocess.run([sys.executable, BATCH / "collect.py", path], capture_output=True, text=True)
-    assert "result.h5: no such file\n1 cases: 1 done; " in result.stdout
+    assert f"{next(iter(sweep.cases))}.h5: no such file\n1 cases: 1 done; " in result.stdout

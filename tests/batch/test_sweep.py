@@ -1,5 +1,6 @@
 """The cases that a sweep declares, and what is said of a declaration that makes no sense."""
 
+import re
 import subprocess
 import sys
 
@@ -8,9 +9,10 @@ import pytest
 pytest.importorskip("yaml")
 
 from history import UNREADABLE, USAGE, ResultError
-from paths import BATCH, INPUT
+from paths import BATCH, INPUT, PROGRAM
 from scene import HEAD, write_sweep
-from sweep import case_name, read_sweep
+from run_case import result_of
+from sweep import case_name, namelist_keys, read_sweep
 
 
 @pytest.fixture
@@ -56,6 +58,44 @@ def test_names_say_what_a_case_sets_and_stay_when_cases_are_added(declared):
     assert len(set(after.cases)) == 5
 
 
+def test_names_and_labels_have_what_varies_only(declared):
+    """What all cases have in common, or what `set` makes of it, is not in them; keys whose last parts are the same are named whole."""
+    sweep = declared("product: {grid.cell: [1.0, 0.5], method.frame: [total]}\nset: {method.mass: lumped, grid.cells: ['${8/grid.cell}', 4]}")
+    assert [name[:-9] for name in sweep.cases] == ["cell-1.0", "cell-0.5"] and [sweep.label(name) for name in sweep.cases] == ["cell=1.0", "cell=0.5"]
+    assert settings(sweep)[1] == {"grid.cell": "0.5", "method.frame": "total", "method.mass": "lumped", "grid.cells": "16,4"}
+    sweep = declared("product: {load(1).rise_time: [1, 2], load(2).rise_time: [3, 4]}")
+    assert next(iter(sweep.cases)).startswith("load1.rise_time-1_load2.rise_time-3_") and sweep.label(next(iter(sweep.cases))) == "load(1).rise_time=1 load(2).rise_time=3"
+
+
+def test_own_names_and_arithmetic(declared):
+    """Own names are columns of the table, and hampm is not given them."""
+    sweep = declared("product: {$n: [4, 8], method.mass: [lumped]}\nset:\n  grid.cell: ${8.0 / n}\n  grid.cells: ['${n}', '${n/2}']\n"
+                     "cases:\n- {grid.cell: 3, $n: '${grid.cell + 1}'}")
+    assert settings(sweep) == [{"method.mass": "lumped", "grid.cell": "2", "grid.cells": "4,2"}, {"method.mass": "lumped", "grid.cell": "1", "grid.cells": "8,4"},
+                               {"grid.cell": "3", "grid.cells": "4,2"}]
+    assert sweep.keys[0] == "$n" and [sweep.values(name)["$n"] for name in sweep.cases] == ["4", "8", "4"]
+    assert [name[:-9] for name in sweep.cases] == ["n-4_mass-lumped", "n-8_mass-lumped", "n-4_cell-3"]
+
+
+def test_folders_follow_names(declared, tmp_path):
+    """A case that is named otherwise, since something else varies, keeps what it has computed, unless somebody runs it."""
+    sweep = declared("product: {grid.cell: [1.0, 0.5], method.mass: [lumped]}")
+    for name in sweep.cases:
+        sweep.folder(name).mkdir(parents=True)
+        (sweep.folder(name) / f"{name}.h5").write_text(name)
+    other = declared("product: {grid.cell: [1.0, 0.5], method.mass: [lumped, consistent]}")
+    lumped = [name for name, values in other.cases.items() if values["method.mass"] == "lumped"]
+    held = subprocess.Popen([sys.executable, "-c", "import fcntl, sys; f = open(sys.argv[1], 'w'); fcntl.lockf(f, fcntl.LOCK_EX); print(flush=True); input()",
+                             next(iter(map(sweep.folder, sweep.cases))) / "lock"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    held.stdout.readline()
+    other.adopt()
+    assert [other.folder(name).exists() for name in lumped] == [False, True]
+    held.communicate("\n")
+    other.adopt()
+    assert [result_of(other.folder(name)).read_text() for name in lumped] == list(sweep.cases)
+    assert len(list((tmp_path / "out/cases").iterdir())) == 2
+
+
 @pytest.mark.parametrize("value", ["a/b", "..", "it's $HOME", "x" * 300, "a b,c=d:e", "\u00e9"])
 def test_names_are_names_of_files_whatever_the_value(value):
     name = case_name({"run.title": value})
@@ -91,6 +131,16 @@ MISTAKES = {
     "number": ("cases: [{method.mass: consistent}]\nthreads: two", ":4: threads: two: one whole number is needed, above 0"),
     "negative": ("cases: [{method.mass: consistent}]\ncheckpoint: -1", ":4: checkpoint: -1: one number is needed, 0 or more"),
     "columns": ("cases: [{method.mass: consistent}]\ncolumns: [[J]]", ":4: columns: a list of names is needed"),
+    "set": ("product: {grid.cell: [1]}\nset: [1]", ":4: set: keys with values are needed"),
+    "key of set": ("product: {grid.cell: [1]}\nset: {grid.cel: 1}", ":4: 'grid.cel': &grid has no key 'cel'"),
+    "own name": ("product: {$1: [1]}", ":3: '$1': a name of one's own is $ and letters"),
+    "no such name": ("product: {grid.cell: ['${n}']}", ":3: grid.cell: ${n}: the case has no $n; it has grid.cell"),
+    "depends on itself": ("product: {$n: ['${m}'], $m: ['${n}'], grid.cell: [1]}", ":3: $n: ${m}: ${n}: $n depends on itself"),
+    "expression of a case": ("cases:\n- {grid.cell: 1}\n- {grid.cell: '${1/0}'}", ":5: grid.cell: ${1/0}: division by zero"),
+    "open expression": ("product: {grid.cell: ['${1']}", ":3: grid.cell: ${1: an expression is not closed"),
+    "derived": ("product: {grid.cell: [1]}\nderived: {a: maximum K_I}", ":4: derived: a: 'maximum K_I' is none of: first time"),
+    "name of a derived one": ("product: {grid.cell: [1]}\nderived: {a.b: max K_I}", ":4: derived: 'a.b': a name is of letters"),
+    "derived ones": ("product: {grid.cell: [1]}\nderived: [max K_I]", ":4: derived: names with texts are needed"),
     "YAML": ("product: [", ": no YAML: "),
 }
 
@@ -152,6 +202,15 @@ def test_keys_have_the_units_of_the_program(declared):
     """For the table; a number of a group does not matter, and what has none is 1."""
     sweep = declared("cases: [{grid.cell: 1, body(1).velocity: '1,0', material.density: 2, method.courant: 0.1, growth.toughness: 3}]")
     assert sweep.units == {"grid.cell": "m", "body(1).velocity": "m/s", "material.density": "kg/m3", "method.courant": "1", "growth.toughness": "J/m2"}
+
+
+def test_every_key_of_every_group_can_be_swept(declared):
+    """Those of groups that a model need not have, such as &growth and &cohesive, as well; but for the name of the result."""
+    groups = namelist_keys(PROGRAM)
+    keys = [f"{group}.{key}" for group, of in groups.items() for key in of if (group, key) != ("output", "file")]
+    printed = subprocess.run([PROGRAM, "--keys"], check=True, capture_output=True, text=True).stdout
+    assert len(keys) + 1 == len(re.findall(r"^\| `", printed, re.MULTILINE)) and {"growth", "cohesive", "contact", "damping"} <= set(groups)
+    assert declared("cases:\n" + "".join(f"- {{{key}: 1}}\n" for key in keys)).keys == keys
 
 
 def test_the_command_lists_the_cases(tmp_path):

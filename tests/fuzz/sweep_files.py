@@ -28,7 +28,14 @@ product:
   method.mass: [lumped, consistent]
 cases:
   - {method.scheme: usl, method.courant: 0.05}
+  - {$n: 3, run.end_time: "${n * 1e-3}"}
+set:
+  method.frame: total
+  output.history_interval: ${2 * 1e-5}
 columns: [J, "G_*"]
+derived:
+  top: max J
+  when: first time J > ${1e-3 + 2}
 mean: 2e-4
 threads: 1
 memory: 500
@@ -38,7 +45,7 @@ checkpoint: 600
 PIECES = ["", "[]", "{}", "null", "~", "true", "nan", ".inf", "1e999", "-1", "0", "1e-400", "9" * 400, "'", '"', "[", "{", "- ", ": ", "&a ",
           "*a", "&a [*a]", "<<: *a", "!!python/object:os.system ", "!!binary aGk=", '"\\0"', '"\\u202e"', "\t", "\r", "\x07", "\ufeff", "%YAML 9",
           "---\n", "...\n", "? ", "|\n", ">\n", "#", "../..", "/", "é", "\U0001f600", "[" * 3000, "{a: " * 1500, "grid", "grid.", ".cell",
-          "grid.cell", "body(0).velocity", "output.file", "[1, [2, 3]]", "{a: 1}", "x" * 5000, "[" + "1, " * 3000 + "1]", "product", "output: 3",
+          "grid.cell", "body(0).velocity", "output.file", "[1, [2, 3]]", "{a: 1}", "x" * 5000, "[" + "1, " * 3000 + "1]", "product", "output: 3", "${", "}", "${n}", "${9**9**9**9}", "$n", "${()", "max J",
           "  mass.x: 1\n", "J\nK", "\x00"]
 
 

@@ -116,7 +116,7 @@ def test_python_packages_are_installed_beside_the_program(sources, tmp_path):
     assert install(ROOT, "--uninstall", PREFIX=str(place)).returncode == 0 and not files(place)
 
 
-def test_make_hands_on_where_to_install(tmp_path):
+def test_make_hands_on_where_to_install_and_what_to_run(tmp_path):
     (tmp_path / "tools").mkdir()
     shutil.copy(ROOT / "Makefile", tmp_path)
     shutil.copy(ROOT / "tools/depends.awk", tmp_path / "tools")
@@ -127,10 +127,14 @@ def test_make_hands_on_where_to_install(tmp_path):
         (tmp_path / "tools" / name).chmod(0o755)
     common = "make", "-s", "HDF5_LINK=", "ALGEBRA_LINK=", "build=quick"
     environment = {key: value for key, value in os.environ.items() if not key.startswith("MAKE")}
-    for words, said in ((["install", "PREFIX=/a b", "packages=run batch"], "/a b||run batch|build/quick/hampm"), (["install"], "/usr/local|||build/quick/hampm"),
+    (tmp_path / "tools/python").write_text('#!/bin/sh\nprintf "%s|" "$@"\n')
+    (tmp_path / "tools/python").chmod(0o755)
+    for words, said in ((["sweep", "file=my sweeps/x.yaml", "strict=1", "PYTHON=tools/python"], "batch/run_sweep.py|my sweeps/x.yaml|--program|build/quick/hampm|--strict|"),
+                        (["install", "PREFIX=/a b", "packages=run batch"], "/a b||run batch|build/quick/hampm"), (["install"], "/usr/local|||build/quick/hampm"),
                         (["uninstall", "PREFIX=/a", "DESTDIR=/c d"], "/a|/c d||--uninstall")):
         lines = subprocess.run([*common, *words], cwd=tmp_path, env=environment, check=True, capture_output=True, text=True).stdout.splitlines()
-        assert lines[-1] == said and (lines[0] == "setup program") == (words[0] == "install")
+        assert lines[-1] == said
+        assert [line for line in lines if line.startswith("setup")] == {"install": ["setup program"], "sweep": ["setup run batch"], "uninstall": []}[words[0]]
 
 
 # --- the manual page and completions, which are made from what the program says -----------------------------------------------
