@@ -113,6 +113,7 @@ def draw(rows, options):
         panel.set(xscale="log", yscale="log", xlabel=axis_words(cost))
         draw_front(panel, best, cost, options.error, numbers)
         panel.yaxis.set_major_formatter("{x:g}")
+        panel.yaxis.set_minor_formatter(plt.LogFormatter())
     draw_limits(axes[0])
     axes[0, 0].set_ylabel(axis_words(options.error))
     if options.title:
