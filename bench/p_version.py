@@ -287,7 +287,7 @@ def motion(layers, order, dt):
 REST = [(layers, order) for layers in (2, 3, 4) for order in (4, 5, 6)]
 MOTION = [(layers, order, dt) for layers in (2, 3) for order in (3, 4) for dt in (1e-6, 0.5e-6, 0.25e-6)]
 PARTS = {"rest": (rest, REST, {0.05: "slanted 0.05 %", 0.005: "slanted 0.005 %"}),
-         "motion": (motion, MOTION, {0.35: "G(t), 0.35 %", 0.1: "G(t), 0.1 %"})}
+         "motion": (motion, MOTION, {0.35: "G(t), 0.35 %", 0.07: "G(t), 0.07 %"})}
 
 
 def error_of(history, part):

@@ -56,9 +56,9 @@ def beam(cells, *more):
     return Question(INPUT / "dcb.nml", (*G_OF_T, f"grid.cell={0.01 / cells!r}", f"grid.cells={10 * cells},{cells + 1}", *more))
 
 
-def quadratic_beam(cells, step):
+def quadratic_beam(cells, levels, step):
     """The same by quadratic cells in implicit steps [s], by closing the crack."""
-    return beam(cells, *QUADRATIC, *tip(4, 1), "method.time=implicit", f"method.time_step={step!r}", "energy_release.estimators=vcct",
+    return beam(cells, *QUADRATIC, *tip(levels, 1), "method.time=implicit", f"method.time_step={step!r}", "energy_release.estimators=vcct",
                 "run.end_time=7.2e-4")
 
 
@@ -79,8 +79,8 @@ QUESTIONS = {
     "G(t), uniform": beam(12),
     "G(t), one level": beam(8, *tip(1, 8)),
     "G(t), implicit": beam(4, "method.time=implicit", "method.mass=consistent", "method.time_step=0.25e-6", *tip(6, 2)),
-    "G(t), 0.35 %": quadratic_beam(2, 0.5e-6),
-    "G(t), 0.1 %": quadratic_beam(4, 0.25e-6),
+    "G(t), 0.35 %": quadratic_beam(2, 4, 0.5e-6),
+    "G(t), 0.07 %": quadratic_beam(4, 6, 0.25e-6),
     "freund_growth": grown("freund_growth"),
     "strip_growth": grown("strip_growth"),
     "two_cracks": grown("two_cracks"),
