@@ -10,18 +10,20 @@ module hampm_program
    use hampm_file_moves, only: file_exists
    use hampm_folders, only: is_folder
    use hampm_interface_step, only: forget_faces
-   use hampm_key_reference, only: reference_text
+   use hampm_json, only: array, member, object
+   use hampm_key_reference, only: reference_text, keys_json
    use hampm_kinds, only: dp, long
    use hampm_namelist_text, only: template_text
-   use hampm_resource_estimate, only: resources_t, estimate_resources, check_room, check_resources, resource_report
+   use hampm_resource_estimate, only: resources_t, estimate_resources, check_room, check_resources, resource_report, resource_json
    use hampm_old_files, only: refuse_files_of_others
    use hampm_reading, only: read_model, understand_model
    use hampm_recording, only: result_path
    use hampm_rule_reference, only: rules_text, rules_json
-   use hampm_run, only: run
+   use hampm_run, only: run, measured_duration
+   use hampm_settings, only: settings_t
    use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, build, warnings
-   use hampm_summary, only: summary, solver_report, tip_report, equilibrium_report, equilibrium_proposal
+   use hampm_summary, only: summary, summary_json, solver_report, tip_report, equilibrium_report, equilibrium_proposal
    use hampm_text, only: to_text, three_digits
    use hampm_threads, only: check_threads, surplus_threads, use_threads, thread_count, thread_report
    use hampm_version, only: version
@@ -57,6 +59,8 @@ contains
          call print_text('hampm '//trim(version)//new_line('a'), failure)
       else if (options%template) then
          call print_text(template_text(), failure)
+      else if (options%keys .and. options%json) then
+         call print_text(keys_json(), failure)
       else if (options%keys) then
          call print_text(reference_text(), failure)
       else if (options%rules .and. options%json) then
@@ -65,6 +69,7 @@ contains
          call print_text(rules_text(), failure)
       else
          call simulate(options, failure)
+         if (options%json .and. failure%failed()) call print_text(refusal_json(failure), failure)
       end if
    end subroutine act
 
@@ -97,6 +102,7 @@ contains
       type(model_t) :: model
       type(simulation_t) :: simulation
       type(resources_t) :: resources
+      type(settings_t) :: written
       character(:), allocatable :: report
       integer(long) :: clock_start
       call system_clock(clock_start)
@@ -108,13 +114,15 @@ contains
       if (options%resume /= '') then
          call resume(options, model, resources, simulation, failure)
       else
-         call read_model(options%input, options%overrides, model, failure)
+         call read_model(options%input, options%overrides, model, failure, written)
          if (.not. (failure%failed() .or. options%check)) call refuse_old(model, folder_of(options), options%force, failure)
          if (.not. failure%failed()) call weigh(model, options%threads, resources, failure)
          if (.not. failure%failed()) call build(model, options%threads, simulation, failure)
       end if
       if (failure%failed()) return
-      if (options%check) then
+      if (options%json) then
+         call print_text(check_json(model, simulation, resources, written), failure)
+      else if (options%check) then
          call print_text(check_report(model, simulation, resources), failure)
          report = warnings(simulation)
          if (len(report) > 0) call print_message(report, kind='warning: ')
@@ -246,6 +254,32 @@ contains
                                         resource_report(resources))// &
              with_prefix('! note: ', as_lines(notes_of(model)))
    end function check_report
+
+   !> The same for programs, as one line of JSON; with `seconds`, what the run takes on this machine and so many threads.
+   function check_json(model, simulation, resources, written) result(text)
+      type(model_t), intent(in) :: model
+      type(simulation_t), intent(inout) :: simulation
+      type(resources_t), intent(in) :: resources
+      type(settings_t), intent(in) :: written
+      character(:), allocatable :: text
+      real(dp) :: duration
+      text = member('program', 'hampm')//member('version', version)//member('valid', .true.)//summary_json(simulation)// &
+             resource_json(resources)//member('errors', array(''), raw=.true.)// &
+             member('warnings', array(written%records_of(warnings(simulation))), raw=.true.)// &
+             member('notes', array(written%records_of(notes_of(model))), raw=.true.)//member('namelist', model%as_used)
+      duration = measured_duration(simulation, resources%rows)
+      text = text//member('threads', thread_count())
+      if (duration >= 0) text = text//member('seconds', duration)
+      text = object(text)//new_line('a')
+   end function check_json
+
+   !> What --check --json prints of a model that is refused.
+   pure function refusal_json(failure) result(text)
+      type(failure_t), intent(in) :: failure
+      character(:), allocatable :: text
+      text = object(member('program', 'hampm')//member('version', version)//member('valid', .false.)// &
+                    member('errors', array(failure%records), raw=.true.))//new_line('a')
+   end function refusal_json
 
    !> How cells refine, and how deep; no line where they do not.
    pure function refinement_summary(model) result(text)

@@ -18,10 +18,10 @@ module hampm_run
    use hampm_mesh_changes, only: adapt, adapt_static, carry_cracks
    use hampm_problem, only: update_particles
    use hampm_recording, only: open_results, next_output, is_due, record, record_end, show_progress
-   use hampm_simulation, only: simulation_t
+   use hampm_simulation, only: simulation_t, measure_state
    implicit none
    private
-   public :: run
+   public :: run, measured_duration
 
 contains
 
@@ -54,6 +54,50 @@ contains
       end if
       call s%results%lock%release()
    end subroutine run
+
+   !> How long a run takes on this machine [s], found by its first steps, of which it does a few; below 0 where they fail, or are steps to
+   !> equilibrium of more particles than one has the patience for. The simulation is of no use after that. Growth of cracks and meshes that change take longer.
+   function measured_duration(s, samples) result(duration)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: samples            !! of the history
+      real(dp) :: duration
+      real(dp), parameter :: patience = 0.3_dp   ! for the steps [s]
+      integer, parameter :: most_steps = 1000, most_at_rest = 100000
+      type(failure_t) :: failure
+      real(dp) :: start, first, last
+      integer(long) :: steps
+      integer :: done
+      duration = -1
+      if (s%integrator%is_static .and. s%problem%particles%n > most_at_rest) return
+      call s%integrator%choose_steps(s%problem, s%model%run%end_time, s%longest_step, steps, s%dt)
+      start = seconds()
+      call s%integrator%initialise(s%problem, s%dt, failure)
+      if (.not. failure%failed()) call s%integrator%advance(s%problem, s%dt, failure)
+      first = seconds() - start                  ! with what is done once
+      start = seconds()
+      last = 0
+      do done = 1, int(min(int(most_steps, long), steps - 1))
+         if (failure%failed() .or. first + last > patience) exit
+         call s%integrator%advance(s%problem, s%dt, failure)
+         last = seconds() - start
+      end do
+      call update_particles(s%problem)
+      start = seconds()
+      call measure_state(s, failure)
+      if (failure%failed()) return
+      duration = first + samples*(seconds() - start)
+      if (done > 1) duration = duration + (steps - 1)*last/(done - 1)
+      if (done == 1) duration = duration + (steps - 1)*first
+
+   contains
+
+      !> The time of a clock that only goes forward [s].
+      real(dp) function seconds()
+         integer(long) :: count, rate
+         call system_clock(count, rate)
+         seconds = real(count, dp)/rate
+      end function seconds
+   end function measured_duration
 
    !> Find the equilibrium, or the motion of the nodes, with which a run begins that is not one of explicit steps, and record the start.
    subroutine begin(s, failure)

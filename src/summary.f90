@@ -1,11 +1,12 @@
-!> What a simulation is and what its solver took, in words for people.
+!> What a simulation is and what its solver took, in words for people, and what it is as JSON for programs.
 module hampm_summary
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, name_len
    use hampm_cell_values, only: is_occupied
    use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: first_point
    use hampm_integrator, only: steps_for
+   use hampm_json, only: array, item, json_of, member, object
    use hampm_loads, only: all_become_constant, time_to_constant_value
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_placement, only: point_text
@@ -14,7 +15,7 @@ module hampm_summary
    use hampm_text, only: string_t, to_text, length_text, decimal, three_digits, digits_text
    implicit none
    private
-   public :: summary, solver_report, tip_report, equilibrium_report, equilibrium_proposal
+   public :: summary, summary_json, solver_report, tip_report, equilibrium_report, equilibrium_proposal
 
    real(dp), parameter :: two_pi = 2*acos(-1.0_dp)
 
@@ -140,17 +141,68 @@ contains
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text
       character(*), parameter :: nl = new_line('a')
-      integer :: leaf, k
+      integer :: k
       text = 'particles       '//to_text(s%problem%particles%n)//nl// &
              'cells           '//to_text(s%problem%grid%forest%leaf_count())//', of which occupied '// &
-             to_text(count([(is_occupied(s%problem%grid, s%problem%blocks, leaf), &
-                             leaf=1, s%problem%grid%forest%leaf_count())]))//nl// &
+             to_text(occupied_cells(s))//nl// &
              steps_summary(s)
       do k = 1, size(s%measurements%crack)
          text = text//crack_summary(s, s%cracks%tips(k))//growth_summary(s, k)//error_summary(s, k)
       end do
       if (s%measurements%g_ref > 0) text = text//'G_ref           '//to_text(s%measurements%g_ref)//' J/m2'//nl
    end function summary
+
+   !> Number of cells with particles.
+   pure integer function occupied_cells(s)
+      type(simulation_t), intent(in) :: s
+      integer :: leaf
+      occupied_cells = count([(is_occupied(s%problem%grid, s%problem%blocks, leaf), leaf=1, s%problem%grid%forest%leaf_count())])
+   end function occupied_cells
+
+   !> The same for programs: members of an object. Lengths are in m, times in s; expected errors are parts of the values.
+   function summary_json(s) result(members)
+      type(simulation_t), intent(in) :: s
+      character(:), allocatable :: members, tips
+      integer :: k
+      tips = ''
+      do k = 1, size(s%measurements%crack)
+         tips = tips//item(tip_json(s, k))
+      end do
+      members = member('particles', s%problem%particles%n)//member('cells', s%problem%grid%forest%leaf_count())// &
+                member('occupied_cells', occupied_cells(s))//member('time_step', s%longest_step)// &
+                member('tips', array(tips), raw=.true.)
+      if (s%integrator%is_static) then
+         members = members//member('steps', s%model%method%load_steps)
+      else
+         members = members//member('steps', to_text(steps_for(s%model%run%end_time, s%longest_step)), raw=.true.)
+      end if
+      if (s%measurements%g_ref > 0) members = members//member('G_ref', s%measurements%g_ref)
+   end function summary_json
+
+   !> A tip as JSON.
+   function tip_json(s, number) result(json)
+      type(simulation_t), intent(in) :: s
+      integer, intent(in) :: number
+      character(:), allocatable :: json, radii, parts
+      character(name_len), allocatable :: names(:)
+      real(dp), allocatable :: errors(:)
+      integer :: k
+      call list_expected_errors(s, number, names, errors)
+      radii = ''
+      parts = ''
+      associate (tip => s%cracks%tips(number))
+         do k = 1, size(tip%radii)
+            radii = radii//item(json_of(tip%radii(k)))
+         end do
+         do k = 1, size(names)
+            parts = parts//member(trim(names(k)), errors(k))
+         end do
+         json = object(member('crack', tip%crack)//member('kind', trim(s%cracks%crack(tip%crack)%kind))// &
+                       member('x', tip%place(1))//member('y', tip%place(2))//member('cell', tip%nodes%spacing)// &
+                       member('radii', array(radii), raw=.true.))
+         if (parts /= '') json = json(:len(json) - 1)//member('expected_errors', object(parts), raw=.true.)//'}'
+      end associate
+   end function tip_json
 
    !> Where the crack of a tip is, and where its energy release rate is looked for.
    function crack_summary(s, tip) result(text)
@@ -224,24 +276,41 @@ contains
       type(simulation_t), intent(in) :: s
       integer, intent(in) :: tip                 !! its number
       character(:), allocatable :: text
+      character(name_len), allocatable :: names(:)
+      real(dp), allocatable :: errors(:)
       integer :: k
       text = ''
-      associate (values => s%measurements%crack(tip), errors => s%measurements%crack(tip)%errors)
-         do k = 1, size(values%estimates)
-            associate (of => values%estimates(k))
-               text = text//', G_'//trim(of%by%name)//' '//percent(maxval(of%error%relative))
-            end associate
-         end do
-         if (allocated(values%j)) text = text//', J '//percent(errors%j%relative)//', K '// &
-                                  percent(maxval(errors%intensity%relative))
-         if (text /= '' .and. .not. errors%are_known) then
-            text = 'expected error  not known: the error of cells of a history-dependent material is not estimated'//new_line('a')
-            return
-         end if
-         if (text /= '') text = 'expected error  '//text(3:)//', of which '//percent(errors%of_tip)// &
-                                ' is due to the cells at the tip'//new_line('a')
-      end associate
+      call list_expected_errors(s, tip, names, errors)
+      if (size(names) == 0) return
+      if (.not. s%measurements%crack(tip)%errors%are_known) then
+         text = 'expected error  not known: the error of cells of a history-dependent material is not estimated'//new_line('a')
+         return
+      end if
+      do k = 1, size(names)
+         text = text//', '//trim(names(k))//' '//percent(errors(k))
+      end do
+      text = 'expected error  '//text(3:)//', of which '//percent(s%measurements%crack(tip)%errors%of_tip)// &
+             ' is due to the cells at the tip'//new_line('a')
    end function error_summary
+
+   !> What the estimators of a tip record, and by which part of it they are expected to be off.
+   subroutine list_expected_errors(s, tip, names, errors)
+      type(simulation_t), intent(in) :: s
+      integer, intent(in) :: tip                 !! its number
+      character(name_len), allocatable, intent(out) :: names(:)
+      real(dp), allocatable, intent(out) :: errors(:)
+      integer :: k
+      associate (values => s%measurements%crack(tip))
+         allocate (names(size(values%estimates)), errors(size(values%estimates)))
+         do k = 1, size(values%estimates)
+            names(k) = 'G_'//trim(values%estimates(k)%by%name)
+            errors(k) = maxval(values%estimates(k)%error%relative)
+         end do
+         if (.not. allocated(values%j)) return
+         names = [character(name_len) :: names, 'J', 'K']
+         errors = [errors, values%errors%j%relative, maxval(values%errors%intensity%relative)]
+      end associate
+   end subroutine list_expected_errors
 
    !> A part as text, in two digits of percent.
    pure function percent(part) result(text)

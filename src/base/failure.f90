@@ -1,6 +1,7 @@
 !> The one way in which things go wrong: a procedure that can fail takes a `failure_t` last, describes the
 !> failure in it and returns. Only the main program turns it into a message and an exit code.
 module hampm_failure
+   use hampm_json, only: message_record
    implicit none
    private
    public :: failure_t, exit_done, exit_input, exit_computation, exit_file, exit_stopped
@@ -15,6 +16,7 @@ module hampm_failure
    type :: failure_t
       integer :: code = exit_done               !! exit code of the program, `exit_done` while nothing failed
       character(:), allocatable :: message      !! what, where, and what would be right; may have several lines
+      character(:), allocatable :: records      !! the same as items of an array of JSON
    contains
       procedure :: failed
       procedure :: report
@@ -29,10 +31,17 @@ contains
    end function failed
 
    !> Record a failure. A further failure of the same run adds its message below the first; the first code stays.
-   pure subroutine report(self, code, message)
+   pure subroutine report(self, code, message, records)
       class(failure_t), intent(inout) :: self
       integer, intent(in) :: code               !! one of the exit codes
       character(*), intent(in) :: message       !! what happened, where, what would be right
+      character(*), intent(in), optional :: records !! the same as items of an array of JSON, where more is known than the message
+      if (.not. allocated(self%records)) self%records = ''
+      if (present(records)) then
+         self%records = self%records//records
+      else
+         self%records = self%records//message_record(message, '', '', '', '')
+      end if
       if (self%failed()) then
          self%message = self%message//new_line('a')//message
       else

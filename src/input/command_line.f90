@@ -42,7 +42,7 @@ module hampm_command_line
       option_t('--template', .false., '--template', 'print a complete namelist: every key, its default, unit and meaning'), &
       option_t('--keys', .false., '--keys', 'print the reference of all groups and keys as Markdown'), &
       option_t('--rules', .false., '--rules', 'print the rules between keys as Markdown'), &
-      option_t('--json', .false., '--json', 'with --rules: print them as JSON'), &
+      option_t('--json', .false., '--json', 'with --check, --keys or --rules: print JSON, for programs'), &
       option_t('--set', .true., '--set GROUP.KEY=VALUE', 'use this value instead of the file''s; may be given many times'), &
       option_t('--output', .true., '--output DIR', 'folder for the results; default: the current one'), &
       option_t('--force', .false., '--force', 'replace a result that is there'), &
@@ -96,7 +96,8 @@ contains
          i = i + 1
       end do
       if (options%resume /= '') call check_resume(options, errors)
-      if (options%json .and. .not. options%rules) call errors%add('--json requires --rules')
+      if (options%json .and. .not. (options%check .or. options%keys .or. options%rules)) call errors%add( &
+         '--json requires --check, --keys or --rules')
       if (options%input == '' .and. options%resume == '' .and. errors%count == 0 .and. &
           .not. (options%help .or. options%version .or. options%template .or. options%keys .or. options%rules)) &
          call errors%add('which namelist file? Usage: hampm [options] case.nml; hampm --help explains')

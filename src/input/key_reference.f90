@@ -1,12 +1,14 @@
-!> The reference of all groups and keys as Markdown, which `--keys` prints: docs/keys.md is this text.
+!> The reference of all groups and keys as Markdown, which `--keys` prints: docs/keys.md is this text, and `--json` the same for programs.
 module hampm_key_reference
+   use hampm_json, only: array, item, json_null, json_of, member, object
    use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required, is_assumed
-   use hampm_keys, only: groups, keys, first_key, key_count, allowed_text, is_text
+   use hampm_keys, only: groups, keys, first_key, key_count, allowed_text, choices, default_count, default_value, is_text
+   use hampm_kinds, only: name_len
    use hampm_namelist_text, only: example_list
    use hampm_text, only: line, to_text
    implicit none
    private
-   public :: reference_text
+   public :: reference_text, keys_json
 
 contains
 
@@ -79,6 +81,71 @@ contains
       if (key%most > 1) text = to_text(key%most)//' '//text//'s'
       if (key%fewest < key%most) text = to_text(key%fewest)//' to '//text
    end function number_and_type
+
+   !> All groups and keys as JSON.
+   pure function keys_json() result(text)
+      character(:), allocatable :: text, list
+      integer :: g, k
+      text = ''
+      do g = 1, size(groups)
+         list = ''
+         do k = first_key(g), first_key(g) + key_count(g) - 1
+            list = list//item(new_line('a')//'  '//key_json(keys(k)))
+         end do
+         text = text//item(new_line('a')//' '//object(member('group', trim(groups(g)%name))// &
+            member('meaning', trim(groups(g)%meaning))//member('required', groups(g)%presence == is_required)// &
+            member('assumed', groups(g)%presence == is_assumed)//member('repeats', groups(g)%repeats)// &
+            member('keys', array(list), raw=.true.)))
+      end do
+      text = line(array(text))
+   end function keys_json
+
+   !> A key as JSON: its `type`, how many values it takes, and what these may be: an interval `allowed`, or `choices`.
+   pure function key_json(key) result(json)
+      type(key_t), intent(in) :: key
+      character(:), allocatable :: json, list
+      character(name_len), allocatable :: names(:)
+      integer :: k
+      json = 'real'
+      if (key%value_type == type_integer) json = 'integer'
+      if (key%value_type == type_logical) json = 'logical'
+      if (is_text(key)) json = 'text'
+      json = member('key', trim(key%name))//member('type', json)//member('fewest', key%fewest)//member('most', key%most)// &
+             member('required', key%required)//member('default', values_json(key, .false.), raw=.true.)// &
+             member('example', values_json(key, .true.), raw=.true.)//member('unit', trim(key%unit))
+      if (is_text(key)) then
+         call choices(key, names)
+         list = ''
+         do k = 1, size(names)
+            list = list//item(json_of(trim(names(k))))
+         end do
+         if (size(names) > 0) json = json//member('choices', array(list), raw=.true.)
+      else if (key%value_type /= type_logical) then
+         json = json//member('allowed', trim(key%allowed))
+      end if
+      json = object(json//member('meaning', trim(key%meaning)))
+   end function key_json
+
+   !> The default of a key, or its value in the template: a list where it may have several, and null where there is none.
+   pure function values_json(key, as_example) result(json)
+      type(key_t), intent(in) :: key
+      logical, intent(in) :: as_example
+      character(:), allocatable :: json, value
+      integer :: i
+      json = ''
+      do i = 1, default_count(key, as_example)
+         value = default_value(key, as_example, i)
+         if (is_text(key)) then
+            value = json_of(value)
+         else if (key%value_type == type_logical) then
+            value = json_of(value == '.true.')
+         end if
+         json = json//item(value)
+      end do
+      json = array(json)
+      if (key%most == 1) json = json(2:len(json) - 1)
+      if (len(json) == 0 .or. (key%required .and. .not. as_example)) json = json_null
+   end function values_json
 
    !> A text with a capital letter at its beginning and a full stop.
    pure function sentence(text)

@@ -83,14 +83,13 @@ contains
          call skip_blanks(s)
          if (at_end(s) .or. settings%errors%count > most_errors) exit
          if (settings%count == most_groups) then
-            call settings%errors%add(location(s)//': there may be at most '//to_text(most_groups)//' groups')
+            call settings%errors%add('there may be at most '//to_text(most_groups)//' groups', location(s))
             exit
          end if
          if (peek(s) == '&') then
             call scan_group(s, settings)
          else
-            call settings%errors%add(location(s)//': '//excerpt(s)// &
-                                     ' stands outside of the groups (a group is &name key = value /)')
+            call settings%errors%add(excerpt(s)//' stands outside of the groups (a group is &name key = value /)', location(s))
             do while (.not. at_end(s) .and. peek(s) /= '&')
                call advance(s)
                call skip_blanks(s)
@@ -113,7 +112,7 @@ contains
       call scan_values(s, group, setting, errors)
       if (at_end(s)) return
       setting%good = .false.
-      call errors%add(source//': '//excerpt(s)//' is no value')
+      call errors%add(excerpt(s)//' is no value', source)
    end subroutine scan_value_text
 
    !> One group, from its `&` to its `/`.
@@ -129,7 +128,7 @@ contains
       call take_name(s, name)
       group = find_group(name)
       if (group == 0) then
-         call settings%errors%add(start//': '//unknown_group(name))
+         call settings%errors%add(unknown_group(name), start, name, subject='')
          call skip_group(s)
          return
       end if
@@ -140,15 +139,15 @@ contains
          if (is_letter(peek(s))) then
             call scan_assignment(s, entry, settings%errors)
          else
-            call settings%errors%add(location(s)//': &'//name//': '//excerpt(s)//' stands where a key is expected')
+            call settings%errors%add(excerpt(s)//' stands where a key is expected', location(s), name)
             call skip_word(s)
          end if
       end do
       if (.not. groups(group)%repeats) then
          earlier = settings%find(name, 1)
          if (earlier > 0) then
-            call settings%errors%add(start//': &'//name//' stands a second time, it may only once (first: ' &
-                              //settings%entries(earlier)%location//')')
+            call settings%errors%add('&'//name//' stands a second time, it may only once (first: ' &
+                                     //settings%entries(earlier)%location//')', start, name, subject='')
             return
          end if
       end if
@@ -166,16 +165,16 @@ contains
       call skip_blanks(s)
       ended = .true.
       if (at_end(s)) then
-         call errors%add(start//': &'//name//': its ''/'' is missing: the file ends before')
+         call errors%add('its ''/'' is missing: the file ends before', start, name)
       else if (peek(s) == '&') then
          ahead = s
          call advance(ahead)
          call take_name(ahead, next)
          if (next == 'end') then                 ! with which groups ended before Fortran 90
-            call errors%add(location(s)//': &'//name//': a group ends with ''/'', not with ''&end''')
+            call errors%add('a group ends with ''/'', not with ''&end''', location(s), name)
             s = ahead
          else
-            call errors%add(start//': &'//name//': its ''/'' is missing: line '//to_text(s%line)//' begins another group')
+            call errors%add('its ''/'' is missing: line '//to_text(s%line)//' begins another group', start, name)
          end if
       else if (peek(s) == '/') then
          call advance(s)
@@ -189,42 +188,42 @@ contains
       type(scanner_t), intent(inout) :: s
       type(group_entry_t), intent(inout) :: entry
       type(input_errors_t), intent(inout) :: errors
-      character(:), allocatable :: name, start, label
+      character(:), allocatable :: name, start
       type(setting_t) :: setting
       integer :: key
       start = location(s)
       call take_name(s, name)
-      label = start//': &'//trim(groups(entry%group)%name)//' '//name
       key = find_key(entry%group, name)
       setting%given = .true.
       setting%location = start
-      call take_equals(s, label, setting, errors)
+      call take_equals(s, trim(entry%name), name, setting, errors)
       call scan_values(s, entry%group, setting, errors)
       if (key == 0) then
-         call errors%add(start//': '//unknown_key(entry%group, name))
+         call errors%add(unknown_key(entry%group, name), start, trim(entry%name), name, setting%shown(), subject='')
       else if (entry%settings(key)%given) then
-         call errors%add(label//': is given twice in this group (first: '//entry%settings(key)%location//')')
+         call errors%add('is given twice in this group (first: '//entry%settings(key)%location//')', start, trim(entry%name), name)
       else
          entry%settings(key) = setting
       end if
    end subroutine scan_assignment
 
    !> The `=` behind a key, past the subscript that some namelist files have there.
-   pure subroutine take_equals(s, label, setting, errors)
+   pure subroutine take_equals(s, group, key, setting, errors)
       type(scanner_t), intent(inout) :: s
-      character(*), intent(in) :: label
+      character(*), intent(in) :: group, key       !! their names
       type(setting_t), intent(inout) :: setting
       type(input_errors_t), intent(inout) :: errors
       call skip_blanks(s)
       if (peek(s) == '(' .or. peek(s) == '%') then
          setting%good = .false.
-         call errors%add(label//': subscripts and components are not read here; give all values as one list: key = 1.0, 2.0')
+         call errors%add('subscripts and components are not read here; give all values as one list: key = 1.0, 2.0', &
+                         setting%location, group, key)
          do while (.not. at_end(s) .and. index('=/&'//line_feed, peek(s)) == 0)
             call advance(s)
          end do
       else if (peek(s) /= '=') then
          setting%good = .false.
-         call errors%add(label//': ''='' is missing behind the key')
+         call errors%add('''='' is missing behind the key', setting%location, group, key)
       end if
       if (peek(s) == '=') call advance(s)
    end subroutine take_equals
@@ -271,8 +270,7 @@ contains
       if (star > 1) times = repeat_count(word(:star - 1))
       if (times == 0) then
          setting%good = .false.
-         call errors%add(start//': '//printable(word, 40)//': the count of a repeat must be an integer in [1, ' &
-                         //to_text(max_values)//']')
+         call errors%add(printable(word, 40)//': the count of a repeat must be an integer in [1, '//to_text(max_values)//']', start)
          times = 1
       end if
       value = word(star + 1:)
@@ -328,7 +326,7 @@ contains
       end do
       text = text(:n)
       setting%good = .false.
-      call errors%add(start//': the closing '//quote//' of '//quote//printable(text, 40)//' is missing on this line')
+      call errors%add('the closing '//quote//' of '//quote//printable(text, 40)//' is missing on this line', start)
       ! The '/' at the end of such a line was meant to end the group, most likely.
       last = len_trim(s%text(:s%at - 1))
       if (s%text(last:last) == '/') s%at = last

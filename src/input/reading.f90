@@ -25,23 +25,25 @@ module hampm_reading
 contains
 
    !> Read a model. Every error in the file and in the overrides is reported, not only the first.
-   subroutine read_model(path, overrides, model, failure)
+   subroutine read_model(path, overrides, model, failure, written)
       character(*), intent(in) :: path
       type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win
       type(model_t), intent(out) :: model
       type(failure_t), intent(inout) :: failure
+      type(settings_t), intent(out), optional :: written !! what was read, and where it stands
       character(:), allocatable :: text
       call read_text(path, text, failure)
-      if (.not. failure%failed()) call understand_model(path, text, overrides, model, failure)
+      if (.not. failure%failed()) call understand_model(path, text, overrides, model, failure, written)
    end subroutine read_model
 
    !> The model that a namelist text and overrides describe.
-   subroutine understand_model(path, text, overrides, model, failure)
+   subroutine understand_model(path, text, overrides, model, failure, written)
       character(*), intent(in) :: path             !! of the file that the text comes from, for messages
       character(*), intent(in) :: text
       type(string_t), intent(in) :: overrides(:)   !! `group.key=value`; later ones win
       type(model_t), intent(out) :: model
       type(failure_t), intent(inout) :: failure
+      type(settings_t), intent(out), optional :: written !! what was read, and where it stands
       type(settings_t) :: settings
       integer :: i
       settings%file = path
@@ -59,6 +61,7 @@ contains
       call check_consistency(model, settings)
       call settings%errors%tell(failure)
       if (.not. failure%failed()) model%as_used = canonical_text(settings)
+      if (present(written)) written = settings
    end subroutine understand_model
 
    !> Replace values that stand for another one by that one.
@@ -166,7 +169,7 @@ contains
       entry = 0
       if (key > 0) call choose_entry(settings, group, instance, source, entry, message)
       if (message /= '') then
-         call settings%errors%add(source//': '//message)
+         call settings%errors%add(message, source)
          return
       end if
       setting%given = .true.

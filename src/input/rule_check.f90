@@ -59,7 +59,7 @@ contains
             end if
             select case (rule%verdict)
              case (not_with, requires)
-               call settings%errors%add(settings%location(breaches(k)%entry, trim(reading%atoms(1)%key))//': '//message)
+               call settings%complain_in_words(breaches(k)%entry, trim(reading%atoms(1)%key), message)
              case (noted_with)
                call add_line(notes, message)
              case default

@@ -2,6 +2,7 @@
 module hampm_rule_reference
    use hampm_choice_sets, only: expanded
    use hampm_conditions, only: next_break
+   use hampm_json, only: array, item, member, object
    use hampm_keys, only: groups
    use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, &
                           mechanics, not_built, by_meaning
@@ -11,7 +12,6 @@ module hampm_rule_reference
    private
    public :: rules_text, rules_json
 
-   character, parameter :: line_feed = new_line('a')
    character(*), parameter :: verdicts(*) = [character(24) :: 'not allowed with', 'requires', 'no effect with', &
                                              'no effect without', 'warned of with', 'noted with']
    character(*), parameter :: bases(*) = [character(24) :: 'mechanics', 'not built', 'meaning of the keys']
@@ -105,29 +105,15 @@ contains
    pure function rules_json() result(text)
       character(:), allocatable :: text
       integer :: k
-      text = line('[')
+      text = ''
       do k = 1, size(rules)
          associate (rule => rules(k))
-            text = text//' {"subject": '//quoted(expanded(rule%subject, '''', ' | '))//', "verdict": '// &
-                   quoted(verdicts(rule%verdict))//', "other": '//quoted(expanded(rule%other, '''', ' | '))//', "basis": '// &
-                   quoted(bases(rule%basis))//', "reason": '//quoted(rule%reason)//', "use": '//quoted(rule%use)//'}'
-            if (k < size(rules)) text = text//','
-            text = text//line_feed
+            text = text//item(new_line('a')//' '//object( &
+               member('subject', trim(expanded(rule%subject, '''', ' | ')))// &
+               member('verdict', trim(verdicts(rule%verdict)))//member('other', trim(expanded(rule%other, '''', ' | ')))// &
+               member('basis', trim(bases(rule%basis)))//member('reason', trim(rule%reason))//member('use', trim(rule%use))))
          end associate
       end do
-      text = text//line(']')
+      text = line(array(text))
    end function rules_json
-
-   !> A text in the quotes of JSON.
-   pure function quoted(text) result(json)
-      character(*), intent(in) :: text
-      character(:), allocatable :: json
-      integer :: i
-      json = '"'
-      do i = 1, len_trim(text)
-         if (text(i:i) == '"' .or. text(i:i) == '\') json = json//'\'
-         json = json//text(i:i)
-      end do
-      json = json//'"'
-   end function quoted
 end module hampm_rule_reference

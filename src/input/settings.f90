@@ -7,6 +7,7 @@ module hampm_settings
    use hampm_law, only: constant_t, constant
    use hampm_text, only: printable, to_text
    use hampm_failure, only: failure_t, exit_input
+   use hampm_json, only: message_record
    implicit none
    private
    public :: row_of, value_t, setting_t, group_entry_t, settings_t, input_errors_t
@@ -17,6 +18,7 @@ module hampm_settings
    type :: input_errors_t
       integer :: count = 0
       character(:), allocatable, private :: text   !! a line for each
+      character(:), allocatable, private :: records !! items of an array of JSON
    contains
       procedure :: add
       procedure :: tell
@@ -77,7 +79,10 @@ module hampm_settings
       procedure :: complain
       procedure :: location
    end type settings_t
+      procedure :: complain_in_words
 
+      procedure :: shown => shown_values
+      procedure :: records_of
 contains
 
    !> Add a group behind the others. It is moved, not copied: its settings are gone from the argument.
@@ -333,9 +338,20 @@ contains
       character(*), intent(in) :: message
       character(:), allocatable :: note
       associate (group => self%entries(entry), setting => self%entries(entry)%settings(row_of(self%entries(entry), key)))
+   !> The values of a key as a user would write them; '' for no key.
+   pure function shown_values(self, entry, key) result(list)
+      class(settings_t), intent(in) :: self
+      integer, intent(in) :: entry
+      character(*), intent(in) :: key
+      character(:), allocatable :: list
+      list = ''
+      if (key /= '') list = self%entries(entry)%settings(row_of(self%entries(entry), key))%shown()
+   end function shown_values
+
          note = ': '
          if (.not. setting%given) note = ' (default): '
-         call self%errors%add(self%location(entry, key)//': &'//trim(group%name)//' '//key//' = '//setting%shown()//note//message)
+         call self%errors%add(message, self%location(entry, key), trim(group%name), key, setting%shown(), &
+                              '&'//trim(group%name)//' '//key//' = '//setting%shown()//note)
       end associate
    end subroutine complain
 
@@ -347,20 +363,72 @@ contains
       character(:), allocatable :: location
       location = self%entries(entry)%location
       if (key == '') return
+   !> Messages that begin with the title of a group, and perhaps one of its keys, as items of an array of JSON that tell where these are.
+   pure function records_of(self, lines) result(records)
+      class(settings_t), intent(in) :: self
+      character(*), intent(in) :: lines          !! one message a line, none at the end
+      character(:), allocatable :: records, message, rest
+      integer :: first, last, entry
+      records = ''
+      first = 1
+      do while (first <= len(lines))
+         last = first + index(lines(first:)//new_line('a'), new_line('a')) - 2
+         message = lines(first:last)
+         first = last + 2
+         do entry = self%count, 1, -1
+            if (index(message//' ', '&'//self%title(entry)//' ') == 1 .or. index(message, '&'//self%title(entry)//':') == 1) exit
+         end do
+         if (entry == 0) then
+            records = records//message_record(message, '', '', '', '')
+            cycle
+         end if
+         rest = message(len('& ') + len(self%title(entry)) + 1:)
+         rest = rest(:scan(rest//' ', ' :') - 1)
+         if (row_of(self%entries(entry), rest) == 0) rest = ''
+         records = records//message_record(message, self%location(entry, rest), trim(self%entries(entry)%name), rest, &
+                                           self%shown(entry, rest))
+      end do
+   end function records_of
+
+   !> Note an error whose message is a whole sentence about a group and perhaps a key.
+   pure subroutine complain_in_words(self, entry, key, message)
+      class(settings_t), intent(inout) :: self
+      integer, intent(in) :: entry
+      character(*), intent(in) :: key, message
+      call self%errors%add(message, self%location(entry, key), trim(self%entries(entry)%name), key, self%shown(entry, key), '')
+   end subroutine complain_in_words
+
       associate (setting => self%entries(entry)%settings(row_of(self%entries(entry), key)))
          if (allocated(setting%location)) location = setting%location
       end associate
    end function location
 
-   !> Note one error.
-   pure subroutine add(self, message)
+   !> Note one error: where, in what, and what would be right, in one line.
+   pure subroutine add(self, reason, location, group, key, value, subject)
       class(input_errors_t), intent(inout) :: self
-      character(*), intent(in) :: message          !! one line: where, what, what would be right
+      character(*), intent(in) :: reason
+      character(*), intent(in), optional :: location          !! 'case.nml:12', 'case.nml' or '--set group.key=value'
+      character(*), intent(in), optional :: group, key, value !! that it is about
+      character(*), intent(in), optional :: subject           !! what stands before the reason; '&group key: ' where it is absent
+      character(:), allocatable :: message, record
+      message = ''
+      if (present(location)) message = location//': '
+      if (present(subject)) then
+         message = message//subject
+      else if (present(key)) then
+         message = message//'&'//group//' '//key//': '
+      else if (present(group)) then
+         message = message//'&'//group//': '
+      end if
+      message = message//reason
+      record = message_record(reason, or_nothing(location), or_nothing(group), or_nothing(key), or_nothing(value))
       self%count = self%count + 1
       if (self%count == 1) then
          self%text = message
-      else if (self%count <= most_shown) then
-         self%text = self%text//new_line('a')//message
+         self%records = record
+      else
+         if (self%count <= most_shown) self%text = self%text//new_line('a')//message
+         self%records = self%records//record
       end if
    end subroutine add
 
@@ -369,8 +437,16 @@ contains
       class(input_errors_t), intent(in) :: self
       type(failure_t), intent(inout) :: failure
       if (self%count == 0) return
-      call failure%report(exit_input, self%text)
+      call failure%report(exit_input, self%text, self%records)
       if (self%count > most_shown) call failure%report(exit_input, &
-         '... and '//to_text(self%count - most_shown)//' more')
+         '... and '//to_text(self%count - most_shown)//' more', '')
+   !> A text, '' where it is absent.
+   pure function or_nothing(text)
+      character(*), intent(in), optional :: text
+      character(:), allocatable :: or_nothing
+      or_nothing = ''
+      if (present(text)) or_nothing = text
+   end function or_nothing
+
    end subroutine tell
 end module hampm_settings

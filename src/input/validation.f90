@@ -33,9 +33,9 @@ contains
       integer :: g
       do g = 1, size(groups)
          if (settings%count_of(trim(groups(g)%name)) > 0) cycle
-         if (groups(g)%presence == is_required) call settings%errors%add(settings%file//': the group &'//trim(groups(g)%name) &
-                                                                  //' is missing: '//trim(groups(g)%meaning)// &
-                                                                  '; hampm --template shows one')
+         if (groups(g)%presence == is_required) call settings%errors%add( &
+            'the group &'//trim(groups(g)%name)//' is missing: '//trim(groups(g)%meaning)//'; hampm --template shows one', &
+            settings%file, trim(groups(g)%name), subject='')
          if (groups(g)%presence /= is_assumed) cycle
          assumed = new_entry(g, settings%file)
          call settings%add_entry(assumed)
@@ -56,9 +56,9 @@ contains
                   settings%entries(entry)%settings(k)%good = .false.
                   message = trim(key%example)
                   if (is_text(key)) message = ''''//message//''''
-                  call settings%errors%add(settings%entries(entry)%location//': &'//trim(settings%entries(entry)%name)//' '// &
-                                           trim(key%name)//': is missing: '//trim(key%meaning)//'; for example '// &
-                                           trim(key%name)//' = '//message//'; '//must_be(key))
+                  call settings%errors%add('is missing: '//trim(key%meaning)//'; for example '//trim(key%name)//' = '// &
+                                           message//'; '//must_be(key), settings%entries(entry)%location, &
+                                           trim(settings%entries(entry)%name), trim(key%name))
                   cycle
                end if
                do i = 1, default_count(key, .false.)

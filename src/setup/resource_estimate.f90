@@ -6,6 +6,7 @@ module hampm_resource_estimate
    use hampm_kinds, only: dp, ndim
    use hampm_body_group, only: area_in_box
    use hampm_failure, only: failure_t, exit_input
+   use hampm_json, only: member
    use hampm_law, only: value_of
    use hampm_path_placement, only: path_tips
    use hampm_placement, only: particle_number
@@ -15,7 +16,7 @@ module hampm_resource_estimate
    use hampm_critical_step, only: stable_time_step
    implicit none
    private
-   public :: resources_t, estimate_resources, check_room, check_resources, resource_report
+   public :: resources_t, estimate_resources, check_room, check_resources, resource_report, resource_json
 
    real(dp), parameter :: unknown = -1
    real(dp), parameter :: of_algebra = 3.2e8_dp  !! address space that OpenBLAS and its thread take at first use, or wait for [bytes]
@@ -193,6 +194,17 @@ contains
                                                                  rough(resources%most_particles)//' particles'
       text = text//nl
    end function resource_report
+
+   !> The same for programs: members of an object. Memory and the size of the result file are in bytes.
+   pure function resource_json(resources) result(members)
+      type(resources_t), intent(in) :: resources
+      character(:), allocatable :: members
+      members = member('samples', nint(min(resources%rows, real(huge(1), dp))))// &
+                member('snapshots', nint(min(resources%snapshots, real(huge(1), dp))))// &
+                member('results', resources%results)//member('most_results', resources%most_results)// &
+                member('memory', resources%memory)//member('most_memory', resources%most_memory)// &
+                member('most_particles', resources%most_particles)
+   end function resource_json
 
    !> A number of bytes as text, in two or three digits.
    pure function bytes_text(bytes) result(text)
