@@ -228,7 +228,7 @@ contains
       if (peek(s) == '=') call advance(s)
    end subroutine take_equals
 
-   !> The values behind a `=`, up to the next key or the end of the group.
+   !> The values behind a `=`, up to the next key or the end of the group. Where none stands before a comma, there is a null value.
    pure subroutine scan_values(s, group, setting, errors)
       type(scanner_t), intent(inout) :: s
       integer, intent(in) :: group
@@ -241,10 +241,7 @@ contains
          if (at_end(s)) exit
          if (index('/&=', peek(s)) > 0 .or. key_ahead(s, group)) exit
          if (peek(s) == ',') then
-            if (after_comma) then
-               setting%good = .false.
-               call errors%add(location(s)//': a value is missing before the comma')
-            end if
+            if (after_comma) call setting%append('', .false.)
             after_comma = .true.
             call advance(s)
          else
@@ -254,7 +251,7 @@ contains
       end do
    end subroutine scan_values
 
-   !> One value: a word, a quoted text, or a repeat such as `3*0.0`.
+   !> One value: a word, a quoted text, or a repeat such as `3*0.0`, or `3*` of null values.
    pure subroutine scan_value(s, setting, errors)
       type(scanner_t), intent(inout) :: s
       type(setting_t), intent(inout) :: setting
@@ -277,9 +274,6 @@ contains
       quoted = len(value) == 0 .and. index('''"', peek(s)) > 0
       if (quoted) then
          call take_quoted(s, value, setting, errors)
-      else if (len(value) == 0) then
-         setting%good = .false.
-         call errors%add(start//': '//printable(word, 40)//': the value of a repeat is missing')
       end if
       do i = 1, times
          call setting%append(value, quoted)

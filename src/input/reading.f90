@@ -240,7 +240,7 @@ contains
       else
          call scan_value_text(setting%location, text, group, setting, errors)
          do i = 1, min(setting%count, max_values)
-            setting%values(i)%quoted = setting%values(i)%quoted .or. is_text(key)
+            setting%values(i)%quoted = setting%values(i)%quoted .or. is_text(key) .and. .not. setting%values(i)%is_null()
          end do
       end if
    end subroutine take_values

@@ -28,6 +28,8 @@ module hampm_settings
    type :: value_t
       character(:), allocatable :: text            !! without quotes
       logical :: quoted = .false.                  !! whether it stood in quotes
+   contains
+      procedure :: is_null
    end type value_t
 
    !> One key of one group.
@@ -77,12 +79,12 @@ module hampm_settings
       procedure :: set_text
       procedure :: title
       procedure :: complain
-      procedure :: location
-   end type settings_t
       procedure :: complain_in_words
-
+      procedure :: location
       procedure :: shown => shown_values
       procedure :: records_of
+   end type settings_t
+
 contains
 
    !> Add a group behind the others. It is moved, not copied: its settings are gone from the argument.
@@ -137,6 +139,12 @@ contains
       self%values(self%count)%text = text
       self%values(self%count)%quoted = quoted
    end subroutine append
+
+   !> Whether nothing stood where a value could, as between two commas: it is unset.
+   pure logical function is_null(self)
+      class(value_t), intent(in) :: self
+      is_null = .not. self%quoted .and. len(self%text) == 0
+   end function is_null
 
    !> The values of a setting as a user would write them, cut where they are many.
    pure function shown(self) result(list)
@@ -330,14 +338,6 @@ contains
       end associate
    end function title
 
-   !> Note an error in a key: `location: &group key = value: message`.
-   pure subroutine complain(self, entry, key, message)
-      class(settings_t), intent(inout) :: self
-      integer, intent(in) :: entry
-      character(*), intent(in) :: key
-      character(*), intent(in) :: message
-      character(:), allocatable :: note
-      associate (group => self%entries(entry), setting => self%entries(entry)%settings(row_of(self%entries(entry), key)))
    !> The values of a key as a user would write them; '' for no key.
    pure function shown_values(self, entry, key) result(list)
       class(settings_t), intent(in) :: self
@@ -348,6 +348,14 @@ contains
       if (key /= '') list = self%entries(entry)%settings(row_of(self%entries(entry), key))%shown()
    end function shown_values
 
+   !> Note an error in a key: `location: &group key = value: message`.
+   pure subroutine complain(self, entry, key, message)
+      class(settings_t), intent(inout) :: self
+      integer, intent(in) :: entry
+      character(*), intent(in) :: key
+      character(*), intent(in) :: message
+      character(:), allocatable :: note
+      associate (group => self%entries(entry), setting => self%entries(entry)%settings(row_of(self%entries(entry), key)))
          note = ': '
          if (.not. setting%given) note = ' (default): '
          call self%errors%add(message, self%location(entry, key), trim(group%name), key, setting%shown(), &
@@ -355,14 +363,6 @@ contains
       end associate
    end subroutine complain
 
-   !> Where a key of a group is set or, where it is not or has no name, where the group begins.
-   pure function location(self, entry, key)
-      class(settings_t), intent(in) :: self
-      integer, intent(in) :: entry
-      character(*), intent(in) :: key
-      character(:), allocatable :: location
-      location = self%entries(entry)%location
-      if (key == '') return
    !> Messages that begin with the title of a group, and perhaps one of its keys, as items of an array of JSON that tell where these are.
    pure function records_of(self, lines) result(records)
       class(settings_t), intent(in) :: self
@@ -398,6 +398,14 @@ contains
       call self%errors%add(message, self%location(entry, key), trim(self%entries(entry)%name), key, self%shown(entry, key), '')
    end subroutine complain_in_words
 
+   !> Where a key of a group is set or, where it is not or has no name, where the group begins.
+   pure function location(self, entry, key)
+      class(settings_t), intent(in) :: self
+      integer, intent(in) :: entry
+      character(*), intent(in) :: key
+      character(:), allocatable :: location
+      location = self%entries(entry)%location
+      if (key == '') return
       associate (setting => self%entries(entry)%settings(row_of(self%entries(entry), key)))
          if (allocated(setting%location)) location = setting%location
       end associate
@@ -432,14 +440,6 @@ contains
       end if
    end subroutine add
 
-   !> Report all errors, if there are any, as one failure.
-   pure subroutine tell(self, failure)
-      class(input_errors_t), intent(in) :: self
-      type(failure_t), intent(inout) :: failure
-      if (self%count == 0) return
-      call failure%report(exit_input, self%text, self%records)
-      if (self%count > most_shown) call failure%report(exit_input, &
-         '... and '//to_text(self%count - most_shown)//' more', '')
    !> A text, '' where it is absent.
    pure function or_nothing(text)
       character(*), intent(in), optional :: text
@@ -448,5 +448,13 @@ contains
       if (present(text)) or_nothing = text
    end function or_nothing
 
+   !> Report all errors, if there are any, as one failure.
+   pure subroutine tell(self, failure)
+      class(input_errors_t), intent(in) :: self
+      type(failure_t), intent(inout) :: failure
+      if (self%count == 0) return
+      call failure%report(exit_input, self%text, self%records)
+      if (self%count > most_shown) call failure%report(exit_input, &
+         '... and '//to_text(self%count - most_shown)//' more', '')
    end subroutine tell
 end module hampm_settings

@@ -2,7 +2,7 @@
 !> Keys that are not given get their defaults here.
 module hampm_validation
    use hampm_kinds, only: dp, ndim, name_len, path_len
-   use hampm_key_rows, only: key_t, type_integer, type_real, type_logical, type_name, is_required, is_assumed
+   use hampm_key_rows, only: key_t, max_values, type_integer, type_real, type_logical, type_name, is_required, is_assumed
    use hampm_keys, only: groups, keys, renamed, first_key, choices, allowed_text, default_count, default_value, is_text, new_entry
    use hampm_settings, only: settings_t, setting_t, group_entry_t, value_t
    use hampm_text, only: to_text, lower_case, did_you_mean, printable
@@ -51,6 +51,7 @@ contains
       first = first_key(settings%entries(entry)%group)
       do k = 1, size(settings%entries(entry)%settings)
          associate (key => keys(first + k - 1))
+            call set_nulls(key, settings%entries(entry)%settings(k))
             if (.not. settings%entries(entry)%settings(k)%given) then
                if (key%required) then
                   settings%entries(entry)%settings(k)%good = .false.
@@ -73,6 +74,20 @@ contains
       end do
    end subroutine validate_entry
 
+   !> A key whose values are all null is not given; null values among others are the defaults, as the reader of Fortran leaves them.
+   pure subroutine set_nulls(key, setting)
+      type(key_t), intent(in) :: key
+      type(setting_t), intent(inout) :: setting
+      integer :: i, n
+      if (.not. (setting%given .and. setting%good)) return
+      n = min(setting%count, max_values)
+      setting%given = .not. all([(setting%values(i)%is_null(), i=1, n)])
+      if (.not. setting%given) setting%count = 0
+      do i = 1, min(setting%count, default_count(key, .false.))
+         if (setting%values(i)%is_null()) setting%values(i) = value_t(default_value(key, .false., i), is_text(key))
+      end do
+   end subroutine set_nulls
+
    !> Check one key; numbers are converted, choices brought to lower case.
    pure subroutine validate_setting(group, key, setting, message)
       character(*), intent(in) :: group
@@ -86,7 +101,9 @@ contains
       allocate (setting%numbers(merge(0, setting%count, is_text(key))))
       do i = 1, setting%count
          wrong = ''
-         if (is_text(key)) then
+         if (setting%values(i)%is_null()) then
+            wrong = 'is missing and has no default: '//must_be(key)
+         else if (is_text(key)) then
             call validate_text(group, key, setting%values(i), wrong)
          else
             call validate_number(key, setting%values(i), setting%numbers(i), wrong)

@@ -1,7 +1,8 @@
 """What namelists and command lines say, read a second time: written from the documentation, not from the program.
 
 A namelist is `&group key = value, value ... /`. Values are words or texts in quotes, `3*0.5` repeats one, a comment goes from `!` to
-the end of the line. Names and choices do not depend on case. What this reader refuses the program must refuse too; what the
+the end of the line. Nothing before a comma, and a repeat `3*` of nothing, are null values: such a one is the default of its place, and a key
+that has no others is not given. Names and choices do not depend on case. What this reader refuses the program must refuse too; what the
 program accepts must have the values that this reader finds.
 """
 
@@ -51,6 +52,20 @@ class Keys:
         return [key for of, key in self.kind if of == group]
 
 
+NULL = b"", False
+
+
+def set_nulls(settings, group, keys):
+    """The settings of a group without keys that have null values only; else these are the defaults."""
+    left = {key: listed for key, listed in settings.items() if any(one != NULL for one in listed)}
+    for key, listed in left.items():
+        default = values(keys.default[group, key].encode(), 0, group, keys)[0]
+        left[key] = [default[k] if one == NULL and k < len(default) else one for k, one in enumerate(listed)]
+        if NULL in left[key]:
+            raise Refused("no default")
+    return left
+
+
 def values(text, at, group, keys):
     """The values that begin at a place, as pairs (text, quoted), and where they end."""
     found, comma = [], True
@@ -60,7 +75,7 @@ def values(text, at, group, keys):
             return found, at
         if text[at:at + 1] == b",":
             if comma:
-                raise Refused("no value before a comma")
+                found.append(NULL)
             comma, at = True, at + 1
             continue
         comma, times, word = False, 1, b""
@@ -72,6 +87,9 @@ def values(text, at, group, keys):
                     raise Refused("count of a repeat")
                 if not word:
                     match = None
+                    if text[at:at + 1] not in (b"'", b'"'):
+                        found += times * [NULL]
+                        continue
         if not match:
             match = QUOTED.match(text, at)
             if not match:
@@ -133,7 +151,7 @@ def override(found, text, keys):
         if end < len(value):
             raise Refused("values of an override")
         if keys.kind[group, key] == "text":
-            listed = [(word, True) for word, _ in listed]
+            listed = [one if one == NULL else (one[0], True) for one in listed]
     of_name[int(number or 1) - 1][key] = listed
 
 
@@ -167,6 +185,7 @@ def differences(text, overrides, as_used, keys):
     wanted = groups_of(text, keys)
     for one in overrides:
         override(wanted, one, keys)
+    wanted = [(group, set_nulls(settings, group, keys)) for group, settings in wanted]
     used = groups_of(as_used, keys)
     for group in ("damping", "contact", "method", "energy_release", "output"):
         if group not in (name for name, _ in wanted):
