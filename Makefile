@@ -11,10 +11,10 @@ ARCH ?= $(if $(filter x86_64,$(shell uname -m)),x86-64-v3,native)
 # archives are there. One that is named by hand is taken as it is
 hdf5_folder := -L/usr/lib/$(shell gcc -dumpmachine 2>/dev/null)/hdf5/serial
 ifeq ($(build) $(origin HDF5_LINK) $(origin ALGEBRA_LINK),release undefined undefined)
-ARCHIVES ?= $(hdf5_folder) -Wl,-Bstatic -lhdf5 -lsz -laec -lz -lumfpack -lcholmod -lcolamd -lccolamd -lcamd -lamd -lsuitesparseconfig \
+ARCHIVES ?= $(hdf5_folder) -Wl,-Bstatic -lhdf5_hl -lhdf5 -lsz -laec -lz -lumfpack -lcholmod -lcolamd -lccolamd -lcamd -lamd -lsuitesparseconfig \
 	-lopenblas -Wl,-Bdynamic -l:libmetis.so.5 -ldl -lm -lpthread
 endif
-HDF5_LINK ?= $(hdf5_folder) -lhdf5_serial
+HDF5_LINK ?= $(hdf5_folder) -lhdf5_serial_hl -lhdf5_serial
 ALGEBRA_LINK ?= -lumfpack -lcholmod -llapack -lblas
 COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimplicit-interface -Wno-do-subscript
 

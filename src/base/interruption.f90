@@ -45,6 +45,7 @@ module hampm_interruption
       integer(long), private :: first_step = 0, last_step = 0   !! steps done then
    contains
       procedure :: start
+      procedure :: elapsed
       procedure :: wants_checkpoint
       procedure :: note_checkpoint
       procedure :: reason_to_stop
@@ -93,6 +94,12 @@ contains
          if (seconds_since(self%clock_start) >= self%time_limit) reason = '--time-limit '//to_text(self%time_limit)
       end if
    end function reason_to_stop
+
+   !> Wall time since the start [s].
+   real(dp) function elapsed(self)
+      class(interruption_t), intent(in) :: self
+      elapsed = seconds_since(self%clock_start)
+   end function elapsed
 
    !> Wall time since a reading of the clock [s].
    real(dp) function seconds_since(earlier) result(seconds)

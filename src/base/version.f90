@@ -4,7 +4,7 @@
 module hampm_version
    implicit none
    private
-   public :: version, identify, same_release
+   public :: version, identify, same_release, release_of, commit_of
 
    character(80), protected :: version = 'unknown'
 
@@ -19,6 +19,20 @@ contains
    !> Whether two versions have the same number, whatever their commits.
    pure logical function same_release(one, other)
       character(*), intent(in) :: one, other
-      same_release = one(:scan(one//' ', ' ') - 1) == other(:scan(other//' ', ' ') - 1)
+      same_release = release_of(one) == release_of(other)
    end function same_release
+
+   !> The number of a version.
+   pure function release_of(version) result(text)
+      character(*), intent(in) :: version
+      character(:), allocatable :: text
+      text = version(:scan(version//' ', ' ') - 1)
+   end function release_of
+
+   !> The commit of a version, with "modified" where files differ from it; '' where it is not known.
+   pure function commit_of(version) result(text)
+      character(*), intent(in) :: version
+      character(:), allocatable :: text
+      text = version(scan(version//'(', '(') + 1:max(0, scan(version, ')') - 1))
+   end function commit_of
 end module hampm_version

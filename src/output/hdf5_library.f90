@@ -222,6 +222,18 @@ module hampm_hdf5_library
          integer(long), value :: type
          integer(c_int), value :: padding
       end function h5tset_strpad
+
+      !> Of the library of dimension scales: a dataset whose values are those of a dimension of others.
+      integer(c_int) function h5dsset_scale(scale, name) bind(c, name='H5DSset_scale')
+         import :: c_char, c_int, long
+         integer(long), value :: scale
+         character(c_char), intent(in) :: name(*)
+      end function h5dsset_scale
+      integer(c_int) function h5dsattach_scale(dataset, scale, dimension) bind(c, name='H5DSattach_scale')
+         import :: c_int, long
+         integer(long), value :: dataset, scale
+         integer(c_int), value :: dimension
+      end function h5dsattach_scale
    end interface
 
 contains

@@ -24,6 +24,7 @@ module hampm_hdf5_series
       character(:), allocatable :: path          !! path in the file
    contains
       procedure :: create
+      procedure :: attach_to
       procedure :: reopen
       procedure :: shorten
       procedure :: catch_up
@@ -66,6 +67,20 @@ contains
       e(5) = h5release(space)
       if (self%id < 0 .or. any(e < 0)) call file%unwritten('making '//path//' failed', failure)
    end subroutine create
+
+   !> Say that a dataset has the values of the dimension along which this vector grows; which may be this one.
+   subroutine attach_to(self, scale, file, failure)
+      class(hdf5_series_t), intent(in) :: self, scale
+      type(hdf5_file_t), intent(in) :: file
+      type(failure_t), intent(inout) :: failure
+      integer :: e
+      if (self%id == scale%id) then
+         e = h5dsset_scale(self%id, c_string(self%path(index(self%path, '/', back=.true.) + 1:)))
+      else
+         e = h5dsattach_scale(self%id, scale%id, 0)
+      end if
+      if (e < 0) call file%unwritten('making '//scale%path//' the dimension of '//self%path//' failed', failure)
+   end subroutine attach_to
 
    !> Find the dataset again in a file that has been opened anew, with as many entries as it has there.
    subroutine reopen(self, file, failure)

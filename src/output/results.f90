@@ -130,7 +130,7 @@ contains
       lengths = [int(self%columns(1)%length, long) + self%waiting, self%snapshots%lengths()]
    end function lengths
 
-   !> Declare the next column of the history, before the first sample.
+   !> Declare the next column of the history, before the first sample. The first one, the time, is the dimension of all.
    subroutine add_column(self, name, unit, long_name, failure, integer_valued)
       class(results_t), intent(inout) :: self
       character(*), intent(in) :: name           !! the dataset is /history/<name>
@@ -142,16 +142,19 @@ contains
       integer :: stored
       type(failure_t) :: fault
       character(:), allocatable :: path
+      logical :: is_new
       if (self%broken) return
       path = '/history/'//name
+      is_new = .not. self%file%holds(path)
       stored = real_values
       if (present(integer_valued)) stored = merge(long_values, real_values, integer_valued)
       call column%create(self%file, path, stored, 1, chunk, fault)
       if (self%kept >= 0 .and. .not. fault%failed()) call column%shorten(self%file, int(self%kept, long), fault)
       call self%file%put_attribute(path, 'units', unit, fault)
       call self%file%put_attribute(path, 'long_name', long_name, fault)
-      call pass_on(self, fault, failure)
       self%columns = [self%columns, column]
+      if (is_new .and. .not. fault%failed()) call column%attach_to(self%columns(1), self%file, fault)
+      call pass_on(self, fault, failure)
    end subroutine add_column
 
    !> Attach a text, a real number or an integer to the group or dataset `group`, or replace it.

@@ -24,7 +24,7 @@ module hampm_snapshots
 
    !> A field on the points or cells of a piece.
    type :: field_t
-      character(:), allocatable :: name
+      character(:), allocatable :: name, unit    !! SI unit, '1' for a pure number
       real(dp), allocatable :: values(:, :)      !! shape (k, n); k = ndim is a vector, completed with zeros
    end type field_t
 
@@ -82,10 +82,11 @@ contains
    end subroutine set_vertices
 
    !> Add a field to those on the points or cells of a piece.
-   subroutine add_field(fields, name, values)
+   subroutine add_field(fields, name, values, unit)
       type(field_t), allocatable, intent(inout) :: fields(:)
       character(*), intent(in) :: name
       real(dp), intent(in) :: values(:, :)       !! shape (k, points) or (k, cells)
+      character(*), intent(in), optional :: unit !! SI unit; a pure number where it is absent
       type(field_t), allocatable :: longer(:)
       integer :: i, n
       n = 0
@@ -93,9 +94,12 @@ contains
       allocate (longer(n + 1))
       do i = 1, n
          call move_alloc(fields(i)%name, longer(i)%name)
+         call move_alloc(fields(i)%unit, longer(i)%unit)
          call move_alloc(fields(i)%values, longer(i)%values)
       end do
       longer(n + 1)%name = name
+      longer(n + 1)%unit = '1'
+      if (present(unit)) longer(n + 1)%unit = unit
       longer(n + 1)%values = values
       call move_alloc(longer, fields)
    end subroutine add_field
@@ -293,6 +297,7 @@ contains
          if (rows == ndim) rows = vtk_dim
          call series(i)%create(file, data_path//'/'//fields(i)%name, real_values, rows, &
                                chunk(size(fields(i)%values, 2)), failure)
+         call file%put_attribute(data_path//'/'//fields(i)%name, 'units', fields(i)%unit, failure)
          call file%make_link(steps_path(piece)//'/'//carrier//'Offsets', first_path//'/'//fields(i)%name, failure)
       end do
    end subroutine create_fields

@@ -51,14 +51,14 @@ contains
          call output%set_vertices('particles', transpose(p%reference + p%displacement))
          call add_field(output%point_fields, 'id', real(reshape(p%id, [1, p%n]), dp))
          call add_field(output%point_fields, 'body', real(reshape(p%body, [1, p%n]), dp))
-         call add_field(output%point_fields, 'displacement', transpose(p%displacement))
-         call add_field(output%point_fields, 'velocity', transpose(p%velocity))
-         call add_field(output%point_fields, 'stress_xx', components(1:1, :))
-         call add_field(output%point_fields, 'stress_yy', components(2:2, :))
-         call add_field(output%point_fields, 'stress_xy', components(3:3, :))
-         if (p%thickness%is_ring) call add_field(output%point_fields, 'stress_zz', components(4:4, :))
-         call add_field(output%point_fields, 'energy_density', reshape(energy, [1, p%n]))
-         call add_field(output%point_fields, 'deformation_gradient', deformation)
+         call add_field(output%point_fields, 'displacement', transpose(p%displacement), 'm')
+         call add_field(output%point_fields, 'velocity', transpose(p%velocity), 'm/s')
+         call add_field(output%point_fields, 'stress_xx', components(1:1, :), 'Pa')
+         call add_field(output%point_fields, 'stress_yy', components(2:2, :), 'Pa')
+         call add_field(output%point_fields, 'stress_xy', components(3:3, :), 'Pa')
+         if (p%thickness%is_ring) call add_field(output%point_fields, 'stress_zz', components(4:4, :), 'Pa')
+         call add_field(output%point_fields, 'energy_density', reshape(energy, [1, p%n]), 'J/m3')
+         call add_field(output%point_fields, 'deformation_gradient', deformation, '-')
          if (any(problem%materials%yields)) call add_field(output%point_fields, 'plastic_strain', reshape(plastic, [1, p%n]))
       end associate
       if (with_cracks) call add_sides(problem, output)
@@ -108,8 +108,8 @@ contains
       associate (grid => problem%grid, f => problem%fields)
          output%name = 'mesh'
          output%points = grid%node_position
-         call add_field(output%point_fields, 'mass', reshape(f%mass_matrix%lumped, [1, grid%n_points]))
-         call add_field(output%point_fields, 'velocity', f%velocity(:, :, v_n))
+         call add_field(output%point_fields, 'mass', reshape(f%mass_matrix%lumped, [1, grid%n_points]), 'kg')
+         call add_field(output%point_fields, 'velocity', f%velocity(:, :, v_n), 'm/s')
          if (grid%is_quadratic()) then
             call add_quadratic_cells(grid, problem%blocks%count_in, with_cracks, output)
             return

@@ -17,7 +17,7 @@ module hampm_recording
    use hampm_snapshots, only: piece_t
    use hampm_text, only: to_text
    use hampm_threads, only: thread_count, host_name
-   use hampm_version, only: version
+   use hampm_version, only: version, release_of, commit_of
    use hampm_output_fields, only: shows_cracks, particle_fields, mesh_fields, crack_fields
    implicit none
    private
@@ -45,10 +45,35 @@ contains
       call s%results%add_attribute('/input', 'compiler_options', compiler_options(), failure)
       call s%results%add_attribute('/input', 'host', host_name(), failure)
       call s%results%add_attribute('/input', 'threads', thread_count(), failure)
+      call s%results%add_attribute('/', 'program', 'hampm', failure)
+      call s%results%add_attribute('/', 'version', release_of(version), failure)
+      call s%results%add_attribute('/', 'commit', commit_of(version), failure)
+      call s%results%add_attribute('/', 'date', now(), failure)
+      call s%results%add_attribute('/', 'command', command(), failure)
+      call s%results%add_attribute('/', 'machine', host_name(), failure)
       call s%results%add_attribute('/history', 'title', trim(s%model%run%title), failure)
       if (any(s%model%paths%name /= '')) call s%results%add_attribute('/history', 'cracks', path_names(s%model%paths), failure)
       call declare_columns(s%model, s%problem, s%cracks, s%growing, s%measurements, s%results, failure)
    end subroutine open_results
+
+   !> Date and time of this place on Earth, with how far it is ahead of UTC: `2001-12-31T23:59:59+01:00` (ISO 8601).
+   function now() result(text)
+      character(:), allocatable :: text
+      character(8) :: date
+      character(10) :: time
+      character(5) :: zone
+      call date_and_time(date, time, zone)
+      text = date(:4)//'-'//date(5:6)//'-'//date(7:)//'T'//time(:2)//':'//time(3:4)//':'//time(5:6)//zone(:3)//':'//zone(4:)
+   end function now
+
+   !> The command that has started the program.
+   function command() result(text)
+      character(:), allocatable :: text
+      integer :: length
+      call get_command(length=length)
+      allocate (character(length) :: text)
+      call get_command(text)
+   end function command
 
    !> The names of cracks of the kind 'path', in their order, which is that of the tips.
    pure function path_names(paths) result(names)
@@ -174,6 +199,7 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unwritten               ! nobody is told: that the computation has failed matters more
+      call s%results%add_attribute('/', 'wall_time', s%interruption%elapsed(), unwritten)
       select case (failure%code)
       case (exit_done)
          call s%results%add_attribute('/history', 'ended', 'done', failure)
