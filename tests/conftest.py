@@ -8,9 +8,9 @@ from collections import Counter
 import pytest
 
 from long_tests import CASES, CHECKED, PARTS
-from paths import CHECKED_PROGRAM, COARSE_DCB, PROGRAM, SCRIPTS
+from paths import CHECKED_PROGRAM, COARSE_DCB, PACKAGE, PROGRAM, SCRIPTS
 
-sys.path.insert(0, str(SCRIPTS))
+sys.path[:0] = [str(SCRIPTS), str(PACKAGE)]
 
 # For the program and for numpy, before it is loaded. Threads that wait must not spin: where there are more of them than
 # free processors they would hardly get on.

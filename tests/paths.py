@@ -10,6 +10,7 @@ COUNTED_BENCH = ROOT / "build/counted/bench_step"
 CHECKED_BENCH = ROOT / "build/checked/bench_step"
 RESULTS_DRIVER = PROGRAM.with_name("results_driver")
 SCRIPTS = ROOT / "postprocess"
+PACKAGE = ROOT / "python/src"
 BENCH = ROOT / "bench"
 BATCH = ROOT / "batch"
 INPUT = ROOT / "input"

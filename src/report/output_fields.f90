@@ -58,7 +58,7 @@ contains
          call add_field(output%point_fields, 'stress_xy', components(3:3, :), 'Pa')
          if (p%thickness%is_ring) call add_field(output%point_fields, 'stress_zz', components(4:4, :), 'Pa')
          call add_field(output%point_fields, 'energy_density', reshape(energy, [1, p%n]), 'J/m3')
-         call add_field(output%point_fields, 'deformation_gradient', deformation, '-')
+         call add_field(output%point_fields, 'deformation_gradient', deformation)
          if (any(problem%materials%yields)) call add_field(output%point_fields, 'plastic_strain', reshape(plastic, [1, p%n]))
       end associate
       if (with_cracks) call add_sides(problem, output)

@@ -261,6 +261,6 @@ def test_a_velocity_is_followed_to_whom_it_is_handed():
 
 def test_no_two_python_modules_have_one_name():
     """Tests import from several folders at once: of two modules of one name the first in the path would be taken for both."""
-    folders = "batch", "bench", "postprocess", "tools", "tests"
+    folders = "batch", "bench", "postprocess", "tools", "tests"   # those of the package are in a namespace of their own
     names = Counter(file.stem for folder in folders for file in (ROOT / folder).rglob("*.py") if file.stem != "conftest")
     assert [name for name, number in names.items() if number > 1] == []

@@ -1,7 +1,9 @@
 """Two histories compared column by column."""
 
 from collections import namedtuple
+from collections.abc import Sequence
 from fnmatch import fnmatchcase
+from pathlib import Path
 
 import numpy as np
 
@@ -29,7 +31,8 @@ class Comparison(Table):
         return not self.differing
 
 
-def compare(a, b, *, rtol=1e-9, atol=0.0, tolerances=(), columns=("*",), ignore=(), interpolate=False, exact=False):
+def compare(a: str | Path | History, b: str | Path | History, *, rtol: float = 1e-9, atol: float = 0.0, tolerances: Sequence[Tolerance] = (),
+            columns: Sequence[str] = ("*",), ignore: Sequence[str] = (), interpolate: bool = False, exact: bool = False) -> Comparison:
     """Compare two results, given as paths or `History`.
 
     A column agrees when  max |a - b| <= atol + rtol * max |a|,  maxima over all samples, or with `exact` when type and bytes are the

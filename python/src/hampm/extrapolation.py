@@ -1,6 +1,8 @@
 """Results on cells of different sizes, extrapolated to cells of size zero."""
 
 import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -37,7 +39,7 @@ class Extrapolation(Table):
                          + ["without coarsest [%]", "order"] * (len(self.cells) > 2) + ["their error [%]"] * bool(uncertain), rows)
 
 
-def extrapolate(results, columns=("G_*",), part=0.1):
+def extrapolate(results: Iterable[str | Path | History], columns: Sequence[str] = ("G_*",), part: float = 0.1) -> Extrapolation:
     """Extrapolate results of one model on two cell sizes or more, given as paths or `History`, to cells of size zero.
 
     A crack tip and a load make errors that are proportional to the size c, beside smaller ones in c^2 and so on: at each time the

@@ -1,18 +1,29 @@
 """The history of a run, G(t) and the rest, as its result file holds it."""
 
+from __future__ import annotations
+
 import math
 import re
+from collections.abc import Iterable
 from copy import copy
 from fnmatch import fnmatchcase
+from html import escape
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .former_names import ATTRIBUTES, column
 from .stored import UNREADABLE, ResultError, opened, printable
+from .tables import Table
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 ERROR = "_error"          # what the name of a column ends in, but for its tip, that holds the estimated error of another one
 OF_TIP = re.compile(r"(_tip\d+)?$")
+OF_DOMAIN = re.compile(r"J_\d+(_tip\d+)?$")   # J of one domain
 STATIC = re.compile(r"^\s*time = 'static'", re.MULTILINE)
 REST = 0.01               # distance from rest above which last values are not taken for those at rest
 
@@ -51,7 +62,7 @@ class History:
     Columns and attributes of version 1 have the names that they have now.
     """
 
-    def __init__(self, path, may_be_empty=False):
+    def __init__(self, path: str | Path, may_be_empty: bool = False):
         self.path = Path(path)
         with opened(self.path) as stored:
             self._read(stored)
@@ -85,16 +96,16 @@ class History:
         return other
 
     @property
-    def times(self):
+    def times(self) -> np.ndarray:
         """Times of the samples [s]."""
         return self.columns["time"]
 
     @property
-    def stem(self):
+    def stem(self) -> str:
         """File name without folder and suffix, for people."""
         return printable(self.path.stem)
 
-    def select(self, patterns):
+    def select(self, patterns: Iterable[str]) -> list[str]:
         """Names of the columns that match any of the patterns, in the order asked for."""
         chosen = {}
         for pattern in patterns:
@@ -105,7 +116,7 @@ class History:
             chosen.update(dict.fromkeys(matching))
         return list(chosen)
 
-    def g_ref(self):
+    def g_ref(self) -> float:
         """Reference energy release rate [J/m2] by which G is divided."""
         value = self.attributes.get("G_ref")
         if value is None:
@@ -119,24 +130,24 @@ class History:
         """What energy release rates are divided by: G_ref where there is one."""
         return self.g_ref() if "G_ref" in self.attributes else 1.0
 
-    def g_ratio(self, name):
+    def g_ratio(self, name: str) -> np.ndarray:
         """Column `name` divided by G_ref."""
         return self.columns[name] / self.g_ref()
 
-    def late_mean(self, name, part=0.1):
+    def late_mean(self, name: str, part: float = 0.1) -> float:
         """Mean of a column over the last part of the run, so that what still rings counts little."""
         return np.mean(self.columns[name][self.times >= (1 - part) * self.times[-1]])
 
-    def error_of(self, name):
+    def error_of(self, name: str) -> str | None:
         """Name of the column that holds the estimated error of another; None where there is none."""
         return error_name(name) if error_name(name) in self.columns else None
 
-    def distance_to_equilibrium(self):
+    def distance_to_equilibrium(self) -> float | None:
         """How far the last values are from those at rest, relative; None where it is not known or has no meaning."""
         value = self.attributes.get("distance_to_equilibrium", math.nan)
         return None if math.isnan(value) else value
 
-    def is_moving(self):
+    def is_moving(self) -> bool:
         """Whether the last values are known not to be those at rest."""
         return (self.distance_to_equilibrium() or 0.0) > REST
 
@@ -149,3 +160,66 @@ class History:
         """The beam on an elastic foundation, eq. (33), divided by G_ref; None where it is not known."""
         value = self.attributes.get("G_beam_on_foundation")
         return None if value is None else value / self.g_ref()
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """The columns as a `pandas.DataFrame` over the time [s]; `attrs["units"]` has the unit of each, `attrs["long_names"]` what it is, and the
+        other attributes are those of the history. A column that ends in _error holds the estimated error of the one named before it."""
+        import pandas
+        frame = pandas.DataFrame({name: values for name, values in self.columns.items() if name != "time"},
+                                 index=pandas.Index(self.times, name="time"))
+        frame.attrs = {**self.attributes, "units": dict(self.units), "long_names": dict(self.long_names)}
+        return frame
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The columns as an `xarray.Dataset` with the coordinate `time` [s], each with its `units` and `long_name`."""
+        import xarray
+        about = {name: {"units": self.units[name], "long_name": self.long_names[name]} for name in self.columns}
+        return xarray.Dataset({name: ("time", values, about[name]) for name, values in self.columns.items() if name != "time"},
+                              coords={"time": ("time", self.times, about["time"])}, attrs=dict(self.attributes))
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Samples of a column."""
+        return self.columns[self.select([name])[0]]
+
+    def value(self, name: str, part: float = 0.1) -> tuple[float, float | None]:
+        """(mean, estimated error) of a column over the last part of the run, in its unit; the error is None where there is none."""
+        error = self.error_of(name)
+        return float(self.late_mean(name, part)), float(self.late_mean(error, part)) if error else None
+
+    def table(self, part: float = 0.1) -> Table:
+        """K, G and J with their estimated errors, as means over the last part of the run."""
+        rows = []
+        for name in self.columns:
+            if not (is_rate(name) or name.startswith("K_")) or is_error(name) or OF_DOMAIN.match(name):
+                continue
+            mean, error = self.value(name, part)
+            rows.append([name, f"{mean:.5g}", "" if error is None or math.isnan(error) else f"{error:.2g}", self.units[name], self.long_names[name]])
+        return Table(("column", "value", "estimated error", "unit", "what it is"), rows)
+
+    def __repr__(self):
+        title = self.attributes.get("title", "")
+        span = f"{self.times.size} samples, {self.times[0]:.4g} to {self.times[-1]:.4g} s" if self.times.size else "no samples"
+        return f"{printable(self.path)}: {title + ', ' if title else ''}{span}\n{self.table() if self.times.size else ''}".rstrip()
+
+    def _repr_html_(self):
+        head = escape(repr(self).partition("\n")[0])
+        motion = f"<p>{escape(self.motion())}</p>" if self.is_moving() else ""
+        return f"<p>{head}</p>{self.table()._repr_html_()}{motion}{small_picture(self)}" if self.times.size else f"<p>{head}</p>"
+
+
+def small_picture(history):
+    """G over the time, or its K, as an SVG of a few lines; nothing of a single sample."""
+    name = next((name for name in ("G", *history.columns) if name in history.columns and (is_rate(name) or name.startswith("K_"))), None)
+    if name is None or history.times.size < 3:
+        return ""
+    t, y = history.times, history.columns[name].astype(float)
+    keep = np.isfinite(y)
+    t, y = t[keep][:: max(1, keep.sum() // 400)], y[keep][:: max(1, keep.sum() // 400)]
+    if t.size < 2 or t[-1] <= t[0]:
+        return ""
+    width, height, low, high = 360, 120, min(0.0, float(y.min())), max(float(y.max()), 0.0)
+    points = " ".join(f"{width * (a - t[0]) / (t[-1] - t[0]):.1f},{height * (high - b) / ((high - low) or 1):.1f}" for a, b in zip(t, y))
+    return (f'<svg width="{width}" height="{height + 20}" viewBox="-2 -2 {width + 4} {height + 22}" style="font: 11px sans-serif">'
+            f'<polyline points="{points}" fill="none" stroke="#0072b2"/><line x1="0" x2="{width}" y1="{height * high / ((high - low) or 1):.1f}" '
+            f'y2="{height * high / ((high - low) or 1):.1f}" stroke="#999" stroke-width="0.5"/>'
+            f'<text x="0" y="{height + 14}">{escape(name)} [{escape(history.units[name])}], 0 to {high:.3g}, over {t[-1]:.3g} s</text></svg>')

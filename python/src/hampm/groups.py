@@ -1,0 +1,413 @@
+"""The groups of a model and their keys, for editors and checkers of types: what `hampm --keys --json` says, printed by tools/python_groups.py."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+from .namelist import Group, GroupList
+
+
+class Run(Group):
+    """What is computed, and for how long."""
+
+    title: str | None
+    """What the run is about; the result keeps it; default ''"""
+    plane: Literal['stress', 'strain', 'axisymmetric'] | None
+    """Plane stress, plane strain, or material around the axis x = 0, where x is the radius; default 'stress'"""
+    thickness: float | None
+    """Thickness of the plane; forces and energies are those of all of it [m]; (0, inf); default 1.0"""
+    end_time: float | None
+    """The run goes from time 0 to this time [s]; (0, inf); required"""
+
+
+class Grid(Group):
+    """The lattice of square root cells that the material moves through."""
+
+    lower: float | Sequence[float] | None
+    """Lower corner of the lattice [m]; (-inf, inf); default [0.0, 0.0]"""
+    cell: float | None
+    """Size of a root cell, the same in both directions [m]; (0, inf); required"""
+    cells: int | Sequence[int] | None
+    """Number of root cells in each direction; [1, inf); required"""
+    order: int | None
+    """Of the shape functions: 1 bilinear, 2 biquadratic cells with nine nodes; [1, 2]; default 1"""
+
+
+class Material(Group):
+    """A material; bodies name it."""
+
+    name: str | None
+    """Name that bodies refer to; required"""
+    law: Literal['linear_elastic', 'neo_hookean', 'mooney_rivlin', 'j2_plastic', 'viscoelastic', 'orthotropic'] | None
+    """Neo_hookean and mooney_rivlin are for any strain and rotation, the others for small ones; default 'linear_elastic'"""
+    young: float | None
+    """Young's modulus, at small strain; required of isotropic laws [Pa]; (0, inf); no default"""
+    poisson: float | None
+    """Poisson's ratio, at small strain; (-1, 0.5); default 0.0"""
+    density: float | None
+    """Mass per undeformed volume [kg/m3]; (0, inf); required"""
+    volumetric: Literal['standard', 'b_bar'] | None
+    """Each point has its own dilatation, or the mean of its cell, which does not lock at constant volume; default 'standard'"""
+    yield_stress: float | None
+    """Of law = 'j2_plastic': the stress in uniaxial tension at which the material yields at first [Pa]; [0, inf); default 0.0"""
+    hardening: float | None
+    """Of law = 'j2_plastic': by which the yield stress rises with the equivalent plastic strain [Pa]; [0, inf); default 0.0"""
+    saturation: float | None
+    """Of law = 'j2_plastic': by which it rises to a limit besides (Voce) [Pa]; [0, inf); default 0.0"""
+    saturation_strain: float | None
+    """The equivalent plastic strain at which 1 - 1/e of that is reached; required with saturation; (0, inf); no default"""
+    kinematic_hardening: float | None
+    """Of law = 'j2_plastic': by which the back stress rises with the plastic strain (Prager) [Pa]; [0, inf); default 0.0"""
+    c01: float | None
+    """Of law = 'mooney_rivlin': modulus of the second invariant; c10 = young/(4 (1 + poisson)) - c01 [Pa]; (0, inf); no default"""
+    moduli: float | Sequence[float] | None
+    """Of law = 'viscoelastic': the relaxing parts of the instantaneous shear modulus, a Prony series [Pa]; (0, inf); no default"""
+    relaxation_times: float | Sequence[float] | None
+    """Of law = 'viscoelastic': the time in which each of them falls to 1/e [s]; (0, inf); no default"""
+    young_1: float | None
+    """Of 'orthotropic': Young's modulus along axis 1 of the material [Pa]; (0, inf); no default"""
+    young_2: float | None
+    """The same along axis 2 [Pa]; (0, inf); no default"""
+    young_3: float | None
+    """The same across the plane; required in plane strain [Pa]; (0, inf); no default"""
+    shear_12: float | None
+    """Shear modulus in the plane, between axes 1 and 2 [Pa]; (0, inf); no default"""
+    poisson_12: float | None
+    """-(strain along 2)/(strain along 1) under stress along 1; poisson_21 follows; (-inf, inf); no default"""
+    poisson_13: float | None
+    """-(strain across the plane)/(strain along 1) under stress along 1; required in plane strain; (-inf, inf); no default"""
+    poisson_23: float | None
+    """-(strain across the plane)/(strain along 2) under stress along 2; required in plane strain; (-inf, inf); no default"""
+    angle: float | None
+    """Of axis 1 of an orthotropic material from x, anticlockwise [degrees]; (-inf, inf); default 0.0"""
+
+
+class Body(Group):
+    """A piece of material, or a hole in one; bodies must not overlap."""
+
+    material: str | None
+    """Name of its material; none of a hole; default ''"""
+    shape: Literal['rectangle', 'polygon', 'circle'] | None
+    """A rectangle along the grid lines, a polygon or a circle; default 'rectangle'"""
+    lower: float | Sequence[float] | None
+    """Lower corner of a rectangle [m]; (-inf, inf); no default"""
+    upper: float | Sequence[float] | None
+    """Upper corner of a rectangle [m]; (-inf, inf); no default"""
+    points: float | Sequence[float] | None
+    """Corners of a polygon: x1, y1, x2, y2, ..., as one walks around it [m]; (-inf, inf); no default"""
+    center: float | Sequence[float] | None
+    """Center of a circle [m]; (-inf, inf); no default"""
+    radius: float | None
+    """Radius of a circle [m]; [0, inf); default 0.0"""
+    hole: bool | None
+    """Whether it is a hole, in the body that it lies in; holes come after all bodies; default False"""
+    points_per_cell: int | None
+    """Material points per root cell in each direction; even where cells may refine; [1, 16]; default 2"""
+    velocity: float | Sequence[float] | None
+    """Initial velocity of its middle [m/s]; (-inf, inf); default [0.0, 0.0]"""
+    spin: float | None
+    """Initial angular velocity around its middle, anticlockwise [rad/s]; (-inf, inf); default 0.0"""
+    eigenstrain: float | Sequence[float] | None
+    """Strain xx, yy, xy and zz (0) at which there is no stress; heat: alpha dT in xx, yy and zz; [-0.05, 0.05]; default [0.0, 0.0, 0.0]"""
+    contact_group: str | None
+    """With &contact: bodies of the same part are one; without a name a body is one by itself; default ''"""
+
+
+class Constraint(Group):
+    """Displacement components of all grid nodes in a box that are held, or moved as prescribed."""
+
+    lower: float | Sequence[float] | None
+    """Lower corner of the box whose nodes are held [m]; (-inf, inf); required"""
+    upper: float | Sequence[float] | None
+    """Upper corner of the box, may equal the lower one [m]; (-inf, inf); required"""
+    fix: Literal['x', 'y', 'xy'] | None
+    """Components that are held there, or moved; required"""
+    displacement: float | Sequence[float] | None
+    """By which they are moved where its factor is 1 [m]; (-inf, inf); default [0.0, 0.0]"""
+    velocity: float | Sequence[float] | None
+    """With which they are moved where its factor is 1 [m/s]; (-inf, inf); default [0.0, 0.0]"""
+    history: Literal['step', 'ramp', 'sine', 'table'] | None
+    """Factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start; default 'step'"""
+    start: float | None
+    """Time at which the history begins; before it the factor is 0 [s]; (-inf, inf); default 0.0"""
+    rise_time: float | None
+    """Of a ramp: time in which the factor rises from 0 to 1; needed there [s]; [0, inf); default 0.0"""
+    frequency: float | None
+    """Of a sine: its frequency; needed there [Hz]; [0, inf); default 0.0"""
+    times: float | Sequence[float] | None
+    """Of a table: increasing, counted from start; linear between, constant outside [s]; (-inf, inf); no default"""
+    factors: float | Sequence[float] | None
+    """Of a table: factors at its times, as many as these; (-inf, inf); no default"""
+    name: str | None
+    """Gives the force of this constraint columns of its own: reaction_<name>_x and _y; default ''"""
+    unilateral: bool | None
+    """Whether it holds what presses on it only: a support from which material may lift off; default False"""
+
+
+class Load(Group):
+    """A force on the material, with its history in time."""
+
+    kind: Literal['point', 'traction', 'body', 'pressure', 'gravity'] | None
+    """Acts at a point, on a part of an edge, on material in a box, normal to an edge or crack, or on all material; required"""
+    lower: float | Sequence[float] | None
+    """Lower corner of where it acts; none of gravity and of pressure on a crack [m]; (-inf, inf); no default"""
+    upper: float | Sequence[float] | None
+    """Upper corner of where it acts, for a point equal to the lower one; none where lower is none [m]; (-inf, inf); no default"""
+    force: float | Sequence[float] | None
+    """Of a point, traction or body: resultant of the whole load where its factor is 1 [N]; (-inf, inf); no default"""
+    pressure: float | None
+    """Of a pressure: force on each area where its factor is 1, positive into the material [Pa]; (-inf, inf); default 0.0"""
+    on: Literal['edge', 'crack'] | None
+    """Of a pressure: whether on a part of a body's edge or on all faces of a crack; default 'edge'"""
+    crack: str | None
+    """Of a pressure on a crack: its name, not needed where there is only one; default ''"""
+    acceleration: float | Sequence[float] | None
+    """Of gravity: force on each mass where its factor is 1 [m/s2]; (-inf, inf); default [0.0, 0.0]"""
+    face: Literal['none', 'left', 'right'] | None
+    """Of a point or traction on a line or path: its face, as one walks to its tip or last point; default 'none'"""
+    history: Literal['step', 'ramp', 'sine', 'table'] | None
+    """Factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start; default 'step'"""
+    start: float | None
+    """Time at which the history begins; before it the factor is 0 [s]; (-inf, inf); default 0.0"""
+    rise_time: float | None
+    """Of a ramp: time in which the factor rises from 0 to 1; needed there [s]; [0, inf); default 0.0"""
+    frequency: float | None
+    """Of a sine: its frequency; needed there [Hz]; [0, inf); default 0.0"""
+    times: float | Sequence[float] | None
+    """Of a table: increasing, counted from start; linear between, constant outside [s]; (-inf, inf); no default"""
+    factors: float | Sequence[float] | None
+    """Of a table: factors at its times, as many as these; (-inf, inf); no default"""
+
+
+class Damping(Group):
+    """A force -rate m v on all material."""
+
+    rate: float | None
+    """Damping force over mass times velocity [1/s]; [0, inf); default 0.0"""
+
+
+class Contact(Group):
+    """How bodies that meet act on each other."""
+
+    bodies: Literal['bonded', 'stick', 'frictionless', 'friction'] | None
+    """Bonded: one velocity field, in which they stick; else one for each: those that touch stick, or slide; default 'bonded'"""
+    friction: float | None
+    """Of bodies = 'friction': coefficient; [0, inf); default 0.0"""
+    distance: float | None
+    """Gap between their surfaces at which bodies touch [m]; [0, inf); default 0.0"""
+
+
+class Method(Group):
+    """How the equations of motion are integrated."""
+
+    time: Literal['explicit', 'implicit', 'static'] | None
+    """How motion is followed: by short explicit steps, by implicit ones, or from equilibrium to equilibrium; default 'explicit'"""
+    time_step: float | None
+    """Of time = 'implicit': longest time step; 0: by courant, and 1/1000 of end_time where that is 0 [s]; [0, inf); default 0.0"""
+    hht_alpha: float | None
+    """Of time = 'implicit': 0 for average acceleration; below it steps damp what they do not resolve; [-0.33334, 0]; default 0.0"""
+    load_steps: int | None
+    """Of time = 'static': equal steps of the time, by which loads vary, up to end_time; [1, 100000]; default 1"""
+    scheme: Literal['usf', 'usl', 'usavg', 'musl'] | None
+    """When a step updates the stress: first, last, half and half, or last by velocities mapped anew; default 'musl'"""
+    courant: float | None
+    """Time step over cell size / wave speed; 0: 0.9 of the limit, in the updated frame 0.1 or less; [0, 1000]; default 0.0"""
+    path: Literal['fastest', 'reference'] | None
+    """Of explicit steps: the fastest one for the model, or the plain reference step; default 'fastest'"""
+    wave_speed: Literal['shear', 'dilatational'] | None
+    """Which wave speed courant refers to; default 'shear'"""
+    time_steps: Literal['global', 'local'] | None
+    """One for all cells, that of the smallest, or longer ones for larger cells; default 'global'"""
+    frame: Literal['updated', 'total'] | None
+    """Shape functions at the present positions, for bodies that meet, or always at the initial ones; default 'total'"""
+    shape_functions: Literal['linear', 'cpdi'] | None
+    """Of a particle in frame = 'updated': of its place, or the mean over the corners of its domain; default 'linear'"""
+    mass: Literal['lumped', 'consistent', 'partial', 'fmpm', 'weighted'] | None
+    """Mass matrix: by row sums, consistent, so in some cells, a series for its inverse, or a weighted mean of both; default 'lumped'"""
+    order: int | None
+    """Of mass = 'fmpm': number of terms of the series; 1 is lumped; [1, 100]; default 2"""
+    lumped_fraction: float | None
+    """Of mass = 'weighted': weight of the lumped matrix; 5/18 has the least dispersion in short steps; [0, 1]; default 0.2778"""
+    consistent_region: Literal['box', 'refined'] | None
+    """Of mass = 'partial': it is consistent in a box, or in the cells that are refined; default 'box'"""
+    consistent_lower: float | Sequence[float] | None
+    """Of consistent_region = 'box': lower corner of the box in which mass = 'partial' is consistent [m]; (-inf, inf); default [0.0, 0.0]"""
+    consistent_upper: float | Sequence[float] | None
+    """Of consistent_region = 'box': upper corner of this box; needed there [m]; (-inf, inf); default [0.0, 0.0]"""
+    solver: Literal['auto', 'cg', 'direct'] | None
+    """Of mass matrices that are not lumped and of equilibrium; auto: direct, but cg for masses on over a million cells; default 'auto'"""
+
+
+class Refine(Group):
+    """Where cells refine; without this group they never do."""
+
+    indicator: Literal['none', 'gradient', 'zz', 'tip'] | None
+    """What tells which cells refine: gradients, the estimated error, the distance to the tip; default 'none'"""
+    field: Literal['energy_density', 'stress_norm', 'speed'] | None
+    """Of indicator = 'gradient': the field whose gradients count; default 'energy_density'"""
+    r_crit: float | None
+    """Of 'gradient': cells whose mean R is above it refine; (0, inf); default 0.03"""
+    r_coarsen: float | None
+    """Of 'gradient': cells whose mean R is below it recombine; 0: never; below r_crit; [0, inf); default 0.0"""
+    energy_floor: float | None
+    """Of 'gradient': cells whose field is below this part of its largest value do not refine; [0, 1); default 0.001"""
+    tolerance: float | None
+    """Of 'zz': relative error in the energy norm that is aimed at; (0, 1); default 0.02"""
+    rings: int | None
+    """Of 'tip': cells within so many cells of a crack tip refine, level by level; [1, 1000]; default 4"""
+    max_level: int | None
+    """How often a root cell may be divided; its size is halved each time; [0, 20]; default 4"""
+    region_lower: float | Sequence[float] | None
+    """Lower corner of the box in which cells may refine; without limit by default [m]; (-inf, inf); no default"""
+    region_upper: float | Sequence[float] | None
+    """Upper corner of the box in which cells may refine; without limit by default [m]; (-inf, inf); no default"""
+    start: float | None
+    """Time of the first look at gradient or zz: loads that begin make steep fronts [s]; [0, inf); default 0.0"""
+    interval: int | None
+    """Steps between looks at the indicator; [1, inf); default 100"""
+    max_particles: int | None
+    """Most material points; where there would be more, refinement ends with a warning; [1, 2e9]; default 1000000"""
+
+
+class Crack(Group):
+    """A crack; without this group the model has none. Those of the kinds line and path may be several."""
+
+    kind: Literal['symmetry', 'line', 'path'] | None
+    """Along the constrained edge of a symmetric half, or straight to a tip, or along points; default 'symmetry'"""
+    tip: float | Sequence[float] | None
+    """Crack tip, at a symmetry plane a node of the lattice; of two tips the one that direction points out of; none of a path [m]; (-inf, inf); no default"""
+    direction: float | Sequence[float] | None
+    """From the crack out of its tip; at a symmetry plane along it; (-inf, inf); default [1.0, 0.0]"""
+    length: float | None
+    """Of a line with two tips: from one to the other; 0: it reaches the edge of the material [m]; [0, inf); default 0.0"""
+    contact: Literal['none', 'frictionless', 'friction'] | None
+    """Of a line or a path: whether faces press on each other or go through; default 'none'"""
+    friction: float | None
+    """With contact = 'friction': coefficient; [0, inf); default 0.0"""
+    points: float | Sequence[float] | None
+    """Of a path: x1, y1, x2, y2, ..., as one walks along it; ends inside the material are tips [m]; (-inf, inf); no default"""
+    name: str | None
+    """Of a line or a path: by which other groups mean it; default ''"""
+
+
+class Cohesive(Group):
+    """How the faces of a crack hold each other by cohesion; without this group they do not."""
+
+    crack: str | None
+    """Name of the crack; may be left out where there is one crack; default ''"""
+    # from, a word of Python: group["from"]: float | None; Way along its points from which on faces hold each other; there its tip is at first [m]; [0, inf); default 0.0
+    law: Literal['linear', 'bilinear', 'table'] | None
+    """Traction over opening: falling by a line, rising and falling by lines, or along points; default 'linear'"""
+    strength: float | None
+    """Largest traction across the faces, of the laws linear and bilinear [Pa]; [0, inf); default 0.0"""
+    toughness: float | None
+    """Energy to part faces by opening, of these laws [J/m2]; [0, inf); default 0.0"""
+    opening: float | None
+    """Of law = bilinear: opening at the strength [m]; [0, inf); default 0.0"""
+    openings: float | Sequence[float] | None
+    """Of law = table: ascending; before one above 0 the traction rises from 0 by a line, without damage [m]; [0, inf); no default"""
+    tractions: float | Sequence[float] | None
+    """Across the faces at these openings, the last 0 [Pa]; [0, inf); no default"""
+    strength_shear: float | None
+    """Largest traction along the faces; 0: that across them [Pa]; [0, inf); default 0.0"""
+    toughness_shear: float | None
+    """Energy to part faces by sliding; 0: that by opening [J/m2]; [0, inf); default 0.0"""
+    mixed_mode: Literal['benzeggagh_kenane', 'power'] | None
+    """How the toughness of both together is found; default 'benzeggagh_kenane'"""
+    exponent: float | None
+    """Of that; [1, 1000]; default 1.0"""
+
+
+class Growth(Group):
+    """How a crack grows; without this group cracks stay as they are."""
+
+    crack: str | None
+    """Name of the crack; may be left out where there is one crack; default ''"""
+    law: Literal['quasi_static', 'prescribed', 'toughness'] | None
+    """At rest, by increments under loads that are scaled; in motion, at a given speed or as the toughness lets it; default 'quasi_static'"""
+    direction: Literal['straight', 'hoop_stress', 'local_symmetry', 'max_energy', 'path'] | None
+    """Where tips go to; path: along points; default 'hoop_stress'"""
+    points: float | Sequence[float] | None
+    """Of direction = path: x, y of each point, in the order in which the tip comes to them [m]; (-inf, inf); no default"""
+    toughness: float | None
+    """Energy release rate at which the crack grows, of the laws quasi_static and toughness [J/m2]; [0, inf); default 0.0"""
+    limit_speed: float | None
+    """Of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it is constant [m/s]; [0, inf); default 0.0"""
+    exponent: float | None
+    """Of that; (0, inf); default 1.0"""
+    speed: float | None
+    """Of law = prescribed [m/s]; [0, inf); default 0.0"""
+    start: float | None
+    """From when on this &growth applies, in motion [s]; [0, inf); default 0.0"""
+    end: float | None
+    """Until when; 0: to the end of the run [s]; [0, inf); default 0.0"""
+    increment: float | None
+    """Of law = quasi_static: by which a tip advances in a load step [m]; [0, inf); default 0.0"""
+    max_length: float | None
+    """Length of the whole crack at which it stops; 0: none [m]; [0, inf); default 0.0"""
+    tips: Literal['all', 'largest', 'last', 'first'] | None
+    """Which tips go on: all, at rest that with the largest G, in motion that at the last or the first point; default 'all'"""
+
+
+class EnergyRelease(Group):
+    """Which energy quantities are recorded."""
+
+    estimators: Literal['domain_integral', 'vcct', 'series_fit', 'stress_closure'] | Sequence[Literal['domain_integral', 'vcct', 'series_fit', 'stress_closure']] | None
+    """Of the energy release rate and of K, which the history records; none by default; no default"""
+    energy_balance: bool | None
+    """Whether the history records the energy that the method itself loses, numerical_loss; default False"""
+    radii: float | Sequence[float] | None
+    """Of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more [m]; (0, inf); no default"""
+    reference: Literal['none', 'dcb', 'value'] | None
+    """Where the reference value G_ref comes from: nowhere, double cantilever beam theory, or a key; default 'none'"""
+    reference_value: float | None
+    """G_ref where reference = 'value'; needed there [J/m2]; [0, inf); default 0.0"""
+
+
+class Output(Group):
+    """What is written, and how often."""
+
+    file: str | None
+    """Result file in the output folder; by default named after the namelist file; default ''"""
+    history_interval: float | None
+    """Time between samples of the history; 0: a thousandth of end_time [s]; [0, inf); default 0.0"""
+    snapshot_interval: float | None
+    """Time between snapshots of particles and mesh; 0: none [s]; [0, inf); default 0.0"""
+    checkpoint_interval: float | None
+    """Wall time between checkpoints, from which --resume goes on; 0: none [s]; [0, inf); default 0.0"""
+    checkpoint_steps: int | None
+    """Steps between checkpoints; 0: none; [0, inf); default 0"""
+
+
+class Groups:
+    """The groups of a model."""
+
+    run: Run
+    """What is computed, and for how long."""
+    grid: Grid
+    """The lattice of square root cells that the material moves through."""
+    material: GroupList[Material]
+    """A material; bodies name it."""
+    body: GroupList[Body]
+    """A piece of material, or a hole in one; bodies must not overlap."""
+    constraint: GroupList[Constraint]
+    """Displacement components of all grid nodes in a box that are held, or moved as prescribed."""
+    load: GroupList[Load]
+    """A force on the material, with its history in time."""
+    damping: Damping
+    """A force -rate m v on all material."""
+    contact: Contact
+    """How bodies that meet act on each other."""
+    method: Method
+    """How the equations of motion are integrated."""
+    refine: Refine
+    """Where cells refine; without this group they never do."""
+    crack: GroupList[Crack]
+    """A crack; without this group the model has none. Those of the kinds line and path may be several."""
+    cohesive: GroupList[Cohesive]
+    """How the faces of a crack hold each other by cohesion; without this group they do not."""
+    growth: GroupList[Growth]
+    """How a crack grows; without this group cracks stay as they are."""
+    energy_release: EnergyRelease
+    """Which energy quantities are recorded."""
+    output: Output
+    """What is written, and how often."""

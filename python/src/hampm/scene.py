@@ -1,0 +1,254 @@
+"""Models: the groups of a namelist, read, changed, checked and written."""
+
+import json
+import warnings
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from io import StringIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from .errors import FileError, HampmWarning, Message, error_of
+from .groups import Groups
+from .namelist import Group, GroupList, shown
+from .program import call, key_table, messages_of
+from .tables import Table
+
+OWN = "path", "program", "_entries", "_implied"   # attributes of a scene that are no groups
+
+
+class Scene(Groups):
+    """A model, as a namelist describes it.
+
+    Its groups are attributes: `scene.grid.cell = 1e-3`, and lists of those that may stand several times: `scene.load[0].force`,
+    `scene.load.add(kind="traction", ...)`. A group that is not there is added when it is asked for; one that stays empty is not written. Numbers are in SI units.
+    Which groups and keys there are is what `hampm --keys --json` says; others are an `AttributeError` at once, and values that are not
+    allowed a `ModelError` of `check()`.
+
+    path     of the namelist that was read, None where there is none
+    program  the program that checks and runs the model; None: the one that `find_program` finds
+    """
+
+    def __init__(self, path: str | Path | None = None, *, text: str | None = None, program: str | Path | None = None):
+        self.path = Path(path) if path is not None else None
+        self.program = program
+        self._entries, self._implied = [], []   # all groups in their order, and those that have only been asked for
+        for name, values in _read(self.path.read_text() if text is None and path is not None else text or "", path or "text"):
+            self.add(name, **values)
+
+    @classmethod
+    def template(cls, program: str | Path | None = None) -> "Scene":
+        """The model that `hampm --template` prints, with every key."""
+        return cls(text=call(["--template"], program)[1], program=program)
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        known = key_table(self.program)
+        if name.lower() not in known:
+            raise AttributeError(_unknown_group(name, known))
+        found = self._groups_of(name)
+        if known[name.lower()]["repeats"]:
+            return GroupList(self, name, found)
+        if not found:
+            found = [self.add(name)]
+            self._implied.append(found[0])
+        return found[0]
+
+    def __setattr__(self, name, value):
+        if name not in OWN:
+            first = next(iter(getattr(self, name)._keys)) if not isinstance(getattr(self, name), GroupList) else "add(...)"
+            raise AttributeError(f"&{name} is a group: set its keys, such as scene.{name}.{first}")
+        object.__setattr__(self, name, value)
+
+    def __delattr__(self, name):
+        self._entries = [group for group in self._entries if group._name != name.lower()]
+
+    def __dir__(self):
+        return [*key_table(self.program), *object.__dir__(self)]
+
+    __getitem__ = __getattr__
+
+    def add(self, name: str, /, **values) -> Group:
+        """Add a group with these keys. Returns it."""
+        name = name.lower()
+        known = key_table(self.program)
+        if name not in known:
+            raise AttributeError(_unknown_group(name, known))
+        if self._groups_of(name) and not known[name]["repeats"]:
+            raise AttributeError(f"&{name} may stand only once, and is there")
+        group = Group(name, known[name]["keys"], {}).set(**values)
+        self._entries.append(group)
+        return group
+
+    def with_settings(self, settings: dict) -> "Scene":
+        """A copy of the model with other values: {"grid.cell": 1e-3, "load(2).force": (0, 1)}, as `--set` takes them."""
+        other = self.copy()
+        for place, value in settings.items():
+            group, _, key = place.partition(".")
+            name, _, number = group.partition("(")
+            found = other._groups_of(name.lower()) or [other.add(name)]
+            if len(found) > 1 and not number:
+                raise AttributeError(f"'{place}': there are {len(found)} of &{name}; say which, such as {name}(2).{key}")
+            index = int(number.rstrip(")")) if number else 1
+            if not 1 <= index <= len(found):
+                raise AttributeError(f"'{place}': there is no &{group}")
+            found[index - 1][key] = value
+        return other
+
+    def copy(self) -> "Scene":
+        """A copy, which changes by itself."""
+        other = Scene(text=str(self), program=self.program)
+        other.path = self.path
+        return other
+
+    def result_name(self) -> str:
+        """Name of the result file of a run."""
+        own = self._groups_of("output")
+        return (own[0].file if own else None) or (self.path.stem if self.path else "model") + ".h5"
+
+    def write(self, path: str | Path) -> None:
+        """Write the namelist. Comments of the one that was read are not kept."""
+        Path(path).write_text(str(self))
+
+    def check(self, warn: bool = True) -> "Check":
+        """Let `hampm --check --json` look at the model, and tell what a run would do and need. Raises `ModelError` with all mistakes.
+
+        Lines of messages are those of the file that was read, or where the model has been changed since those of its text, `print(scene)`."""
+        with TemporaryDirectory() as place:
+            file = self.path if self._is_as_read() else Path(place) / "model"
+            if file != self.path:
+                file.write_text(str(self))
+            code, text, said = call(["--check", "--json", file], self.program)
+        try:
+            told = json.loads(text)
+        except ValueError:
+            raise error_of(code, messages_of(said)[0]) from None
+        for kind in ("errors", "warnings", "notes"):
+            told[kind] = [Message(**{**item, "file": str(self.path or "model") if file == self.path else "model"} if "file" in item else item)
+                          for item in told.get(kind, ())]
+        if not told["valid"]:
+            raise error_of(code, told["errors"])
+        if warn:
+            for message in told["warnings"]:
+                warnings.warn(str(message), HampmWarning, stacklevel=2)
+        return Check.of(told)
+
+    def __eq__(self, other):
+        return isinstance(other, Scene) and self._written() == other._written()
+
+    __hash__ = None
+
+    def __str__(self):
+        text = StringIO()
+        written = _f90nml().Namelist()
+        for group in self._written():
+            written.add_cogroup(group._name, dict(group.items()))
+        written.write(text)
+        return text.getvalue()
+
+    __repr__ = __str__
+
+    def _repr_html_(self):
+        rows = [[f"&{group._name}", key, shown(value), group._keys[key]["unit"]] for group in self._written() for key, value in group.items()]
+        return Table(("group", "key", "value", "unit"), rows)._repr_html_()
+
+    def _written(self):
+        """The groups but those that have only been asked for."""
+        return [group for group in self._entries if group.items() or not any(group is other for other in self._implied)]
+
+    def _groups_of(self, name):
+        return [group for group in self._entries if group._name == name.lower()]
+
+    def _is_as_read(self):
+        """Whether the file that was read has the model as it is now."""
+        try:
+            return self.path is not None and Scene(self.path, program=self.program) == self
+        except (OSError, FileError, AttributeError):
+            return False
+
+    def _remove(self, group):
+        self._entries = [other for other in self._entries if other is not group]
+
+
+@dataclass(frozen=True)
+class Check:
+    """What a run of a model would do and need, as `hampm --check --json` says.
+
+    particles, cells, occupied_cells  at the start
+    steps, time_step                  number of time or load steps, and the longest of them [s]
+    samples, snapshots                that the result will have
+    memory, results                   memory of the run and size of its result [bytes]; `most_memory`, `most_results` with `most_particles`, to
+                                      which cells may refine
+    seconds                           of wall time on this machine with `threads`, from a few steps; None where it is not known
+    tips                              of each crack tip its place (`x`, `y`) [m], `cell` [m], `radii` of its domains [m] and `expected_errors`,
+                                      parts of the values
+    G_ref                             reference energy release rate [J/m2], None where there is none
+    namelist                          the model as it is used, with every key
+    warnings, notes                   `Message`s
+    """
+
+    particles: int
+    cells: int
+    occupied_cells: int
+    steps: int
+    time_step: float
+    samples: int
+    snapshots: int
+    memory: float
+    most_memory: float
+    results: float
+    most_results: float
+    most_particles: float
+    tips: list
+    threads: int
+    namelist: str
+    version: str
+    seconds: float | None = None
+    G_ref: float | None = None
+    warnings: list = field(default_factory=list)
+    notes: list = field(default_factory=list)
+
+    @classmethod
+    def of(cls, told):
+        return cls(**{name: told[name] for name in cls.__dataclass_fields__ if name in told})
+
+    def _table(self):
+        rows = [["particles", f"{self.particles}"], ["cells", f"{self.cells}, of which occupied {self.occupied_cells}"],
+                ["steps", f"{self.steps}, of {self.time_step:.3g} s at most"], ["memory", f"{self.memory / 1e6:.3g} MB"],
+                ["results", f"{self.results / 1e6:.3g} MB: {self.samples} samples, {self.snapshots} snapshots"],
+                ["time on this machine", "not known" if self.seconds is None else f"{self.seconds:.2g} s, threads: {self.threads}"]]
+        for number, tip in enumerate(self.tips, 1):
+            errors = ", ".join(f"{name} {100 * part:.1f} %" for name, part in tip.get("expected_errors", {}).items())
+            rows.append([f"tip {number}", f"({tip['x']:.6g}, {tip['y']:.6g}) m; expected errors: {errors or 'not known'}"])
+        return Table(("", ""), [*rows, *([kind, str(message)] for kind in ("warning", "note") for message in getattr(self, kind + "s"))])
+
+    def __str__(self):
+        return str(self._table())
+
+    __repr__ = __str__
+
+    def _repr_html_(self):
+        return self._table()._repr_html_()
+
+
+def _f90nml():
+    try:
+        import f90nml
+    except ImportError as missing:
+        raise ImportError(f"{missing}: models need f90nml: pip install f90nml") from missing
+    return f90nml
+
+
+def _read(text, source):
+    """(name, {key: value}) of the groups of a namelist, in their order."""
+    try:
+        return [(name, dict(values)) for name, values in _f90nml().Parser().reads(text).items()] if text.strip() else []
+    except (ValueError, StopIteration, IndexError, AttributeError, TypeError) as error:
+        raise FileError([Message(f"no namelist that could be read ({error or 'it ends within a group'}); hampm --check says why",
+                                 file=str(source))]) from error
+
+
+def _unknown_group(name, known):
+    close = get_close_matches(name.lower(), known, 1)
+    return f"there is no group &{name}" + (f"; did you mean '{close[0]}'?" if close else f"; groups are {', '.join(known)}")

@@ -1,0 +1,192 @@
+"""Runs, histories, snapshots and sweeps from Python, and results in xarray, pandas and PyVista."""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import warnings
+import zipfile
+
+import h5py
+import numpy as np
+import pytest
+
+import hampm as package
+from paths import DCB, PROGRAM, ROOT
+
+COARSE = {"grid.cell": 5e-3, "grid.cells": (20, 3), "run.end_time": 3e-4}
+
+
+def test_a_run_gives_its_history(plate, tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        history = package.run(plate, output=tmp_path / "results", threads=2, progress=False)
+    assert history.path == tmp_path / "results/plate.h5" and history.attributes["ended"] == "done"
+    value, error = history.value("K_I")
+    assert 0 < error < 0.2 * value
+    with pytest.raises(package.FileError, match="there is a result"):
+        package.run(plate, output=tmp_path / "results", progress=False, force=False)
+
+
+def test_progress_is_told(tmp_path):
+    parts = []
+    package.run(DCB, output=tmp_path, progress=parts.append, settings=COARSE | {"grid.cell": 1.25e-3, "grid.cells": (80, 9), "run.end_time": 1e-4})
+    assert parts == sorted(parts) and parts[-1] == 1.0
+
+
+def test_what_a_run_warns_of_is_a_warning(tmp_path):
+    with pytest.warns(package.HampmWarning, match="off with points_per_cell = 1"):
+        package.run(DCB, output=tmp_path, progress=False, settings=COARSE | {"body.points_per_cell": 1})
+
+
+def test_a_computation_that_fails_is_an_exception(tmp_path):
+    with pytest.raises(package.ComputationError, match="step") as error:
+        package.run(DCB, output=tmp_path, progress=False, settings=COARSE | {"load.force": (0, 1e9)})
+    assert error.value.exit_code == 3
+
+
+def test_a_run_that_is_stopped_goes_on(tmp_path):
+    """And has the history of one that was not, to the byte."""
+    longer = {"grid.cell": 2.5e-3, "grid.cells": (40, 5), "run.end_time": 3e-4}
+    with pytest.raises(package.Stopped, match="--time-limit"):
+        package.run(DCB, output=tmp_path, progress=False, settings=longer, time_limit=0.02)
+    gone_on = package.run(DCB, output=tmp_path, progress=False, settings=longer, resume=True)
+    assert package.compare(gone_on, package.run(DCB, output=tmp_path / "other", progress=False, settings=longer), exact=True)
+
+
+def test_an_interrupt_stops_the_program_with_a_checkpoint(tmp_path):
+    threading.Timer(0.7, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(package.Stopped):
+        package.run(DCB, output=tmp_path, progress=False)
+    assert (tmp_path / "dcb.h5.checkpoint").exists()
+
+
+def test_a_history_is_a_table_of_pandas(plate_result):
+    history = package.History(plate_result)
+    frame = history.to_pandas()
+    assert frame.index.name == "time" and frame.attrs["units"]["K_I"] == "Pa m^0.5" and {"K_I", "K_I_error", "G", "G_error"} <= set(frame)
+    np.testing.assert_array_equal(frame["K_I"], history["K_I"])
+
+
+def test_a_history_is_a_dataset_of_xarray(plate_result):
+    """Made by the package, and opened by xarray itself, whose coordinate is the time."""
+    xarray = pytest.importorskip("xarray")
+    own = package.History(plate_result).to_xarray()
+    with xarray.open_dataset(plate_result, group="history", engine="h5netcdf") as opened:
+        assert list(opened.coords) == ["time"] and set(opened.dims) == {"time"}
+        assert opened.K_I.attrs["units"] == own.K_I.attrs["units"] == "Pa m^0.5" and opened.time.attrs["units"] == "s"
+        np.testing.assert_array_equal(opened.K_I, own.K_I)
+        assert set(opened.data_vars) == set(own.data_vars)
+
+
+def test_time_is_the_dimension_of_all_columns(plate_result):
+    with h5py.File(plate_result) as file:
+        history = file["history"]
+        assert history["time"].is_scale
+        assert all(list(column.dims[0]) == ["time"] and column.dims[0][0] == history["time"] for name, column in history.items() if name != "time")
+
+
+def test_a_result_says_where_it_comes_from(plate, tmp_path):
+    result = package.run(plate, output=tmp_path, progress=False).path
+    with h5py.File(result) as file:
+        about = dict(file.attrs)
+    assert about["program"] == "hampm" and re.fullmatch(r"\d+\.\d+\.\d+", about["version"]) and re.fullmatch(r"unknown|[0-9a-f]{7,}\+?", about["commit"])
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d[+-]\d\d:\d\d", about["date"]) and "plate.nml" in about["command"]
+    assert about["machine"] and 0 < about["wall_time"] < 60
+
+
+def test_fields_of_snapshots_have_units(plate_result):
+    units = {"displacement": "m", "velocity": "m/s", "stress_xx": "Pa", "stress_yy": "Pa", "stress_xy": "Pa", "energy_density": "J/m3", "mass": "kg"}
+    with h5py.File(plate_result) as file:
+        for block in ("particles", "mesh", "cracks"):
+            for kind in ("PointData", "CellData"):
+                for name, data in file.get(f"VTKHDF/{block}/{kind}", {}).items():
+                    assert data.attrs["units"] == units.get(name, "1"), name
+
+
+def test_snapshots_are_datasets_of_xarray(plate_result):
+    pytest.importorskip("xarray")
+    snapshots = package.Snapshots(plate_result)
+    particles, mesh, cracks = (snapshots.to_xarray(block) for block in snapshots.blocks)
+    assert len(snapshots) == 2 and float(particles.time) == 1.0 and particles.stress_yy.attrs["units"] == "Pa"
+    assert particles.sizes["point"] == package.History(plate_result)["particles"][-1] == mesh.particles.sum()
+    # a row of particles carries the load [N], the thickness being 1 m
+    row = abs(particles.y.values - 10.5e-3) < 1e-6
+    assert row.sum() == 24 and particles.stress_yy.values[row].mean() * 24e-3 == pytest.approx(24e3, rel=0.02)
+    corners = mesh.x.values[mesh.corners.values]
+    assert np.allclose(np.ptp(corners, axis=1), 2e-3)
+    assert sorted(cracks.tip.values) == [1, 2]
+    assert float(snapshots.to_xarray("particles", time=0.0).time) == 0.0
+    with pytest.raises(package.ResultError, match="no snapshot 7"):
+        snapshots.to_xarray(snapshot=7)
+
+
+def test_snapshots_are_blocks_of_pyvista(plate_result):
+    pytest.importorskip("pyvista")
+    snapshots = package.Snapshots(plate_result)
+    blocks, particles = snapshots.to_pyvista(), snapshots.to_xarray("particles")
+    assert set(blocks.keys()) == {"particles", "mesh", "cracks"}
+    np.testing.assert_array_equal(blocks["particles"]["stress_yy"], particles.stress_yy)
+    np.testing.assert_array_equal(blocks["particles"].points[:, 0], particles.x.astype(blocks["particles"].points.dtype))
+
+
+def test_notebooks_show_tables_and_a_picture(plate_result, dcb_result):
+    history = package.History(dcb_result)
+    html = history._repr_html_()
+    assert html.count("<table>") == 1 and "<svg" in html and "G_vcct_I" in html and "not at rest" in html
+    assert "<svg" not in package.History(plate_result)._repr_html_() and "K_I" in repr(package.History(plate_result))
+
+
+def test_a_sweep_runs_what_has_not_ended(plate, tmp_path):
+    values = {"crack.points": [(-4.1e-3, -1.3e-3, 3.7e-3, 2.2e-3), (-4.1e-3, -1.3e-3, 3.7e-3, -1.2e-3)],
+              ("grid.cell", "grid.cells"): [(2e-3, (12, 14)), (1e-3, (24, 28))]}
+    sweep = package.Sweep(plate, values, output=tmp_path).run(jobs=1, progress=False)
+    table = sweep.to_pandas(["K_*"])
+    assert len(table) == len(sweep) == 4 and not sweep.failures and table.attrs["units"]["K_I"] == "Pa m^0.5"
+    assert (table.K_I_error > 0).all() and set(table["grid.cell"]) == {1e-3, 2e-3}
+    times = {name: sweep.result(name).stat().st_mtime_ns for name in sweep.cases}
+    again = package.Sweep(plate, values, output=tmp_path).run(progress=False)
+    assert times == {name: again.result(name).stat().st_mtime_ns for name in again.cases} and "done" in repr(again)
+    wrong = package.Sweep(plate, {"grid.cell": [-1.0, 2e-3]}, output=tmp_path / "wrong").run(progress=False)
+    assert [type(error) for error in wrong.failures.values()] == [package.ModelError] and len(wrong.histories()) == 1
+
+
+def test_the_page_of_python_runs(tmp_path, monkeypatch):
+    """Its twelve cases; K of cells of size zero is that of theory, but for the width of the plate."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLCONFIGDIR", str(tmp_path))
+    for module in ("pandas", "xarray", "pyvista"):
+        pytest.importorskip(module)
+    names = {}
+    for block in re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/python.md").read_text(), re.MULTILINE | re.DOTALL):
+        exec(block, names)
+    assert len(names["table"]) == 12 and not names["sweep"].failures and (tmp_path / "angles.png").stat().st_size > 5000
+    for k, angle in enumerate(names["angles"]):
+        for name in ("K_I", "K_II"):
+            assert abs(names["limits"][k].values[name]) / names["scale"] == pytest.approx(names["theory"][name][k] / names["scale"], abs=0.03), (name, angle)
+    across = names["limits"][0]
+    assert across.values["K_I"] / names["scale"] == pytest.approx(1.0175, abs=0.01)
+    assert names["particles"].sizes["point"] > 1000 and names["mesh"].n_cells > 300
+
+
+def test_the_package_installs_by_itself(tmp_path):
+    """Built as a wheel without what is in the environment: all modules and the mark that it is typed are in it."""
+    shutil.copytree(ROOT / "python", tmp_path / "python", ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
+    built = subprocess.run([sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation", "-q", "-w", tmp_path, tmp_path / "python"],
+                           capture_output=True, text=True)
+    if "No module named 'wheel'" in built.stderr or "bdist_wheel" in built.stderr:
+        pytest.skip("there is no wheel")
+    assert built.returncode == 0, built.stderr
+    held = zipfile.ZipFile(next(tmp_path.glob("*.whl"))).namelist()
+    own = {f"hampm/{path.name}" for path in (ROOT / "python/src/hampm").iterdir() if path.is_file()}
+    assert own <= set(held)
+
+
+def test_the_package_needs_little(tmp_path):
+    """numpy, h5py and f90nml; what else is there is not imported before it is asked for."""
+    said = subprocess.run([sys.executable, "-c", "import sys, hampm; print(sorted({'pandas', 'xarray', 'pyvista', 'vtk', 'matplotlib', 'f90nml'} & set(sys.modules)))"],
+                          capture_output=True, text=True, check=True, env=os.environ | {"PYTHONPATH": str(ROOT / "python/src"), "HAMPM": str(PROGRAM)})
+    assert said.stdout.strip() == "[]"
