@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 import warnings
-import zipfile
 
 import h5py
 import numpy as np
@@ -172,17 +171,14 @@ def test_the_page_of_python_runs(tmp_path, monkeypatch):
     assert names["particles"].sizes["point"] > 1000 and names["mesh"].n_cells > 300
 
 
-def test_the_package_installs_by_itself(tmp_path):
-    """Built as a wheel without what is in the environment: all modules and the mark that it is typed are in it."""
+def test_all_of_the_package_is_installed(tmp_path):
+    """All modules, and the mark that it is typed."""
     shutil.copytree(ROOT / "python", tmp_path / "python", ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
-    built = subprocess.run([sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation", "-q", "-w", tmp_path, tmp_path / "python"],
-                           capture_output=True, text=True)
-    if "No module named 'wheel'" in built.stderr or "bdist_wheel" in built.stderr:
-        pytest.skip("there is no wheel")
+    built = subprocess.run([sys.executable, "-c", "from setuptools import setup; setup()", "build", "--build-lib", tmp_path / "built"],
+                           cwd=tmp_path / "python", capture_output=True, text=True)
     assert built.returncode == 0, built.stderr
-    held = zipfile.ZipFile(next(tmp_path.glob("*.whl"))).namelist()
-    own = {f"hampm/{path.name}" for path in (ROOT / "python/src/hampm").iterdir() if path.is_file()}
-    assert own <= set(held)
+    own = {path.name for path in (ROOT / "python/src/hampm").iterdir() if path.is_file()}
+    assert {path.name for path in (tmp_path / "built/hampm").iterdir()} == own
 
 
 def test_the_package_needs_little(tmp_path):
