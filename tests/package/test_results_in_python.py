@@ -1,5 +1,6 @@
 """Runs, histories, snapshots and sweeps from Python, and results in xarray, pandas and PyVista."""
 
+import inspect
 import os
 import re
 import shutil
@@ -151,6 +152,40 @@ def test_a_sweep_runs_what_has_not_ended(plate, tmp_path):
     assert times == {name: again.result(name).stat().st_mtime_ns for name in again.cases} and "done" in repr(again)
     wrong = package.Sweep(plate, {"grid.cell": [-1.0, 2e-3]}, output=tmp_path / "wrong").run(progress=False)
     assert [type(error) for error in wrong.failures.values()] == [package.ModelError] and len(wrong.histories()) == 1
+
+
+def test_a_sweep_of_a_file_has_its_cases_and_results(plate, tmp_path):
+    """Those that are there are known by the model that they hold, whoever has run them."""
+    pytest.importorskip("yaml")
+    (tmp_path / "sweep.yaml").write_text("namelist: plate.nml\noutput: results\nproduct:\n  material.poisson: [0.2, 0.3]\n"
+                                         "  grid.cell, grid.cells:\n    - [2e-3, [12, 14]]\n  energy_release.estimators: [domain_integral]\n")
+    sweep = package.Sweep.read(tmp_path / "sweep.yaml").run(progress=False)
+    assert len(sweep.histories()) == 2 and not sweep.failures
+    assert [settings["grid.cells"] for settings in sweep.cases.values()] == [[12, 14]] * 2
+    for name in sweep.cases:
+        assert sweep.result(name) == tmp_path / "results/cases" / name / "result.h5"
+        sweep.result(name).with_name("model.nml").unlink()
+    assert repr(package.Sweep.read(tmp_path / "sweep.yaml")).count("done") == 2
+    plate.with_settings({"material.density": 7000.0}).write(tmp_path / "plate.nml")
+    assert repr(package.Sweep.read(tmp_path / "sweep.yaml")).count("to do") == 2
+
+
+def test_all_that_is_public_is_typed_and_explained():
+    """Signatures and docstrings, which editors show."""
+    missing = []
+    for name in package.__all__:
+        item = getattr(package, name)
+        missing += [] if inspect.getdoc(item) else [name]
+        if isinstance(item, type) and issubclass(item, Exception):
+            continue
+        members = {name: item} if not isinstance(item, type) else {f"{name}.{key}": value for key, value in vars(item).items() if not key.startswith("_")}
+        for place, member in members.items():
+            function = member.fget if isinstance(member, property) else getattr(member, "__func__", member)
+            if inspect.isfunction(function):
+                missing += [] if inspect.getdoc(function) else [place]
+                missing += [f"{place}({one.name})" for one in inspect.signature(function).parameters.values() if one.name not in ("self", "cls") and
+                            one.annotation is inspect.Parameter.empty and one.kind is not inspect.Parameter.VAR_KEYWORD]
+    assert missing == []
 
 
 def test_the_page_of_python_runs(tmp_path, monkeypatch):

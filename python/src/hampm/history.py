@@ -89,7 +89,7 @@ class History:
         if np.any(np.diff(self.times) < 0):
             raise stored.wrong("history/time", "goes back in time")
 
-    def with_columns(self, columns):
+    def with_columns(self, columns: dict[str, np.ndarray]) -> History:
         """The same history with other columns."""
         other = copy(self)
         other.columns = columns

@@ -12,7 +12,7 @@ from .errors import FileError, Message, error_of
 CHECKOUT = Path(__file__).resolve().parents[3]
 
 
-def find_program(program=None):
+def find_program(program: str | Path | None = None) -> Path:
     """Path of the program: the one that is named, else by the environment variable HAMPM, else of the checkout in which this package is
     (`build/release/hampm`), else `hampm` in PATH."""
     if program is None:
@@ -49,11 +49,11 @@ def _groups(program):
     return {group["group"]: group | {"keys": {key["key"]: key for key in group["keys"]}} for group in json.loads(text)}
 
 
-def key_table(program=None):
+def key_table(program: str | Path | None = None) -> dict:
     """Group -> its description as `hampm --keys --json` has it, with its `keys` by name: type, unit, default, what is allowed, meaning."""
     return _groups(find_program(program))
 
 
-def version(program=None):
+def version(program: str | Path | None = None) -> str:
     """Version of the program."""
     return call(["--version"], program)[1].split()[-1]

@@ -132,7 +132,7 @@ class Scene(Groups):
         if warn:
             for message in told["warnings"]:
                 warnings.warn(str(message), HampmWarning, stacklevel=2)
-        return Check.of(told)
+        return Check(**{name: told[name] for name in Check.__dataclass_fields__ if name in told})
 
     def __eq__(self, other):
         return isinstance(other, Scene) and self._written() == other._written()
@@ -208,10 +208,6 @@ class Check:
     G_ref: float | None = None
     warnings: list = field(default_factory=list)
     notes: list = field(default_factory=list)
-
-    @classmethod
-    def of(cls, told):
-        return cls(**{name: told[name] for name in cls.__dataclass_fields__ if name in told})
 
     def _table(self):
         rows = [["particles", f"{self.particles}"], ["cells", f"{self.cells}, of which occupied {self.occupied_cells}"],

@@ -6,18 +6,24 @@ import hashlib
 import json
 import os
 import re
+import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from .errors import HampmError
+from .errors import FileError, HampmError, Message
 from .history import History
 from .namelist import shown
+from .program import CHECKOUT, find_program, key_table
 from .running import run
 from .scene import Scene
-from .stored import ResultError
+from .stored import ResultError, opened
 from .tables import Table
+
+if TYPE_CHECKING:
+    import pandas
 
 
 class Sweep:
@@ -45,6 +51,23 @@ class Sweep:
             if name in self.cases:
                 raise ValueError(f"the case {settings} is there already")
             self.cases[name] = settings
+
+    @classmethod
+    def read(cls, path: str | Path, program: str | Path | None = None) -> Sweep:
+        """The sweep that a YAML file declares (docs/batches.md), by `batch/` of the checkout in which this package is. Its results are where
+        `make sweep` leaves them, too."""
+        place = CHECKOUT / "batch"
+        if not (place / "sweep.py").exists():
+            raise FileError([Message("files of sweeps are read by batch/ of a checkout of hampm, where this package is not", file=str(path))])
+        sys.path.append(str(place))
+        try:
+            from sweep import read_sweep
+        finally:
+            sys.path.remove(str(place))
+        declared = read_sweep(path, find_program(program))
+        sweep = cls(Scene(declared.namelist, program=program), [], declared.output, program)
+        sweep.cases = {name: {str(key): _value(key, text, program) for key, text in settings.items()} for name, settings in declared.cases.items()}
+        return sweep
 
     def __len__(self):
         return len(self.cases)
@@ -78,7 +101,7 @@ class Sweep:
                 continue
         return found
 
-    def to_pandas(self, columns: Sequence[str] = ("K_*", "G", "J"), part: float = 0.1) -> pandas.DataFrame:  # noqa: F821
+    def to_pandas(self, columns: Sequence[str] = ("K_*", "G", "J"), part: float = 0.1) -> pandas.DataFrame:
         """A row for each case that has a result: its settings, and of the columns that match the means over the last part of its run, with
         their estimated errors as `..._error`; `attrs["units"]` has the units."""
         import pandas
@@ -121,14 +144,21 @@ class Sweep:
         """Whether a result is there, of this very model."""
         model = self.result(name).with_name("model.nml")
         try:
-            return model.read_text() == str(self._model(name)) and History(self.result(name)).attributes.get("ended") == "done"
-        except (OSError, ResultError):
+            if History(self.result(name)).attributes.get("ended") != "done":
+                return False
+            if model.exists():
+                return model.read_text() == str(self._model(name))
+            with opened(self.result(name)) as stored:
+                return _without_checkpoints(stored.text("input/namelist")) == _without_checkpoints(self._model(name).check(warn=False).namelist)
+        except (ResultError, HampmError):
             return False
 
     def _run(self, name, threads):
         scene, model = self._model(name), self.result(name).with_name("model.nml")
         model.parent.mkdir(parents=True, exist_ok=True)
         goes_on = model.exists() and model.read_text() == str(scene)
+        if not goes_on:
+            self.result(name).unlink(missing_ok=True)
         scene.write(model)
         try:
             run(scene, output=model.parent, threads=threads, resume=goes_on, progress=False, program=self.program)
@@ -142,6 +172,20 @@ def case_name(settings: Mapping) -> str:
     words = re.sub(r"[^A-Za-z0-9.+_-]", "", words)[:80]
     digest = hashlib.sha256(json.dumps(sorted((key, shown(value)) for key, value in settings.items())).encode()).hexdigest()
     return f"{words}_{digest[:8]}"
+
+
+def _without_checkpoints(namelist):
+    """A namelist as used without what does not change the results."""
+    return re.sub(r"(?m)^ *checkpoint_\w+ = .*$", "", namelist)
+
+
+def _value(place, text, program):
+    """The value of a key from its text, as --set takes it."""
+    group, _, key = place.partition(".")
+    about = key_table(program)[group.partition("(")[0]]["keys"][key]
+    one = {"integer": int, "real": lambda word: float(re.sub("[dD]", "e", word)), "logical": lambda word: word.strip(".").lower().startswith("t"),
+           "text": lambda word: word.strip().strip("'\"")}[about["type"]]
+    return [one(word) for word in text.split(",")] if about["most"] > 1 else one(str(text))
 
 
 def _combined(values):
