@@ -2,7 +2,7 @@
 # Install the program and what belongs to it, or remove it: what `make install` and `make uninstall` run.
 #
 #     PREFIX=FOLDER [DESTDIR=FOLDER] [packages="run batch"] tools/install.sh PROGRAM
-#     PREFIX=FOLDER [DESTDIR=FOLDER] tools/install.sh --uninstall
+#     PREFIX=FOLDER [DESTDIR=FOLDER] tools/install.sh --uninstall         (without sources: sh PREFIX/share/hampm/tools/install.sh)
 #
 #     PREFIX/bin             hampm, and hampm-tool, which runs the scripts
 #     PREFIX/share/hampm     postprocess, batch, the Python package, models and sweeps (input), requirements
@@ -81,7 +81,7 @@ generate() {
 install_files() {
     place 755 "$program" bin/hampm
     place 755 "$root/tools/hampm-tool" bin/hampm-tool
-    for folder in batch postprocess input requirements tools/upgrade.py requirements.txt requirements.lock python; do
+    for folder in batch postprocess input requirements tools/upgrade.py tools/install.sh requirements.txt requirements.lock python; do
         [ ! -e "$root/$folder" ] || (cd "$root" && find "$folder" -name __pycache__ -prune -o -name '*.egg-info' -prune -o -name .pytest_cache -prune -o \
             -type f -print) | while IFS= read -r file; do
             place 644 "$root/$file" "share/hampm/$file"

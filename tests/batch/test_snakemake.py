@@ -138,12 +138,19 @@ def assert_table(path, sweep, slow):
 
 
 @pytest.mark.verify
-def test_cases_in_groups_as_on_a_cluster(tmp_path):
-    """By an executor that takes the place of Slurm's; the rest is what the profile for Slurm says."""
+@pytest.mark.parametrize("name", ["plain", "with: a blank"])
+def test_cases_in_groups_as_on_a_cluster(tmp_path, name):
+    """By an executor that takes the place of Slurm's; the rest is what the profile for Slurm says. Where paths are plain, without run_sweep.py too."""
+    tmp_path = tmp_path / name
+    tmp_path.mkdir()
     path = write_sweep(tmp_path, HEAD + "product: {body.velocity: [[10, 0], [20, 0], [30, 0]], method.mass: [lumped, consisten]}\n"
                        "memory: 100\nruntime: 7\nthreads: 2")
-    process = start(path, "--profile", BATCH / "profiles/slurm", "--executor", "standin",
-                    "--seconds-between-status-checks", "1", cores=4, PYTHONPATH=str(BATCH.parent / "tests/batch/plugins"))
+    plugin, options = {"PYTHONPATH": str(BATCH.parent / "tests/batch/plugins")}, ("--executor", "standin", "--seconds-between-status-checks", "1")
+    if name == "plain":
+        process = start(path, "--profile", BATCH / "profiles/slurm", *options, cores=4, **plugin)
+    else:
+        process = subprocess.Popen([sys.executable, BATCH / "run_sweep.py", path.name, "--program", PROGRAM, "--profile", "slurm", "--cores", "4", "--", *options],
+                                   cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | plugin)
     code, _, messages = finish(process)
     assert code == 1 and "3 of 6 cases are refused" in messages, messages
     assert Counter(row["outcome"] for row in table(path)) == {"done": 3, "refused": 3}

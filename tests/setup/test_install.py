@@ -61,6 +61,9 @@ def test_the_program_and_its_scripts_run_from_any_folder(prefix, tmp_path):
     assert re.search(r"^tabulate +Table of", listed, re.MULTILINE) and re.search(r"^upgrade +\w", listed, re.MULTILINE)
     wrong = tool(prefix, "tabulat", cwd=here)
     assert (wrong.returncode, wrong.stderr) == (2, "hampm-tool: there is no script tabulat; hampm-tool lists them\n")
+    if (ROOT / "python").exists():
+        found = tool(prefix, "python", "-c", "import hampm; print(hampm.__file__)", cwd=here)
+        assert found.stdout.startswith(str(prefix)), found.stderr
     assert tool(prefix, "python", "-c", "import os, shutil; print(os.path.realpath(shutil.which('hampm')))", cwd=here).stdout.strip() == \
         str(prefix / "bin/hampm")
 
@@ -81,7 +84,7 @@ def test_scripts_run_the_installed_program(prefix, tmp_path):
 def test_uninstall_leaves_what_others_have(prefix, tmp_path):
     (prefix / "bin/other").write_text("")
     tool(prefix, "tabulate", "--help", cwd=tmp_path)
-    done = install(ROOT, "--uninstall", PREFIX=str(prefix))
+    done = subprocess.run(["sh", prefix / "share/hampm/tools/install.sh", "--uninstall"], capture_output=True, text=True, env=os.environ | {"PREFIX": str(prefix)})
     assert (done.returncode, done.stderr, files(prefix)) == (0, "", ["bin/other"])
     assert not (prefix / "share").exists()
     again = install(ROOT, "--uninstall", PREFIX=str(prefix))
@@ -130,11 +133,12 @@ def test_make_hands_on_where_to_install_and_what_to_run(tmp_path):
     (tmp_path / "tools/python").write_text('#!/bin/sh\nprintf "%s|" "$@"\n')
     (tmp_path / "tools/python").chmod(0o755)
     for words, said in ((["sweep", "file=my sweeps/x.yaml", "strict=1", "PYTHON=tools/python"], "batch/run_sweep.py|my sweeps/x.yaml|--program|build/quick/hampm|--strict|"),
-                        (["install", "PREFIX=/a b", "packages=run batch"], "/a b||run batch|build/quick/hampm"), (["install"], "/usr/local|||build/quick/hampm"),
+                        (["docs", "PYTHON=tools/python"], "tools/api_pages.py|"), (["install", "PREFIX=/a b", "packages=run batch"], "/a b||run batch|build/quick/hampm"), (["install"], "/usr/local|||build/quick/hampm"),
                         (["uninstall", "PREFIX=/a", "DESTDIR=/c d"], "/a|/c d||--uninstall")):
         lines = subprocess.run([*common, *words], cwd=tmp_path, env=environment, check=True, capture_output=True, text=True).stdout.splitlines()
         assert lines[-1] == said
-        assert [line for line in lines if line.startswith("setup")] == {"install": ["setup program"], "sweep": ["setup run batch"], "uninstall": []}[words[0]]
+        installed = {"install": ["setup program"], "sweep": ["setup run batch"], "docs": ["setup docs"], "uninstall": []}
+        assert [line for line in lines if line.startswith("setup")] == installed[words[0]]
 
 
 # --- the manual page and completions, which are made from what the program says -----------------------------------------------
