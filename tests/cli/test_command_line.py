@@ -40,7 +40,7 @@ def test_help_names_every_option(hampm):
 def test_version(hampm):
     result = hampm("--version")
     assert result.returncode == 0
-    assert re.fullmatch(r"hampm \d+\.\d+\.\d+\S*\n", result.stdout)
+    assert re.fullmatch(r"hampm \d+\.\d+\.\d+\S*( \([0-9a-f]{7,40}(, modified)?\))?\n", result.stdout)
 
 
 def test_template_is_a_valid_scene(hampm, check):
