@@ -126,6 +126,7 @@ contains
          call print_text(check_report(model, simulation, resources), failure)
          report = warnings(simulation)
          if (len(report) > 0) call print_message(report, kind='warning: ')
+         call simulation%integrator%finish()
       else
          call run_and_report(options, simulation, failure)
          if (.not. options%quiet) write (output_unit, '(a)') time_report(clock_start)

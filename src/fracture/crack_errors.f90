@@ -5,8 +5,8 @@ module hampm_crack_errors
    use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t, first_point
    use hampm_estimated_errors, only: relative_errors, hardly
-   use hampm_expected_error, only: static_crack_t, find_static_crack, error_by_lengths, place_of_tip, tip_zone, static_tips_t, &
-                                   find_static_tips
+   use hampm_expected_error, only: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, &
+                                   find_static_tips, error_by_lengths, place_of_tip, tip_zone
    use hampm_failure, only: failure_t
    use hampm_loads, only: largest_factors
    use hampm_mass_solver, only: mass_solver_t
@@ -14,6 +14,7 @@ module hampm_crack_errors
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
+   use hampm_stiffness, only: stiffness_t
    use hampm_tip_measurements, only: estimate_rates, measure_domain
    use hampm_missing_energy, only: missing_energies, displace
    implicit none
@@ -27,12 +28,14 @@ contains
 
    !> Before the first step: estimate by which part of their values the chosen estimators are off at each tip, from what they find at rest. Where
    !> material depends on the history, nothing is known of that.
-   subroutine estimate_errors(problem, cracks, extrapolation, values, failure)
+   subroutine estimate_errors(problem, cracks, rest, extrapolation, values, failure)
       type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
+      type(stiffness_t), intent(inout) :: rest   !! that is factorised
       type(mass_solver_t), intent(inout) :: extrapolation
       type(crack_values_t), intent(inout) :: values(:) !! by tip
       type(failure_t), intent(inout) :: failure
+      type(static_model_t) :: model
       type(static_tips_t) :: static_tips
       logical :: at_nodes
       integer :: k
@@ -41,17 +44,21 @@ contains
       if (any(problem%materials(problem%particles%material(:problem%particles%n))%has_history)) return
       associate (tips => cracks%tips(:size(values)))
          at_nodes = all(tips%nodes%tip > 0)
-         if (.not. at_nodes) call find_static_tips(problem, tips, static_tips)
+         call find_equilibrium(problem, rest, model)
+         if (.not. at_nodes) call find_static_tips(problem, rest, model, tips, static_tips)
          do k = 1, size(values)
             values(k)%errors%cell = tips(k)%nodes%spacing
             values(k)%errors%are_known = .true.
             if (at_nodes) then
-               call estimate_at_node(problem, cracks, k, extrapolation, values(k), failure)
-            else if (static_tips%known) then
-               call estimate_by_shifts(problem, tips, k, static_tips, values(k))
-            else
+               call estimate_at_node(problem, cracks, k, rest, model, extrapolation, values(k), failure)
+            else if (.not. static_tips%known) then
                call estimate_by_lengths(problem, cracks, k, values(k))
             end if
+         end do
+         if (.not. static_tips%known) return
+         !$omp parallel do schedule(static, 1)
+         do k = 1, size(values)
+            call estimate_by_shifts(problem, tips, k, static_tips, values(k))
          end do
       end associate
    end subroutine estimate_errors
@@ -79,10 +86,12 @@ contains
    end subroutine estimate_by_lengths
 
    !> Estimate for a tip at a node, by closing the crack behind it.
-   subroutine estimate_at_node(problem, cracks, number, extrapolation, values, failure)
+   subroutine estimate_at_node(problem, cracks, number, rest, model, extrapolation, values, failure)
       type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: number              !! of the tip
+      type(stiffness_t), intent(inout) :: rest   !! that was factorised for it
+      type(static_model_t), intent(in) :: model  !! at rest
       type(mass_solver_t), intent(inout) :: extrapolation
       type(crack_values_t), intent(inout) :: values
       type(failure_t), intent(inout) :: failure
@@ -92,7 +101,7 @@ contains
       integer :: k
       type(tip_field_t) :: field
       associate (tip => cracks%tips(number), errors => values%errors)
-         call find_static_crack(problem, cracks%tips, number, problem%particles%thickness%at(tip%now), crack)
+         call find_static_crack(problem, rest, model, cracks%tips, number, problem%particles%thickness%at(tip%now), crack)
          if (.not. crack%known) then
             call estimate_by_lengths(problem, cracks, number, values)
             return

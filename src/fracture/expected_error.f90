@@ -25,7 +25,7 @@ module hampm_expected_error
    use hampm_problem, only: problem_t
    use hampm_quadratic_tip_offset, only: quadratic_tip_offset
    use hampm_rigid_motions, only: free_motions_t, find_free_motions, take_inertia, take_motion_as_whole
-   use hampm_stiffness, only: stiffness_t, is_larger, new_stiffness, full_loads
+   use hampm_stiffness, only: stiffness_t, is_larger, kind_at_rest, new_stiffness, full_loads
    use hampm_element_stiffness, only: derivatives_at, n_derivatives
    use hampm_tip_domain, only: tip_domain_t, weight_nodes
    use hampm_loads, only: largest_factors
@@ -33,7 +33,8 @@ module hampm_expected_error
    use hampm_missing_energy, only: gradient_by, gradient_of, missing_energies, stress_of
    implicit none
    private
-   public :: static_crack_t, find_static_crack, error_by_lengths, place_of_tip, tip_zone, static_tips_t, find_static_tips
+   public :: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, find_static_tips, &
+             error_by_lengths, place_of_tip, tip_zone
 
    !> A model at rest under its loads at their largest, scaled down to small gradients.
    type :: static_model_t
@@ -41,6 +42,7 @@ module hampm_expected_error
       real(dp) :: scale = 1                      !! by which these loads are scaled [-]
       real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
       real(dp), allocatable :: acceleration(:, :) !! of them, where nothing holds the material as a whole [m/s2], (ndim, n_points)
+      type(free_motions_t), private :: free      !! by which it moves then
    end type static_model_t
 
    !> And what changes there as its tips move.
@@ -128,30 +130,29 @@ contains
       end associate
    end function error_by_lengths
 
-   !> Find one of all tips, which are at nodes, at rest. `known` is false where its crack has less than two nodes behind the tip,
-   !> where nothing opens it, and where there are too many unknowns.
-   subroutine find_static_crack(m, all_tips, number, thickness, crack)
-      type(problem_t), intent(inout) :: m
+   !> Find one of all tips, which are at nodes, of a model at rest. `known` is false where that is not, where its crack has less than two
+   !> nodes behind the tip, and where nothing opens it.
+   subroutine find_static_crack(m, rest, model, all_tips, number, thickness, crack)
+      type(problem_t), intent(in) :: m
+      type(stiffness_t), intent(inout) :: rest   !! by which it was found
+      type(static_model_t), intent(in) :: model
       type(crack_tip_t), intent(in) :: all_tips(:)
       integer, intent(in) :: number              !! of the tip
       real(dp), intent(in) :: thickness          !! [m]
       type(static_crack_t), intent(out) :: crack
-      type(stiffness_t) :: rest
-      type(free_motions_t) :: free
       type(condensation_t) :: condensation
       type(crack_tip_t), allocatable :: chosen(:), tips(:) ! the tip, and the others
       real(dp), parameter :: no_work = 1e-8_dp   ! that closing it takes, over the strain energy
       integer :: of_tip(most_pairs + size(all_tips) - 1), cells(size(of_tip)), k, pairs, found
       real(dp) :: to_g
-      call find_equilibrium(m, rest, free, crack)
-      if (.not. crack%known) call rest%release()
+      crack%static_model_t = model
       if (.not. crack%known) return
       allocate (tips(size(all_tips)))
       do k = 1, size(tips)
          tips(k) = all_tips(merge(number, k - merge(1, 0, k <= number), k == 1))
       end do
-      of_tip = [(1, k=1, most_pairs), (k, k=2, size(tips))]
-      cells = [(k, k=1, most_pairs), (1, k=2, size(tips))]
+      of_tip = [(max(1, k - most_pairs + 1), k=1, size(of_tip))]
+      cells = [(merge(k, 1, k <= most_pairs), k=1, size(cells))]
       do pairs = most_pairs, 2, -1
          if (allocated(chosen)) deallocate (chosen)
          allocate (chosen(pairs + size(tips) - 1))  ! tips(vector) as an argument would leak in gfortran 12
@@ -161,7 +162,6 @@ contains
          call new_condensation(m, rest, chosen, [cells(:pairs), cells(most_pairs + 1:)], crack%u, condensation, found)
          if (found == pairs + size(tips) - 1) exit
       end do
-      call rest%release()
       crack%known = pairs >= 2
       if (.not. crack%known) return
       to_g = merge(2.0_dp, 1.0_dp, tips(1)%is_half())/(thickness*tips(1)%nodes%spacing)
@@ -173,12 +173,12 @@ contains
    end subroutine find_static_crack
 
    !> Solve for rest under all loads, scaled to small gradients, of material that nothing holds beside its motion as a whole, which is not known where
-   !> they all act on what is held or do no more than that. Faces in contact are free where they part, with friction they hold where they do not.
-   subroutine find_equilibrium(m, rest, free, model)
+   !> they all act on what is held or do no more than that, and where there are too many unknowns. Faces in contact are free where they part, with
+   !> friction they hold where they do not.
+   subroutine find_equilibrium(m, rest, model)
       type(problem_t), intent(inout) :: m
-      type(stiffness_t), intent(inout) :: rest
-      type(free_motions_t), intent(out) :: free
-      class(static_model_t), intent(inout) :: model
+      type(stiffness_t), intent(inout) :: rest   !! that is factorised
+      type(static_model_t), intent(out) :: model
       real(dp), allocatable :: force(:, :)
       real(dp), parameter :: nothing = 1.0e-10_dp !! what rounding leaves of forces beside them
       type(interfaces_t) :: before
@@ -192,15 +192,15 @@ contains
       if (size(m%loads) == 0 .and. any(m%materials%has_eigenstrain)) force = 0 ! not those that stop bodies, which have no size
       call add_eigenstrains(m, force)
       largest = maxval(abs(force))
-      call find_free_motions(m, free)
-      call take_inertia(free, force, model%acceleration)
+      call find_free_motions(m, model%free)
+      call take_inertia(model%free, force, model%acceleration)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force) ! hanging nodes are held where their masters are
       model%known = maxval(m%constraints%free*abs(force)) > nothing*max(largest, maxval(abs(force)))
       do turn = 1, most_turns
-         if (model%known) call new_stiffness(m, most_unknowns, rest, model%known)
+         if (model%known) call new_stiffness(m, most_unknowns, rest, model%known, kind_at_rest(m, model%free%rigid_constraints))
          if (.not. model%known) exit
          call rest%solve(m, force, model%u)
-         call take_motion_as_whole(free, model%u)
+         call take_motion_as_whole(model%free, model%u)
          call part_faces(m%interfaces, model%u, is_new)
          if (.not. is_new) exit
       end do
@@ -393,29 +393,27 @@ contains
       end associate
    end function strain_energy
 
-   !> Find the tips at rest; `known` is false where nothing loads them and where there are too many unknowns.
-   subroutine find_static_tips(m, tips, is_static)
-      type(problem_t), intent(inout) :: m
+   !> Find what changes as the tips of a model at rest move, where it is known.
+   subroutine find_static_tips(m, rest, model, tips, is_static)
+      type(problem_t), intent(in) :: m
+      type(stiffness_t), intent(inout) :: rest   !! by which it was found
+      type(static_model_t), intent(in) :: model
       type(crack_tip_t), intent(in) :: tips(:)   !! all with radii
       type(static_tips_t), intent(out) :: is_static
-      type(stiffness_t) :: rest
-      type(free_motions_t) :: free
       real(dp), allocatable :: force(:, :), moved(:, :), unused(:, :)
       real(dp) :: pressure
       integer :: k
-      call find_equilibrium(m, rest, free, is_static)
-      if (is_static%known) then
-         allocate (is_static%moved(ndim, m%grid%n_points, size(tips)))
-         do k = 1, size(tips)
-            pressure = is_static%scale*sum(largest_factors(m%loads)*m%loads%pressure, mask=m%loads%line == tips(k)%crack)/(2*ndim)
-            call find_force(m, is_static%u, tips(k), pressure, force)
-            call take_inertia(free, force, unused)
-            call rest%solve(m, force, moved)
-            call take_motion_as_whole(free, moved)
-            is_static%moved(:, :, k) = moved
-         end do
-      end if
-      call rest%release()
+      is_static%static_model_t = model
+      if (.not. model%known) return
+      allocate (is_static%moved(ndim, m%grid%n_points, size(tips)))
+      do k = 1, size(tips)
+         pressure = model%scale*sum(largest_factors(m%loads)*m%loads%pressure, mask=m%loads%line == tips(k)%crack)/(2*ndim)
+         call find_force(m, model%u, tips(k), pressure, force)
+         call take_inertia(model%free, force, unused)
+         call rest%solve(m, force, moved)
+         call take_motion_as_whole(model%free, moved)
+         is_static%moved(:, :, k) = moved
+      end do
    end subroutine find_static_tips
 
    !> The forces -K' u of a tip [N/m], of the displacement beside the one that a strain without stress makes. Faces under pressure are free in the state to which the uniform stress p I is added.

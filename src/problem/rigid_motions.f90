@@ -33,10 +33,10 @@ module hampm_rigid_motions
 
    !> The motions as a whole that nothing holds on a mesh.
    type :: free_motions_t
-      private
-      real(dp), allocatable :: motion(:, :, :)   !! of the points [-], (ndim, n_points, motions)
-      real(dp), allocatable :: momentum(:, :, :) !! mass times these [kg], (ndim, n_points, motions)
-      real(dp), allocatable :: mass(:, :)        !! products of both [kg], (motions, motions)
+      type(rigid_constraint_t), allocatable :: rigid_constraints(:) !! one for each
+      real(dp), allocatable, private :: motion(:, :, :)   !! of the points [-], (ndim, n_points, motions)
+      real(dp), allocatable, private :: momentum(:, :, :) !! mass times these [kg], (ndim, n_points, motions)
+      real(dp), allocatable, private :: mass(:, :)        !! products of both [kg], (motions, motions)
    end type free_motions_t
 
 contains
@@ -160,23 +160,21 @@ contains
    subroutine find_free_motions(m, free)
       type(problem_t), intent(in) :: m
       type(free_motions_t), intent(out) :: free
-      type(rigid_constraint_t), allocatable :: rigid_constraints(:)
       real(dp), allocatable :: moved(:, :)
       real(dp) :: shape(points_of_quadratic), rate(ndim)
-      integer :: at(points_of_quadratic), i, j, k
-      call find_rigid_constraints(m, rigid_constraints)
-      allocate (free%motion(ndim, m%grid%n_points, size(rigid_constraints)), &
-                free%momentum(ndim, m%grid%n_points, size(rigid_constraints)), &
-                free%mass(size(rigid_constraints), size(rigid_constraints)), source=0.0_dp)
-      if (size(rigid_constraints) == 0) return
-      do k = 1, size(rigid_constraints)
-         call turn_with(m, rigid_constraints(k), moved)
+      integer :: at(points_of_quadratic), i, j, k, n
+      call find_rigid_constraints(m, free%rigid_constraints)
+      n = size(free%rigid_constraints)
+      allocate (free%motion(ndim, m%grid%n_points, n), free%momentum(ndim, m%grid%n_points, n), free%mass(n, n), source=0.0_dp)
+      if (n == 0) return
+      do k = 1, n
+         call turn_with(m, free%rigid_constraints(k), moved)
          free%motion(:, :, k) = moved
       end do
       associate (p => m%particles)
          do i = 1, p%n
             call m%grid%shape_functions_in(p%cell(i), m%local_of(i), at, shape)
-            do k = 1, size(rigid_constraints)
+            do k = 1, n
                rate = 0
                do j = 1, m%grid%n_functions
                   rate = rate + free%motion(:, at(j), k)*(p%mass(i)*shape(j))
@@ -187,8 +185,8 @@ contains
             end do
          end do
       end associate
-      do k = 1, size(rigid_constraints)
-         free%mass(:, k) = [(sum(free%motion(:, :, i)*free%momentum(:, :, k)), i=1, size(rigid_constraints))]
+      do k = 1, n
+         free%mass(:, k) = [(sum(free%motion(:, :, i)*free%momentum(:, :, k)), i=1, n)]
       end do
    end subroutine find_free_motions
 

@@ -30,7 +30,7 @@ module hampm_stiffness
                                       n_derivatives, strain_by
    implicit none
    private
-   public :: stiffness_t, stiffness_kind_t, is_larger, new_stiffness, factorise_stiffness, forces_of, full_loads
+   public :: stiffness_t, stiffness_kind_t, kind_at_rest, is_larger, new_stiffness, factorise_stiffness, forces_of, full_loads
 
    !> Squared frequency of the interface points over that of a wave that crosses the bodies: far below that of the first bending of an arm
    !> of a hundred times its depth, far above rounding.
@@ -45,11 +45,17 @@ module hampm_stiffness
       character(name_len) :: solver = 'direct'   !! 'direct' or 'cg'
       type(rigid_constraint_t), allocatable :: rigid_constraints(:) !! what is held beside what the constraints hold
       real(dp) :: mass_factor = 0                !! c of K + c M, M being the mass matrix of the run [1/s2]
+   contains
+      procedure, private :: has_form_of
    end type stiffness_kind_t
 
-   !> A factorised stiffness.
+   !> A factorised stiffness, and what it was made for.
    type :: stiffness_t
       type(stiffness_kind_t), private :: kind
+      integer, private :: layout = -1            !! of the blocks then; -1 where there is none
+      logical, allocatable, private :: fixed(:, :) !! the components that were fixed
+      integer, allocatable, private :: states(:) !! what interface points did
+      real(dp), private :: caution = 0           !! see `interfaces_t`
       type(numbering_t) :: unknowns
       real(dp) :: point = 0                     !! squared frequency of the interface points [1/s2]
       type(factorisation_t), private :: factorised
@@ -58,27 +64,40 @@ module hampm_stiffness
       procedure :: solve
       procedure :: is_stable
       procedure :: release
+      procedure, private :: fits
    end type stiffness_t
 
 contains
 
-   !> Assemble and factorise the stiffness of small strain on interface points, of at most so many unknowns. `done` is false where there are more unknowns or memory does
-   !> not suffice.
-   subroutine new_stiffness(m, most_unknowns, stiffness, done)
+   !> Which stiffness tells how material that nothing strains comes to rest: where a run is to find that by its first tangent, and will have
+   !> the same, that one, else that on soft interface points.
+   pure type(stiffness_kind_t) function kind_at_rest(m, rigid_constraints) result(kind)
+      type(problem_t), intent(in) :: m
+      type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
+      if (m%interfaces%are_moving .or. any(m%materials%mean_dilatation) .or. .not. all(m%materials%linear)) return
+      kind%is_tangent = .true.
+      kind%on_interfaces = .false.
+      allocate (kind%rigid_constraints, source=rigid_constraints)
+   end function kind_at_rest
+
+   !> Assemble and factorise a stiffness of at most so many unknowns: of a kind, unless it is there, else that of small strain on interface
+   !> points. `done` is false where there are more unknowns or memory does not suffice.
+   subroutine new_stiffness(m, most_unknowns, stiffness, done, kind)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: most_unknowns
       type(stiffness_t), intent(inout) :: stiffness
       logical, intent(out) :: done
+      type(stiffness_kind_t), intent(in), optional :: kind
       type(failure_t) :: failure                 ! nobody is told: without a solution there is only no estimate
-      call stiffness%release()
       done = .not. is_larger(m, most_unknowns)
       if (.not. done) return
-      stiffness%kind = stiffness_kind_t()
-      call number(m, stiffness)
-      done = stiffness%unknowns%n > 0
-      if (.not. done) return
-      call assemble_and_factorise(m, stiffness, failure)
-      done = .not. failure%failed()
+      if (present(kind)) then
+         call factorise_stiffness(m, kind, stiffness, failure)
+      else
+         call stiffness%release()                ! it may be that of another problem
+         call factorise_stiffness(m, stiffness_kind_t(), stiffness, failure)
+      end if
+      done = stiffness%unknowns%n > 0 .and. .not. failure%failed()
    end subroutine new_stiffness
 
    !> Whether there are more unknowns than that.
@@ -90,17 +109,44 @@ contains
       end associate
    end function is_larger
 
-   !> Assemble and factorise, or make ready for iteration, a stiffness of some kind. Fails where it
+   !> Assemble and factorise, or make ready for iteration, a stiffness of some kind, unless it is there. Fails where it
    !> is singular or memory does not suffice.
    subroutine factorise_stiffness(m, kind, stiffness, failure)
       type(problem_t), intent(in) :: m
       type(stiffness_kind_t), intent(in) :: kind
       type(stiffness_t), intent(inout) :: stiffness
       type(failure_t), intent(inout) :: failure
+      type(failure_t) :: unsolved
+      if (stiffness%fits(m, kind)) return
       stiffness%kind = kind
+      stiffness%fixed = m%constraints%fixed
+      stiffness%states = interface_states(m%interfaces)
+      stiffness%caution = m%interfaces%caution
       call number(m, stiffness)
-      if (stiffness%unknowns%n > 0) call assemble_and_factorise(m, stiffness, failure)
+      if (stiffness%unknowns%n > 0) call assemble_and_factorise(m, stiffness, unsolved)
+      stiffness%layout = merge(-1, m%fields%layout, unsolved%failed())
+      if (unsolved%failed()) call failure%report(unsolved%code, unsolved%message)
    end subroutine factorise_stiffness
+
+   !> Whether a stiffness is that of a kind still: of material whose tangent stays, with the same components held and interface points that do
+   !> the same.
+   pure logical function fits(self, m, kind)
+      class(stiffness_t), intent(in) :: self
+      type(problem_t), intent(in) :: m
+      type(stiffness_kind_t), intent(in) :: kind
+      fits = self%layout == m%fields%layout .and. all(m%materials%linear) .and. m%interfaces%n_cohesive == 0 .and. &
+             self%kind%has_form_of(kind)
+      if (fits) fits = all(self%fixed .eqv. m%constraints%fixed) .and. .not. abs(self%caution - m%interfaces%caution) > 0
+      if (fits) fits = all(self%states == interface_states(m%interfaces))
+   end function fits
+
+   !> Whether two kinds are the same; on the same mesh the same rigid-body constraints are those of the same components that are held.
+   pure logical function has_form_of(self, other)
+      class(stiffness_kind_t), intent(in) :: self
+      type(stiffness_kind_t), intent(in) :: other
+      has_form_of = (self%is_tangent .eqv. other%is_tangent) .and. (self%on_interfaces .eqv. other%on_interfaces) .and. &
+                    self%solver == other%solver .and. .not. abs(self%mass_factor - other%mass_factor) > 0
+   end function has_form_of
 
    !> Assemble and factorise the stiffness of the unknowns that there are. What CHOLMOD found out of the pattern of the last one is
    !> kept as long as that stays.
@@ -162,7 +208,7 @@ contains
                   by_corner(d::ndim, d::ndim) = by_corner(d::ndim, d::ndim) + stiffness%kind%mass_factor*mass
                end do
             end associate
-         end if
+         end do
          call matrix_by_masters(m%grid, cells(k), ndim, by_corner, n, masters, by_master)
          if (m%grid%is_quadratic() .and. stiffness%kind%mass_factor > 0) then
             continue                             ! the ghost penalty holds them, and its masses
@@ -317,5 +363,6 @@ contains
       class(stiffness_t), intent(inout) :: self
       call self%factorised%release()
       self%matrix = sparse_t()
+      self%layout = -1
    end subroutine release
 end module hampm_stiffness

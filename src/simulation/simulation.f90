@@ -9,6 +9,7 @@ module hampm_simulation
    use hampm_crack_errors, only: estimate_errors
    use hampm_cracks, only: cracks_t
    use hampm_critical_step, only: stable_time_step
+   use hampm_equilibrium, only: equilibrium_t
    use hampm_failure, only: failure_t
    use hampm_growing, only: growing_t, new_growing
    use hampm_integrator, only: integrator_t
@@ -20,6 +21,7 @@ module hampm_simulation
    use hampm_indicator, only: refinement_t
    use hampm_refinement, only: refine_at_start
    use hampm_results, only: results_t
+   use hampm_stiffness, only: stiffness_t
    use hampm_model, only: model_t
    use hampm_text, only: add_line
    use hampm_threads, only: use_threads
@@ -62,6 +64,7 @@ contains
       integer, intent(in) :: threads
       type(simulation_t), intent(out) :: s
       type(failure_t), intent(inout) :: failure
+      type(stiffness_t) :: rest
       integer :: k
       s%model = model
       s%warning = warnings_of(model)
@@ -80,7 +83,15 @@ contains
       if (failure%failed()) return
       call new_measurements(model, s%problem, s%cracks, s%measurements)
       call new_growing(model, s%cracks, s%growing)
-      call estimate_errors(s%problem, s%cracks, s%measurements%extrapolation, s%measurements%crack, failure)
+      associate (measurements => s%measurements)
+         select type (integrator => s%integrator)
+         type is (equilibrium_t)                 ! finds rest by the same matrix
+            call estimate_errors(s%problem, s%cracks, integrator%newton%k, measurements%extrapolation, measurements%crack, failure)
+         class default
+            call estimate_errors(s%problem, s%cracks, rest, measurements%extrapolation, measurements%crack, failure)
+            call rest%release()
+         end select
+      end associate
    end subroutine build
 
    !> Make time step, nodes around crack tips, pressures on their faces and extrapolations fit a new mesh.

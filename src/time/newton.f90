@@ -17,8 +17,8 @@ module hampm_newton
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_cell_blocks, only: of_force
    use hampm_energy, only: determinant_of, most_crushed_particle
-   use hampm_interface_points, only: stretch_interfaces, add_interface_forces, add_interface_resistance, interface_states, &
-                                     have_friction, hold_friction
+   use hampm_interface_points, only: stretch_interfaces, add_interface_forces, add_interface_resistance, have_friction, &
+                                     hold_friction
    use hampm_failure, only: failure_t, exit_computation
    use hampm_problem, only: problem_t
    use hampm_outer_forces, only: outer_forces_t
@@ -53,12 +53,7 @@ module hampm_newton
       real(dp) :: energy_left = 0                !! energy of the displacement that is left to equilibrium, as it was found last [J]
       real(dp), allocatable :: predicted(:, :)   !! where the tangent at the start of a load step points to [m], (ndim, n_points); not
                                                  !! allocated where other faces touch at its end or have jumped apart
-      type(stiffness_t), private :: k            !! that was factorised last
-      integer, private :: layout = 0             !! of the blocks for which it was
-      logical, allocatable, private :: fixed(:, :) !! the components that were fixed
-      integer, allocatable, private :: states(:) !! and what interface points did
-      real(dp), private :: caution = 0           !! see `interfaces_t`
-      real(dp), private :: mass_factor = 0       !! of the matrix [1/s2]
+      type(stiffness_t) :: k                     !! that was factorised last
    contains
       procedure :: balance
       procedure :: solve_at_once
@@ -269,7 +264,7 @@ contains
       end if
    end function likely_cause
 
-   !> Factorise the tangent of the present state, if it is not there.
+   !> Factorise the tangent of the present state.
    subroutine factorise_now(self, m, outer, rigid_constraints, failure)
       class(newton_t), intent(inout) :: self
       type(problem_t), intent(in) :: m
@@ -277,17 +272,6 @@ contains
       type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
-      logical :: fits
-      fits = all(m%materials%linear) .and. m%interfaces%n_cohesive == 0 .and. self%layout == m%fields%layout &
-             .and. allocated(self%fixed) .and. .not. abs(self%mass_factor - outer%mass_factor) > 0
-      if (fits) fits = all(self%fixed .eqv. m%constraints%fixed)
-      if (fits) fits = all(self%states == interface_states(m%interfaces)) .and. .not. abs(self%caution - m%interfaces%caution) > 0
-      if (fits) return
-      self%fixed = m%constraints%fixed
-      self%states = interface_states(m%interfaces)
-      self%caution = m%interfaces%caution
-      self%layout = m%fields%layout
-      self%mass_factor = outer%mass_factor
       call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, rigid_constraints, outer%mass_factor), self%k, &
                                unsolved)
       if (unsolved%failed()) call failure%report(unsolved%code, 'the stiffness cannot be factorised: '//unsolved%message// &
@@ -304,7 +288,6 @@ contains
    subroutine release(self)
       class(newton_t), intent(inout) :: self
       call self%k%release()
-      self%layout = 0
    end subroutine release
 
    !> The residual at the nodes that have been displaced in this load step, condensed [N].

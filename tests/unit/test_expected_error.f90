@@ -5,7 +5,7 @@ program test_expected_error
    use hampm_cracked, only: build_cracked, add_pull, rest_of
    use hampm_cracks, only: crack_t, cracks_t
    use hampm_estimated_errors, only: relative_errors
-   use hampm_expected_error, only: static_crack_t, find_static_crack, error_by_lengths
+   use hampm_expected_error, only: static_model_t, find_equilibrium, static_crack_t, find_static_crack, error_by_lengths
    use hampm_missing_energy, only: displace
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
@@ -70,7 +70,7 @@ contains
       do k = 1, size(cells)
          call build_beam(far, a, cells(k), .true., .false., m, cracks)
          call add_pull(m, [0.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], [0.0_dp, force])
-         call find_static_crack(m, cracks%tips, 1, thickness, crack)
+         call find_at_rest(m, cracks, crack)
          call check(crack%known, 'the cantilever is known')
          by_tip = crack%by_tip(1)/crack%g(1)
          by_cells(k) = crack%by_cells(1)/crack%g(1)
@@ -104,7 +104,7 @@ contains
          call build_moments(moments, cells(k), 0, m, cracks, energy(1))
          call build_moments(moments, cells(k), 1, shorter, shorter_cracks, energy(2))
          g = (energy(1) - energy(2))*cells(k)/thickness
-         call find_static_crack(m, cracks%tips, 1, thickness, crack)
+         call find_at_rest(m, cracks, crack)
          lacks = true/g - 1
          expected = sum(crack%best())/sum(crack%g) - 1
          write (*, '(2a,i3,3f9.5)') what, ': cells across, G lacks, is expected to, by tip', cells(k), lacks, expected, &
@@ -161,7 +161,7 @@ contains
                                rectangle_t([-width, -height], [width, height], [80, 120]), line, m, cracks)
             call add_pull(m, [-width, height], [width, height], [0.0_dp, force])
             call add_pull(m, [-width, -height], [width, -height], [0.0_dp, -force])
-            call find_static_crack(m, cracks%tips, 1, thickness, crack)
+            call find_at_rest(m, cracks, crack)
             expected = short(1)*cell*(1/a + pi/(2*width)*tan(pi*a/(2*width)))
          end associate
          found = crack%by_tip(1)/crack%g(1)
@@ -171,22 +171,34 @@ contains
       end do
    end subroutine plate_with_two_tips
 
+   !> The first tip of a model at rest.
+   subroutine find_at_rest(m, cracks, crack)
+      type(problem_t), intent(inout) :: m
+      type(cracks_t), intent(in) :: cracks
+      type(static_crack_t), intent(out) :: crack
+      type(stiffness_t) :: rest
+      type(static_model_t) :: model
+      call find_equilibrium(m, rest, model)
+      call find_static_crack(m, rest, model, cracks%tips, 1, thickness, crack)
+      call rest%release()
+   end subroutine find_at_rest
+
    !> Nothing is known without loads, with a crack of one cell, and where the faces are pressed together.
    subroutine nothing_to_know()
       type(problem_t) :: m
       type(cracks_t) :: cracks
       type(static_crack_t) :: crack
       call build_beam(10.0_dp, 5.0_dp, 4, .true., .false., m, cracks)
-      call find_static_crack(m, cracks%tips, 1, thickness, crack)
+      call find_at_rest(m, cracks, crack)
       call check(.not. crack%known, 'without loads nothing is known')
       call build_beam(10.0_dp, 0.25_dp, 4, .true., .false., m, cracks)
       call add_pull(m, [0.0_dp, 0.0_dp], [0.0_dp, 1.0_dp], [0.0_dp, force])
-      call find_static_crack(m, cracks%tips, 1, thickness, crack)
+      call find_at_rest(m, cracks, crack)
       call check(.not. crack%known, 'of a crack of one cell nothing is known')
       call build_beam(10.0_dp, 5.0_dp, 4, .false., .true., m, cracks)
       call constrain_box(m%constraints, m%grid, [0.0_dp, -1.0_dp], [10.0_dp, -1.0_dp], [.true., .true.])
       call add_pull(m, [0.0_dp, 1.0_dp], [10.0_dp, 1.0_dp], [0.0_dp, -force])
-      call find_static_crack(m, cracks%tips, 1, thickness, crack)
+      call find_at_rest(m, cracks, crack)
       call check(.not. crack%known .or. crack%g(1) < 1e-5_dp*crack%g(2), 'faces that are pressed together have no mode I')
    end subroutine nothing_to_know
 
