@@ -8,7 +8,7 @@ module hampm_element_assembly
    use hampm_sparse, only: sparse_t, pattern_of_cliques
    implicit none
    private
-   public :: pattern_of_elements, matrix_by_masters, add_element
+   public :: pattern_of_elements, next_support, matrix_by_masters, add_element
 
 contains
 
@@ -22,24 +22,43 @@ contains
       integer, intent(in), optional :: groups(:, :) !! nodes with degrees of freedom, 0 behind the last of each
       integer, allocatable :: cliques(:, :)
       real(dp) :: weight(grid%n_functions, most_nodes_of_leaf)
-      integer :: masters(most_nodes_of_leaf), n, k, n_groups, most
+      integer :: masters(most_nodes_of_leaf), n, k, n_cliques, n_groups, most
       n_groups = 0
       most = merge(grid%n_functions, most_nodes_of_leaf, grid%dofs%n_hanging == 0)
       if (present(groups)) n_groups = size(groups, 2)
       if (n_groups > 0) most = max(most, size(groups, 1))
       associate (directions => size(numbering%dof, 1))
          allocate (cliques(directions*most, size(elements) + n_groups), source=0)
-         do k = 1, size(elements)
+         n_cliques = 0
+         k = 1
+         do while (k <= size(elements))
             call grid%dofs%masters_of(grid%support_of(elements(k)), n, masters, weight)
-            cliques(:directions*n, k) = reshape(numbering%dof(:, masters(:n)), [directions*n])
+            n_cliques = n_cliques + 1
+            cliques(:directions*n, n_cliques) = reshape(numbering%dof(:, masters(:n)), [directions*n])
+            k = next_support(grid, elements, k)
          end do
          do k = 1, n_groups
             n = count(groups(:, k) > 0)
-            cliques(:directions*n, size(elements) + k) = reshape(numbering%dof(:, groups(:n, k)), [directions*n])
+            cliques(:directions*n, n_cliques + k) = reshape(numbering%dof(:, groups(:n, k)), [directions*n])
          end do
       end associate
-      call pattern_of_cliques(numbering%n, cliques, matrix)
+      call pattern_of_cliques(numbering%n, cliques(:, :n_cliques + n_groups), matrix)
    end subroutine pattern_of_elements
+
+   !> The first element behind the k-th that has other functions: quarters of a quadratic cell, or of its piece, have the same.
+   pure integer function next_support(grid, elements, k) result(next)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: elements(:)         !! ascending
+      integer, intent(in) :: k
+      integer :: last
+      next = k + 1
+      if (.not. grid%is_quadratic()) return
+      last = grid%last_of_piece(elements(k))
+      do while (next <= size(elements))
+         if (elements(next) < elements(k) .or. elements(next) > last) return
+         next = next + 1
+      end do
+   end function next_support
 
    !> The matrix of an element by masters, T transposed A T with A by its nodes and T their weights (`masters_of`). Rows and columns are
    !> by node, the directions of a node one after the other.

@@ -16,55 +16,70 @@ module hampm_element_stiffness
 
 contains
 
-   !> Stiffness of an element, by corner, its directions one after the other [N/m]. Particles of the same moduli, as those of a material
-   !> at small strain have, need only the sum of the products of their gradients.
-   pure subroutine element_stiffness(m, e, is_tangent, point, matrix)
+   !> Stiffness of elements with the same functions, as the quarters of a quadratic cell have, by corner, its directions one after the other [N/m].
+   !> Particles of the same moduli, as those of a material at small strain have, need only the sum of the products of their gradients.
+   pure subroutine element_stiffness(m, elements, is_tangent, point, matrix)
       class(matter_t), intent(in) :: m
-      integer, intent(in) :: e
+      integer, intent(in) :: elements(:)         !! of which more than one are quarters, which share no dilatation
       logical, intent(in) :: is_tangent          !! whether of the present state, see `stiffness_kind_t`
       real(dp), intent(in) :: point              !! squared frequency of soft interface points [1/s2]
       real(dp), intent(out) :: matrix(:, :)
       real(dp), allocatable :: gradient(:, :, :)
-      real(dp) :: products(n_derivatives(m)*m%grid%n_functions, n_derivatives(m)*m%grid%n_functions), h(ndim, ndim), hoop, &
-                  old_state(most_columns)
-      integer :: i, k
-      logical :: is_last
+      real(dp) :: products(n_derivatives(m)*m%grid%n_functions, n_derivatives(m)*m%grid%n_functions)
+      integer :: i, k, n, last
       matrix = 0
-      if (is_tangent .and. shares_dilatation(m, e)) then
-         call tangent_by_means(m, e, matrix)
+      if (is_tangent .and. shares_dilatation(m, elements(1))) then
+         call tangent_by_means(m, elements(1), matrix)
          return
       end if
       if (is_tangent) allocate (gradient(m%grid%n_functions, n_derivatives(m), 1))
       products = 0
-      h = 0
-      hoop = 0
-      old_state = 0
+      last = 0
       associate (p => m%particles, b => m%blocks)
-         do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-            if (is_tangent) then
-               gradient(:, :, 1) = derivatives_at(m, i)
-            else
-               call stiff_points(m, e, i, gradient)
-            end if
-            do k = 1, size(gradient, 3)
-               call sum_products(p%volume(i)/size(gradient, 3), gradient(:, :, k), products)
-            end do
-            do k = 1, size(matrix, 1)
-               matrix(k, k) = matrix(k, k) + point*p%mass(i)/m%grid%n_functions
-            end do
-            associate (material => m%materials(p%material(i)))
-               is_last = i == b%last_in(e) .or. is_tangent .and. .not. material%linear
-               if (.not. is_last) is_last = p%material(i + b%stride_in(e)) /= p%material(i)
-               if (.not. is_last) cycle
-               if (is_tangent) h = p%gradient_of(i)
-               if (is_tangent) hoop = p%hoop_of(i)
-               if (is_tangent) old_state = p%history_of(i)
-               call add_products(moduli_of(material, n_derivatives(m), h, old_state, hoop), products, matrix)
-               products = 0
+         do n = 1, size(elements)
+            associate (e => elements(n))
+               do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+                  if (last > 0) then
+                     if (p%material(i) /= p%material(last) .or. is_tangent .and. .not. m%materials(p%material(i))%linear) &
+                        call close_products(m, last, is_tangent, products, matrix)
+                  end if
+                  last = i
+                  if (is_tangent) then
+                     gradient(:, :, 1) = derivatives_at(m, i)
+                  else
+                     call stiff_points(m, e, i, gradient)
+                  end if
+                  do k = 1, size(gradient, 3)
+                     call sum_products(p%volume(i)/size(gradient, 3), gradient(:, :, k), products)
+                  end do
+                  do k = 1, size(matrix, 1)
+                     matrix(k, k) = matrix(k, k) + point*p%mass(i)/m%grid%n_functions
+                  end do
+               end do
             end associate
          end do
       end associate
+      if (last > 0) call close_products(m, last, is_tangent, products, matrix)
    end subroutine element_stiffness
+
+   !> Add what products up to a particle make with its moduli, and begin anew.
+   pure subroutine close_products(m, i, is_tangent, products, matrix)
+      class(matter_t), intent(in) :: m
+      integer, intent(in) :: i
+      logical, intent(in) :: is_tangent          !! as in `element_stiffness`
+      real(dp), intent(inout) :: products(:, :), matrix(:, :)
+      real(dp) :: h(ndim, ndim), hoop, old_state(most_columns)
+      h = 0
+      hoop = 0
+      old_state = 0
+      associate (p => m%particles)
+         if (is_tangent) h = p%gradient_of(i)
+         if (is_tangent) hoop = p%hoop_of(i)
+         if (is_tangent) old_state = p%history_of(i)
+         call add_products(moduli_of(m%materials(p%material(i)), n_derivatives(m), h, old_state, hoop), products, matrix)
+      end associate
+      products = 0
+   end subroutine close_products
 
    !> Whether particles of an element share their dilatation.
    pure logical function shares_dilatation(m, e) result(shares)
@@ -237,6 +252,7 @@ contains
          do l = 1, n
             do i = 1, ndim
                do k = 1, n
+                  if (.not. abs(moduli(i, k, j, l)) > 0) cycle
                   matrix(i::ndim, j::ndim) = matrix(i::ndim, j::ndim) + moduli(i, k, j, l)*products(k::n, l::n)
                end do
             end do

@@ -70,7 +70,7 @@ contains
             if (j > n) then
                if (cell%n > corners) kind%mass(:cell%n, :cell%n) = mass_of_cell(m, cell)/operators%cell_mass(k)
                do e = cell%first, cell%last
-                  call element_stiffness(m, e, .true., 0.0_dp, stiffness)
+                  call element_stiffness(m, [e], .true., 0.0_dp, stiffness)
                   kind%stiffness(:ndim*cell%n, :ndim*cell%n) = kind%stiffness(:ndim*cell%n, :ndim*cell%n) + stiffness
                end do
                if (n == size(operators%kinds)) operators%kinds = [operators%kinds, operators%kinds]

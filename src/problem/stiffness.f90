@@ -13,9 +13,9 @@ module hampm_stiffness
    use hampm_kinds, only: dp, ndim, corners, name_len
    use hampm_conjugate_gradients, only: solve_by_cg
    use hampm_dofs, only: most_nodes_of_leaf
-   use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
+   use hampm_element_assembly, only: pattern_of_elements, next_support, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
-   use hampm_interface_points, only: interface_stiffness
+   use hampm_interface_points, only: interface_states, interface_stiffness
    use hampm_jumps, only: nodes_of_jumps
    use hampm_failure, only: failure_t
    use hampm_loads, only: add_load, place_loads
@@ -196,14 +196,18 @@ contains
       type(sparse_t), intent(inout) :: matrix
       real(dp) :: by_corner(ndim*m%grid%n_functions, ndim*m%grid%n_functions), &
                   by_master(ndim*most_nodes_of_leaf, ndim*most_nodes_of_leaf)
-      integer :: masters(most_nodes_of_leaf), n, k, d
+      integer :: masters(most_nodes_of_leaf), n, k, next, j, d
       stiffness%point = 0
       if (stiffness%kind%on_interfaces) &
          stiffness%point = softness*(maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])/extent(m))**2
-      do k = 1, size(cells)
-         call element_stiffness(m, cells(k), stiffness%kind%is_tangent, stiffness%point, by_corner)
-         if (stiffness%kind%mass_factor > 0 .and. has_matrix(m%fields%mass_matrix, cells(k))) then
-            associate (mass => m%fields%mass_matrix%cell(:, :, m%fields%mass_matrix%cell_of(cells(k))))
+      next = 1
+      do while (next <= size(cells))
+         k = next
+         next = next_support(m%grid, cells, k)
+         call element_stiffness(m, cells(k:next - 1), stiffness%kind%is_tangent, stiffness%point, by_corner)
+         do j = k, next - 1
+            if (.not. (stiffness%kind%mass_factor > 0 .and. has_matrix(m%fields%mass_matrix, cells(j)))) cycle
+            associate (mass => m%fields%mass_matrix%cell(:, :, m%fields%mass_matrix%cell_of(cells(j))))
                do d = 1, ndim
                   by_corner(d::ndim, d::ndim) = by_corner(d::ndim, d::ndim) + stiffness%kind%mass_factor*mass
                end do
@@ -212,7 +216,7 @@ contains
          call matrix_by_masters(m%grid, cells(k), ndim, by_corner, n, masters, by_master)
          if (m%grid%is_quadratic() .and. stiffness%kind%mass_factor > 0) then
             continue                             ! the ghost penalty holds them, and its masses
-         else if (may_be_loose(m, cells(k))) then
+         else if (any([(may_be_loose(m, cells(j)), j=k, next - 1)])) then
             do d = 1, ndim*n
                by_master(d, d) = by_master(d, d) + hardly*maxval(by_corner)
             end do

@@ -27,8 +27,8 @@ contains
       integer, intent(in) :: n                   !! number of rows
       integer, intent(in) :: cliques(:, :)       !! members, 0 for none, (size of a clique, number of cliques)
       type(sparse_t), intent(out) :: matrix
-      integer, allocatable :: first_clique(:), next_clique(:, :), mark(:)
-      integer :: i, k, c, m, entries, first
+      integer, allocatable :: first_clique(:), next_clique(:, :), mark(:), unsorted(:)
+      integer :: i, k, c, m, entries
       allocate (first_clique(n), next_clique(size(cliques, 1), size(cliques, 2)), mark(n))
       first_clique = 0
       do k = size(cliques, 2), 1, -1             ! for each row a chained list of (member, clique)
@@ -39,7 +39,7 @@ contains
          end do
       end do
       matrix%n = n
-      allocate (matrix%row_start(n + 1), matrix%column(size(cliques, 1)*size(cliques)))
+      allocate (matrix%row_start(n + 1), unsorted(size(cliques, 1)*size(cliques)))
       mark = 0
       entries = 0
       do i = 1, n
@@ -52,15 +52,22 @@ contains
                if (mark(cliques(c, k)) == i) cycle
                mark(cliques(c, k)) = i
                entries = entries + 1
-               matrix%column(entries) = cliques(c, k)
+               unsorted(entries) = cliques(c, k)
             end do
             m = next_clique(m - size(cliques, 1)*(k - 1), k)
          end do
-         first = matrix%row_start(i)
-         matrix%column(first:entries) = matrix%column(first - 1 + ascending(matrix%column(first:entries)))
       end do
       matrix%row_start(n + 1) = entries + 1
-      matrix%column = matrix%column(:entries)
+      allocate (matrix%column(entries))
+      mark = matrix%row_start(:n)                ! the pattern is symmetric: each row comes into the rows of its columns, in order
+      do i = 1, n
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            associate (at => mark(unsorted(k)))
+               matrix%column(at) = i
+               at = at + 1
+            end associate
+         end do
+      end do
       allocate (matrix%value(entries), source=0.0_dp)
    end subroutine pattern_of_cliques
 
