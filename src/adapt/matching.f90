@@ -13,9 +13,9 @@ module hampm_matching
    use hampm_energy, only: kinetic_energy
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, outside
-   use hampm_grid_building, only: build_grid
+   use hampm_grid_building, only: build_grid, add_points
    use hampm_load_following, only: follow_split, follow_recombination
-   use hampm_problem, only: problem_t, rebuild_on_grid, sort_particles, sort_anew, stored_energy, dissipated_energy
+   use hampm_problem, only: problem_t, rebuild_on_grid, sort_particles, sort_anew, weigh_particles, stored_energy, dissipated_energy
    use hampm_nodal_transfer, only: old_mesh_t, leave_mesh, carry_nodes
    use hampm_outline, only: outline_t
    use hampm_quadratic_children, only: values_of_children, values_of_parents, give_to_children, give_to_parents
@@ -24,7 +24,7 @@ module hampm_matching
    use hampm_leaf_fields, only: is_on_crack, hourglasses, velocity_gradients
    implicit none
    private
-   public :: match_particles, are_matched, adopt_forest, adopt_lines
+   public :: match_particles, are_matched, adopt_forest, adopt_lines, complete_mesh
 
    !> Edges of domains over that of their cell, above which they are split, and below which those of a parent are to be where
    !> its children recombine
@@ -83,11 +83,25 @@ contains
       if (allocated(m%grid%bodies)) allocate (bodies, source=m%grid%bodies)
       if (allocated(m%grid%field_of_body)) allocate (velocity_fields, source=m%grid%field_of_body)
       if (m%grid%is_quadratic()) allocate (solids, source=m%grid%solids)
-      call build_grid(forest, m%grid, failure, lines, bodies, velocity_fields, solids)
+      call build_grid(forest, m%grid, failure, lines, bodies, velocity_fields, solids, m%cache%is_provisional)
       if (.not. failure%failed()) call sort_particles(m, failure)
       if (.not. failure%failed()) call rebuild_on_grid(m, failure)
       if (allocated(old) .and. .not. failure%failed()) call carry_nodes(old, m)
    end subroutine change_grid
+
+   !> Complete a mesh that was provisional: the nodes of its cells, the weights of its particles, and what hangs on both.
+   subroutine complete_mesh(m, failure)
+      type(problem_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: energy
+      m%cache%is_provisional = .false.
+      energy = total_energy(m)
+      if (m%grid%n_points == 0) call add_points(m%grid, failure)
+      if (failure%failed()) return
+      if (m%grid%is_quadratic()) call weigh_particles(m)
+      call rebuild_on_grid(m, failure)
+      m%energies%numerical_loss = m%energies%numerical_loss + (energy - total_energy(m))
+   end subroutine complete_mesh
 
    !> Split and recombine until every particle fits its cell. Fails where the memory does not suffice.
    subroutine match_particles(m, failure)
@@ -252,17 +266,18 @@ contains
       logical, allocatable :: on(:)
       if (.not. any(marked)) return
       allocate (gradients(ndim, ndim, count(marked)), hourglass(ndim, count(marked)), source=0.0_dp)
-      if (.not. (m%has_domains() .or. m%grid%is_quadratic())) then ! they have fields of their own
+      if (.not. (m%has_domains() .or. m%grid%is_quadratic() .or. m%cache%is_provisional)) then ! they have fields of their own, or none
          gradients = velocity_gradients(m, marked)
          hourglass = hourglasses(m, marked)
       end if
-      if (has_whole_cells(m)) values = values_of_children(m, marked)
+      if (has_whole_cells(m) .and. .not. m%cache%is_provisional) values = values_of_children(m, marked)
       normal = normals_of_cracks(m, marked)
       from = m%particles%reference
       on = are_on_cracks(m)
       call split(m%particles, marked, gradients, hourglass, normal, first_child, failure)
       if (failure%failed()) return
-      if (m%particles%total_frame .and. m%grid%cut_cells%are_there()) call change_sides(m, from, on, first_child)
+      if (m%particles%total_frame .and. m%grid%cut_cells%are_there() .and. .not. m%cache%is_provisional) &
+         call change_sides(m, from, on, first_child)
       if (allocated(values)) call give_to_children(values, marked, first_child, m)
       call follow_split(m%loads, m%grid%forest%tolerance(), m%particles, marked, first_child)
       call sort_anew(m, failure)
@@ -347,7 +362,7 @@ contains
       reference = m%particles%reference
       level = m%particles%level
       ready = marked
-      if (has_whole_cells(m)) call values_of_parents(m, ready, values)
+      if (has_whole_cells(m) .and. .not. m%cache%is_provisional) call values_of_parents(m, ready, values)
       call recombine(m%particles, ready, m%grid%forest, families, new_number, failure)
       if (families == 0 .or. failure%failed()) return
       if (allocated(values)) call give_to_parents(values, ready, level, new_number, m)

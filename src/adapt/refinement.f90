@@ -7,7 +7,7 @@ module hampm_refinement
    use hampm_forest, only: forest_t, outside
    use hampm_indicator, only: refinement_t, indicator_row_t
    use hampm_indicators, only: indicators
-   use hampm_matching, only: adopt_forest, match_particles, are_matched
+   use hampm_matching, only: adopt_forest, match_particles, are_matched, complete_mesh
    use hampm_problem, only: problem_t
    implicit none
    private
@@ -16,18 +16,24 @@ module hampm_refinement
 contains
 
    !> Refine before the first step as far as that does not depend on the motion. Quadratic cells that are cut have more particles from the
-   !> start, and particles through which a crack runs are split.
+   !> start, and particles through which a crack runs are split. Of material that rests nothing is carried from mesh to mesh, so that only the last
+   !> one is completed.
    subroutine refine_at_start(r, m, tips, failure)
       type(refinement_t), intent(inout) :: r
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: tips(:, :)         !! places of the crack tips, here and below [m], (ndim, number)
       type(failure_t), intent(inout) :: failure
       logical :: adapted
+      integer :: before
+      before = m%particles%n
+      m%cache%is_provisional = .not. (any(abs(m%particles%velocity(:before, :)) > 0) .or. m%has_domains() .or. m%blocks%by_group)
       if (.not. are_matched(m)) call match_particles(m, failure)
       adapted = r%is_active() .and. r%by%is_of_places
       do while (adapted .and. .not. failure%failed())
          call refine(r, m, tips, adapted, failure)
       end do
+      if (m%particles%n > before .and. m%cache%is_provisional .and. .not. failure%failed()) call complete_mesh(m, failure)
+      m%cache%is_provisional = .false.
    end subroutine refine_at_start
 
    !> After a step in which particles have moved to other cells: split and recombine those that no longer fit.

@@ -32,7 +32,6 @@ contains
       do k = 1, size(leaf)
          call find_pieces(forest, leaf(k), cut)
       end do
-      call cut%find_copies(forest)
    end subroutine find_cut_cells
 
    !> The segments of all lines; ends at tips are moved.

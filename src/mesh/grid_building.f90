@@ -14,13 +14,13 @@ module hampm_grid_building
    use hampm_grid, only: grid_t, side_corner, sides
    implicit none
    private
-   public :: build_grid
+   public :: build_grid, add_points
 
 contains
 
    !> Build the grid of a forest, with or without lines that cut. Fails where the memory does
    !> not suffice.
-   subroutine build_grid(forest, grid, failure, lines, bodies, velocity_fields, solids)
+   subroutine build_grid(forest, grid, failure, lines, bodies, velocity_fields, solids, waits)
       type(forest_t), intent(in) :: forest
       type(grid_t), intent(out) :: grid
       type(failure_t), intent(inout) :: failure
@@ -28,8 +28,10 @@ contains
       type(outline_t), allocatable, intent(in), optional :: bodies(:) !! whose edges may cut cells
       integer, allocatable, intent(in), optional :: velocity_fields(:) !! the velocity field on which each body is, from 1 on
       real(dp), allocatable, intent(in), optional :: solids(:, :, :)  !! see `grid_t`; where it is allocated, cells are quadratic
-      type(place_table_t) :: points
-      integer :: status, leaf
+      logical, intent(in), optional :: waits     !! whether the points of quadratic cells, whose elements do not depend on them, wait for `add_points`
+      logical :: is_complete
+      is_complete = .true.
+      if (present(waits) .and. present(solids)) is_complete = .not. (waits .and. allocated(solids))
       grid%forest = forest
       if (present(solids)) then
          if (allocated(solids)) then
@@ -51,38 +53,49 @@ contains
             grid%n_velocity_fields = maxval(velocity_fields)
          end if
       end if
-      associate (n_leaves => forest%leaf_count())
+      grid%finest_cell = scale(forest%cell, -forest%finest_level())
+      if (grid%is_quadratic()) call place_elements(grid, failure)
+      if (is_complete .and. .not. failure%failed()) call add_points(grid, failure)
+   end subroutine build_grid
+
+   !> Add the points to a grid of leaves, and its elements where these are not there. Fails where the memory does not suffice.
+   subroutine add_points(grid, failure)
+      type(grid_t), intent(inout) :: grid
+      type(failure_t), intent(inout) :: failure
+      type(place_table_t) :: points
+      integer :: status
+      if (grid%cut_cells%are_there()) call grid%cut_cells%find_copies(grid%forest)
+      associate (n_leaves => grid%forest%leaf_count())
          call points%reserve(merge(corners, 1, grid%is_quadratic())*grid%n_velocity_fields*(n_leaves + n_leaves/8 + 16), status, &
-                             forest%cells, level_width(0))
-         if (status == 0) allocate (grid%leaf_element(n_leaves + 1), stat=status)
-         if (status == 0) then
-            call number_nodes(grid, points)
-            if (grid%is_quadratic()) call number_inner_nodes(grid, points)
-            grid%n_nodes = points%n
-            grid%leaf_element(1) = 1
-            do leaf = 1, n_leaves
-               grid%leaf_element(leaf + 1) = grid%leaf_element(leaf) &
-                                             + grid%all_pieces(leaf)*merge(corners, 1, is_divided(grid, points, leaf))
-            end do
-            grid%n_elements = grid%leaf_element(n_leaves + 1) - 1
-            allocate (grid%element_lower(ndim, grid%n_elements), grid%element_size(grid%n_elements), &
-                      grid%element_nodes(corners, grid%n_elements), grid%element_leaf(grid%n_elements), stat=status)
-         end if
-         if (status == 0) then
-            call place_elements(grid, points)
-            grid%n_points = points%n
-            call find_masters(grid, points)
-            call grid%dofs%connect(grid%element_nodes, status)
-         end if
-         if (status == 0) allocate (grid%node_position(ndim, grid%n_points), stat=status)
+                             grid%forest%cells, level_width(0))
       end associate
+      if (status == 0) then
+         call number_nodes(grid, points)
+         if (grid%is_quadratic()) call number_inner_nodes(grid, points)
+         grid%n_nodes = points%n
+         if (.not. grid%is_quadratic()) call place_elements(grid, failure, points)
+         if (failure%failed()) return
+         allocate (grid%element_nodes(corners, grid%n_elements), stat=status)
+      end if
+      if (status == 0) then
+         call number_corners(grid, points)
+         grid%n_points = points%n
+         call find_masters(grid, points)
+         call grid%dofs%connect(grid%element_nodes, status)
+      end if
+      if (status == 0) allocate (grid%node_position(ndim, grid%n_points), stat=status)
       if (status /= 0) then
-         call failure%report(exit_computation, 'grid: not enough memory for this number of cells')
+         call report_memory(failure)
          return
       end if
-      grid%finest_cell = scale(forest%cell, -forest%finest_level())
       call place_nodes(grid)
-   end subroutine build_grid
+   end subroutine add_points
+
+   !> Fail as the memory does not suffice.
+   pure subroutine report_memory(failure)
+      type(failure_t), intent(inout) :: failure
+      call failure%report(exit_computation, 'grid: not enough memory for this number of cells')
+   end subroutine report_memory
 
    !> Number the nodes: the corners of leaves, in the order of the leaves, but for aggregated nodes.
    subroutine number_nodes(grid, points)
@@ -242,13 +255,13 @@ contains
    end function middle_of_side
 
    !> Whether a leaf is stored as its quarters: a quadratic one, or one with a node in the middle of a side.
-   pure logical function is_divided(grid, nodes, leaf)
+   pure logical function is_divided(grid, leaf, nodes)
       type(grid_t), intent(in) :: grid
-      type(place_table_t), intent(in) :: nodes
+      type(place_table_t), intent(in), optional :: nodes !! where it is not quadratic
       integer, intent(in) :: leaf
       integer :: piece, side
       is_divided = grid%is_quadratic()
-      if (is_divided .or. grid%forest%is_uniform()) return
+      if (is_divided .or. grid%forest%is_uniform() .or. .not. present(nodes)) return
       do piece = 1, grid%all_pieces(leaf)
          do side = 1, sides
             is_divided = is_divided .or. nodes%number_of(middle_of_side(grid, leaf, piece, side)) > 0
@@ -256,12 +269,28 @@ contains
       end do
    end function is_divided
 
-   !> Elements of the leaves, and the nodes at their corners, of which the new ones hang.
-   subroutine place_elements(grid, points)
+   !> Elements of the leaves. Fails where the memory does not suffice.
+   subroutine place_elements(grid, failure, nodes)
       type(grid_t), intent(inout) :: grid
-      type(place_table_t), intent(inout) :: points
+      type(failure_t), intent(inout) :: failure
+      type(place_table_t), intent(in), optional :: nodes !! where cells are not quadratic
       integer(long) :: lower(ndim), width
-      integer :: leaf, piece, e, quarter, c
+      integer :: leaf, piece, e, quarter, status
+      allocate (grid%leaf_element(grid%forest%leaf_count() + 1), stat=status)
+      if (status == 0) then
+         grid%leaf_element(1) = 1
+         do leaf = 1, grid%forest%leaf_count()
+            grid%leaf_element(leaf + 1) = grid%leaf_element(leaf) &
+                                          + grid%all_pieces(leaf)*merge(corners, 1, is_divided(grid, leaf, nodes))
+         end do
+         grid%n_elements = grid%leaf_element(grid%forest%leaf_count() + 1) - 1
+         allocate (grid%element_lower(ndim, grid%n_elements), grid%element_size(grid%n_elements), &
+                   grid%element_leaf(grid%n_elements), stat=status)
+      end if
+      if (status /= 0) then
+         call report_memory(failure)
+         return
+      end if
       do leaf = 1, grid%forest%leaf_count()
          width = level_width(grid%forest%level_of(leaf))
          if (grid%is_transition(leaf)) width = width/2
@@ -274,13 +303,32 @@ contains
                grid%element_lower(:, e) = grid%forest%position(lower)
                grid%element_size(e) = grid%forest%size_of(leaf)
                if (grid%is_transition(leaf)) grid%element_size(e) = grid%element_size(e)/2
+            end do
+         end do
+      end do
+   end subroutine place_elements
+
+   !> The nodes at the corners of the elements, of which the new ones hang.
+   subroutine number_corners(grid, points)
+      type(grid_t), intent(inout) :: grid
+      type(place_table_t), intent(inout) :: points
+      integer(long) :: lower(ndim), width
+      integer :: leaf, piece, e, quarter, c
+      e = 0
+      do leaf = 1, grid%forest%leaf_count()
+         width = level_width(grid%forest%level_of(leaf))
+         if (grid%is_transition(leaf)) width = width/2
+         do piece = 1, grid%all_pieces(leaf)
+            do quarter = 1, grid%quarters_of(leaf)
+               e = e + 1
+               lower = grid%forest%place_of(leaf) + corner_offset(quarter)*width
                do c = 1, corners
                   call points%enter(seen_from(grid, leaf, piece, lower + corner_offset(c)*width), grid%element_nodes(c, e))
                end do
             end do
          end do
       end do
-   end subroutine place_elements
+   end subroutine number_corners
 
    !> Positions of the nodes, each by the first of its elements.
    subroutine place_nodes(grid)

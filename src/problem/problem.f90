@@ -31,9 +31,9 @@ module hampm_problem
    use hampm_error_context, only: when
    implicit none
    private
-   public :: problem_t, start_problem, rebuild_on_grid, renew_interfaces, sort_particles, sort_anew, update_particles, &
-             map_to_grid, rebuild_operators, refresh_grid, is_weighed, keeps_velocity, pass_on, do_pass, assemble_sums, &
-             kinetic_energy, stored_energy, dissipated_energy, archive_history
+   public :: problem_t, start_problem, rebuild_on_grid, renew_interfaces, sort_particles, sort_anew, weigh_particles, &
+             update_particles, map_to_grid, rebuild_operators, refresh_grid, is_weighed, keeps_velocity, pass_on, do_pass, &
+             assemble_sums, kinetic_energy, stored_energy, dissipated_energy, archive_history
 
    !> What makes steps fast, and follows from the rest.
    type :: cache_t
@@ -44,6 +44,7 @@ module hampm_problem
       logical :: weighed = .false.               !! whether the nodes have the masses that these give
       logical :: has_velocity = .false.          !! whether `v_mapped` is the velocity of the nodes at the start of the next step
       logical :: sorted = .false.                !! whether particles moved to other cells in the last step
+      logical :: is_provisional = .false.        !! whether the mesh is to change before anything moves: nodes and weights wait for the last one
    end type cache_t
 
    !> The body and what acts on it: particles of materials in the cells of a grid, constraints, loads and interfaces; how it is solved, and its
@@ -101,6 +102,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(element_operators_t) :: none
       m%cache%mapped = .false.
+      if (m%cache%is_provisional) return
       m%blocks%layout = m%blocks%layout + 1      ! where its elements are is new, whichever they are
       m%blocks%by_supports = any(m%materials%mean_dilatation) .or. m%particles%thickness%is_ring
       m%cache%tiling = tiling_t()
@@ -332,7 +334,7 @@ contains
       type(failure_t), intent(inout) :: failure
       m%cache%mapped = .false.
       call sort_particles(m, failure)
-      if (.not. failure%failed()) call find_active_nodes(m%grid, m%blocks, m%fields, failure)
+      if (.not. (failure%failed() .or. m%cache%is_provisional)) call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine sort_anew
 
    !> Sort the particles into the cells of the grid, with the loads that they carry. Fails where one has left the
@@ -346,11 +348,15 @@ contains
       call pass_on(m, m%state%steps, lost, failure)
       if (failure%failed()) return
       call follow_sort(m%loads, m%cache%sorting%new_place)
-      if (m%grid%is_quadratic()) then
-         call weigh_points(m%matter_t)
-         call share_by_mass(m%loads, m%particles)
-      end if
+      if (m%grid%is_quadratic() .and. .not. m%cache%is_provisional) call weigh_particles(m)
    end subroutine sort_particles
+
+   !> Give the particles of quadratic cells the weights of their quadrature, and loads by mass what follows.
+   subroutine weigh_particles(m)
+      type(problem_t), intent(inout) :: m
+      call weigh_points(m%matter_t)
+      call share_by_mass(m%loads, m%particles)
+   end subroutine weigh_particles
 
    !> Fail as a part of a step did, if it did, and say when.
    subroutine pass_on(m, step, part, failure)
