@@ -296,10 +296,13 @@ contains
       class(transfer_t), intent(inout) :: self
       integer, intent(in) :: n
       integer, intent(inout) :: values(n)
-      integer(long), allocatable :: wide(:)
-      allocate (wide, source=int(values, long))
-      call self%longs(n, wide)
-      values = int(wide)
+      self%seen = self%seen + 1
+      if (self%seen /= self%wanted) return
+      if (self%packs) then
+         self%whole_values = values(self%origin)
+      else
+         values = int(self%whole_values)
+      end if
    end subroutine transfer_integers
 
    !> Pack or unpack a field of long integers, if it is wanted.

@@ -24,6 +24,7 @@ module hampm_sorting
       real(dp), allocatable, private :: real_copy(:)
       integer, allocatable, private :: integer_copy(:)
       integer(long), allocatable, private :: long_copy(:)
+      logical, private :: of_all = .false.              !! whether all particles were looked at
    contains
       procedure :: reals => permute_reals
       procedure :: integers => permute_integers
@@ -49,6 +50,7 @@ contains
       if (failure%failed()) return
       call form_blocks(blocks, grid, p%cell(:p%n))
       call find_places(s, p, blocks)
+      s%of_all = .not. present(left)
       call p%visit_columns(s)
       call find_materials(blocks, p%material)
    end subroutine sort_into_cells
@@ -193,6 +195,9 @@ contains
       real(dp), intent(inout) :: values(n, width)
       integer :: d, k
       do d = 1, width
+         if (self%of_all) then                   ! before anything has moved most columns are zero
+            if (all(abs(values(:, d)) <= 0)) cycle
+         end if
          do k = 1, self%n_stretches
             associate (from => self%from(k), to => self%to(k), length => self%length(k))
                self%real_copy(to:to + length - 1) = values(from:from + length - 1, d)
