@@ -145,7 +145,9 @@ contains
       real(dp) :: off_of_j(modes), off_of_k(modes)
       real(dp) :: places(ndim, size(tips)), distance, missing(2)
       real(dp), allocatable :: u(:, :, :)
+      type(crack_values_t) :: found(2)           ! with the tip sought at its own place, and beside it
       integer :: t, d
+      allocate (found(1)%j(1), found(2)%j(1))
       of_k = 0
       of_j = 0
       associate (h => tips(number)%nodes%spacing)
@@ -197,17 +199,17 @@ contains
          real(dp), intent(out) :: k(modes)       !! [Pa sqrt(m)]
          real(dp), intent(out) :: j              !! [J/m2]
          type(crack_tip_t) :: tip
-         type(crack_values_t) :: found
          type(particles_t) :: p
          tip = tips(number)
          tip%may_close = .false.
          tip%radii = [max(min(minval(tip%radii), maxval(tip%radii)/2), min(2*tip%nodes%spacing, maxval(tip%radii)))]
          call displace(problem, static_tips%u + u, p, tip%now, tip%radii(1) + norm2(shift))
-         allocate (found%j(1))
-         call measure_domain(problem, static_tips%scale*largest_factors(problem%loads), tip, p, &
-                             resting(problem, static_tips%acceleration), found, shift)
-         k = found%intensity
-         j = found%j(1)
+         associate (values => found(merge(2, 1, any(abs(shift) > 0))))
+            call measure_domain(problem, static_tips%scale*largest_factors(problem%loads), tip, p, &
+                                resting(problem, static_tips%acceleration), values, shift)
+            k = values%intensity
+            j = values%j(1)
+         end associate
       end subroutine find
    end subroutine estimate_by_shifts
 
