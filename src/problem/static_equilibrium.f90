@@ -8,7 +8,7 @@ module hampm_static_equilibrium
    use hampm_kinds, only: dp, ndim
    use hampm_problem, only: problem_t, refresh_grid, update_particles, stored_energy, kinetic_energy
    use hampm_nodal_state, only: unbalanced_force
-   use hampm_stiffness, only: stiffness_t, new_stiffness, full_loads
+   use hampm_stiffness, only: stiffness_t, is_larger, new_stiffness, full_loads
    implicit none
    private
    public :: find_distance_to_equilibrium, find_lowest_frequency, time_to_equilibrium
@@ -69,6 +69,7 @@ contains
       logical :: done
       integer :: turn, i
       frequency = 0
+      if (is_larger(m, most_proposed)) return
       call refresh_grid(m)                       ! nodes have their masses now
       call full_loads(m, force)
       if (.not. any(abs(force) > 0)) return
