@@ -64,9 +64,9 @@ contains
       real(dp), parameter :: patience = 0.3_dp   ! for the steps [s]
       integer, parameter :: most_steps = 1000, most_at_rest = 100000
       type(failure_t) :: failure
-      real(dp) :: start, first, last
+      real(dp) :: start, first, last, sample
       integer(long) :: steps
-      integer :: done
+      integer :: done, again
       duration = -1
       if (s%integrator%is_static .and. s%problem%particles%n > most_at_rest) return
       call s%integrator%choose_steps(s%problem, s%model%run%end_time, s%longest_step, steps, s%dt)
@@ -82,10 +82,14 @@ contains
          last = seconds() - start
       end do
       call update_particles(s%problem)
-      start = seconds()
-      call measure_state(s, failure)
+      sample = huge(sample)
+      do again = 1, 3                            ! the first one makes room, and any may be interrupted
+         start = seconds()
+         call measure_state(s, failure)
+         sample = min(sample, seconds() - start)
+      end do
       if (failure%failed()) return
-      duration = first + samples*(seconds() - start)
+      duration = first + samples*sample
       if (done > 1) duration = duration + (steps - 1)*last/(done - 1)
       if (done == 1) duration = duration + (steps - 1)*first
 
