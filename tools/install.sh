@@ -29,7 +29,7 @@ main() {
         [ -f "$list" ] || fail "$list: there is no such file: hampm is not installed in $prefix"
         remove
         [ ! -f "$venv/hampm" ] || rm -r "$venv"
-        rmdir "$prefix/lib/hampm" 2>/dev/null || true
+        rmdir "$prefix/lib/hampm" "$prefix/lib" "$prefix" 2>/dev/null || true
         return
     fi
     program=$1
