@@ -1,11 +1,12 @@
 """What all pictures share: their look, the options for the file that is written, and words for files and units.
 
 They are drawn without a display. Colours are Okabe and Ito's, told apart with any colour vision; the dashes keep curves
-legible in grey.
+legible in grey. Curves have their names beside their ends, where there are few enough of them.
 """
 
 import argparse
 import math
+import re
 import textwrap
 from collections import Counter
 from pathlib import Path
@@ -15,16 +16,20 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
+import numpy as np  # noqa: E402
+
 from history import UNREADABLE, ResultError, printable  # noqa: E402
 
-COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"]
-DASHES = ["-", (0, (6, 2)), (0, (3, 3)), (0, (6, 2, 1.2, 2)), (0, (1.2, 1.8)), (0, (9, 3))]
+COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C8C8C"]
+DASHES = ["-", (0, (6, 2)), (0, (3, 3)), (0, (6, 2, 1.2, 2)), (0, (1.2, 1.8)), (0, (9, 3)), (0, (4, 1.2)), (0, (9, 2, 3, 2))]
+MOST_NAMED = 8      # curves of a panel whose names stand beside their ends
+LINE_OF_TEXT = 0.165  # height [inch]
 STYLE = {
     "font.size": 10, "axes.titlesize": 11, "legend.fontsize": 9, "axes.spines.top": False, "axes.spines.right": False,
     "axes.grid": True, "grid.color": "0.9", "grid.linewidth": 0.6, "axes.axisbelow": True, "lines.linewidth": 1.4,
     "svg.fonttype": "none", "pdf.fonttype": 42,
 }
-TIME_UNITS = {"s": (1.0, "s"), "ms": (1e3, "ms"), "us": (1e6, "µs")}
+TIME_UNITS = {"s": (1.0, "s"), "ms": (1e3, "ms"), "us": (1e6, "µs"), "ns": (1e9, "ns")}
 PREFIXES = {-4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}  # by powers of 1000
 MM = 1e3  # per metre
 NO_BREAK, THIN_SPACE = "\u00a0", "\u2009"
@@ -39,15 +44,24 @@ def add_picture_options(parser, suffix):
 
 
 def add_time_unit(parser):
-    parser.add_argument("--time-unit", choices=TIME_UNITS, default="ms", help="unit of the time axis (default: ms)")
+    parser.add_argument("--time-unit", choices=TIME_UNITS, help="unit of the time axis (default: the one that suits)")
 
 
 def time_axis(results, unit):
-    """By what times are multiplied and what their axis is called: at rest they only tell how large the loads are."""
+    """By what times are multiplied and what their axis is called: at rest they only tell how large the loads are, in load steps where
+    these are the same in all."""
     if all(result.is_static for result in results):
-        return 1.0, "time of the loads, at rest [s]"
-    factor, unit = TIME_UNITS[unit]
+        steps = {round(result.columns["step"][-1] / result.times[-1], 9) if "step" in result.columns and result.times[-1] > 0 else 0
+                 for result in results}
+        return (steps.pop(), "load step") if len(steps) == 1 and 0 not in steps else (1.0, "time of the loads, at rest [s]")
+    factor, unit = time_unit(max(result.times[-1] for result in results), unit)
     return factor, f"time $t$ [{unit}]"
+
+
+def time_unit(longest, unit=None):
+    """By what times are multiplied and the unit that they have then: the one asked for, else the one that suits a longest time [s]."""
+    suited = next((name for name, (factor, _) in TIME_UNITS.items() if longest * factor >= 1), "ns") if longest > 0 else "s"
+    return TIME_UNITS[unit or suited]
 
 
 def write(draw, options, suffix):
@@ -71,22 +85,84 @@ def save(figure, output, dpi):
 
 def wrapped(words, unit, width=38):
     """The label of an axis, in lines of so many characters, with the unit whole on the last."""
-    lines = textwrap.wrap(f"{words} [{unit.replace(' ', NO_BREAK)}]", width, break_long_words=False)
+    lines = textwrap.wrap(f"{words} [{typeset(unit).replace(' ', NO_BREAK)}]", width, break_long_words=False)
     return "\n".join(lines).replace(NO_BREAK, " ")
+
+
+def typeset(unit):
+    """A unit as it is printed: J/m2 as J/m², Pa m^0.5 as Pa√m."""
+    return re.sub(r"(?<=[a-zA-Z])([23])\b", lambda power: "²³"[int(power[1]) - 2], unit).replace(" m^0.5", "√m")
+
+
+def name_curves(figure, panels, says_it=False):
+    """Write the label of each curve beside its right end, in its colour. Where a panel has too many of them, or where they end elsewhere,
+    they stand in one legend below. A curve that is alone needs no label where its axis `says_it`. Returns the rows of the legend."""
+    lines = {axes: [line for line in axes.lines if not line.get_label().startswith("_")] for axes in panels}
+    if all(sum(line.get_transform() == axes.transData for line in of) <= MOST_NAMED and all(ends_at_right(axes, line) for line in of)
+           for axes, of in lines.items()):
+        for axes, of in lines.items():
+            write_beside(axes, of if len(of) > 1 or not says_it else [])
+        return 0
+    handles, labels = [sum(parts, []) for parts in zip(*(axes.get_legend_handles_labels() for axes in panels))]
+    return legend_below(figure, *zip(*{label: (handle, label) for handle, label in zip(handles, labels)}.values()))
+
+
+def ends_at_right(axes, line):
+    """Whether the last point of a curve is at the right edge, as the whole of a horizontal line is."""
+    if line.get_transform() != axes.transData:
+        return True
+    left, right = axes.get_xlim()
+    x = np.asarray(line.get_xdata(), dtype=float)
+    return x.size > 0 and x[-1] >= right - 0.08 * (right - left) and x[-1] >= np.nanmax(x)
+
+
+def write_beside(axes, lines):
+    """Labels of curves beside the right edge, as high as these end there, one below the other where they would be on each other."""
+    low, high = axes.get_ylim()
+    height = axes.get_position().height * axes.figure.get_figheight()
+    labels = [textwrap.fill(line.get_label(), 26 + len(line.get_label()) - shown_length(line.get_label())) for line in lines]
+    ends = [(last_of(line) - low) / (high - low) for line in lines]
+    sizes = [LINE_OF_TEXT * (1 + label.count("\n")) / height for label in labels]
+    order = sorted(range(len(lines)), key=lambda k: -round(30 * ends[k]))
+    places, top = {}, np.inf
+    for k in order:
+        places[k] = min(ends[k], top - sizes[k] / 2)
+        top = places[k] - sizes[k] / 2
+    bottom = -0.02
+    for k in reversed(order):  # what has come below the panel is moved up, and what is above it with it
+        places[k] = max(places[k], bottom + sizes[k] / 2)
+        bottom = places[k] + sizes[k] / 2
+    for k, (line, label) in enumerate(zip(lines, labels)):
+        axes.annotate(label, (1, min(max(ends[k], 0), 1)), xycoords="axes fraction", xytext=(1.035, places[k]), textcoords="axes fraction",
+                      va="center", fontsize=9, color=line.get_color(), annotation_clip=False,
+                      arrowprops={"arrowstyle": "-", "color": line.get_color(), "linewidth": 0.7, "shrinkA": 1, "shrinkB": 0,
+                                  "relpos": (0, 0.5)})
+
+
+def shown_length(label):
+    """How many letters a label has, of which parts are formulas."""
+    return len(re.sub(r"\\mathrm|[{}$_]", "", label))
+
+
+def last_of(line):
+    """The last value of a curve that is a number."""
+    y = np.asarray(line.get_ydata(), dtype=float)
+    known = y[np.isfinite(y)]
+    return known[-1] if known.size else 0.0
 
 
 def legend_below(figure, handles, labels, narrow=42):
     """A legend under the figure, in two columns where labels are shorter than `narrow`; the rows it has."""
-    across = 2 if max(map(len, labels)) < narrow else 1
+    across = 2 if max(map(shown_length, labels)) < narrow else 1
     figure.legend(handles, labels, loc="outside lower center", ncols=across, frameon=False, handlelength=3.2)
     return -(-len(labels) // across)
 
 
-def ending(suffix):
-    """The type of an argument that names a file with this suffix."""
+def ending(*suffixes):
+    """The type of an argument that names a file with one of these suffixes."""
     def name(text):
-        if Path(text).suffix != suffix:
-            raise argparse.ArgumentTypeError(f"{text} does not end in {suffix}")
+        if Path(text).suffix not in suffixes:
+            raise argparse.ArgumentTypeError(f"{text} does not end in {' or '.join(suffixes)}")
         return text
     return name
 

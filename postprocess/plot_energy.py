@@ -12,7 +12,7 @@ import argparse
 import numpy as np
 
 from history import History, run
-from pictures import COLOURS, DASHES, add_picture_options, add_time_unit, legend_below, picture_names, plt, prefixed, time_axis, write
+from pictures import COLOURS, DASHES, add_picture_options, add_time_unit, name_curves, picture_names, plt, prefixed, time_axis, write
 
 PARTS = ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "fracture_energy")
 WORDS = {"kinetic_energy": "kinetic energy", "strain_energy": "strain energy", "damping_loss": "taken by damping",
@@ -47,7 +47,7 @@ class Balance:
     """
 
     def __init__(self, history):
-        self.stem, self.path, self.times, self.is_static = history.stem, history.path, history.times, history.is_static
+        self.stem, self.path, self.times, self.history = history.stem, history.path, history.times, history
         booked = [name for name in PARTS if name not in SOME_LACK or name in history.columns]
         columns = {name: history.columns[name] for name in history.select([*booked, "external_work"])}
         stored = columns["kinetic_energy"] + columns["strain_energy"]
@@ -62,12 +62,12 @@ class Balance:
 
 def draw(balances, options):
     """The figure: a column for each result, energies above the loss to the method."""
-    figure, axes = plt.subplots(2, len(balances), figsize=(1.7 + 4.6 * len(balances), 5.6), squeeze=False, sharex="col",
+    figure, axes = plt.subplots(2, len(balances), figsize=(3.4 + 4.6 * len(balances), 5.6), squeeze=False, sharex="col",
                                 sharey="row", height_ratios=(1, 0.4), layout="constrained")
     largest = max(balance.largest for balance in balances)
     factor, unit = prefixed(largest, "J")
     for balance, name, (upper, lower) in zip(balances, picture_names(balances), axes.T):
-        scale, label = time_axis([balance], options.time_unit)
+        scale, label = time_axis([balance.history], options.time_unit)
         draw_parts(upper, balance, scale, 1 / balance.largest if options.relative else factor, options.stacked)
         upper.set_title(f"{name}\n{closure(balance)}")
         loss = 100 * balance.parts["numerical_loss"] / balance.largest
@@ -79,7 +79,7 @@ def draw(balances, options):
     axes[1, 0].set(ylabel="lost by the\nmethod [%]", ylim=(min(low, -LEAST), max(high, LEAST)))
     if options.title:
         figure.suptitle(options.title)
-    legend_below(figure, *upper.get_legend_handles_labels())
+    name_curves(figure, axes[0, -1:])
     return figure
 
 

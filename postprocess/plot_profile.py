@@ -15,7 +15,7 @@ from collections import namedtuple
 from frames import CrackPlane, Frames
 from history import ResultError, read_curve, run
 from particle_fields import ParticleField
-from pictures import COLOURS, DASHES, add_picture_options, legend_below, names, plt, positive, prefixed, verbatim, write
+from pictures import COLOURS, DASHES, add_picture_options, name_curves, names, plt, positive, prefixed, typeset, verbatim, write
 
 import numpy as np
 
@@ -172,10 +172,10 @@ def draw(profiles, unit, options):
     axes.set_xlim(*(end * size if np.isfinite(end) else None for end in (options.first, options.last)))
     axes.set_xlabel(f"distance ahead of the crack tip [{length}]" if options.from_tip and options.along == "x"
                     else f"${options.along}$ [{length}]")
-    axes.set_ylabel(options.label or f"{options.field.replace('_', ' ')} [{'–' if unit == '1' else unit}]")
+    axes.set_ylabel(options.label or f"{options.field.replace('_', ' ')} [{'–' if unit == '1' else typeset(unit)}]")
     if options.title:
         figure.suptitle(options.title)
-    figure.set_figheight(3.7 + 0.2 * legend_below(figure, *axes.get_legend_handles_labels()))
+    figure.set_figheight(3.7 + 0.2 * name_curves(figure, [axes]))
     return figure
 
 

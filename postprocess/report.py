@@ -203,11 +203,13 @@ def release_rates(item):
 
 def growth(item):
     """How each tip has grown."""
-    yield "tip", "crack, first [m]", "crack, last [m]", "place at the end [m]", "starts after [s]", "largest speed [m/s]", "mean G/toughness in growth"
+    yield ("tip", "crack, first [m]", "crack, last [m]", "place at the end [m]", "starts at [s]", "at rest from [s]",
+           "largest mean speed over a cell [m/s]", "mean G/toughness in growth")
     for tip in item.tips:
-        length, starts = tip.column("crack_length"), tip.starts()
+        length, starts, rests = tip.column("crack_length"), tip.starts(), tip.rests()
         yield (tip.number, f"{length[0]:.6g}", f"{length[-1]:.6g}", f"{tip.places[-1, 0]:.5g}, {tip.places[-1, 1]:.5g}",
-               "–" if starts is None else f"{starts:.5g}", f"{tip.column('tip_speed').max():.5g}" if tip.has("tip_speed") else "–",
+               *("–" if time is None else f"{time:.5g}" for time in (starts, rests)),
+               f"{tip.mean_speed().max():.5g}" if tip.has("tip_speed") else "–",
                drive(tip))
 
 

@@ -59,14 +59,16 @@ def test_texts_are_printed_without_what_terminals_obey(script, tmp_path):
 def test_texts_are_no_formulas(tmp_path, text):
     """A formula that matplotlib cannot read ends it; one that it can would not show what is there. A legend has no label that begins with _."""
     assert verbatim(text).replace(r"\$", "$").strip() == text
-    path = write_result(tmp_path / f"{text}.h5".replace("\\", "+"))
-    with h5py.File(path, "a") as file:
-        for item in file["history"].values():
-            item.attrs["units"] = item.attrs["long_name"] = text
-    figure = plot_g.draw([History(path)], plot_g.parse([str(path), "--column", "G_*"]))
+    paths = [write_result(tmp_path / name) for name in (f"{text}.h5".replace("\\", "+"), "other.h5")]
+    for path in paths:
+        with h5py.File(path, "a") as file:
+            for item in file["history"].values():
+                item.attrs["units"] = item.attrs["long_name"] = text
+    options = plot_g.parse([*map(str, paths), "--column", "G_vcct_I", "--column", "G_stress_closure_I"])
+    figure = plot_g.draw([History(path) for path in paths], options)
     figure.canvas.draw()
-    shown = [words.get_text() for words in figure.legends[0].get_texts()]
-    assert len(shown) == 2 and all(path.stem in words.replace(r"\$", "$") for words in shown)
+    shown = [words.get_text().replace("\n", " ").replace(r"\$", "$") for words in figure.axes[0].texts]
+    assert len(shown) == 4 and sum(words.strip().startswith(f"{paths[0].stem}: ") for words in shown) == 2
     plot_g.plt.close("all")
 
 
