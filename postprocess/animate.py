@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Animation of a hampm result: particles, mesh and cracks in all snapshots, as a GIF.
+"""Animation of a hampm result: particles, mesh and cracks in all snapshots, as a GIF, or as an MP4 where there is ffmpeg.
 
-Particles stand where they are with their displacement enlarged, each as a square of its share of its cell, coloured by
-a field. The mesh stands still: material moves through it. The faces of cracks move with the particles beside them. Where a crack
-lies on a plane of symmetry, all is mirrored about it.
+Particles stand where they are with their displacement enlarged, each as a square of its share of its cell that deforms as its material
+does, coloured by a field, on one scale of colours for all. The mesh stands still: material moves through it. The faces of cracks move with
+the particles beside them. Where a crack lies on a plane of symmetry, all is mirrored about it.
 The title says by how much displacements are enlarged. On a terminal the snapshots that are done are counted.
 """
 
@@ -18,7 +18,7 @@ from particle_pictures import (Canvas, add_colour_bar, add_field_options, bodies
                                survey)
 from pictures import STYLE, ending, plt, positive
 
-from matplotlib.animation import PillowWriter
+from matplotlib.animation import FFMpegWriter, PillowWriter
 
 
 def main(arguments=None):
@@ -28,7 +28,7 @@ def main(arguments=None):
     with plt.rc_context(STYLE | {"savefig.dpi": options.dpi, "figure.dpi": options.dpi}):
         film = Film(result, options)
         try:
-            writer = PillowWriter(fps=options.fps)
+            writer = writer_of(output, options.fps)
             with writer.saving(film.figure, output, options.dpi):
                 for number in counted(result.times.size):
                     film.show(number)
@@ -51,9 +51,18 @@ def parse(arguments):
     parser.add_argument("--fps", type=positive, default=10, metavar="N",
                         help="snapshots shown in a second (default: %(default)g)")
     parser.add_argument("--dpi", type=positive, default=100, metavar="N", help="resolution (default: %(default)g)")
-    parser.add_argument("-o", "--output", type=ending(".gif"), metavar="FILE.gif",
-                        help="animation to write (default: the file's name with .gif, beside it)")
+    parser.add_argument("-o", "--output", type=ending(".gif", ".mp4"), metavar="FILE",
+                        help="animation to write, .gif or .mp4 (default: the file's name with .gif, beside it)")
     return parser.parse_args(arguments)
+
+
+def writer_of(output, fps):
+    """What writes a film of the kind that the name of a file ends in."""
+    if output.suffix == ".gif":
+        return PillowWriter(fps=fps)
+    if not FFMpegWriter.isAvailable():
+        raise ResultError(f"{output}: an .mp4 is written by ffmpeg, which is not there (apt-get install ffmpeg); a .gif needs nothing more")
+    return FFMpegWriter(fps=fps, codec="libx264", extra_args=["-pix_fmt", "yuv420p", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"])
 
 
 def counted(number):
@@ -85,7 +94,7 @@ class Film:
 
     def show(self, number):
         """Draw a snapshot."""
-        self.title.set_text(self.canvas.show(number) + (", displacements × 1" if self.canvas.scale == 1 else ""))
+        self.title.set_text(self.canvas.show(number))
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ RAYS = 96        # from a particle, by which its outline is found; a multiple of
 PAST = 1e-6      # angle by which rays pass the ends of lines on either side [rad]
 BESIDE = 0.01    # of the size of a square: how far beside a line a point stands that is to be on one side of it
 NEAREST = 16     # particles among which the one is looked for that moves a point of a face
+COVERED = 0.85   # of their size: how far from a particle there is material, which may be in parts of squares at cracks
 REACH = 1.5      # sizes of their squares: how far from it particles move it
 PARTS = 400      # of a straight part of a crack, at most
 
@@ -103,15 +104,16 @@ def meeting(place, ray, start, end):
     return cross(to_start, along) / across, cross(to_start, ray) / across
 
 
-def faces(crack, places, width, shift, segments):
+def faces(crack, places, width, shift, segments, boxes):
     """The two faces of a crack, left and right, each points that are moved by what moves the nearest particle on their side;
-    NaN where there is none near. At a tip both meet, in the mean of both. Shape (2, n, 2)."""
+    NaN where there is none near, and outside of the body. At a tip both meet, in the mean of both. Shape (2, n, 2)."""
     step = max(width.min() / 2, max(np.linalg.norm(np.diff(crack.points, axis=0), axis=1)) / PARTS) if len(places) else np.inf
     moved = [[], []]
     for start, end in zip(crack.points, crack.points[1:]):
         length = np.linalg.norm(end - start)
         left = np.array([start[1] - end[1], end[0] - start[0]]) / length
         line = start + np.linspace(0, 1, int(np.ceil(length / step)) + 1)[:, None] * (end - start)
+        line[~(are_covered(line, places, width) & are_within(line, *boxes))] = np.nan
         for face, normal in zip(moved, (left, -left)):
             face.append(line + moved_by(line, normal, places, width, shift, segments))
     moved = np.array([np.concatenate(face) for face in moved])
@@ -120,6 +122,16 @@ def faces(crack, places, width, shift, segments):
         if number and len(known):
             moved[:, place] = known.mean(axis=0)
     return moved
+
+
+def are_covered(points, places, width):
+    """Whether points are in the square of some particle."""
+    return np.array([np.any(np.abs(point - places).max(axis=1) < COVERED * width) for point in points], dtype=bool).reshape(-1)
+
+
+def are_within(points, lower, upper):
+    """Whether points are in some box of those with these corners, (n, 2) each."""
+    return np.any(np.all((points[:, None] > lower - 1e-9) & (points[:, None] < upper + 1e-9), axis=2), axis=1)
 
 
 def moved_by(line, normal, places, width, shift, segments):

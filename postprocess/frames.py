@@ -19,7 +19,7 @@ Crack.__doc__ = "The points of a crack in the reference configuration [m] (n, 2)
 Block.__doc__ = "Positions [m] (n, 2), the corners of the cells as numbers of points (k, 9, 4, 2 or 1), and fields by name."
 
 POINTS = {"particles": (1,), "mesh": (4, 9), "cracks": (2,)}   # of a cell
-VECTORS = ("displacement", "velocity")
+COMPONENTS = {"displacement": 2, "velocity": 2, "deformation_gradient": 4}   # at least
 COUNTED = ("body", "level", "particles", "crack", "tip", "piece")  # fields of whole numbers from 0 on
 DEEPEST = 40    # level of a cell
 FAR = 1e9       # cells from the grid at which nothing can be
@@ -73,8 +73,11 @@ class Frames:
 
     def cells_of(self, particles, leaves):
         """The cell of each particle; -1 outside the mesh. In the total frame it is that in which the particle was at first, wherever it has moved to."""
-        at_first = self.scene.text("method", "frame") == "total"
-        return leaves.at(particles.points - particles.point_fields["displacement"][:, :2] if at_first else particles.points)
+        return leaves.at(particles.points - particles.point_fields["displacement"][:, :2] if self.is_total() else particles.points)
+
+    def is_total(self):
+        """Whether particles stay in the cells in which they are at first, wherever they move to."""
+        return self.scene.text("method", "frame") == "total"
 
     def cracks(self, number=0):
         """The cracks of a snapshot; one on a symmetry plane that stays, and lines of older files, as the scene has them."""
@@ -158,10 +161,10 @@ class StoredBlock:
         """Fields by name."""
         where, found = f"{self._name}/{group}", {}
         for name in self._stored.names(where):
-            dims = 2 if name in VECTORS else 1 if name in COUNTED else max(1, self._stored.dims(f"{where}/{name}"))
+            dims = 2 if name in COMPONENTS else 1 if name in COUNTED else max(1, self._stored.dims(f"{where}/{name}"))
             limits = {"whole": True, "least": 0, "most": DEEPEST if name == "level" else 2**31} if name in COUNTED else {}
             found[name] = self._stored.numbers(f"{where}/{name}", dims, finite=True, first=first, count=count, **limits)
-            if name in VECTORS and found[name].shape[1] < 2:
+            if name in COMPONENTS and found[name].shape[1] < COMPONENTS[name]:
                 raise self._stored.wrong(f"{where}/{name}", f"has {found[name].shape[1]} components")
         bodies = len(self._scene.body_groups())
         if "body" in found and not (found["body"].min() >= 1 and found["body"].max() <= bodies):

@@ -22,6 +22,8 @@ class ParticleField:
 
     @property
     def words(self):
+        if self.name.startswith("stress_"):
+            return f"stress $\\sigma_{{{self.name.removeprefix('stress_')}}}$"
         return "von Mises stress" if self.name == "von_mises" else self.name.replace("_", " ")
 
     def values(self, particles, leaves):

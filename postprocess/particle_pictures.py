@@ -1,10 +1,10 @@
 """Particles coloured by a field, on the mesh: what still and moving pictures of snapshots share.
 
-Particles stand where they are with their displacement enlarged, each as a square of its share of its cell, coloured by
-a field, of which the part on the other side of a crack is left out. The mesh stands still: material moves through it. The faces of
-cracks move with the particles beside them. Where a crack lies on a plane of symmetry, all is mirrored about it; lengths are in mm,
-from the tip of a crack along a grid line, else or with --axes scene as in the scene. Components of stress are
-those along the axes of the scene.
+Particles stand where they are with their displacement enlarged, each as a square of its share of its cell that deforms as its material
+does, coloured by a field, of which the part on the other side of a crack is left out. The mesh stands still, drawn where it holds
+material. The faces of cracks move with the particles beside them. Where a crack lies on a plane of symmetry, all is mirrored about it;
+lengths are in mm, from the tip of a crack along a grid line, else or with --axes scene as in the scene. Components of stress are those
+along the axes of the scene.
 """
 
 from collections import namedtuple
@@ -16,11 +16,16 @@ from matplotlib.colors import BoundaryNorm, LogNorm, Normalize
 from crack_faces import beside, ends_of, faces, near, seen_from, segments_of
 from frames import CrackPlane, squares
 from history import ResultError
-from pictures import MM, positive, prefixed, round_off
+from pictures import MM, positive, prefixed, round_off, time_unit, typeset
 
-OVERLAP = 1.12  # of the squares of neighbours: strain and rotation, enlarged too, would open gaps between them
+OVERLAP = 1.06  # of the squares of neighbours, whose strains differ
+MOST_TURNED = 2.0  # enlarged displacement gradient of a particle that its square shows at most
 WIDE = 3.0      # the same of what is drawn below particles at a crack
 SHARE = 0.12    # of the picture's width that the largest displacement takes where no scale is given
+NEAREST = 4     # particles whose mean displacement is that of a tip
+AROUND = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])  # corners of a square
+FLAT = 0.35     # height over width of axes below which the scale of colours stands below them
+MOST_SHOWN = 97 # percent of the values that a scale of colours reaches: that around a tip has no end
 DECADES = 4     # that a logarithmic scale of colours reaches down at most
 
 Survey = namedtuple("Survey", "moved values lower upper tip")
@@ -40,6 +45,7 @@ def add_field_options(parser, field="energy_density"):
                         help="side of the square of a particle, over that of its share of the cell (default: %(default)g, without gaps)")
     parser.add_argument("--window", type=positive, metavar="MM",
                         help="half width of what is shown around the crack tip [mm] (default: everything)")
+    parser.add_argument("--no-mesh", dest="mesh", action="store_false", help="leave the mesh out")
     add_axes_option(parser)
 
 
@@ -63,8 +69,9 @@ def survey(result, field, numbers, options, scale=1.0):
         shown = np.abs(plane.local(particles.points) * MM - tip).max(axis=1) < (options.window or np.inf)
         moved = max(moved, np.linalg.norm(displacement[shown], axis=1).max(initial=0.0) * MM)
         values.append(field.values(particles, leaves)[shown])
-        width = options.size * share_of_cell(result, leaves, particles)
-        drawn = plane.local(squares(particles.points + (scale - 1) * displacement - width[:, None] / 2, width)).reshape(-1, 2) * MM
+        half = options.size * share_of_cell(result, leaves, particles) / 2
+        places = particles.points + (scale - 1) * (displacement - anchor(result, particles, options.tip, number, options.window))
+        drawn = plane.local(deformed(places, half[:, None, None] * AROUND, gradients(particles, scale))).reshape(-1, 2) * MM
         corners += [drawn.min(axis=0), drawn.max(axis=0)]
     corners = plane.whole(np.array(corners), MM)
     return Survey(moved, np.concatenate(values), corners.min(axis=0), corners.max(axis=0), tip)
@@ -77,11 +84,65 @@ def joined(surveys):
 
 
 def share_of_cell(result, leaves, particles):
-    """Size of the square of each particle: the particles of a cell share its area [m]."""
+    """Size of the square of each particle in the reference configuration: the particles of a cell share its area [m]. In the updated
+    frame that of the first snapshot, as long as none has been divided since: strained material is elsewhere in the cells."""
+    if not result.is_total() and result.number():
+        first = result.block("particles", 0)
+        now, then = (block.point_fields["id"] for block in (particles, first))
+        if np.array_equal(np.sort(now), np.sort(then)):
+            return shares(result, result.leaves(0), first)[np.argsort(then)][np.argsort(np.argsort(now))]
+    return shares(result, leaves, particles)
+
+
+def shares(result, leaves, particles):
+    """The same, by the cells in which particles are."""
     cell = result.cells_of(particles, leaves)
     number = np.bincount(cell[cell >= 0], minlength=leaves.width.size)
-    width = leaves.width / np.sqrt(np.maximum(number, 4))  # a cell at the edge is not full
+    full = min((result.scene.numbers("body", "points_per_cell", n) or [2])[0] for n in result.scene.body_groups() or [1])
+    width = leaves.width / np.sqrt(np.maximum(number, full**2))  # a cell at the edge is not full
     return np.where(cell >= 0, width[cell], result.scene.cell() / 2)
+
+
+def anchor(result, particles, tip, number, window):
+    """The displacement that stays as it is where others are enlarged: that of the particles nearest to the tip around which a window
+    stands; none where the whole is shown."""
+    plane = result.crack_plane(tip, number) if window else None
+    if plane is None:
+        return np.zeros(2)
+    displacement = particles.point_fields["displacement"][:, :2]
+    near_tip = np.linalg.norm(particles.points - displacement - plane.in_scene().tip, axis=1)
+    return displacement[np.argsort(near_tip, kind="stable")[:NEAREST]].mean(axis=0)
+
+
+def deformation(particles):
+    """The deformation gradients of particles, shape (n, 2, 2); those of no deformation where a file does not have them."""
+    stored = particles.point_fields.get("deformation_gradient")
+    return np.broadcast_to(np.eye(2), (len(particles.points), 2, 2)) if stored is None else stored.reshape(-1, 2, 2)
+
+
+def gradients(particles, scale):
+    """The gradients by which the squares of particles deform whose displacements are enlarged, shape (n, 2, 2). Enlarged ones above
+    MOST_TURNED, as at the tip of a crack, are brought down to that: squares would be drawn over others."""
+    h = scale * (deformation(particles) - np.eye(2))
+    size = np.linalg.norm(h, axis=(1, 2))
+    most = np.maximum(MOST_TURNED, size / scale)
+    return np.eye(2) + h * np.minimum(1, most / np.maximum(size, 1e-300))[:, None, None]
+
+
+def deformed(places, offsets, gradient):
+    """Points around places (n, 2), at offsets from them in the reference configuration (n, k, 2), as gradients (n, 2, 2) deform them."""
+    return places[:, None] + np.einsum("nij,nkj->nki", gradient, np.broadcast_to(offsets, (len(places), *offsets.shape[1:])))
+
+
+def time_words(result, number):
+    """When a snapshot is, in words: the load step at rest, where there are several, else the time in the unit that suits the run."""
+    scene, time, longest = result.scene, result.times[number], result.times.max()
+    if scene.is_static():
+        steps, end = (scene.numbers(*key) or [1] for key in (("method", "load_steps"), ("run", "end_time")))
+        return f"load step {time * steps[0] / end[0]:.4g} of {steps[0]:g}" if steps[0] > 1 and end[0] > 0 else "equilibrium"
+    factor, unit = time_unit(longest)
+    digits = max(0, 3 - int(np.floor(np.log10(longest * factor)))) if longest > 0 else 0
+    return f"$t$ = {time * factor:.{digits}f} {unit}"
 
 
 def plane_of(result, options):
@@ -100,7 +161,7 @@ def is_in_scene(result, options):
 
 def axis_labels(plane, grows=False):
     """What the coordinates of a picture are; those along a crack that grows are from where its tip began."""
-    along_crack = f"distance ahead of {'where the tip began' if grows else 'the crack tip'} [mm]", "height above the crack [mm]"
+    along_crack = f"ahead of {'where the tip began' if grows else 'the tip'} [mm]", "above crack [mm]"
     return ("$x$ [mm]", "$y$ [mm]") if plane.of_scene else along_crack
 
 
@@ -140,8 +201,10 @@ def colours(field, values, log=False):
     if field.name == "level":
         edges = np.arange(values.max(initial=0) + 2) - 0.5
         return Colours(BoundaryNorm(edges, 256), "YlGnBu", 1.0, "1", "neither")
-    top = np.percentile(np.abs(values), 99.5) if values.size else 0.0
-    top = top if top > 0 else 1.0
+    largest = np.abs(values).max(initial=0.0)
+    top = np.percentile(np.abs(values), MOST_SHOWN) if values.size else 0.0
+    top = top if top > 0 else largest or 1.0
+    is_over = largest > top * (1 + 1e-9)
     factor, unit = prefixed(top, field.unit)
     is_signed = values.size > 0 and values.min() < 0
     if log:
@@ -150,8 +213,8 @@ def colours(field, values, log=False):
         bottom = max(values[values > 0].min(initial=top), top / 10**DECADES)
         return Colours(LogNorm(factor * min(bottom, top / 10), factor * top), "YlOrRd", factor, unit, "both")
     if is_signed:
-        return Colours(Normalize(-factor * top, factor * top), "RdYlBu_r", factor, unit, "both")
-    return Colours(Normalize(0.0, factor * top), "YlOrRd", factor, unit, "max")
+        return Colours(Normalize(-factor * top, factor * top), "RdYlBu_r", factor, unit, "both" if is_over else "neither")
+    return Colours(Normalize(0.0, factor * top), "YlOrRd", factor, unit, "max" if is_over else "neither")
 
 
 class Canvas:
@@ -163,7 +226,8 @@ class Canvas:
         self.plane = plane_of(result, options)
         self.squares = axes.add_collection(PolyCollection([], cmap=shades.map, norm=shades.norm, edgecolors="none",
                                                           antialiased=False))
-        self.mesh = axes.add_collection(PolyCollection([], facecolors="none", edgecolors=(0, 0, 0, 0.3), linewidths=0.5))
+        self.mesh = axes.add_collection(PolyCollection([], facecolors="none", edgecolors=(0, 0, 0, 0.3), linewidths=0.5,
+                                                       visible=options.mesh))
         self.faces = axes.add_collection(LineCollection([], colors="black", linewidths=1.0, capstyle="butt"))
         self.tips, = axes.plot([], [], "o", color="black", markersize=3)
         across, up = axis_labels(self.plane, result.scene.count("growth") > 0)
@@ -175,15 +239,14 @@ class Canvas:
         """Draw a snapshot. Returns what it shows, in words."""
         leaves, particles, cracks = self.result.leaves(number), self.result.block("particles", number), self.result.cracks(number)
         values = self.shades.factor * self.field.values(particles, leaves)
-        squares_of = Squares(particles, share_of_cell(self.result, leaves, particles), cracks, self.scale, self.result.scene)
-        self.mesh.set_verts(self._seen(squares(leaves.lower, leaves.width)))
+        fixed = anchor(self.result, particles, self.tip, number, self.window)
+        squares_of = Squares(particles, share_of_cell(self.result, leaves, particles), cracks, self.scale, self.result.scene, fixed)
+        holds = leaves.particles > 0
+        self.mesh.set_verts(self._seen(squares(leaves.lower[holds], leaves.width[holds])))
         self._draw_particles(squares_of, values)
         self._draw_cracks(squares_of, cracks)
         self._follow(number)
-        time = self.result.times[number]
-        when = f"at rest, $t$ = {time:g} s" if self.result.scene.is_static() else f"$t$ = {time * 1e3:.3f} ms"
-        words = f"{when}, {len(values)} particles"
-        factor = f"{self.scale:,g}".replace(",", " ")
+        words, factor = time_words(self.result, number), f"{self.scale:,g}".replace(",", "\u2009")
         return words if self.scale == 1 else f"{words}, displacements × {factor}"
 
     def _follow(self, number):
@@ -225,10 +288,10 @@ class Squares:
     divided   of which a crack may be in the square or beside it
     """
 
-    def __init__(self, particles, width, cracks, scale, scene):
+    def __init__(self, particles, width, cracks, scale, scene, fixed):
         displacement, segments = particles.point_fields["displacement"][:, :2], segments_of(cracks)
         self._width, self._segments, self._ends = width, segments, ends_of(cracks)
-        self._shift = scale * displacement
+        self._shift, self._gradient = scale * (displacement - fixed) + fixed, gradients(particles, scale)
         places = particles.points - displacement
         self.divided = near(places, WIDE * width, segments)
         self._places = beside(places, particles.point_fields.get("side", np.zeros(len(places))), width, segments)
@@ -236,26 +299,32 @@ class Squares:
 
     def whole(self, size, chosen):
         """Corners, as if there were no cracks, with sides of so many shares."""
-        width = size * self._width[chosen]
-        return squares(self._places[chosen] - width[:, None] / 2, width) + self._shift[chosen, None]
+        return self._moved(size * self._width[chosen, None, None] / 2 * AROUND, chosen)
+
+    def _moved(self, offsets, chosen):
+        """Points at offsets from the places of particles, as these move and deform."""
+        return deformed(self._places[chosen] + self._shift[chosen], offsets, self._gradient[chosen])
 
     def parts(self, size, chosen):
         """Outlines of what particles see of their squares past cracks; squares larger than their shares end with the body."""
         places, body, half = self._places[chosen], self._body[chosen], size * self._width[chosen, None] / 2
         lower, upper = np.maximum(places - half, self._lower[body]), np.minimum(places + half, self._upper[body])
         outlines = seen_from(places, lower, upper, self._segments, self._ends, self._width[chosen])
-        return outlines + self._shift[chosen, None]
+        return self._moved(outlines - places[:, None], chosen)
 
     def faces(self, crack):
         """The faces of a crack."""
-        return faces(crack, *(item[self.divided] for item in (self._places, self._width, self._shift)), self._segments)
+        beside = (item[self.divided] for item in (self._places, self._width, self._shift))
+        return faces(crack, *beside, self._segments, (self._lower, self._upper))
 
 
 def add_colour_bar(figure, axes, canvas):
     """The scale of colours, with name and unit of the field, beside some axes."""
     shades = canvas.shades
-    bar = figure.colorbar(canvas.squares, ax=axes, extend=shades.extend, extendfrac=0.03, pad=0.02,
-                          label=f"{canvas.field.words} [{'–' if shades.unit == '1' else shades.unit}]")
+    (left, right), (bottom, top) = canvas.axes.get_xlim(), canvas.axes.get_ylim()
+    place = {"location": "bottom", "aspect": 40, "shrink": 0.7} if top - bottom < FLAT * (right - left) else {"pad": 0.02}
+    bar = figure.colorbar(canvas.squares, ax=axes, extend=shades.extend, extendfrac=0.03, **place,
+                          label=f"{canvas.field.words} [{'–' if shades.unit == '1' else typeset(shades.unit)}]")
     if canvas.field.name == "level":
         bar.set_ticks(range(round(shades.norm.vmax + 0.5)))
         bar.minorticks_off()

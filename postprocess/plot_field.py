@@ -11,10 +11,14 @@ import argparse
 from frames import Frames
 from history import run
 from particle_fields import ParticleField
-from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, extent, is_in_scene, joined, survey
+from particle_pictures import FLAT, Canvas, add_colour_bar, add_field_options, colours, extent, is_in_scene, joined, survey
 from pictures import add_picture_options, picture_names, plt, positive, write
 
+from matplotlib.ticker import MaxNLocator
+
 TALLEST = 6.5  # height of a panel [inch]
+TALL = 0.75    # the same of a picture whose width is given, over that
+LOWEST = 1.3   # of a panel with its label
 
 
 def main(arguments=None):
@@ -35,7 +39,7 @@ def parse(arguments):
                             "(default: the last)")
     parser.add_argument("--scale", type=positive, default=1.0, metavar="FACTOR",
                         help="by which displacements are enlarged (default: %(default)g)")
-    parser.add_argument("--no-mesh", dest="mesh", action="store_false", help="leave the mesh out")
+    parser.add_argument("--width", type=positive, metavar="INCH", help="width of the picture (default: what suits it)")
     add_picture_options(parser, "_<field>")
     return parser.parse_args(arguments)
 
@@ -51,12 +55,11 @@ def draw(results, options):
     apart = True in of_scene or any(result.has_crack_lines for result in results)  # tips may be at different places
     is_shared = len(of_scene) == 1 and not (options.window and apart)
     lower, upper = extent(seen, options.window)
-    figure, axes = panels(len(views), upper - lower, is_shared)
+    figure, axes = panels(len(views), upper - lower, is_shared, options.width)
     stems = dict(zip(results, picture_names(results)))
     for panel, (result, number), own in zip(axes, views, surveys):
         canvas = Canvas(panel, result, fields[result], options.scale, shades, options)
         words = canvas.show(number)
-        canvas.mesh.set_visible(options.mesh)
         if not options.window:
             lower, upper = extent(seen if is_shared else own, options.window)
             panel.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
@@ -76,14 +79,19 @@ def numbers(result, options):
     return [result.number(snapshot) for snapshot in options.snapshot or [-1]]
 
 
-def panels(count, size, is_shared):
+def panels(count, size, is_shared, whole=None):
     """A figure with so many panels of this shape, which may share their axes: below each other where they are flat, else up to
-    three in a row."""
+    three in a row. As wide as the whole is to be [inch]."""
     across = 1 if size[1] < 0.5 * size[0] else min(count, 3)
     rows = -(-count // across)
-    width = min({1: 7.0, 2: 4.4, 3: 3.6}[across], TALLEST * size[0] / size[1])
-    figure, axes = plt.subplots(rows, across, figsize=(width * across + 1.4, (width * size[1] / size[0] + 0.4) * rows + 0.4),
-                                squeeze=False, sharex=is_shared, sharey=is_shared, layout="compressed")
+    below, beside = (0.9, 0.0) if size[1] < FLAT * size[0] else (0.0, 1.4)   # room for the scale of colours
+    widest, tallest = ((whole - beside) / across, TALL * whole) if whole else ({1: 7.0, 2: 4.4, 3: 3.6}[across], TALLEST)
+    width = min(widest, tallest * size[0] / size[1])
+    height = max(width * size[1] / size[0], LOWEST) + 0.4
+    figure, axes = plt.subplots(rows, across, figsize=(width * across + beside, height * rows + 0.4 + below), squeeze=False,
+                                sharex=is_shared, sharey=is_shared, layout="compressed")
+    for axis in axes.flat:
+        axis.yaxis.set_major_locator(MaxNLocator(max(1, min(9, round(3 * width * size[1] / size[0])))))
     for axis in axes.flat[count:]:
         axis.set_visible(False)
     return figure, axes.flat[:count]

@@ -10,11 +10,12 @@ import argparse
 
 from frames import Frames, squares
 from history import ResultError, run
-from particle_pictures import add_axes_option, axis_labels, is_in_scene, plane_of
+from particle_pictures import add_axes_option, axis_labels, is_in_scene, plane_of, time_words
 from pictures import COLOURS, MM, add_picture_options, plt, positive, verbatim, write
 
 import numpy as np
 from matplotlib.collections import PolyCollection
+from matplotlib.ticker import MaxNLocator
 
 
 def main(arguments=None):
@@ -53,7 +54,8 @@ def draw(results, options):
         upper[0].set_ylabel("mean $R$ of a cell [–]")
     for panel, title, view in zip(lower, upper, views):
         draw_mesh(panel, view, options.window)
-        title.set_title(view.heading(options.window))
+        title.set_title(view.heading(options.window), fontsize=10)
+        panel.xaxis.set_major_locator(MaxNLocator(5, prune="both"))
         if view is views[0] or view.plane.of_scene != views[0].plane.of_scene:
             panel.set_ylabel(axis_labels(view.plane, view.result.scene.count("growth") > 0)[1])
     if options.title:
@@ -72,7 +74,7 @@ class View:
             raise ResultError(f"{result.path}: the scene has no crack tip to look at")
         self.result, self.plane = result, plane_of(result, options)
         self.tip = result.tip_place(self.plane, options.tip, number) * MM
-        self.time, self.leaves, self.cracks = result.times[number], result.leaves(number), result.cracks(number)
+        self.number, self.leaves, self.cracks = number, result.leaves(number), result.cracks(number)
         self.holds_material = self.leaves.particles > 0
         corners = squares(self.leaves.lower, self.leaves.width)
         self.along, self.corners = crack.local(corners) * MM, self.plane.local(corners) * MM
@@ -93,7 +95,7 @@ class View:
         """Name or critical value, time, and how many cells of each level are shown."""
         name = rf"$R_\mathrm{{crit}}$ = {self.critical():g}" if self.has_parameter else verbatim(self.result.stem)
         shown = within(self.corners - self.tip, window) & self.holds_material
-        return f"{name}, $t$ = {self.time * 1e3:.4g} ms\n{levels(self.leaves.level[shown])}"
+        return f"{name}, {time_words(self.result, self.number)}\n{levels(self.leaves.level[shown])}"
 
 
 def draw_mesh(axes, view, window):
@@ -167,8 +169,9 @@ def within(corners, window):
 
 
 def levels(level):
-    """How many cells there are of each level, in words."""
-    return "cells of level " + ", ".join(f"{n}: {np.count_nonzero(level == n)}" for n in np.unique(level))
+    """How many cells there are of each level, in words, at most three levels a line."""
+    counts = [f"{np.count_nonzero(level == n)} of level {n}" for n in np.unique(level)]
+    return "\n".join(", ".join(counts[k:k + 3]) for k in range(0, len(counts), 3)) or "no cells"
 
 
 if __name__ == "__main__":

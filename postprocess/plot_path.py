@@ -19,13 +19,15 @@ from growing_tips import growing_tips
 from history import History, ResultError, is_rate, run
 from particle_fields import ParticleField
 from particle_pictures import Canvas, add_colour_bar, add_field_options, colours, extent, survey
-from pictures import COLOURS, DASHES, MM, add_picture_options, add_time_unit, picture_names, plt, positive, prefixed, time_axis, verbatim, write
+from pictures import (COLOURS, DASHES, MM, add_picture_options, add_time_unit, picture_names, plt, positive, prefixed, time_axis, typeset,
+                      verbatim, write)
 from points import read_points
 
 TALLEST = 6.0  # height of the picture [inch]
 FLAT = 0.5     # height over width below which what stands beside it stands below it
 HALO = [withStroke(linewidth=3.6, foreground="white")]
 MARKERS = "osD^v"
+LOOK = ("color", "linestyle", "linewidth", "marker", "markersize", "markerfacecolor", "markeredgecolor")
 
 
 def main(arguments=None):
@@ -45,13 +47,14 @@ def parse(arguments):
                        help="show this snapshot of it, counted from 0, or with a minus sign from the end (default: the last)")
     parser.add_argument("--scale", type=positive, default=1.0, metavar="FACTOR",
                         help="by which displacements are enlarged; paths are not moved (default: %(default)g)")
-    parser.add_argument("--no-mesh", dest="mesh", action="store_false", help="leave the mesh out")
     parser.add_argument("--beside", metavar="NAME", help="column of the history to draw over time; G over G_ref where there is one")
     add_time_unit(parser)
     parser.add_argument("--measured", action="append", default=[], metavar="FILE.csv",
                         help="points of a measured path, or of another reference: rows of x, y [mm]; may be repeated")
     parser.add_argument("--columns", type=pair, default=(1, 2), metavar="X,Y",
                         help="which columns of these files are x and y, counted from 1 (default: 1,2)")
+    parser.add_argument("--inset", type=float, nargs=3, metavar=("X", "Y", "HALF"),
+                        help="enlarge the paths around a place in a corner of the picture, over so much on either side [mm]")
     add_picture_options(parser, "_path")
     return parser.parse_args(arguments)
 
@@ -74,18 +77,32 @@ def draw(first, histories, measured, options):
     figure, axes, panel = panels(size[1] / size[0], options.beside)
     canvas = Canvas(axes, first, field, options.scale, colours(field, seen.values, options.log), options)
     title = canvas.show(number)
-    canvas.mesh.set_visible(options.mesh)
     axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]), title=options.title or title)
     add_colour_bar(figure, axes, canvas)
     for k, (history, name) in enumerate(zip(histories, picture_names(histories))):
-        draw_paths(axes, canvas.plane, history, name, k, first.times[number] if k == 0 else None)
+        label = name if len(histories) > 1 else "path of the tip"
+        draw_paths(axes, canvas.plane, history, label, k, first.times[number] if k == 0 else None)
     for k, (path, points) in enumerate(measured):
         axes.plot(*canvas.plane.local(points / MM).T * MM, MARKERS[k % len(MARKERS)], markersize=5, markerfacecolor="none",
                   markeredgecolor="black", markeredgewidth=1.1, label=verbatim(Path(path).stem), zorder=6)
+    if options.inset:
+        draw_inset(axes, options.inset)
     if panel:
         draw_over_time(panel, histories, first.times[number], options)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False, handlelength=3.2)
     return figure
+
+
+def draw_inset(axes, window):
+    """Enlarge the lines and points around a place, in a corner: x, y and half width of what is enlarged [mm]."""
+    x, y, half = window
+    inset = axes.inset_axes((0.62, 0.03, 0.35, 0.35), xlim=(x - half, x + half), ylim=(y - half, y + half), xticks=[], yticks=[])
+    inset.set_aspect("equal")
+    inset.grid(False)
+    for line in axes.lines[1:]:                    # the first are the tips
+        inset.plot(*line.get_data(), **{name: plt.getp(line, name) for name in LOOK})
+    inset.spines[:].set_visible(True)
+    axes.indicate_inset_zoom(inset, edgecolor="0.3", alpha=1)
 
 
 def panels(shape, has_panel):
@@ -113,6 +130,7 @@ def draw_over_time(axes, histories, now, options):
     largest = max(np.abs(history.columns[name][np.isfinite(history.columns[name])]).max(initial=0.0) for history in histories)
     unit = verbatim(histories[0].units[name])
     scale, unit = (1.0, "–") if is_ratio else prefixed(largest, unit)
+    unit = "–" if unit == "1" else typeset(unit)
     for k, history in enumerate(histories):
         axes.plot(history.times * factor, history.columns[name] * (1 / history.g_ref() if is_ratio else scale), color=COLOURS[k % len(COLOURS)],
                   linestyle=DASHES[k % len(DASHES)], marker="o" if history.times.size <= plot_g.FEW else None, markersize=3.5)

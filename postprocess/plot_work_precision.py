@@ -4,13 +4,14 @@
 A table is a CSV file with a row for each run and the columns `name` (its settings in words), `family` (of settings that belong
 together), `cpu_seconds`, `particles` and `error_percent`, whose sign does not count; others are ignored, and so are rows
 without an error, which are counted. Several tables are taken as one. Left the error over the cost, right over the
-particles; stepped the Pareto front, of settings that no other beats in both, numbered as in the list below. The front and the
-cheapest setting for each accuracy are printed.
+particles; stepped the Pareto front, of settings that no other beats in both, numbered as in the list below where they are few. Of more than
+five families those are drawn that are on the front most often. The front and the cheapest setting for each accuracy are printed.
 """
 
 import argparse
 import csv
 import sys
+from collections import Counter
 
 from history import UNREADABLE, ResultError, run
 from pareto import cheapest, front, measured, number, size
@@ -20,7 +21,8 @@ MARKERS = "osD^vP*X<>"
 LIMITS = (5, 2, 1, 0.5, 0.3)  # of the error [%]
 ENDINGS = {"_percent": "%", "_seconds": "s", "_bytes": "B"}
 CLOSE = 14  # distance of points on a front that share a label, in hundredths of an inch
-CROWD = 200  # runs from which on markers are small
+MOST_FAMILIES = 5
+MOST_NUMBERS = 12  # settings on the front that are numbered
 AXES = {"cpu_seconds": "processor time [s]", "particles": "particles", "error_percent": "error [%]",
         "sustained_percent": "sustained error [%]"}
 
@@ -108,8 +110,11 @@ def draw(rows, options):
     numbers = {}
     for row in (row for best in fronts for row in best):
         numbers.setdefault(row["name"], len(numbers) + 1)
+    if len(numbers) > MOST_NUMBERS:
+        numbers = {}
+    drawn = main_families(rows, fronts, options.family)
     for panel, cost, best in zip(axes[0], costs, fronts):
-        draw_runs(panel, rows, cost, options)
+        draw_runs(panel, [row for row in rows if row[options.family] in drawn], cost, options)
         panel.set(xscale="log", yscale="log", xlabel=axis_words(cost))
         draw_front(panel, best, cost, options.error, numbers)
         panel.yaxis.set_major_formatter("{x:g}")
@@ -120,6 +125,14 @@ def draw(rows, options):
         figure.suptitle(options.title)
     write_key(figure, axes[0, 0], numbers)
     return figure
+
+
+def main_families(rows, fronts, family):
+    """The families that are drawn, in the order of the table: all, or those that are on the fronts most often."""
+    every = list(dict.fromkeys(row[family] for row in rows))
+    on_front = Counter(row[family] for best in fronts for row in best)
+    chosen = sorted(every, key=lambda name: -on_front[name])[:MOST_FAMILIES]
+    return [name for name in every if name in chosen]
 
 
 def axis_words(column):
@@ -133,11 +146,10 @@ def axis_words(column):
 def draw_runs(axes, rows, cost, options):
     """All runs, each family in its colour and marker."""
     rows = measured(rows, cost, options.error)
-    marker_size = 5 if len(rows) < CROWD else 3
     for k, family in enumerate(dict.fromkeys(row[options.family] for row in rows)):
         of_family = [row for row in rows if row[options.family] == family]
         axes.plot([number(row, cost) for row in of_family], heights(of_family, rows, options.error), linestyle="none",
-                  marker=MARKERS[k % len(MARKERS)], color=COLOURS[k % len(COLOURS)], markersize=marker_size, alpha=0.8,
+                  marker=MARKERS[k % len(MARKERS)], color=COLOURS[k % len(COLOURS)], markersize=5, alpha=0.8,
                   markeredgewidth=0, label=verbatim(family))
 
 
@@ -151,6 +163,8 @@ def draw_front(axes, best, cost, error, numbers):
     """The least error for each cost as a stepped line, its points numbered, those that are close by their first and last."""
     costs, errors = [number(row, cost) for row in best], heights(best, best, error)
     axes.step(costs, errors, where="post", color="0.2", linewidth=1.0, zorder=1, label="Pareto front")
+    if not numbers:
+        return
     places = axes.transData.transform(list(zip(costs, errors)))
     first = 0
     for k in range(len(best)):

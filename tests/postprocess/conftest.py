@@ -69,6 +69,26 @@ MODELS["grown"] = PLATE + """&run plane = 'strain'  end_time = 3.0 /
 """
 
 
+RUBBER = """&grid lower = -8e-3, -2e-3  cell = 1e-3  cells = 26, 8 /
+&material name = 'rubber'  law = 'neo_hookean'  young = 1e3  poisson = 0.0  density = 1000 /
+&output snapshot_interval = 1.0 /
+"""
+MODELS["stretched"] = RUBBER + """&run plane = 'strain'  end_time = 1.0 /
+&body material = 'rubber'  lower = 0.0, 0.0  upper = 10e-3, 4e-3 /
+&constraint lower = 0.0, 0.0  upper = 0.0, 4e-3  fix = 'xy' /
+&constraint lower = 10e-3, 0.0  upper = 10e-3, 4e-3  fix = 'xy'  displacement = 10e-3, 0.0 /
+&method time = 'static'  load_steps = 10 /
+"""
+MODELS["stretched_updated"] = RUBBER.replace("1.0 /", "1e-3 /") + """&run plane = 'strain'  end_time = 1e-3 /
+&method frame = 'updated' /
+""" + "".join(f"&body material = 'rubber'  lower = {k}e-3, 0.0  upper = {k + 1}e-3, 4e-3  velocity = {(k - 4.5) / 3}, 0.0 /\n"
+              for k in range(10))
+MODELS["notched"] = PLATE + """&run plane = 'strain'  end_time = 1.0 /
+&method time = 'static' /
+&crack kind = 'path'  points = 0.3e-3, 12.9e-3, 0.3e-3, 4.2e-3 /
+"""
+
+
 def result_of(name, meaning):
     """A fixture of the whole session: the result file of a model."""
     @pytest.fixture(scope="session")
@@ -86,6 +106,11 @@ vertical_crack = result_of("vertical", "A plate with a crack from the middle of 
 slanted_crack = result_of("slanted", "A plate under tension with a slanted crack, tips 1 and 2, and a kinked one from its left edge, tip 3.")
 grown_crack = result_of("grown", "A plate under tension with a slanted crack from its left edge that grows in static equilibrium by three increments of 1.5 mm.")
 running_crack = result_of("running", "Half a plate whose crack on the plane of symmetry runs at 1000 m/s from 3 us on.")
+
+
+stretched = result_of("stretched", "A block of rubber that is stretched to twice its length, at rest.")
+stretched_updated = result_of("stretched_updated", "The same, whose slices fly apart, in the updated frame.")
+notched = result_of("notched", "A plate under tension with a crack that begins 0.9 mm above it.")
 
 
 @pytest.fixture

@@ -27,7 +27,7 @@ def test_a_panel_for_each_file_and_time_and_one_scale_of_colours(refined_result,
     *panels, bar = [axes for axes in figure.axes if axes.get_visible()]
     assert len(panels) == 4 and bar.get_ylabel().startswith("speed [") and bar.get_ylabel().endswith("m/s]")
     titles = [axes.get_title() for axes in panels]
-    assert len(set(titles)) == 4 and all(f"$t$ = {t} ms" in title for t, title in zip(["0.100", "0.300"] * 2, titles))
+    assert len(set(titles)) == 4 and all(f"$t$ = {t} µs" in title for t, title in zip(["100.0", "300.0"] * 2, titles))
     assert len({panel.collections[0].get_clim() for panel in panels}) == 1
     assert all(panel.get_xlim() == panel.get_ylim() == (-9, 9) for panel in panels)
 
@@ -125,9 +125,55 @@ def test_the_squares_around_a_slanted_crack_are_turned_with_it(slanted_crack):
     """By --axes crack the crack lies along the axis; the picture has the same area."""
     there, here = (figure_of([slanted_crack], *words).axes[0] for words in ([], ["--axes", "crack", "--tip", "2"]))
     np.testing.assert_allclose(here.collections[2].get_segments()[0][:, 1], 0, atol=1e-3)
-    assert here.get_xlabel() == "distance ahead of the crack tip [mm]" and there.get_xlabel() == "$x$ [mm]"
+    assert here.get_xlabel() == "ahead of the tip [mm]" and there.get_xlabel() == "$x$ [mm]"
     for one, other in zip(there.collections[0].get_paths(), here.collections[0].get_paths()):
         assert area(one.vertices) == pytest.approx(area(other.vertices))
+
+
+def test_no_label_is_cut_off(refined_result, slanted_crack, stretched):
+    """Those of flat bodies neither."""
+    for file in (refined_result, slanted_crack, stretched):
+        figure = figure_of([file], "--field", "stress_xx")
+        figure.draw_without_rendering()
+        for axes in figure.axes:
+            for label in (axes.xaxis.label, axes.yaxis.label, axes.title):
+                box = label.get_window_extent()
+                assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= figure.bbox.width and box.y1 <= figure.bbox.height, label
+
+
+@pytest.mark.parametrize(("name", "stretch"), [("stretched", 2.0), ("stretched_updated", 1.3)])
+def test_particles_that_are_stretched_leave_no_stripes(request, name, stretch):
+    """Each place between two particles that are neighbours at the start is in the square of one of them."""
+    file = request.getfixturevalue(name)
+    particles = Frames(file).block("particles", -1)
+    moved, first = particles.points, particles.points - particles.point_fields["displacement"][:, :2]
+    assert np.ptp(moved[:, 0]) > 0.95 * stretch * np.ptp(first[:, 0])
+    paths = figure_of([file], "--field", "stress_xx").axes[0].collections[0].get_paths()
+    for shift in ([0.5e-3, 0], [0, 0.5e-3], [0.5e-3, 0.5e-3]):
+        for k, place in enumerate(first):
+            other = np.flatnonzero(np.linalg.norm(first - place - shift, axis=1) < 1e-6)
+            if other.size:
+                between = 1e3 * (moved[k] + moved[other[0]]) / 2
+                assert any(path.contains_point(between, radius=1e-9) for path in paths), between
+    sides = np.array([np.ptp(path.vertices, axis=0) for path in paths])
+    assert np.median(sides[:, 0] / sides[:, 1]) > 0.85 * stretch
+
+
+def test_old_files_have_squares(refined_result, tmp_path):
+    """Without a deformation gradient."""
+    file = shutil.copy(refined_result, tmp_path / "old.h5")
+    with h5py.File(file, "a") as result:
+        del result["VTKHDF/particles/PointData/deformation_gradient"]
+    corners = figure_of([file]).axes[0].collections[0].get_paths()[0].vertices[:4]
+    assert np.ptp(corners[:, 0]) == pytest.approx(np.ptp(corners[:, 1]))
+
+
+def test_a_crack_is_drawn_within_the_body(notched):
+    """It begins 0.9 mm above it."""
+    crack, = Frames(notched).cracks()
+    assert crack.points[:, 1].max() == pytest.approx(12.9e-3)
+    lines = np.concatenate(figure_of([notched]).axes[0].collections[2].get_segments())
+    assert 11.5 < np.nanmax(lines[:, 1]) < 12.01
 
 
 def area(outline):
@@ -172,7 +218,7 @@ def test_level_is_that_of_the_cell(refined_result):
     values, leaves = figure.axes[0].collections[0].get_array(), result.leaves(3)
     for level in (0, 1, 2):
         assert np.count_nonzero(values == level) == 2 * leaves.particles[leaves.level == level].sum() > 0
-    assert [label.get_text() for label in figure.axes[-1].get_yticklabels()] == ["0", "1", "2"]
+    assert [label.get_text() for label in figure.axes[-1].get_xticklabels()] == ["0", "1", "2"]  # of a flat picture, below it
 
 
 def test_colours_are_symmetric_about_zero_for_fields_with_a_sign():

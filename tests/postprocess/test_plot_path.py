@@ -9,7 +9,7 @@ import plot_energy
 import plot_g
 import plot_path
 from frames import Frames
-from growing_tips import growing_tips
+from growing_tips import growing_tips, mean_speed
 from history import History
 from points import read_points
 
@@ -42,7 +42,7 @@ def test_an_earlier_snapshot_has_the_path_up_to_it(grown_crack):
     figure = figure_of([grown_crack], "--snapshot", "1")
     path, = lines(figure, plot_path.COLOURS[0])
     np.testing.assert_allclose(path, places(grown_crack)[:2])
-    assert "at rest, $t$ = 1 s" in figure.axes[0].get_title()
+    assert figure.axes[0].get_title() == "load step 1 of 3"
 
 
 def test_g_stands_beside_the_path_with_the_time_of_the_snapshot(running_crack):
@@ -85,11 +85,39 @@ def test_the_window_of_an_animation_follows_the_tip(running_crack, grown_crack):
 
 
 def test_what_drives_growth_over_time(grown_crack, running_crack):
-    for path, units, axis in [(grown_crack, 3, "time of the loads, at rest [s]"), (running_crack, 3, "time $t$ [ms]")]:
+    for path, units, axis in [(grown_crack, 3, "load step"), (running_crack, 3, "time $t$ [µs]")]:
         figure = plot_g.draw([History(path)], plot_g.parse([str(path), "--growth"]))
         assert len(figure.axes) == units and figure.axes[-1].get_xlabel() == axis
         assert figure.axes[0].get_ylabel().startswith("$G$ and toughness") and figure.axes[-1].get_ylabel() == "length of the crack [mm]"
         plot_g.plt.close(figure)
+
+
+@pytest.mark.parametrize("speed", [100.0, 2000.0])
+def test_the_mean_speed_over_a_cell(speed):
+    """Of a tip that moves in jumps of a quarter of a cell that of its whole way, from half a cell on; zero before and after."""
+    times = np.linspace(0, 1, 1001) * 10e-3 / speed
+    way = np.clip(np.floor(speed * times / 0.25e-3) * 0.25e-3 - 2e-3, 0, 5e-3)
+    found = mean_speed(times, way, 1e-3)
+    np.testing.assert_allclose(found[(way > 0.6e-3) & (way < 4.4e-3)], speed, rtol=0.02)
+    assert np.all(found[times * speed < 2e-3] == 0) and np.all(found[times * speed > 7.01e-3] == 0)
+    assert np.array_equal(mean_speed(times, 0 * way, 1e-3), 0 * times)
+
+
+def test_onset_and_the_mean_speed_of_a_crack_that_runs(running_crack):
+    """Its growth starts at 3 us, with 1000 m/s; 5 mm further it has not come to rest."""
+    history = History(running_crack)
+    figure = plot_g.draw([history], plot_g.parse([str(running_crack), "--column", "G", "--x", "mean_tip_speed"]))
+    speed, = (line.get_xdata() for line in figure.axes[0].lines)
+    np.testing.assert_allclose(speed[history.times > 3.6e-6], 1.0, rtol=1e-6)
+    tip, = growing_tips(history)
+    assert tip.starts() == pytest.approx(3e-6, abs=1.01 * history.columns["dt"][-1]) and tip.rests() is None
+
+
+def test_an_inset_enlarges_the_paths(grown_crack):
+    figure = figure_of([grown_crack], "--inset", "-2", "2.6", "1.5")
+    inset, = figure.axes[0].child_axes
+    assert inset.get_xlim() == (-3.5, -0.5) and inset.get_ylim() == pytest.approx((1.1, 4.1))
+    np.testing.assert_allclose(inset.lines[0].get_xydata(), places(grown_crack))
 
 
 def test_few_samples_have_bars_for_their_errors(grown_crack):

@@ -56,6 +56,17 @@ def test_panels_hold_all_runs_by_family_and_a_front_each(table):
     plot_work_precision.plt.close("all")
 
 
+def test_of_many_families_five_are_drawn_and_of_many_settings_none_is_numbered(table):
+    """Those that are on the front most often."""
+    rows = [f"{family} {k},{family},{k},{100 * k},{20 / (k + number / 10)}," for number, family in enumerate("abcdef") for k in (1, 2, 3)]
+    rows += [f"g {k},g,{k + 0.5},{100 * k},{10 / k}," for k in range(1, 15)]
+    left, right = figure_of(table(rows)).axes
+    assert {line.get_label() for line in left.lines} >= {"g", "f", "Pareto front"}
+    assert sum(len(line.get_label()) == 1 for line in left.lines) == 5
+    assert not [text for text in left.texts if text.get_text().isdigit()]
+    plot_work_precision.plt.close("all")
+
+
 def test_other_columns_and_several_tables(script, table):
     head = "name,kind,steps,error\n"
     files = [table(["a,x,10,5"], head), table(["b,y,20,1"], head, "other.csv")]
