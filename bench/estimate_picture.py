@@ -13,11 +13,12 @@ from tables import ROOT
 
 sys.path.insert(0, str(ROOT / "postprocess"))
 
+from pictures import COLOURS as PALETTE  # noqa: E402
 from pictures import STYLE, plt  # noqa: E402
 
 LEAST, MOST = 1e-3, 1e2    # [%]
-COLOURS = {"J": "tab:blue", "G": "tab:orange", "K": "tab:green", "G_domain": "tab:grey", "G_vcct": "tab:red",
-           "G_series_fit": "tab:purple"}
+COLOURS = dict(zip(["J", "G", "K", "G_domain", "G_vcct", "G_series_fit"], PALETTE))
+WORDS = {"J": "$J$", "G": "$G$", "K": "$K$", "G_domain": "$G$, parts of $J$", "G_vcct": "$G$ by VCCT", "G_series_fit": "$G$ by series fit"}
 
 
 def family(row):
@@ -30,7 +31,8 @@ def panel(axes, path):
     for name, colour in COLOURS.items():
         found = [row for row in rows if family(row) == name]
         axes.loglog([max(100 * errors(row) / row["size"], LEAST) for row in found],
-                    [min(max(100 * row["estimate"] / row["size"], LEAST), MOST) for row in found], ".", color=colour, markersize=4, label=name)
+                    [min(max(100 * row["estimate"] / row["size"], LEAST), MOST) for row in found], ".",
+                    color=colour, markersize=4, label=WORDS[name])
     axes.loglog([LEAST, MOST], [LEAST, MOST], "k-", linewidth=0.8)
     axes.loglog([LEAST, MOST / 3], [3 * LEAST, MOST], "k:", linewidth=0.8)
     _, n, _, covered, sharp, _ = next(summary(rows, lambda row: ""))

@@ -11,7 +11,7 @@ sys.path.insert(0, str(ROOT / "postprocess"))
 from pictures import COLOURS as PALETTE  # noqa: E402
 from pictures import STYLE, plt  # noqa: E402
 
-COLOURS = {"stable": "#009E73", "warned": "#E69F00", "refused": "0.65", "stopped": "#D55E00", "defect": "black"}
+COLOURS = {"stable": PALETTE[0], "warned": PALETTE[4], "refused": "0.75", "stopped": PALETTE[3], "defect": "black"}
 MARKS = dict(zip(SCHEMES, "sodv"))
 
 
@@ -40,7 +40,7 @@ def limits(cells, path):
             axes.plot(x, [m for m, _ in y], MARKS[scheme], color=PALETTE[k], mfc=None if filled else "none", ms=6,
                       label=f"{scheme}, {frame}")
             axes.hlines([m / ratio for m, ratio in y], x - 0.07, x + 0.07, color="0.2", lw=1.2, zorder=0)
-    axes.set(xticks=range(len(KINDS)), xticklabels=KINDS, ylabel="largest stable courant number", ylim=(0, None))
+    axes.set(xticks=range(len(KINDS)), xticklabels=KINDS, ylabel="largest stable Courant number\n(dilatational wave)", ylim=(0, None))
     axes.legend(fontsize=7, ncol=2, title="lines: theory", title_fontsize=7)
     save(figure, path)
 
@@ -57,7 +57,7 @@ def outcomes(cells, path):
     for kind, scheme in rows:
         limit = next(c for c in cells if c.name == f"limit, {kind}, {scheme}, updated")
         axes.plot([float(limit.message.split(",")[0])] * 2, np.array([-0.5, 0.5]) + rows.index((kind, scheme)), "k", lw=1.5)
-    axes.set(xscale="log", yticks=range(len(rows)), xlabel="courant number of the dilatational wave", ylim=(len(rows) - 0.5, -0.5))
+    axes.set(xscale="log", yticks=range(len(rows)), xlabel="Courant number (dilatational wave)", ylim=(len(rows) - 0.5, -0.5))
     axes.set_yticklabels([", ".join(row) for row in rows], fontsize=7)
     for outcome in ("stable", "warned", "stopped", "refused"):
         axes.plot([], [], "s", color=COLOURS[outcome], label=outcome)
@@ -77,7 +77,7 @@ def errors(results, path):
             y = [min(v, 1e3) for v in y]
             axes.plot(k + place.uniform(-0.3, 0.3, len(y)), y, ".", color=COLOURS[outcome], ms=4)
     axes.axhline(1, color="0.2", lw=1)
-    axes.set(yscale="log", ylabel="error over its bound", xticks=range(len(parts)), ylim=(5e-13, 2e3))
+    axes.set(yscale="log", ylabel="error over the largest that counts as stable [–]", xticks=range(len(parts)), ylim=(5e-13, 2e3))
     axes.set_xticklabels(parts, rotation=30, fontsize=8)
     for outcome in ("stable", "warned", "defect"):
         axes.plot([], [], ".", color=COLOURS[outcome], label=outcome)

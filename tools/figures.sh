@@ -151,18 +151,18 @@ draw_chen() { intensity chen 51,101 86832 '$K_I / \sigma_0 \sqrt{\pi a}$' 'finit
 # shellcheck disable=SC2016
 draw_freund() { intensity freund 100,51 128958 '$K_I(t) / K_I(2.6\,H/c_d)$' 'closed form'; }
 
-# Both modes of a split beam under a moment on one arm come to rest, on uniform and refined cells
+# Both modes of a split beam under a moment on one arm come to rest
 draw_mixed_mode() {
     run input/mixed_mode.nml mixed_mode
-    run input/mixed_mode.nml mixed_mode_uniform refine.indicator=none energy_release.radii=5e-3,7e-3,9e-3
-    plot $out/mixed_mode.h5 $out/mixed_mode_uniform.h5 --estimator 'G_vcct_*' --estimator 'G_domain_*' --converged 0.5714 --output $out/mixed_mode_G.png
+    plot $out/mixed_mode.h5 --estimator 'G_vcct_*' --estimator 'G_domain_*' --converged '3/5.25=0.5714' --converged='-2.25/5.25=-0.4286' \
+        --output $out/mixed_mode_G.png
 }
 
 # Cracks that grow: two that pass each other at rest, one in a strip, and that of a plate that is hit
 draw_growth() {
     for scene in two_cracks strip_growth kalthoff; do
         run input/$scene.nml $scene
-        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --dpi 60 --output $out/$scene.png
+        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/$scene.png
     done
     "$python" postprocess/plot_path.py $out/strip_growth.h5 --beside G --time-unit us --no-mesh --scale 1000 --dpi 110 --output $out/growth.png
 }
@@ -171,19 +171,19 @@ draw_growth() {
 draw_gallery() {
     for scene in compact_tension brazilian_disc; do
         run input/$scene.nml $scene
-        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --dpi 60 --output $out/$scene.png
+        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/$scene.png
     done
     sheet=
     for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole bimetal \
                  laminate_dcb laminate_enf laminate_mmb; do
         run input/$scene.nml $scene output.snapshot_interval=1
         case $scene in laminate* | bimetal) field=stress_xx ;; *) field=von_mises ;; esac
-        "$python" postprocess/plot_field.py $out/$scene.h5 --field $field --no-mesh --dpi 75 --output $out/$scene.png
+        "$python" postprocess/plot_field.py $out/$scene.h5 --field $field --no-mesh --width 4.3 --dpi 100 --output $out/$scene.png
         sheet="$sheet $out/$scene.png"
     done
     "$python" tools/contact_sheet.py $out/gallery.png $sheet
     run input/plastic_notch.nml plastic_notch
-    "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --dpi 60 --output $out/plastic_notch.png
+    "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --width 5 --dpi 85 --output $out/plastic_notch.png
 }
 
 # What runs at the extremes do: minutes, unless `make extremes` has left its tables
@@ -192,14 +192,8 @@ draw_stability() {
     "$python" bench/extremes.py --output results/extremes --draw 1
 }
 
-# What accuracy costs: as long as `make tradeoff`, unless that has left its tables
-draw_tradeoff() {
-    [ -f results/tradeoff/impact.csv ] || "$python" bench/tradeoff.py --output results/tradeoff
-    for study in static tension dynamic impact; do
-        "$python" postprocess/plot_work_precision.py results/tradeoff/$study.csv --family group --error sustained_percent --dpi 110 \
-            --output results/tradeoff/$study.png
-    done
-}
+# What accuracy costs, by the tables of the page, which `make tradeoff` measures
+draw_tradeoff() { "$python" bench/tradeoff_pictures.py docs/tradeoff.md --output results/tradeoff; }
 
 # The pictures of the lessons, by the commands that stand there
 draw_lessons() {

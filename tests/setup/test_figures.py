@@ -90,6 +90,41 @@ def test_a_target_is_made_once_and_its_picture_goes_into_the_docs(copy):
         np.testing.assert_array_equal(np.array(image.convert("RGB")), np.array(source.convert("RGB")))
 
 
+PAGE = """# Study
+<!-- bars advice -->
+| within | group | cheapest setting | estimator | particles | CPU s | error | sustained | times cheaper |
+|---|---|---|---|---|---|---|---|---|
+| 5 % | uniform | **coarse** | j | 100 | 1.0 | -4.00 % | 4.00 % | 1 |
+| 1 % | uniform | fine | j | 400 | 8.0 | -1.00 % | 1.00 % | 1 |
+| 5 % | at rest | none | | | | | | |
+| 1 % | at rest | rest | j | 90 | 0.5 | +0.50 % | 0.50 % | 4 |
+<!-- end of bars advice -->
+<!-- bars front -->
+| setting | estimator | particles | CPU s | error | sustained |
+|---|---|---|---|---|---|
+| rest | j | 90 | 0.500 | +0.500 % | 0.500 % |
+<!-- end of bars front -->
+"""
+
+
+def test_accuracy_against_cost_is_drawn_from_the_tables_of_the_page(tmp_path, monkeypatch):
+    """The front and up to five families, each in one colour on all pictures; those of the page in the docs too."""
+    monkeypatch.syspath_prepend(ROOT / "bench")
+    import tradeoff_pictures
+    text = PAGE
+    figure = tradeoff_pictures.draw(*(tradeoff_pictures.rows_of(text, f"bars {part}") for part in ("front", "advice")))
+    uniform, rest, front = figure.axes[0].lines
+    assert [line.get_label() for line in figure.axes[0].lines] == ["uniform", "at rest", "front of all settings"]
+    np.testing.assert_allclose(uniform.get_xydata(), [[1, 4], [8, 1]])
+    np.testing.assert_allclose(rest.get_xydata(), [[0.5, 0.5]])
+    np.testing.assert_allclose(front.get_xydata(), [[0.5, 0.5]])
+    assert uniform.get_color() == tradeoff_pictures.FAMILIES["uniform"] and tradeoff_pictures.MOST == 5
+    words = [ROOT / "bench/tradeoff_pictures.py", ROOT / "docs/tradeoff.md", "--output", tmp_path]
+    done = subprocess.run([sys.executable, *words], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert {path.stem for path in tmp_path.glob("*.png")} == {"static", "tension", "dynamic", "impact"}
+
+
 def test_failures_end_the_script(copy):
     result = figures(copy, "circle")
     assert result.returncode == 2 and "no figure 'circle'; there are square" in result.stderr
