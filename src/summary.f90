@@ -70,6 +70,7 @@ contains
                table(k, 3 + 2*n)%text = known(value, 5)
                table(k, 4 + 2*n)%text = '-'
                if (ieee_is_nan(value) .or. ieee_is_nan(error)) cycle
+               if (.not. abs(value) > 0) cycle   ! as K_I of closed faces
                table(k, 4 + 2*n)%text = '> 100 %'
                if (error < abs(value)) table(k, 4 + 2*n)%text = percent(error/abs(value))
             end do
