@@ -25,6 +25,7 @@ class Hampm(MakefilePackage):
     depends_on("py-numpy", type="run", when="+python")
     depends_on("py-h5py", type="run", when="+python")
     depends_on("py-matplotlib", type="run", when="+python")
+    depends_on("py-f90nml", type="run", when="+python")
 
     def edit(self, spec, prefix):
         """What is linked, from Spack's own folders."""
