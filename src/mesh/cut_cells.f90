@@ -48,9 +48,9 @@ module hampm_cut_cells
       integer, allocatable :: first_near(:), near(:) !! the segments near each entry, in rows
       integer, allocatable :: n_pieces(:) !! of each entry
       integer, allocatable :: piece(:, :, :) !! in which each sample is, (samples, samples, entries)
-      logical, allocatable, private :: meets_near(:) !! whether each leaf has an entry, or is beside one that has
-      integer, allocatable, private :: first_piece(:) !! of each entry in the next
-      integer, allocatable, private :: copy(:, :, :) !! which copy of the nodes at its places each piece has, (nodes_along, nodes_along, pieces)
+      integer, allocatable, private :: first_piece(:) !! of each leaf that has an entry, or is beside one that has, in the next; 0 of others
+      integer, allocatable, private :: copy(:, :, :) !! which copy of the nodes at its places each piece has; below 0
+                                                 !! where no place of a leaf with an entry is; (nodes_along, nodes_along, pieces)
       real(dp) :: slack = 0                      !! distance within which a point is on a line [m]
    contains
       procedure :: are_there
@@ -437,13 +437,11 @@ contains
       integer :: leaves(around), first(around), at(ndim)
       type(disjoint_sets_t) :: sets
       copy = 0
-      if (.not. self%meets_near(leaf)) return
-      if (self%is_near(leaf)) then
-         at = place_in_leaf(forest, leaf, place)
-         if (all(at > 0)) then
-            copy = self%copy(at(1), at(2), self%first_piece(self%entry(leaf)) + piece - 1)
-            return
-         end if
+      if (self%first_piece(leaf) == 0) return
+      at = place_in_leaf(forest, leaf, place)
+      if (all(at > 0)) then
+         copy = self%copy(at(1), at(2), self%first_piece(leaf) + piece - 1)
+         if (copy >= 0) return
       end if
       leaves = leaves_around(forest, place)
       call connect_around(self, forest, place, leaves, first, sets)
@@ -454,36 +452,53 @@ contains
    pure subroutine find_copies(self, forest)
       class(cut_cells_t), intent(inout) :: self
       type(forest_t), intent(in) :: forest
-      integer :: leaves(around), first(around), at(ndim), leaf, i, j, k, piece
+      integer :: leaves(around), first(around), at(ndim), leaf, i, j, k, n, piece
       integer(long) :: place(ndim)
       type(disjoint_sets_t) :: sets
-      allocate (self%first_piece(size(self%n_pieces)), source=1)
-      do k = 2, size(self%n_pieces)
-         self%first_piece(k) = self%first_piece(k - 1) + self%n_pieces(k - 1)
-      end do
-      allocate (self%copy(nodes_along, nodes_along, sum(self%n_pieces)), source=-1)
-      allocate (self%meets_near(size(self%entry)), source=.false.)
+      allocate (self%first_piece(size(self%entry)), source=0)
+      n = 0
       do leaf = 1, size(self%entry)
          if (.not. self%is_near(leaf)) cycle
          do j = 1, nodes_along
             do i = 1, nodes_along
-               if (self%copy(i, j, self%first_piece(self%entry(leaf))) >= 0) cycle
-               place = forest%place_of(leaf) + [i - 1, j - 1]*(level_width(forest%level_of(leaf))/(nodes_along - 1))
+               leaves = leaves_around(forest, node_place(leaf, i, j))
+               do k = 1, around
+                  if (leaves(k) == outside) cycle
+                  if (self%first_piece(leaves(k)) > 0) cycle
+                  self%first_piece(leaves(k)) = n + 1
+                  n = n + self%pieces_of(leaves(k))
+               end do
+            end do
+         end do
+      end do
+      allocate (self%copy(nodes_along, nodes_along, n), source=-1)
+      do leaf = 1, size(self%entry)
+         if (.not. self%is_near(leaf)) cycle
+         do j = 1, nodes_along
+            do i = 1, nodes_along
+               if (self%copy(i, j, self%first_piece(leaf)) >= 0) cycle
+               place = node_place(leaf, i, j)
                leaves = leaves_around(forest, place)
                call connect_around(self, forest, place, leaves, first, sets)
                do k = 1, around
-                  if (leaves(k) /= outside) self%meets_near(leaves(k)) = .true.
-                  if (.not. self%is_near(leaves(k))) cycle
+                  if (leaves(k) == outside) cycle
                   at = place_in_leaf(forest, leaves(k), place)
                   if (any(at == 0)) cycle
                   do piece = 1, self%pieces_of(leaves(k))
-                     self%copy(at(1), at(2), self%first_piece(self%entry(leaves(k))) + piece - 1) = &
+                     self%copy(at(1), at(2), self%first_piece(leaves(k)) + piece - 1) = &
                         sets%how_many(below=sets%least_of(first(k) + piece - 1))
                   end do
                end do
             end do
          end do
       end do
+   contains
+      !> One of the places of a leaf at which it may have nodes.
+      pure function node_place(leaf, i, j) result(place)
+         integer, intent(in) :: leaf, i, j       !! leaf, and which place along x and y
+         integer(long) :: place(ndim)
+         place = forest%place_of(leaf) + [i - 1, j - 1]*(level_width(forest%level_of(leaf))/(nodes_along - 1))
+      end function node_place
    end subroutine find_copies
 
    !> Which of the places of a leaf at which it may have nodes a place is, along x and y; 0 where it is none.
@@ -549,6 +564,10 @@ contains
       logical :: are_whole
       integer :: i, along, piece(2)
       if (any(leaf == 0) .or. leaf(1) == leaf(2)) return
+      if (.not. (cut%is_near(leaf(1)) .or. cut%is_near(leaf(2)))) then
+         call sets%join(first(1), first(2))
+         return
+      end if
       are_whole = max(cut%pieces_of(leaf(1)), cut%pieces_of(leaf(2))) == 1
       width = [forest%size_of(leaf(1)), forest%size_of(leaf(2))]
       x = forest%position(place)
