@@ -12,7 +12,7 @@ module hampm_domain_integral
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: identity, trace
+   use hampm_tensors, only: identity, product_of, trace
    use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
    use hampm_tip_domain, only: tip_domain_t, place_t, places_t, list_places, fill_places
    implicit none
@@ -156,8 +156,9 @@ contains
       type(tip_domain_t), intent(in) :: domain
       real(dp), intent(in) :: slope(ndim)        !! u,d [-]
       real(dp), intent(in) :: along(ndim)        !! d, a unit vector
-      real(dp) :: turned_back(ndim)
-      turned_back = slope + matmul(slope + along, domain%turn)
+      real(dp) :: turned_back(ndim), line(ndim)
+      line = slope + along
+      turned_back = slope + [dot_product(line, domain%turn(:, 1)), dot_product(line, domain%turn(:, 2))]
    end function turned_back
 
    !> Fields of particle `i`.
@@ -170,7 +171,8 @@ contains
       type(nodal_state_t), intent(in) :: state
       real(dp), intent(in) :: c(ndim)
       type(sample_t), intent(out) :: s
-      real(dp) :: axes(ndim, ndim), h(ndim, ndim), unturned(ndim, ndim), constant(ndim), divergence(ndim)
+      real(dp), dimension(ndim, ndim) :: axes, h, unturned, stress
+      real(dp), dimension(ndim) :: slope, constant, divergence
       integer :: d
       axes = frame_along(domain%direction)
       associate (i => place%particle)
@@ -183,9 +185,13 @@ contains
             divergence = divergence + place%shape(d)*state%divergence(:, place%point(d))
          end do
          s%volume = p%volume(i)
-         s%slope = matmul(matmul(h, domain%direction), axes) - c
+         slope = h(:, 1)*domain%direction(1) + h(:, 2)*domain%direction(2)
+         s%slope = [dot_product(slope, axes(:, 1)), dot_product(slope, axes(:, 2))] - c
          s%hoop = p%hoop_of(i)
-         s%stress = matmul(transpose(axes), matmul(material%first_piola_stress(h, p%history_of(i), s%hoop), axes))
+         stress = product_of(material%first_piola_stress(h, p%history_of(i), s%hoop), axes)
+         do d = 1, ndim
+            s%stress(:, d) = [dot_product(axes(:, 1), stress(:, d)), dot_product(axes(:, 2), stress(:, d))]
+         end do
          s%energy = material%energy_density(h, p%history_of(i), s%hoop) &
                     + material%dissipation(h, p%history_of(i), s%hoop)
          s%divergence = material%density*domain%in_axes(divergence)
@@ -228,7 +234,7 @@ contains
       real(dp), intent(inout) :: j(:)
       real(dp) :: flux(ndim), source             ! factors of q,J and of q
       integer :: r
-      flux = matmul(s%slope, s%stress) - [s%energy, 0.0_dp]
+      flux = [dot_product(s%slope, s%stress(:, 1)) - s%energy, dot_product(s%slope, s%stress(:, 2))]
       source = dot_product(s%divergence, s%slope)
       if (domain%is_ring) source = source + (s%hoop_stress*(s%hoop*s%outward(1) - s%radial_constant) &
                                              - s%energy*s%outward(1))/s%radius
@@ -250,7 +256,8 @@ contains
       integer :: mode, r
       do mode = 1, modes
          associate (a => place%unit(:, :, mode), stress => place%unit_stress(:, :, mode))
-            flux = matmul(a(:, 1), s%stress) + matmul(s%slope, stress) - [sum(s%stress*a), 0.0_dp]
+            flux = [dot_product(a(:, 1), s%stress(:, 1)) + dot_product(s%slope, stress(:, 1)) - sum(s%stress*a), &
+                    dot_product(a(:, 1), s%stress(:, 2)) + dot_product(s%slope, stress(:, 2))]
             source = dot_product(s%divergence, a(:, 1))
             if (domain%is_ring) then
                axes = frame_along(domain%direction)

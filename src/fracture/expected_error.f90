@@ -151,8 +151,10 @@ contains
       do k = 1, size(tips)
          tips(k) = all_tips(merge(number, k - merge(1, 0, k <= number), k == 1))
       end do
-      of_tip = [(max(1, k - most_pairs + 1), k=1, size(of_tip))]
-      cells = [(merge(k, 1, k <= most_pairs), k=1, size(cells))]
+      do k = 1, size(of_tip)
+         of_tip(k) = max(1, k - most_pairs + 1)
+         cells(k) = merge(k, 1, k <= most_pairs)
+      end do
       do pairs = most_pairs, 2, -1
          if (allocated(chosen)) deallocate (chosen)
          allocate (chosen(pairs + size(tips) - 1))  ! tips(vector) as an argument would leak in gfortran 12

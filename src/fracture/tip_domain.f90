@@ -225,9 +225,10 @@ contains
    pure function in_axes(self, vector)
       class(tip_domain_t), intent(in) :: self
       real(dp), intent(in) :: vector(ndim)
-      real(dp) :: in_axes(ndim), axes(ndim, ndim)
+      real(dp) :: in_axes(ndim), turned(ndim), axes(ndim, ndim)
       axes = frame_along(self%direction)
-      in_axes = matmul(vector + matmul(vector, self%turn), axes)
+      turned = vector + [dot_product(vector, self%turn(:, 1)), dot_product(vector, self%turn(:, 2))]
+      in_axes = [dot_product(turned, axes(:, 1)), dot_product(turned, axes(:, 2))]
    end function in_axes
 
    !> Where a place in the grid is from the tip, in the axes of the crack [m].
