@@ -10,7 +10,7 @@ module hampm_mass_product
    use hampm_jumps, only: add_mass_product
    implicit none
    private
-   public :: find_concentrated_mass, multiply_by_mass, by_mass
+   public :: find_concentrated_mass, multiply_by_mass, by_mass, by_mass_at
 
 contains
 
@@ -76,4 +76,20 @@ contains
       call find_concentrated_mass(grid, matrix, concentrated)
       call multiply_by_mass(grid, matrix, concentrated, x, y)
    end function by_mass
+
+   !> The same at some nodes. (ndim, these nodes)
+   pure function by_mass_at(grid, matrix, nodes, x) result(y)
+      type(grid_t), intent(in) :: grid
+      type(mass_matrix_t), intent(in) :: matrix
+      integer, intent(in) :: nodes(:)
+      real(dp), intent(in), contiguous :: x(:, :) !! those at hanging nodes too, (ndim, n_points)
+      real(dp) :: y(ndim, size(nodes))
+      real(dp), allocatable :: all(:, :)
+      if (allocated(matrix%cell)) then
+         allocate (all, source=by_mass(grid, matrix, x))
+         y = all(:, nodes)
+      else
+         y = spread(matrix%lumped(nodes), 1, ndim)*x(:, nodes)
+      end if
+   end function by_mass_at
 end module hampm_mass_product

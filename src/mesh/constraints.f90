@@ -46,6 +46,7 @@ module hampm_constraints
       procedure :: set_fixed
       procedure :: fix
       procedure :: prescribed_at
+      procedure :: prescribed_of_nodes
       procedure :: scale_ways
    end type constraints_t
 
@@ -223,19 +224,29 @@ contains
       class(constraints_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]
       real(dp) :: u(ndim, size(self%fixed, 2))
-      real(dp) :: of_box(ndim)
-      integer :: k, i
       u = 0
+      u(:, self%node) = self%prescribed_of_nodes(time)
+   end function prescribed_at
+
+   !> The same of the nodes with a component in a box [m], (ndim, these nodes).
+   pure function prescribed_of_nodes(self, time) result(u)
+      class(constraints_t), intent(in) :: self
+      real(dp), intent(in) :: time               !! [s]
+      real(dp) :: u(ndim, size(self%node))
+      real(dp) :: of_box(ndim, 0:size(self%boxes))
+      integer :: k, i, d
+      of_box(:, 0) = 0
       do k = 1, size(self%boxes)
          associate (motion => self%boxes(k)%motion)
-            of_box = motion%displacement*motion%history%factor(time) + motion%velocity*motion%history%integral(time)
+            of_box(:, k) = motion%displacement*motion%history%factor(time) + motion%velocity*motion%history%integral(time)
          end associate
-         if (.not. any(abs(of_box) > 0)) cycle
-         do i = 1, size(self%node)
-            where (self%box(:, self%node(i)) == k) u(:, self%node(i)) = of_box
+      end do
+      do i = 1, size(self%node)
+         do d = 1, ndim
+            u(d, i) = of_box(d, self%box(d, self%node(i)))
          end do
       end do
-   end function prescribed_at
+   end function prescribed_of_nodes
 
    !> Set the fixed components of a nodal field to zero.
    pure subroutine hold(c, field)

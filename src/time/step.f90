@@ -9,12 +9,12 @@ module hampm_step
    use hampm_kinds, only: dp, ndim
    use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, separate_bodies
    use hampm_nodal_release, only: work_of_release
-   use hampm_prescribed_nodes, only: prescribed_velocity, prescribed_acceleration, move_prescribed, find_work
+   use hampm_prescribed_nodes, only: prescribed_velocity, prescribed_acceleration, coupled_to_prescribed, set_prescribed, &
+                                     move_prescribed, find_work
    use hampm_element_operators, only: pass_by_all_operators
    use hampm_failure, only: failure_t, exit_computation
    use hampm_integrator, only: integrator_t
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
-   use hampm_mass_product, only: by_mass
    use hampm_mass_solver, only: by_lumped
    use hampm_critical_step, only: largest_wave_speed
    use hampm_problem, only: problem_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on, &
@@ -189,15 +189,19 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: prescribed(:, :), momentum(:, :)
       type(failure_t) :: unsolved
+      logical :: couples                         ! whether nodes of given motion stand in the equations of others
       if (which == v_n .and. m%cache%has_velocity) then
          m%fields%velocity(:, :, v_n) = m%fields%velocity(:, :, v_mapped)
       else if (m%constraints%move()) then
-         prescribed = prescribed_velocity(m%constraints, m%grid, m%state%time, m%energies%prescribed, m%fields, which)
-         momentum = m%fields%momentum
-         if (m%solver%by /= by_lumped) m%fields%momentum = momentum - by_mass(m%grid, m%fields%mass_matrix, prescribed)
+         prescribed = prescribed_velocity(m%constraints, m%state%time, m%energies%prescribed, m%fields, which)
+         couples = m%solver%by /= by_lumped
+         if (couples) then
+            momentum = m%fields%momentum
+            m%fields%momentum = momentum - coupled_to_prescribed(m%constraints, m%grid, m%fields, prescribed)
+         end if
          call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
-         m%fields%momentum = momentum
-         m%fields%velocity(:, :, which) = m%fields%velocity(:, :, which) + prescribed
+         if (couples) call move_alloc(momentum, m%fields%momentum)
+         call set_prescribed(m%constraints, m%grid, m%fields, prescribed, m%fields%velocity(:, :, which))
       else
          call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
       end if
@@ -214,21 +218,20 @@ contains
       type(failure_t) :: unsolved
       real(dp), allocatable :: prescribed(:, :), force(:, :)
       real(dp) :: damping_power, mapping_power, work, taken !! work that bodies lose by meeting [J]
-      logical :: moves                           ! whether the motion of nodes is given
+      logical :: moves, couples                  ! whether the motion of nodes is given, and these stand in the equations of others
       moves = m%constraints%move()
+      couples = moves .and. m%solver%by /= by_lumped
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       if (size(m%loads) + m%interfaces%n > 0) m%fields%force = m%fields%force + m%fields%external
-      if (moves) then
-         prescribed = prescribed_acceleration(m%constraints, m%grid, m%state%time, dt, m%fields)
-         allocate (force, source=m%fields%force)
-         if (m%solver%by /= by_lumped) m%fields%force = force - by_mass(m%grid, m%fields%mass_matrix, prescribed)
+      if (moves) prescribed = prescribed_acceleration(m%constraints, m%state%time, dt, m%fields)
+      if (couples) then
+         force = m%fields%force
+         m%fields%force = force - coupled_to_prescribed(m%constraints, m%grid, m%fields, prescribed)
       end if
       call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, dt, m%audit, m%fields, damping_power, mapping_power, &
                       unsolved)
-      if (moves) then
-         m%fields%force = force
-         call move_prescribed(m%constraints, m%grid, dt, prescribed, m%fields)
-      end if
+      if (couples) call move_alloc(force, m%fields%force)
+      if (moves) call move_prescribed(m%constraints, m%grid, dt, prescribed, m%fields)
       if (m%interfaces%n_at_end > 0) call add_forces_at_end(m, dt, unsolved)
       if (moves) then
          call find_work(m%constraints, m%grid, dt, m%damping_rate, m%fields, m%energies%prescribed, work)
