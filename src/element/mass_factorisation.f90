@@ -1,6 +1,8 @@
-!> Factorised mass matrices: one for each direction, without the degrees of freedom that are fixed in it. Directions with the same
-!> fixed nodes share one. Nodes that only lumped cells touch are not among the unknowns: each is divided by its own mass.
+!> Factorised mass matrices of the directions, each without the degrees of freedom that are fixed in it. Directions share one where all nodes that
+!> are fixed in one are fixed in the other, as on rollers: the nodes that are fixed in one of them only are eliminated last. Nodes that only lumped cells touch
+!> are not among the unknowns: each is divided by its own mass.
 module hampm_mass_factorisation
+   use hampm_archive, only: archive_t
    use hampm_kinds, only: dp, ndim
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
@@ -22,7 +24,9 @@ module hampm_mass_factorisation
       type(sparse_t) :: matrix
       type(factorisation_t) :: factorised
       integer, allocatable :: directions(:)      !! that it is for
-      real(dp), allocatable :: b(:), x(:)        !! workspace of a solution: the unknowns of the directions, one after the other
+      logical, allocatable :: last(:)            !! unknowns that are fixed in some of these
+      logical, allocatable :: without(:)         !! whether they are in this one, (directions)
+      real(dp), allocatable :: b(:), x(:)        !! workspace of a solution: the directions side by side at each unknown
    end type factor_t
 
    !> The factors of a mass matrix, and which direction uses which.
@@ -35,8 +39,7 @@ module hampm_mass_factorisation
                                                  !! was analysed
    contains
       procedure :: factorise
-      procedure :: factorised_values
-      procedure :: factorise_values
+      procedure :: serialise
       procedure :: fits
       procedure :: is_definite
       procedure :: solve
@@ -55,14 +58,18 @@ contains
       integer, allocatable :: coupled(:)
       integer :: k
       allocate (coupled, source=coupled_cells(mass))
-      if (.not. same_pattern(self, coupled)) call analyse(self, grid, coupled, fixed)
-      do k = 1, size(self%factors)
-         if (failure%failed()) return
-         associate (factor => self%factors(k))
-            if (factor%unknowns%n == 0) cycle
-            call fill(factor, grid, mass, coupled)
-            call factorise_numbers(factor, failure)
-         end associate
+      if (.not. same_pattern(self, coupled)) call analyse(self, grid, coupled, fixed, .true.)
+      do
+         do k = 1, size(self%factors)
+            if (failure%failed()) return
+            associate (factor => self%factors(k))
+               if (factor%unknowns%n == 0) cycle
+               call fill(factor, grid, mass, coupled)
+               call factorise_numbers(factor, failure)
+            end associate
+         end do
+         if (self%is_definite() .or. size(self%factors) == ndim) exit
+         call analyse(self, grid, coupled, fixed, .false.)
       end do
       self%factorisations = self%factorisations + 1
    end subroutine factorise
@@ -73,7 +80,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: part
       character(:), allocatable :: cause
-      call factor%factorised%factorise(factor%matrix, part)
+      call factor%factorised%factorise(factor%matrix, part, factor%last)
       if (.not. part%failed()) return
       cause = 'masses of nodes are next to nothing, in cells with little material at an edge or a crack: use &method mass = '// &
               '''lumped''; or the run is unstable: reduce courant, or time_step of implicit steps; or the grid is too large '// &
@@ -81,44 +88,55 @@ contains
       call failure%report(part%code, 'mass matrix: '//part%message//'. Likely cause: '//cause)
    end subroutine factorise_numbers
 
-   !> The numbers that were factorised last: with `coupled` all that the factors come from.
-   pure function factorised_values(self) result(values)
-      class(mass_factorisation_t), intent(in) :: self
-      real(dp), allocatable :: values(:)
-      integer :: k
-      allocate (values(0))
-      do k = 1, size(self%factors)
-         if (self%factors(k)%unknowns%n > 0) values = [values, self%factors(k)%matrix%value]
-      end do
-   end function factorised_values
-
-   !> Factorise what was factorised before: the numbers of the cells that were coupled then. `fits` is false where these are not as
-   !> many as they have to be.
-   subroutine factorise_values(self, grid, coupled, values, fixed, fits, failure)
+   !> Keep the numbers that were factorised last, and how often that was done. Those that are read are factorised, the cells that were coupled then
+   !> being of this grid.
+   subroutine serialise(self, grid, fixed, is_factorised, archive)
       class(mass_factorisation_t), intent(inout) :: self
       type(grid_t), intent(in) :: grid
-      integer, intent(in) :: coupled(:)
-      real(dp), intent(in) :: values(:)
       logical, intent(in) :: fixed(:, :)         !! which degrees of freedom are fixed, (ndim, n_nodes)
-      logical, intent(out) :: fits
-      type(failure_t), intent(inout) :: failure
-      integer :: k, first
-      call analyse(self, grid, coupled, fixed)
-      first = 1
-      do k = 1, size(self%factors)
-         associate (factor => self%factors(k))
-            if (factor%unknowns%n == 0) cycle
-            associate (last => first + size(factor%matrix%value) - 1)
-               fits = last <= size(values)
-               if (.not. fits .or. failure%failed()) return
-               factor%matrix%value = values(first:last)
+      logical, intent(inout) :: is_factorised
+      class(archive_t), intent(inout) :: archive
+      integer, allocatable :: coupled(:)
+      integer :: analyses, factorisations, n_coupled, k
+      logical :: is_shared
+      analyses = self%analyses
+      factorisations = self%factorisations
+      call archive%serialise('analyses', analyses)
+      call archive%serialise('factorisations', factorisations)
+      if (is_factorised) then
+         is_shared = .false.
+         allocate (coupled(0))
+         if (.not. archive%is_read) then
+            is_shared = size(self%factors) < ndim
+            coupled = self%coupled
+         end if
+         n_coupled = size(coupled)
+         call archive%serialise('is_shared', is_shared)
+         call archive%serialise('number_coupled', n_coupled)
+         if (archive%is_read) then
+            deallocate (coupled)
+            allocate (coupled(n_coupled))
+         end if
+         call archive%archive_integers('coupled', n_coupled, coupled)
+         if (archive%is_read .and. .not. archive%failure%failed()) then
+            if (all(coupled >= 1 .and. coupled <= grid%n_elements)) then
+               call analyse(self, grid, coupled, fixed, is_shared)
+            else
+               call archive%refuse('the factorised matrix does not fit the grid')
+            end if
+         end if
+         do k = 1, merge(0, size(self%factors), archive%failure%failed())
+            associate (factor => self%factors(k))
+               if (factor%unknowns%n == 0) cycle
+               call archive%archive_reals('values', size(factor%matrix%value), factor%matrix%value)
+               if (archive%is_read .and. .not. archive%failure%failed()) call factorise_numbers(factor, archive%failure)
             end associate
-            call factorise_numbers(factor, failure)
-            first = first + size(factor%matrix%value)
-         end associate
-      end do
-      fits = first == size(values) + 1
-   end subroutine factorise_values
+         end do
+         is_factorised = .not. archive%failure%failed()
+      end if
+      self%analyses = analyses
+      self%factorisations = factorisations
+   end subroutine serialise
 
    !> Whether the factorised matrix has the unknowns of a matrix, so that it may precondition it.
    pure logical function fits(self, mass)
@@ -145,33 +163,34 @@ contains
    end function same_pattern
 
    !> Number the unknowns and find the pattern of their matrices.
-   subroutine analyse(self, grid, coupled, fixed)
+   subroutine analyse(self, grid, coupled, fixed, may_share)
       class(mass_factorisation_t), intent(inout) :: self
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: coupled(:)
       logical, intent(in) :: fixed(:, :)         !! (ndim, n_nodes)
+      logical, intent(in) :: may_share           !! whether directions may share a factor, which has to be definite where fixed nodes differ
       integer, allocatable :: nodes(:)
-      integer :: of_direction(ndim), d, same, k  ! which factor belongs to a direction
+      logical, allocatable :: in_all(:, :)       ! the nodes that are fixed in all directions of a factor, (1, n_nodes)
+      integer :: of_direction(ndim), d, k        ! which factor belongs to a direction
       call self%release()
       self%coupled = coupled
       call nodes_of_elements(grid, coupled, nodes)
-      k = 0
-      do d = 1, ndim
-         do same = 1, d
-            if (all(fixed(same, :) .eqv. fixed(d, :))) exit
-         end do
-         if (same == d) k = k + 1
-         of_direction(d) = merge(k, of_direction(same), same == d)
-      end do
-      allocate (self%factors(k))
+      of_direction = [(d, d=1, ndim)]
+      if (may_share .and. any([(all(any(fixed, dim=1) .eqv. fixed(d, :)), d=1, ndim)])) of_direction = 1
+      allocate (self%factors(maxval(of_direction)))
+      allocate (in_all(1, size(fixed, 2)))
       do k = 1, size(self%factors)
-         d = findloc(of_direction, k, dim=1)
          associate (factor => self%factors(k))
-            call number_unknowns(nodes, fixed(d:d, :), factor%unknowns)
-            if (factor%unknowns%n == 0) cycle
-            factor%factorised%cholmod%solves_often = .true.
-            call pattern_of_elements(grid, coupled, factor%unknowns, factor%matrix, nodes_of_jumps(self%ghosts))
             factor%directions = pack([(d, d=1, ndim)], of_direction == k)
+            in_all(1, :) = all(fixed(factor%directions, :), dim=1)
+            call number_unknowns(nodes, in_all, factor%unknowns)
+            if (factor%unknowns%n == 0) cycle
+            factor%factorised%solves_often = .true.
+            call pattern_of_elements(grid, coupled, factor%unknowns, factor%matrix, nodes_of_jumps(self%ghosts))
+            associate (fixed_there => fixed(factor%directions, factor%unknowns%node))
+               factor%last = any(fixed_there, dim=1)
+               factor%without = any(fixed_there, dim=2)
+            end associate
             associate (n => factor%unknowns%n*size(factor%directions))
                allocate (factor%b(n), factor%x(n))
             end associate
@@ -212,24 +231,42 @@ contains
       class(mass_factorisation_t), intent(inout) :: self
       real(dp), intent(in) :: b(:, :)            !! (ndim, n_points)
       real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
-      integer :: k, j
+      integer :: k
       do k = 1, size(self%factors)
-         associate (factor => self%factors(k), n => self%factors(k)%unknowns%n)
+         associate (factor => self%factors(k), n => self%factors(k)%unknowns%n, width => size(self%factors(k)%directions))
             if (n == 0) cycle
-            do j = 1, size(factor%directions)
-               associate (d => factor%directions(j))
-                  factor%b((j - 1)*n + 1:j*n) = factor%unknowns%gather(b(d:d, :))
-               end associate
-            end do
-            call factor%factorised%solve(factor%b, factor%x)
-            do j = 1, size(factor%directions)
-               associate (d => factor%directions(j))
-                  call factor%unknowns%scatter(factor%x((j - 1)*n + 1:j*n), x(d:d, :))
-               end associate
-            end do
+            call gather(width, factor%directions, n, factor%unknowns%node, b, factor%b)
+            call factor%factorised%solve(factor%b, factor%x, factor%without)
+            call scatter(width, factor%directions, n, factor%unknowns%node, factor%x, x)
          end associate
       end do
    end subroutine solve
+
+   !> Take some directions of a field at the unknowns.
+   pure subroutine gather(width, directions, n, node, field, x)
+      integer, intent(in) :: width, directions(width), n, node(n)
+      real(dp), intent(in) :: field(:, :)        !! (ndim, n_points)
+      real(dp), intent(out) :: x(width, n)
+      integer :: i, j
+      do i = 1, n
+         do j = 1, width
+            x(j, i) = field(directions(j), node(i))
+         end do
+      end do
+   end subroutine gather
+
+   !> Set some directions of a field at the unknowns.
+   pure subroutine scatter(width, directions, n, node, x, field)
+      integer, intent(in) :: width, directions(width), n, node(n)
+      real(dp), intent(in) :: x(width, n)
+      real(dp), intent(inout) :: field(:, :)     !! (ndim, n_points)
+      integer :: i, j
+      do i = 1, n
+         do j = 1, width
+            field(directions(j), node(i)) = x(j, i)
+         end do
+      end do
+   end subroutine scatter
 
    !> Give back the memory.
    subroutine release(self)

@@ -484,46 +484,13 @@ contains
       logical :: as_it_is
       call archive%section(name)
       call archive%serialise('factorised', solver%factorised)
-      if (solver%factorised) call archive_factorisation(solver, grid, archive)
+      call solver%direct%serialise(grid, solver%constraints%fixed, solver%factorised, archive)
       as_it_is = stays .and. solver%factorised_version == matrix%version
       call archive%serialise('factorised_as_it_is', as_it_is)
       if (archive%is_read) solver%factorised_version = merge(matrix%version, -1, as_it_is)
       call archive%serialise('solutions', solver%solutions)
       call archive%serialise('iterations', solver%iterations)
-      call archive%serialise('analyses', solver%direct%analyses)
-      call archive%serialise('factorisations', solver%direct%factorisations)
    end subroutine archive_solver
-
-   !> Keep the numbers that a solver has factorised, and factorise them.
-   subroutine archive_factorisation(solver, grid, archive)
-      type(grid_t), intent(in) :: grid
-      type(mass_solver_t), intent(inout) :: solver
-      class(archive_t), intent(inout) :: archive
-      integer, allocatable :: coupled(:)
-      real(dp), allocatable :: values(:)
-      integer :: n_coupled, n_values
-      logical :: fits
-      allocate (coupled(0), values(0))
-      if (.not. archive%is_read) then
-         coupled = solver%direct%coupled
-         values = solver%direct%factorised_values()
-      end if
-      n_coupled = size(coupled)
-      n_values = size(values)
-      call archive%serialise('number_coupled', n_coupled)
-      call archive%serialise('number_values', n_values)
-      if (archive%is_read) then
-         deallocate (coupled, values)
-         allocate (coupled(n_coupled), values(n_values))
-      end if
-      call archive%archive_integers('coupled', n_coupled, coupled)
-      call archive%archive_reals('values', n_values, values)
-      if (.not. archive%is_read .or. archive%failure%failed()) return
-      fits = all(coupled >= 1 .and. coupled <= grid%n_elements)
-      if (fits) call solver%direct%factorise_values(grid, coupled, values, solver%constraints%fixed, fits, archive%failure)
-      solver%factorised = fits .and. .not. archive%failure%failed()
-      if (.not. fits) call archive%refuse('the factorised matrix does not fit the grid')
-   end subroutine archive_factorisation
 
    !> Number of chunks of nodes.
    pure integer function chunk_count(region)

@@ -162,6 +162,7 @@ contains
       end associate
       if (stiffness%kind%solver /= 'cg') then
          if (.not. matrix%has_pattern_of(stiffness%matrix)) call stiffness%factorised%release()
+         stiffness%factorised%solves_often = stiffness%kind%mass_factor > 0 .and. all(m%materials%linear) ! in a solution each step
          call stiffness%factorised%factorise(matrix, failure)
          deallocate (matrix%value)
       end if

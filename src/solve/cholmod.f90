@@ -1,11 +1,13 @@
 !> Sparse Cholesky factorisation by CHOLMOD (Chen, Davis, Hager & Rajamanickam 2008), through its C interface for 32-bit indices:
-!> rows in the order of approximate minimum degree, L L^T by dense blocks of columns where these pay, else column by column.
+!> rows in the order of approximate minimum degree, L L^T by dense blocks of columns where these pay, else column by column. Where many solutions
+!> are to follow `hampm_sparse_factor` solves.
 module hampm_cholmod
    use, intrinsic :: iso_c_binding, only: c_int, c_double, c_size_t, c_ptr, c_funptr, c_null_ptr, c_associated, c_loc, c_f_pointer
    !$ use omp_lib, only: omp_get_max_active_levels, omp_set_max_active_levels
    use hampm_kinds, only: dp
    use hampm_failure, only: failure_t, exit_computation
    use hampm_sparse, only: sparse_t
+   use hampm_sparse_factor, only: sparse_factor_t
    use hampm_text, only: to_text
    implicit none
    private
@@ -15,8 +17,7 @@ module hampm_cholmod
    integer(c_int), parameter :: no = 0, yes = 1
    integer(c_int), parameter :: upper = 1                 ! the triangle that is read
    integer(c_int), parameter :: integers = 0, reals = 1, doubles = 0 ! CHOLMOD_INT, CHOLMOD_REAL, CHOLMOD_DOUBLE
-   integer(c_int), parameter :: by_columns = 0, by_blocks_if_large = 1 ! how it factorises
-   integer(c_int), parameter :: given_or_amd = 2          ! methods of ordering: that of the caller, who has none, or AMD; else it
+   integer(c_int), parameter :: given = 1, given_or_amd = 2 ! methods of ordering: that of the caller; where there is none AMD; else it
                                                           ! tries METIS too, which takes longer than it saves
 
    !> The first members of CHOLMOD's settings, in its order, and room for the others, which are 2500 bytes.
@@ -52,12 +53,13 @@ module hampm_cholmod
    type, bind(c) :: factor_t
       integer(c_size_t) :: n
       integer(c_size_t) :: minor                 !! columns before the first one that has failed
+      type(c_ptr) :: order                       !! row of each column
    end type factor_t
 
    !> A factorised matrix. The analysis belongs to the pattern and is kept until that changes.
    type :: cholmod_t
-      logical :: solves_often = .false.          !! whether many solutions are to follow: columns take half the time of blocks
-                                                 !! then, unless they are too long for the caches
+      logical :: solves_often = .false.          !! whether many solutions are to follow
+      type(sparse_factor_t), private :: often    !! the factor for these
       type(c_ptr), private :: factor = c_null_ptr
       type(c_ptr), private :: solution = c_null_ptr, work(2) = c_null_ptr
    contains
@@ -77,6 +79,37 @@ module hampm_cholmod
          type(columns_t), intent(in) :: a
          type(settings_t), intent(inout) :: settings
       end function cholmod_analyze
+
+      integer(c_int) function cholmod_camd(a, f_set, f_size, group, order, settings) bind(c)
+         import :: c_int, c_ptr, c_size_t, columns_t, settings_t
+         type(columns_t), intent(in) :: a
+         type(c_ptr), value :: f_set
+         integer(c_size_t), value :: f_size
+         integer(c_int), intent(in) :: group(*)
+         integer(c_int), intent(out) :: order(*)
+         type(settings_t), intent(inout) :: settings
+      end function cholmod_camd
+
+      type(c_ptr) function cholmod_analyze_p(a, order, f_set, f_size, settings) bind(c)
+         import :: c_int, c_ptr, c_size_t, columns_t, settings_t
+         type(columns_t), intent(in) :: a
+         integer(c_int), intent(in) :: order(*)
+         type(c_ptr), value :: f_set
+         integer(c_size_t), value :: f_size
+         type(settings_t), intent(inout) :: settings
+      end function cholmod_analyze_p
+
+      type(c_ptr) function cholmod_copy_factor(factor, settings) bind(c)
+         import :: c_ptr, settings_t
+         type(c_ptr), value :: factor
+         type(settings_t), intent(inout) :: settings
+      end function cholmod_copy_factor
+
+      type(c_ptr) function cholmod_factor_to_sparse(factor, settings) bind(c)
+         import :: c_ptr, settings_t
+         type(c_ptr), value :: factor
+         type(settings_t), intent(inout) :: settings
+      end function cholmod_factor_to_sparse
 
       integer(c_int) function cholmod_factorize(a, factor, settings) bind(c)
          import :: c_int, c_ptr, columns_t, settings_t
@@ -104,7 +137,7 @@ module hampm_cholmod
       end function free_object
    end interface
 
-   procedure(free_object), bind(c) :: cholmod_free_factor, cholmod_free_dense
+   procedure(free_object), bind(c) :: cholmod_free_factor, cholmod_free_dense, cholmod_free_sparse
 
    type(settings_t), save :: settings
    logical, save :: is_started = .false., is_known = .false.
@@ -133,12 +166,14 @@ contains
 
    !> Factorise a matrix; its pattern is analysed at first, and after `release`. It is not `definite` where it has no factor. Fails
    !> where the memory does not suffice.
-   subroutine factorise(self, matrix, definite, failure)
+   subroutine factorise(self, matrix, definite, failure, last)
       class(cholmod_t), intent(inout) :: self
       type(sparse_t), intent(in), target :: matrix
       logical, intent(out) :: definite
       type(failure_t), intent(inout) :: failure
+      logical, intent(in), optional :: last(:)   !! rows that are to be eliminated behind all others
       integer(c_int), allocatable, target :: column_start(:), row(:)
+      logical, allocatable :: is_last(:)
       type(columns_t) :: a
       type(factor_t), pointer :: factor
       integer(c_int) :: status
@@ -149,42 +184,97 @@ contains
          call failure%report(exit_computation, 'this version of CHOLMOD has its settings elsewhere than expected')
          return
       end if
+      allocate (is_last(matrix%n), source=.false.)
+      if (present(last)) is_last = last
       allocate (column_start, source=matrix%row_start - 1)   ! symmetric: its rows are its columns
       allocate (row, source=matrix%column - 1)
       a = columns_t(matrix%n, matrix%n, size(row), c_loc(column_start), c_loc(row), c_null_ptr, c_loc(matrix%value), c_null_ptr, &
                     upper, integers, reals, doubles, yes, yes)
       !$ levels = omp_get_max_active_levels()
       !$ call omp_set_max_active_levels(0)          ! else it starts threads of its own
-      settings%supernodal = merge(by_columns, by_blocks_if_large, self%solves_often)
-      if (.not. c_associated(self%factor)) self%factor = cholmod_analyze(a, settings)
+      if (.not. c_associated(self%factor)) self%factor = analysis(a, is_last)
       status = no
       if (c_associated(self%factor)) status = cholmod_factorize(a, self%factor, settings)
       !$ call omp_set_max_active_levels(levels)
       if (status == yes) then
          call c_f_pointer(self%factor, factor)
          definite = factor%minor == factor%n
-      else
-         call failure%report(exit_computation, 'CHOLMOD cannot factorise it: memory does not suffice for '// &
-                             to_text(matrix%n)//' rows')
+         if (definite .and. self%solves_often) call take_factor(self, is_last, status)
       end if
+      if (status == no) call failure%report(exit_computation, 'CHOLMOD cannot factorise it: memory does not suffice for '// &
+                                            to_text(matrix%n)//' rows')
    end subroutine factorise
 
-   !> Solve with the factorised matrix, for one right-hand side or several, which stand one after the other.
-   subroutine solve(self, rhs, x)
+   !> The order of elimination of a matrix, and the pattern of its factor; null where the memory does not suffice.
+   function analysis(a, is_last) result(factor)
+      type(columns_t), intent(in) :: a
+      logical, intent(in) :: is_last(:)          !! rows that are to be eliminated behind all others
+      type(c_ptr) :: factor
+      integer(c_int) :: order(size(is_last))
+      factor = c_null_ptr
+      if (.not. any(is_last)) then
+         factor = cholmod_analyze(a, settings)
+      else if (cholmod_camd(a, c_null_ptr, 0_c_size_t, merge(1, 0, is_last), order, settings) == yes) then
+         settings%nmethods = given
+         factor = cholmod_analyze_p(a, order, c_null_ptr, 0_c_size_t, settings)
+         settings%nmethods = given_or_amd
+      end if
+   end function analysis
+
+   !> Take the factor over, for many solutions.
+   subroutine take_factor(self, is_last, status)
       class(cholmod_t), intent(inout) :: self
-      real(dp), intent(in), contiguous, target :: rhs(:)
-      real(dp), intent(out) :: x(:)
+      logical, intent(in) :: is_last(:)
+      integer(c_int), intent(out) :: status
+      type(c_ptr) :: copy, columns               ! of the factor, which gives its numbers away to its columns
+      type(factor_t), pointer :: factor
+      type(columns_t), pointer :: l
+      integer(c_int), pointer :: order(:), first(:), row(:)
+      real(c_double), pointer :: value(:)
+      status = no
+      copy = cholmod_copy_factor(self%factor, settings)
+      if (.not. c_associated(copy)) return
+      columns = cholmod_factor_to_sparse(copy, settings)
+      status = cholmod_free_factor(copy, settings)
+      if (.not. c_associated(columns)) status = no
+      if (status == no) return
+      call c_f_pointer(self%factor, factor)
+      call c_f_pointer(columns, l)
+      call c_f_pointer(factor%order, order, [l%ncol])
+      call c_f_pointer(l%p, first, [l%ncol + 1])
+      call c_f_pointer(l%i, row, [first(size(first))])
+      call c_f_pointer(l%x, value, [first(size(first))])
+      call self%often%take(order + 1, first + 1, row + 1, value, is_last)
+      status = cholmod_free_sparse(columns, settings)
+   end subroutine take_factor
+
+   !> Solve with the factorised matrix, for one right-hand side or several, which stand side by side at each row; those `without` the rows that are
+   !> eliminated last, which is for many solutions only, have 0 there, and these equations are left out.
+   subroutine solve(self, rhs, x, without)
+      class(cholmod_t), intent(inout) :: self
+      real(dp), intent(in), contiguous :: rhs(:)
+      real(dp), intent(out), contiguous :: x(:)
+      logical, intent(in), optional :: without(:) !! (right-hand sides)
       type(factor_t), pointer :: factor
       type(full_t), pointer :: solution
       real(c_double), pointer :: values(:)
+      real(c_double), allocatable, target :: b(:)
+      integer :: k
+      if (self%solves_often) then
+         call self%often%solve(rhs, x, without)
+         return
+      end if
       x = 0                                      ! the caller checks the residual
       call c_f_pointer(self%factor, factor)
-      associate (n => factor%n, all => size(rhs, kind=c_size_t))
-         if (cholmod_solve2(solve_system, self%factor, full_t(n, all/n, all, n, c_loc(rhs), c_null_ptr, reals, doubles), &
-                            c_null_ptr, self%solution, c_null_ptr, self%work(1), self%work(2), settings) == no) return
-         call c_f_pointer(self%solution, solution)
-         call c_f_pointer(solution%x, values, [all])
-         x = values
+      associate (n => factor%n, width => size(rhs)/int(factor%n))
+         do k = 1, width
+            b = rhs(k::width)
+            if (cholmod_solve2(solve_system, self%factor, full_t(n, 1_c_size_t, n, n, c_loc(b), c_null_ptr, reals, doubles), &
+                               c_null_ptr, self%solution, c_null_ptr, self%work(1), self%work(2), settings) == no) return
+            call c_f_pointer(self%solution, solution)
+            call c_f_pointer(solution%x, values, [n])
+            x(k::width) = values
+         end do
       end associate
    end subroutine solve
 

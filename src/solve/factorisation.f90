@@ -13,8 +13,9 @@ module hampm_factorisation
    !> A factorised matrix.
    type :: factorisation_t
       logical :: is_definite = .false.           !! whether it, or its symmetric part, is positive definite: CHOLMOD has factorised that
+      logical :: solves_often = .false.          !! whether many solutions are to follow
       logical, private :: by_cholmod = .false.   !! whether that is all of it
-      type(cholmod_t) :: cholmod
+      type(cholmod_t), private :: cholmod
       type(umfpack_t), private :: umfpack
    contains
       procedure :: factorise
@@ -25,14 +26,16 @@ module hampm_factorisation
 contains
 
    !> Factorise a matrix; its pattern is that of the last one until `release`. Fails where it is singular or memory does not suffice.
-   subroutine factorise(self, matrix, failure)
+   subroutine factorise(self, matrix, failure, last)
       class(factorisation_t), intent(inout) :: self
       type(sparse_t), intent(in) :: matrix
       type(failure_t), intent(inout) :: failure
+      logical, intent(in), optional :: last(:)   !! rows that are to be eliminated behind all others
+      self%cholmod%solves_often = self%solves_often
       if (matrix%is_symmetric) then
-         call self%cholmod%factorise(matrix, self%is_definite, failure)
+         call self%cholmod%factorise(matrix, self%is_definite, failure, last)
       else
-         call self%cholmod%factorise(matrix%symmetric_part(), self%is_definite, failure)
+         call self%cholmod%factorise(matrix%symmetric_part(), self%is_definite, failure, last)
       end if
       if (failure%failed()) return
       self%by_cholmod = self%is_definite .and. matrix%is_symmetric
@@ -44,14 +47,17 @@ contains
       end if
    end subroutine factorise
 
-   !> x = A^-1 b with the factorised matrix A, which may have no rows, for one b or several, which stand one after the other.
-   subroutine solve(self, b, x)
+   !> x = A^-1 b with the factorised matrix A, which may have no rows, for one b or several, which stand side by side at each row. Where A is positive
+   !> definite, and many solutions are to follow, some may be `without` the rows that are eliminated last: they have 0 there, and these equations are left
+   !> out.
+   subroutine solve(self, b, x, without)
       class(factorisation_t), intent(inout) :: self
       real(dp), intent(in), contiguous :: b(:)
-      real(dp), intent(out) :: x(:)
+      real(dp), intent(out), contiguous :: x(:)
+      logical, intent(in), optional :: without(:) !! (right-hand sides)
       if (size(b) == 0) return
       if (self%by_cholmod) then
-         call self%cholmod%solve(b, x)
+         call self%cholmod%solve(b, x, without)
       else
          call self%umfpack%solve(b, x)
       end if

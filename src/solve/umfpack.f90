@@ -106,19 +106,21 @@ contains
                                            '): it is singular or memory does not suffice')
    end subroutine factorise
 
-   !> Solve with the factorised matrix, for one right-hand side or several, which stand one after the other.
+   !> Solve with the factorised matrix, for one right-hand side or several, which stand side by side at each row.
    subroutine solve(self, rhs, x)
       class(umfpack_t), intent(in) :: self
       real(dp), intent(in) :: rhs(:)
       real(dp), intent(out) :: x(:)
       real(c_double) :: info(n_info)
       integer(c_int) :: status
-      integer :: first
-      associate (n => size(self%column_start) - 1)
-         do first = 1, size(rhs), n
-            status = umfpack_di_solve(solve_system, self%column_start, self%row, self%value, x(first:first + n - 1), &
-                                      rhs(first:first + n - 1), self%numeric, self%control, info)
-            if (status /= 0) x(first:first + n - 1) = 0 ! the caller checks the residual
+      real(dp), allocatable :: x_k(:)
+      integer :: k
+      associate (n => size(self%column_start) - 1, width => size(rhs)/(size(self%column_start) - 1))
+         allocate (x_k(n))
+         do k = 1, width
+            status = umfpack_di_solve(solve_system, self%column_start, self%row, self%value, x_k, rhs(k::width), self%numeric, &
+                                      self%control, info)
+            x(k::width) = merge(x_k, 0.0_dp, status == 0) ! the caller checks the residual
          end do
       end associate
    end subroutine solve

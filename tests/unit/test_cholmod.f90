@@ -14,6 +14,7 @@ program test_cholmod
 
    call repeat_random_numbers()
    call check_random_matrices()
+   call check_many_solutions()
    call check_signs()
    call check_patterns()
    call check_small_ones()
@@ -58,6 +59,63 @@ contains
       end do
       call check(omp_get_max_active_levels() == levels, 'threads are as many as before')
    end subroutine check_random_matrices
+
+   !> A factor that is kept for many solutions gives those of several right-hand sides, some of them without the rows that are eliminated last, as LAPACK
+   !> does by the matrix without these; also where the factor has numbers that are less than rounding, and with new values.
+   subroutine check_many_solutions()
+      type(sparse_t) :: a
+      type(factorisation_t) :: factorised
+      type(failure_t) :: failure
+      real(dp), allocatable :: b(:, :), x(:, :), flat(:), given(:)
+      logical, allocatable :: last(:)
+      logical :: without(3)
+      real(dp) :: difference
+      integer :: k, i, j, trial, width
+      integer, parameter :: sides(2, 4) = reshape([1, 1, 5, 3, 37, 6, 40, 40], [2, 4])
+      factorised%solves_often = .true.
+      do k = 1, size(sides, 2)
+         call strip(sides(1, k), sides(2, k), a)
+         allocate (last(a%n), given(a%n))
+         last = [(mod(i, 7) == 3, i=1, a%n)]
+         difference = 0
+         do trial = 1, 2
+            call fill_at_random(a)
+            a%value = sign(merge(abs(a%value), 0.05_dp*abs(a%value), abs(a%value) > 8), a%value) ! far from the diagonal the factor decays
+            call factorised%factorise(a, failure, last)
+            do width = 1, 3
+               allocate (b(width, a%n), x(width, a%n))
+               call random_number(b)
+               without = [.true., .false., .true.]
+               allocate (flat(size(b)))
+               call factorised%solve(reshape(b, [size(b)]), flat, without(:width))
+               x = reshape(flat, shape(x))
+               do j = 1, width
+                  given = dense_solution(held(a, last .and. without(j)), merge(0.0_dp, b(j, :), last .and. without(j)))
+                  difference = max(difference, maxval(abs(x(j, :) - given)))
+               end do
+               deallocate (b, x, flat)
+            end do
+         end do
+         call check_close(difference, 0.0_dp, 1e-14_dp, to_text(a%n)//' rows: many solutions are those of LAPACK')
+         call factorised%release()
+         deallocate (last, given)
+      end do
+      call check(.not. failure%failed(), 'factors for many solutions are found')
+   end subroutine check_many_solutions
+
+   !> A matrix in which some rows and columns are those of the unit matrix.
+   function held(a, rows) result(b)
+      type(sparse_t), intent(in) :: a
+      logical, intent(in) :: rows(:)
+      type(sparse_t) :: b
+      integer :: i, k
+      b = a
+      do i = 1, a%n
+         do k = a%row_start(i), a%row_start(i + 1) - 1
+            if (rows(i) .or. rows(a%column(k))) b%value(k) = merge(1.0_dp, 0.0_dp, a%column(k) == i)
+         end do
+      end do
+   end function held
 
    !> A matrix is definite if its least eigenvalue is positive: shifted to just above and just below it, and far below.
    subroutine check_signs()
