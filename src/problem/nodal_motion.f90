@@ -50,13 +50,15 @@ contains
    !>    mapping_power = dt sum F_i . a_i - sum f_i . (v_i + a_i dt),   F the total force, f the same without damping:
    !> with sum_p m dv**2/2 of the particles its first term is the kinetic energy that is lost between nodes and
    !> particles, and with the stress work and the work of the loads its second the energy that the scheme loses.
-   subroutine accelerate(grid, solver, free, damping_rate, dt, audit, f, damping_power, mapping_power, failure)
+   subroutine accelerate(grid, solver, free, damping_rate, dt, audit, is_known, f, damping_power, mapping_power, &
+                         failure)
       type(grid_t), intent(in) :: grid
       type(mass_solver_t), intent(inout) :: solver
       real(dp), intent(in), contiguous :: free(:, :)    !! 0 for fixed components of nodes, else 1; (ndim, n_points)
       real(dp), intent(in) :: damping_rate              !! alpha [1/s]
       real(dp), intent(in) :: dt                        !! [s]
       logical, intent(in) :: audit                      !! whether the mapping power is wanted
+      logical, intent(in) :: is_known                   !! whether `acceleration` is the solution for these forces
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(out) :: damping_power            !! sum alpha p_i . (v_i + a_i dt) [W]
       real(dp), intent(out) :: mapping_power            !! see above [W]; 0 without `audit`
@@ -66,7 +68,7 @@ contains
          if (.not. allocated(f%earlier)) allocate (f%earlier(ndim, size(f%acceleration, 2), 2), source=0.0_dp)
          f%acceleration = 2*f%earlier(:, :, 1) - f%earlier(:, :, 2)
       end if
-      call solve(grid, solver, free, f%mass_matrix, f%force, f%acceleration, failure)
+      if (.not. is_known) call solve(grid, solver, free, f%mass_matrix, f%force, f%acceleration, failure)
       if (solver%iterates()) then
          f%earlier(:, :, 2) = f%earlier(:, :, 1)
          f%earlier(:, :, 1) = f%acceleration

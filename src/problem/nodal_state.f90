@@ -11,7 +11,7 @@ module hampm_nodal_state
    use hampm_interface_points, only: add_interface_forces
    implicit none
    private
-   public :: nodal_state_t, find_nodal_state, internal_force, external_force, unbalanced_force
+   public :: nodal_state_t, find_nodal_state, find_external_force, internal_force, external_force, unbalanced_force
 
    !> Nodal fields at one instant, by point: zero where there are no particles.
    type :: nodal_state_t
@@ -31,6 +31,8 @@ contains
    !>
    !> Since M d is the weak form of rho d, d is the divergence of the stress over the density, which the equation of motion sets
    !> equal to a + alpha v - b. The run goes on with the same bytes. Fails where the nodal equations cannot be solved.
+   !>
+   !> Where the next step solves for the same velocity and acceleration it takes these: forces are summed in the order in which it sums them.
    subroutine find_nodal_state(m, state, failure)
       type(problem_t), intent(inout) :: m
       type(nodal_state_t), intent(inout) :: state
@@ -38,19 +40,42 @@ contains
       real(dp), allocatable :: reactions(:, :)
       call refresh_grid(m)
       state%velocity = m%fields%velocity(:, :, merge(v_mapped, v_next, m%scheme%remaps))
-      call solve(m, m%fields%momentum, state%velocity, failure)
-      m%cache%has_velocity = keeps_velocity(m)
-      if (m%cache%has_velocity) m%fields%velocity(:, :, v_mapped) = state%velocity
-      call gather_stress(m)
-      call gather_loads(m, by_mass=.false.)
+      if (m%cache%velocity_after /= m%state%steps) call solve(m, m%fields%momentum, state%velocity, failure)
+      if (keeps_velocity(m)) then
+         m%fields%velocity(:, :, v_mapped) = state%velocity
+         m%cache%velocity_after = m%state%steps
+      end if
+      call sum_stress(m)
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
+      call find_external_force(m, .false., 1)
+      m%fields%force = m%fields%force + m%fields%external
       state%divergence = m%fields%acceleration
       call solve(m, m%fields%force, state%divergence, failure)
+      if (keeps_velocity(m) .and. m%scheme%map_at_start%map_force .and. m%interfaces%n == 0 .and. .not. any(m%loads%by_mass)) then
+         m%fields%acceleration = state%divergence
+         m%cache%acceleration_after = m%state%steps
+      end if
       call gather_loads(m, by_mass=.true.)
       allocate (reactions(ndim, m%constraints%number()), source=0.0_dp)
       call sum_on_held(m, reactions)
       state%reactions = -reactions
       state%reaction = sum(state%reactions, dim=2)
    end subroutine find_nodal_state
+
+   !> Nodal forces of the loads, and of interface points between faces, where the material is now, condensed.
+   subroutine find_external_force(m, with_mass, first)
+      type(problem_t), intent(inout) :: m
+      logical, intent(in) :: with_mass           !! whether of the loads on all material too, else of those on surfaces only
+      integer, intent(in) :: first               !! interface point
+      integer :: k
+      m%fields%external = 0
+      call place_loads(m%loads, m%grid, m%particles)
+      do k = 1, size(m%loads)
+         if (with_mass .or. .not. m%loads(k)%by_mass) call add_loads(m%loads(k:k), m%state%time, m%fields%external)
+      end do
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%external)
+      call add_interface_forces(m%interfaces, first, m%fields%external)
+   end subroutine find_external_force
 
    !> Internal forces at the nodes as the particles are now, condensed [N]. The run goes on with the same bytes.
    subroutine internal_force(m, force)
@@ -97,16 +122,21 @@ contains
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine solve
 
-   !> Internal forces of the particles, and of interface points between faces, as they are now; schemes that strain first have mapped those of
-   !> the last step.
+   !> Internal forces of the particles, and of interface points between faces, as they are now.
    subroutine gather_stress(m)
+      type(problem_t), intent(inout) :: m
+      call sum_stress(m)
+      call add_interface_forces(m%interfaces, 1, m%fields%force)
+   end subroutine gather_stress
+
+   !> Internal forces of the particles as they are now; schemes that strain first have mapped those of the last step.
+   subroutine sum_stress(m)
       type(problem_t), intent(inout) :: m
       type(pass_report_t) :: report
       type(failure_t) :: none                    ! nothing moves here
       if (.not. m%scheme%map_at_start%map_force) call do_pass(m, pass_t(map_force=.true.), 0.0_dp, report, none)
       call assemble_sums(m, mass=.false., momentum=.false., force=.true.)
-      call add_interface_forces(m%interfaces, 1, m%fields%force)
-   end subroutine gather_stress
+   end subroutine sum_stress
 
    !> Add to the nodal forces the loads on all material, or those on its surface.
    subroutine gather_loads(m, by_mass)

@@ -42,7 +42,8 @@ module hampm_problem
       type(element_operators_t) :: operators     !! of cells that are passed without their particles
       logical :: mapped = .false.                !! whether the cells hold the contributions for the next step
       logical :: weighed = .false.               !! whether the nodes have the masses that these give
-      logical :: has_velocity = .false.          !! whether `v_mapped` is the velocity of the nodes at the start of the next step
+      integer(long) :: velocity_after = -1       !! steps after which `v_mapped` is the velocity of the nodes, with which the next one begins
+      integer(long) :: acceleration_after = -1   !! the same of the acceleration by the forces
       logical :: sorted = .false.                !! whether particles moved to other cells in the last step
       logical :: is_provisional = .false.        !! whether the mesh is to change before anything moves: nodes and weights wait for the last one
    end type cache_t
@@ -233,7 +234,6 @@ contains
    !> Bring the particles up to date, before they are looked at: those of cells with operators may be behind.
    subroutine update_particles(m)
       type(problem_t), intent(inout) :: m
-      m%cache%has_velocity = .false.             ! momenta are summed anew
       call give_to_particles(m%cache%operators, m%matter_t, m%fields)
    end subroutine update_particles
 
@@ -245,7 +245,8 @@ contains
       type(pass_t) :: map
       type(failure_t) :: lost
       m%cache%weighed = .false.
-      m%cache%has_velocity = .false.
+      m%cache%velocity_after = -1
+      m%cache%acceleration_after = -1
       map = m%scheme%map_at_start
       map%map_force = map%map_force .or. m%particles%total_frame      ! operators add to the force that is there
       if (m%has_domains()) call locate_corners(m%corners, m%matter_t, m%fields, lost)
@@ -321,11 +322,11 @@ contains
    end function is_weighed
 
    !> Whether velocities that are solved for the momentum at the end of a step are those at the start of the next one: where they depend
-   !> on nothing else, and only what moves the particles changes their momentum.
+   !> on nothing else, and only what moves the particles changes their momentum. Lumped masses are not worth it.
    pure logical function keeps_velocity(m)
       type(problem_t), intent(in) :: m
-      keeps_velocity = m%scheme%remaps .and. is_weighed(m) .and. .not. m%solver%iterates() .and. .not. m%constraints%move() &
-                       .and. m%body_contact%n == 0 .and. .not. m%has_domains()
+      keeps_velocity = m%scheme%remaps .and. is_weighed(m) .and. m%solver%by /= by_lumped .and. .not. m%solver%iterates() &
+                       .and. .not. m%constraints%move() .and. m%body_contact%n == 0 .and. .not. m%has_domains()
    end function keeps_velocity
 
    !> Sort the particles, after some have moved to other cells or their number has changed.

@@ -66,6 +66,8 @@ contains
       if (c%failure%failed()) return
       if (c%is_read .and. weighed) call assemble_sums(m, mass=.true., momentum=.false., force=.false.)
       if (c%is_read) m%cache%weighed = weighed
+      call c%serialise('velocity_after', m%cache%velocity_after)
+      call c%serialise('acceleration_after', m%cache%acceleration_after)
       call archive_body_contact(m%body_contact, c)
       call archive_supports(m%constraints, c)
       call archive_interfaces(m%interfaces, c)

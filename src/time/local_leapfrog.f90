@@ -189,7 +189,7 @@ contains
       call solve_velocity(m, v_n, failure)
       share = 1/(1 + 0.5_dp*m%damping_rate*kick)
       if (m%damping_rate > 0) m%fields%force = share*m%fields%force
-      call accelerate(m%grid, m%solver, m%constraints%free, share*m%damping_rate, kick, .false., m%fields, damping_power, &
+      call accelerate(m%grid, m%solver, m%constraints%free, share*m%damping_rate, kick, .false., .false., m%fields, damping_power, &
                       mapping_power, unsolved)
       call pass_on(m, m%state%steps + 1, unsolved, failure)
       m%energies%damping_loss = m%energies%damping_loss + kick*damping_power/share

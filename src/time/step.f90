@@ -6,7 +6,7 @@
 !>
 !> On both, cells that have element operators are passed without their particles (`hampm_element_operators`).
 module hampm_step
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, long
    use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, separate_bodies
    use hampm_nodal_release, only: work_of_release
    use hampm_prescribed_nodes, only: prescribed_velocity, prescribed_acceleration, coupled_to_prescribed, set_prescribed, &
@@ -14,19 +14,19 @@ module hampm_step
    use hampm_element_operators, only: pass_by_all_operators
    use hampm_failure, only: failure_t, exit_computation
    use hampm_integrator, only: integrator_t
-   use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
+   use hampm_loads, only: book_work, book_work_late
    use hampm_mass_solver, only: by_lumped
    use hampm_critical_step, only: largest_wave_speed
    use hampm_problem, only: problem_t, update_particles, map_to_grid, do_pass, assemble_sums, sort_particles, sort_anew, pass_on, &
                            renew_interfaces, is_weighed, keeps_velocity
    use hampm_nodal_fields, only: v_n, v_next, v_mapped, find_active_nodes
+   use hampm_nodal_state, only: find_external_force
    use hampm_nodal_motion, only: find_velocity, accelerate, find_powers
    use hampm_particle_pass, only: pass_report_t, pass_over_all, pass_over, find_crossing_particles
    use hampm_pass, only: pass_t
    use hampm_tiling, only: plan_tiles, is_planned, step_in_tiles
    use hampm_interface_step, only: hold_faces
-   use hampm_interface_points, only: add_interface_forces, stretch_interfaces, commit_slip, ease_faces, interface_energy, &
-                                     kick_interfaces
+   use hampm_interface_points, only: stretch_interfaces, commit_slip, ease_faces, interface_energy, kick_interfaces
    use hampm_error_context, only: when, origin
    implicit none
    private
@@ -65,7 +65,9 @@ contains
       new_masses = .not. is_weighed(m)
       m%cache%weighed = .true.
       if (m%body_contact%wanted) call find_surroundings(m)
-      if (size(m%loads) + m%interfaces%n > 0) call find_external_force(m)
+      ! With the factors at t^n, at the places where the material is at t^n: whatever path the step takes and whenever it strains the particles, these
+      ! are the forces that act in it
+      if (size(m%loads) + m%interfaces%n > 0) call find_external_force(m, .true., m%interfaces%n_at_end + 1)
       if (is_local(m)) then
          call plan_step(m)
          parts = merge(2, 0, m%interfaces%n_at_end > 0)
@@ -92,17 +94,6 @@ contains
       call find_body_pairs(m%body_contact, m%grid, m%fields)
       call find_gaps(m%body_contact, m%grid, m%particles, m%blocks, m%corners)
    end subroutine find_surroundings
-
-   !> Nodal forces of the loads, and of interface points between faces, for the coming step: with the factors at t^n, at the places where the material is at t^n. Whatever
-   !> path the step takes and whenever it strains the particles, these are the forces that act in it.
-   subroutine find_external_force(m)
-      type(problem_t), intent(inout) :: m
-      m%fields%external = 0
-      call place_loads(m%loads, m%grid, m%particles)
-      call add_loads(m%loads, m%state%time, m%fields%external)
-      call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%external)
-      call add_interface_forces(m%interfaces, m%interfaces%n_at_end + 1, m%fields%external)
-   end subroutine find_external_force
 
    !> Whether nodes need no more than the cells around them: then a step can be done in tiles.
    pure logical function is_local(m)
@@ -175,7 +166,8 @@ contains
             call assemble_sums(m, mass=pass%map_mass, momentum=pass%map_momentum, force=pass%map_force)
             if (m%body_contact%wanted .and. pass%map_mass) call find_surroundings(m)
             if (pass%map_momentum) call solve_velocity(m, merge(v_n, v_mapped, pass%map_force), v_next, failure)
-            if (m%has_domains() .and. pass%strain_fraction > 0 .and. size(m%loads) + m%interfaces%n > 0) call find_external_force(m)
+            if (m%has_domains() .and. pass%strain_fraction > 0 .and. size(m%loads) + m%interfaces%n > 0) &
+               call find_external_force(m, .true., m%interfaces%n_at_end + 1)
             if (pass%map_force) call solve_acceleration(m, dt, failure)
          end associate
       end do
@@ -190,7 +182,7 @@ contains
       real(dp), allocatable :: prescribed(:, :), momentum(:, :)
       type(failure_t) :: unsolved
       logical :: couples                         ! whether nodes of given motion stand in the equations of others
-      if (which == v_n .and. m%cache%has_velocity) then
+      if (which == v_n .and. m%cache%velocity_after == m%state%steps) then
          m%fields%velocity(:, :, v_n) = m%fields%velocity(:, :, v_mapped)
       else if (m%constraints%move()) then
          prescribed = prescribed_velocity(m%constraints, m%state%time, m%energies%prescribed, m%fields, which)
@@ -205,7 +197,7 @@ contains
       else
          call find_velocity(m%grid, m%solver, m%constraints%free, m%fields, which, latest, unsolved)
       end if
-      m%cache%has_velocity = which == v_mapped .and. keeps_velocity(m)
+      m%cache%velocity_after = merge(m%state%steps + 1, -1_long, which == v_mapped .and. keeps_velocity(m))
       if (m%body_contact%n > 0) call share_between_bodies(m%body_contact, m%grid, m%constraints%free, m%fields, which)
       call pass_on(m, m%state%steps + 1, unsolved, failure)
    end subroutine solve_velocity
@@ -228,8 +220,8 @@ contains
          force = m%fields%force
          m%fields%force = force - coupled_to_prescribed(m%constraints, m%grid, m%fields, prescribed)
       end if
-      call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, dt, m%audit, m%fields, damping_power, mapping_power, &
-                      unsolved)
+      call accelerate(m%grid, m%solver, m%constraints%free, m%damping_rate, dt, m%audit, &
+                      m%cache%acceleration_after == m%state%steps, m%fields, damping_power, mapping_power, unsolved)
       if (couples) call move_alloc(force, m%fields%force)
       if (moves) call move_prescribed(m%constraints, m%grid, dt, prescribed, m%fields)
       if (m%interfaces%n_at_end > 0) call add_forces_at_end(m, dt, unsolved)
