@@ -1,6 +1,7 @@
-"""The step of the program beside what others write: 60 lines of Python with numba, 150 of C (bench/peers/), on one thread.
+"""The step of the program beside what others write: 60 lines of Python with numba, 150 of C each (bench/peers/), on one thread.
 
-All compute the same motion by the same scheme (usf) of the same particles, which tests/program/test_peers.py checks. They take turns
+All compute the same motion by the same scheme (usf) of the same particles, which tests/program/test_peers.py checks. In the total frame the
+other is a matrix-free step of finite elements (bench/peers/element_step.c), and the least that such a step is: central differences, which know no particles. They take turns
 in one run, so that a change of the machine's speed meets all of them, and the median of the ratios of turns that follow each other
 counts. numba is not among the packages that hampm needs: `make -C bench peers` installs it.
 """
@@ -15,7 +16,7 @@ from tables import ROOT, command_line, write
 
 sys.path.insert(0, str(ROOT / "bench" / "peers"))
 
-from scenes import Body, InC, InNumba, library_in_c  # noqa: E402
+from scenes import Body, ByElements, InC, InNumba, library_in_c  # noqa: E402
 
 UPDATES = 5_000_000   # of particles in a turn, at least
 LEAST_STEPS = 50      # in a turn, as in bench_step
@@ -66,6 +67,25 @@ def beside_others(program, turns, folder):
     write(rows, "peers", folder)
 
 
+def beside_elements(program, turns, folder):
+    """Total frame, usf: the program, the same by finite elements in C, and central differences by these."""
+    library = library_in_c(folder, "element_step")
+    rows = [["particles", "program [ns]", "elements in C [ns]", "central differences [ns]", "over elements", "over central differences",
+             "target"]]
+    for (size, cells), target in zip(SIZES.items(), ["1.5", "1.7", "2.5"]):
+        own = Program(program, [f"program:total:usf:{cells}:1"])
+        body = Body(cells, "smooth")
+        others = [InC(body, library), ByElements(body, library)]
+        for other in others:
+            other.steps(1)
+        times = [(own.turn(0)[0], *map(time_of, others)) for _ in range(turns)]
+        own.close()
+        ours, elements, differences = (median(column) for column in zip(*times))
+        rows.append([size, f"{ours:.1f}", f"{elements:.1f}", f"{differences:.1f}", f"{median(t[0] / t[1] for t in times):.2f}",
+                     f"{median(t[0] / t[2] for t in times):.2f}", target])
+    write(rows, "peers_total", folder)
+
+
 def among_themselves(program, turns, folder):
     """The total frame over a copy of its bytes, two threads over one, and a turning body over one that rests."""
     pairs = [("total frame over the copy, 1M", "program:total:usf:500:1", None, "at most 1.3"),
@@ -88,10 +108,12 @@ def among_themselves(program, turns, folder):
 
 
 def main():
-    arguments = command_line(__doc__, ["others", "own"], "results/peers", ROOT / "build/release/bench_step",
+    arguments = command_line(__doc__, ["others", "elements", "own"], "results/peers", ROOT / "build/release/bench_step",
                              turns=(5, "turns of each"))
     if "others" in arguments.part:
         beside_others(arguments.program, arguments.turns, arguments.output)
+    if "elements" in arguments.part:
+        beside_elements(arguments.program, arguments.turns, arguments.output)
     if "own" in arguments.part:
         among_themselves(arguments.program, arguments.turns, arguments.output)
 

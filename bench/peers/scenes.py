@@ -39,7 +39,7 @@ class Body:
 
 
 class InC:
-    """Steps by step.c."""
+    """Steps by step.c, or by element_step.c."""
 
     def __init__(self, body, library):
         self.body, self.library = body, library
@@ -55,6 +55,13 @@ class InC:
     def energies(self):
         particles = np.ctypeslib.as_array(self.library.particles_of(self.state), shape=(self.body.n, 10))
         return self.body.energies(particles[:, 2:4], particles[:, [4, 6, 5, 7]])
+
+
+class ByElements(InC):
+    """Central differences by element_step.c: another motion, for the time only."""
+
+    def steps(self, count):
+        self.library.leap(self.state, count)
 
 
 class InNumba:
@@ -76,11 +83,11 @@ class InNumba:
         return self.body.energies(self.arguments[1], self.h)
 
 
-def library_in_c(folder, compiler="cc"):
-    """step.c, compiled into a folder and loaded."""
-    path = Path(folder) / "step.so"
+def library_in_c(folder, source="step", compiler="cc"):
+    """A source in C, compiled into a folder and loaded."""
+    path = Path(folder) / f"{source}.so"
     subprocess.run([compiler, "-O3", "-march=native", "-mprefer-vector-width=256", "-shared", "-fPIC", "-o", path,
-                    FOLDER / "step.c"], check=True)
+                    FOLDER / f"{source}.c"], check=True)
     library = ctypes.CDLL(str(path))
     library.new_body.restype = ctypes.c_void_p
     library.particles_of.restype = ctypes.POINTER(ctypes.c_double)

@@ -16,9 +16,9 @@ from scenes import Body, InC, library_in_c  # noqa: E402
 STEPS, CELLS = 60, 32
 
 
-def energies_of_program(motion):
+def energies_of_program(motion, frame="updated"):
     """Kinetic and strain energy [J] after the steps."""
-    line = subprocess.run([CHECKED_BENCH, "steps", str(STEPS), f"program:updated:usf:{CELLS}:1:{motion}"], capture_output=True,
+    line = subprocess.run([CHECKED_BENCH, "steps", str(STEPS), f"program:{frame}:usf:{CELLS}:1:{motion}"], capture_output=True,
                           text=True, check=True).stdout
     return [float(word) for word in line.split()[2:]]
 
@@ -30,6 +30,14 @@ def test_c_computes_the_same_motion(motion, tmp_path):
     peer = InC(Body(CELLS, motion), library_in_c(tmp_path))
     peer.steps(STEPS)
     assert peer.energies() == pytest.approx(energies_of_program(motion), rel=1e-10)
+
+
+@pytest.mark.skipif(not CHECKED_BENCH.exists(), reason="no checked build")
+@pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler")
+def test_elements_in_c_compute_the_same_motion(tmp_path):
+    peer = InC(Body(CELLS, "smooth"), library_in_c(tmp_path, "element_step"))
+    peer.steps(STEPS)
+    assert peer.energies() == pytest.approx(energies_of_program("smooth", "total"), rel=1e-10)
 
 
 @pytest.mark.skipif(not CHECKED_BENCH.exists(), reason="no checked build")
