@@ -1,60 +1,94 @@
-!> The element operators of the cells of a block, side by side in `lanes` as in `hampm_particle_kernels`: how the contributions of a
-!> cell to momentum and internal force change with the motion of its corners. And what the nodes sum up. See
-!> `hampm_element_operators`.
+!> The loops of `hampm_stencils` and `hampm_mean_force`: how momenta and internal forces change with the motion of points, by lines of a
+!> stencil, and by the mass matrices and moments of the cells of a block, which are side by side in `lanes` as in `hampm_particle_kernels`.
+!> And what the nodes sum up. See `hampm_element_operators`.
 module hampm_element_kernels
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_cell_blocks, only: lanes, of_momentum, of_force, n_sums
-   use hampm_material, only: material_t
-   use hampm_particle_kernels, only: take_corners, divergence
-   use hampm_pass, only: pass_t
+   use hampm_cell_blocks, only: lanes, of_force, n_sums
+   use hampm_particle_kernels, only: divergence
    implicit none
    private
-   public :: n_masses, n_moments, apply_operators, apply_mass, isotropic_stress, anisotropic_stress, add_divergence, add_to_sum
+   public :: n_masses, n_moments, add_mass_line, add_stiffness_line, mass_by_lines, stiffness_by_lines, apply_mass, &
+             isotropic_stress, anisotropic_stress, add_divergence, add_to_sum, add_scaled
 
    integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
    integer, parameter :: n_moments = 6           !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2
 
 contains
 
-   !> Add to the contributions of those of some blocks that have operators what a pass does: its kick and its strain in one loop,
-   !> over arrays whose addresses stay.
-   pure subroutine apply_operators(listed, material, pass, dt, acceleration, velocity, materials, nodes, in_row, inverse_size, &
-                                   integrals, contribution)
-      integer, intent(in) :: listed(:)                  !! blocks, and by block:
-      integer, intent(in) :: material(*)                !! 0: none, it has no operator
-      integer, intent(in) :: nodes(corners, lanes, *)
-      logical, intent(in) :: in_row(*)
-      real(dp), intent(in) :: inverse_size(lanes, *), integrals(lanes, n_masses + n_moments, *)
-      real(dp), intent(inout) :: contribution(lanes, corners, n_sums, *)
-      type(pass_t), intent(in) :: pass
+   !> Add to the momenta of points numbered on what a kick does by a line of their stencil (`hampm_stencils`).
+   pure subroutine add_mass_line(n, dt, c, a, momentum)
+      integer, intent(in) :: n                          !! components of the points
       real(dp), intent(in) :: dt                        !! [s]
-      real(dp), intent(in) :: acceleration(ndim, *), velocity(ndim, *)   !! at the points: that kicks, and that strains
-      type(material_t), intent(in) :: materials(:)
-      real(dp) :: factor(lanes), a(lanes, corners, ndim), total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
-      integer :: j, b
-      do j = 1, size(listed)
-         b = listed(j)
-         if (material(b) == 0) cycle
-         if (pass%kick) then
-            factor = dt
-            call take_corners(1, factor, acceleration, nodes(1, 1, b), in_row(b), a)
-            call apply_mass(a, integrals(1, 1, b), contribution(1, 1, of_momentum, b))
-         end if
-         if (pass%strain_fraction > 0) then
-            factor = pass%strain_fraction*dt*inverse_size(:, b)
-            call take_corners(1, factor, velocity, nodes(1, 1, b), in_row(b), a)
-            associate (law => materials(material(b)))
-               if (law%isotropic) then
-                  call isotropic_stress(law%lambda, law%mu, a, integrals(1, n_masses + 1, b), total, moment)
-                  call add_divergence(inverse_size(1, b), total, moment, contribution(1, 1, of_force, b))
-               else
-                  call anisotropic_stress(law%stiffness, a, integrals(1, n_masses + 1, b), total, moment)
-                  call add_divergence(inverse_size(1, b), total, moment, contribution(1, 1, of_force, b))
-               end if
-            end associate
-         end if
+      real(dp), intent(in) :: c(3)                      !! [kg]
+      real(dp), intent(in) :: a(n + 2*ndim)             !! accelerations, from the point before the middle of the first on [m/s2]
+      real(dp), intent(inout) :: momentum(n)
+      integer :: i
+      !$omp simd
+      do i = 1, n
+         momentum(i) = momentum(i) + dt*((c(1)*a(i) + c(2)*a(i + ndim)) + c(3)*a(i + 2*ndim))
       end do
-   end subroutine apply_operators
+   end subroutine add_mass_line
+
+   !> Add to the forces at points numbered on what straining does by a line of their stencil. A component of a force meets of the x and y of the line
+   !> what is up to 3 places before and behind the same component of the middle: two of these seven are of other points, and count nothing.
+   pure subroutine add_stiffness_line(n, dt, c, v, force)
+      integer, intent(in) :: n                          !! components of the points
+      real(dp), intent(in) :: dt                        !! [s]
+      real(dp), intent(in) :: c(ndim, ndim, 3)          !! minus the stiffness [N/m]
+      real(dp), intent(in) :: v(n + 6)                  !! velocities, from 3 places before the middle of the first on [m/s]
+      real(dp), intent(inout) :: force(n)
+      real(dp) :: s(lanes, 7)
+      integer :: i, l
+      s(1, :) = [0.0_dp, c(1, :, 1), c(1, :, 2), c(1, :, 3)]
+      s(2, :) = [c(2, :, 1), c(2, :, 2), c(2, :, 3), 0.0_dp]
+      s(ndim + 1:, :) = s(:ndim, :)
+      do i = 0, n - lanes, lanes
+         !$omp simd
+         do l = 1, lanes
+            force(i + l) = force(i + l) + dt*(((s(l, 1)*v(i + l) + s(l, 2)*v(i + l + 1)) &
+                                               + (s(l, 3)*v(i + l + 2) + s(l, 4)*v(i + l + 3))) &
+                                              + ((s(l, 5)*v(i + l + 4) + s(l, 6)*v(i + l + 5)) + s(l, 7)*v(i + l + 6)))
+         end do
+      end do
+      if (i == n) return                                ! else there is one more point
+      force(i + 1:) = force(i + 1:) + dt*stiffness_by_lines(1, [2], c, 0, v(i + 2:))
+   end subroutine add_stiffness_line
+
+   !> What the lines of its stencil give to the momentum of one point, per time.
+   pure function mass_by_lines(lines, middle, c, i, a) result(change)
+      integer, intent(in) :: lines
+      integer, intent(in) :: middle(lines)
+      real(dp), intent(in) :: c(-1:1, lines)            !! [kg]
+      integer, intent(in) :: i                          !! point
+      real(dp), intent(in) :: a(ndim, *)
+      real(dp) :: change(ndim)
+      integer :: k
+      change = 0
+      do k = 1, lines
+         associate (m => i + middle(k))
+            change = change + ((c(-1, k)*a(:, m - 1) + c(0, k)*a(:, m)) + c(1, k)*a(:, m + 1))
+         end associate
+      end do
+   end function mass_by_lines
+
+   !> What the lines of its stencil give to the force at one point, per time.
+   pure function stiffness_by_lines(lines, middle, c, i, v) result(change)
+      integer, intent(in) :: lines
+      integer, intent(in) :: middle(lines)
+      real(dp), intent(in) :: c(ndim, ndim, -1:1, lines)  !! minus the stiffness [N/m]
+      integer, intent(in) :: i                          !! point
+      real(dp), intent(in) :: v(ndim, *)
+      real(dp) :: change(ndim)
+      integer :: k
+      change = 0
+      do k = 1, lines
+         associate (m => i + middle(k))
+            change = change + (((c(:, 1, -1, k)*v(1, m - 1) + c(:, 2, -1, k)*v(2, m - 1)) &
+                                + (c(:, 1, 0, k)*v(1, m) + c(:, 2, 0, k)*v(2, m))) &
+                               + (c(:, 1, 1, k)*v(1, m + 1) + c(:, 2, 1, k)*v(2, m + 1)))
+         end associate
+      end do
+   end function stiffness_by_lines
 
    !> Add to the momenta what a kick of the particles does, p_i <- p_i + sum_j M_ij dv_j, dv being the polynomials `a` in the cells.
    pure subroutine apply_mass(a, masses, sums)
@@ -170,4 +204,16 @@ contains
          total(:, points(k)) = total(:, points(k)) + factor*field(:, points(k))
       end do
    end subroutine add_to_sum
+
+   !> total <- total + factor x.
+   pure subroutine add_scaled(n, factor, x, total)
+      integer, intent(in) :: n
+      real(dp), intent(in) :: factor, x(n)
+      real(dp), intent(inout) :: total(n)
+      integer :: k
+      !$omp simd
+      do k = 1, n
+         total(k) = total(k) + factor*x(k)
+      end do
+   end subroutine add_scaled
 end module hampm_element_kernels

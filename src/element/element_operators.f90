@@ -8,10 +8,11 @@
 !>    u_p <- u_p + sum_i U_i N_i,             U_i = sum of (v_i + a_i dt) dt;
 !>    H_p <- H_p + sum_i S_i (x) grad N_i,    S_i = sum of the velocities that strain, times their part of dt.
 !>
-!> With a linear law the contributions of a cell to momentum and internal force change linearly too, by its mass matrix (6) and by
-!> moments of its volume: this is the finite element method with the particles as points of quadrature. A pass then adds to sums at
-!> the nodes and to contributions, and particles stay behind until `give_to_particles` gives them what they have gained, and maps
-!> them.
+!> With a linear law the sums of momentum and internal force at the nodes change linearly too, by the mass matrix (6) and the
+!> stiffness matrix of the cells: this is the finite element method with the particles as points of quadrature. A pass then adds to sums at
+!> the nodes (`hampm_stencils`), and particles stay behind until `give_to_particles` gives them what they have gained, and maps
+!> them. Points all of whose cells have operators keep their momentum and force; what the contributions of these cells then hold is that of the
+!> particles as they were mapped last.
 !>
 !> Blocks of cells with another law or with several materials are passed particle by particle as ever, and so are those with
 !> particles that carry a load, whose way is asked for after each step, and those with a corner that has hardly any mass: there the
@@ -22,20 +23,23 @@ module hampm_element_operators
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass
-   use hampm_element_kernels, only: n_masses, n_moments, apply_operators, add_to_sum
-   use hampm_large_pages, only: prefer_large_pages
+   use hampm_element_kernels, only: n_masses, n_moments, add_to_sum, add_scaled
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_matter, only: matter_t
-   use hampm_nodal_fields, only: nodal_fields_t, v_next
-   use hampm_particle_pass, only: pass_over_blocks, cell_matrices, blocks_per_task
+   use hampm_nodal_fields, only: nodal_fields_t, assemble_at, v_next
+   use hampm_nodal_kernels, only: assemble_sums
+   use hampm_particle_pass, only: pass_report_t, pass_over_all, pass_over_blocks, cell_matrices, blocks_per_task
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
+   use hampm_stencils, only: stencils_t, run_t, find_stencils, runs_of, apply_stencils
    use hampm_support_operators, only: support_operators_t, find_support_operators, apply_support_operators, least_part
    use hampm_support_pass, only: pass_by_supports
    implicit none
    private
-   public :: element_operators_t, find_operators, sum_masses, sum_moments, add_up, pass_by_operators, &
-             pass_by_all_operators, give_to_particles, archive_gains
+   public :: element_operators_t, find_operators, sum_masses, sum_moments, keeps_sums, add_up, add_up_from, apply_to_runs, &
+             pass_by_all_operators, refresh_sums, assemble_all, give_to_particles, archive_gains
+
+   integer, parameter :: runs_per_task = 16      !! what a thread does at a time
 
    !> Which cells have an operator, and the numbers of these.
    type :: element_operators_t
@@ -43,10 +47,15 @@ module hampm_element_operators
       logical :: is_behind = .false.                    !! whether particles have not yet got what the sums hold
       ! What follows from the particles
       integer, allocatable :: material(:)               !! of those that have, else 0; (blocks)
-      integer, allocatable :: blocks(:)                 !! those that have
-      real(dp), allocatable :: integrals(:, :, :)       !! M of the cells [kg], moments of their volume [m3]; (lanes,
-                                                        !! n_masses + n_moments, blocks)
-      type(support_operators_t) :: cells            !! instead of these, where cells are passed by supports
+      integer, allocatable :: with(:), without(:)       !! blocks that have, and the others
+      type(stencils_t) :: stencils
+      type(run_t), allocatable :: runs(:)               !! of all points with stencils
+      integer, allocatable :: storing(:), gather(:)     !! points that keep their sums, and those that gather them from the cells around
+      integer :: of_map = 0                             !! which map of the particles the sums that are kept begin with
+      real(dp), allocatable :: mobility(:, :)           !! 1/m, 0 of fixed components, in steps in tiles [1/kg], (ndim, n_points)
+      type(support_operators_t) :: cells                !! instead of these, where cells are passed by supports
+      real(dp), allocatable :: momentum(:, :)           !! that points keep [kg m/s], (ndim, n_points)
+      real(dp), allocatable :: force(:, :)              !! [N], (ndim, n_points)
       ! What the particles have not got yet, by point; zero where they are not behind. (ndim, n_points)
       real(dp), allocatable :: kick(:, :)               !! A [m/s]
       real(dp), allocatable :: move(:, :)               !! U [m]
@@ -59,35 +68,55 @@ contains
    subroutine find_operators(m, is_loaded, f, operators)
       type(matter_t), intent(in) :: m
       logical, intent(in) :: is_loaded(:)               !! whether a particle of the element carries a load
-      type(nodal_fields_t), intent(in) :: f
+      type(nodal_fields_t), intent(inout) :: f
       type(element_operators_t), intent(out) :: operators
+      real(dp), allocatable :: integrals(:, :, :)       ! M of the cells [kg], moments of their volume [m3]
       integer :: b, k, status
       if (allocated(m%blocks%supports)) then
          call find_support_operators(m, is_loaded, operators%cells)
          if (size(operators%cells%with) == 0) return
       else
          call choose_blocks(m, is_loaded, f, operators%material)
-         operators%blocks = pack([(b, b=1, m%blocks%n)], operators%material > 0)
-         if (size(operators%blocks) == 0) return
+         operators%with = pack([(b, b=1, m%blocks%n)], operators%material > 0)
+         operators%without = pack([(b, b=1, m%blocks%n)], operators%material == 0)
+         if (size(operators%with) == 0) return
       end if
       associate (points => size(f%acceleration, 2), n => merge(0, m%blocks%n, allocated(m%blocks%supports)))
-         allocate (operators%integrals(lanes, n_masses + n_moments, n), operators%kick(ndim, points), &
-                   operators%move(ndim, points), operators%strain(ndim, points), stat=status)
+         allocate (integrals(lanes, n_masses + n_moments, n), operators%kick(ndim, points), operators%move(ndim, points), &
+                   operators%strain(ndim, points), operators%momentum(ndim, points), operators%force(ndim, points), stat=status)
       end associate
       if (status /= 0) return
       operators%is_active = .true.
       call clear_sums(operators)
+      operators%momentum = 0
+      operators%force = 0
+      operators%of_map = f%maps
+      allocate (operators%storing(0), operators%runs(0))
+      operators%gather = f%mass_matrix%all%nodes(:f%mass_matrix%all%n_points)
       if (allocated(m%blocks%supports)) return
-      call prefer_large_pages(size(operators%integrals), operators%integrals)
       !$omp parallel do schedule(static)
-      do k = 1, size(operators%blocks)
-         associate (listed => operators%blocks(k))
-            call sum_masses(m%particles, m%blocks, listed, operators%integrals(:, :n_masses, listed))
-            call sum_moments(m%particles, m%blocks, listed, operators%material(listed), &
-                             operators%integrals(:, n_masses + 1:, listed))
+      do k = 1, size(operators%with)
+         associate (listed => operators%with(k))
+            call sum_masses(m%particles, m%blocks, listed, integrals(:, :n_masses, listed))
+            call sum_moments(m%particles, m%blocks, listed, operators%material(listed), integrals(:, n_masses + 1:, listed))
          end associate
       end do
+      associate (all => f%mass_matrix%all, s => operators%stencils)
+         call find_stencils(m, all%nodes(:all%n_points), operators%material, integrals, s)
+         operators%runs = runs_of(s, all%nodes(:all%n_points))
+         operators%storing = pack(all%nodes(:all%n_points), keeps_sums(operators, all%nodes(:all%n_points)))
+         operators%gather = pack(all%nodes(:all%n_points), .not. keeps_sums(operators, all%nodes(:all%n_points)))
+      end associate
+      operators%of_map = f%maps - 1
+      call refresh_sums(operators, m%blocks, f)
    end subroutine find_operators
+
+   !> Whether a point keeps its sums: all cells with particles around it have operators.
+   elemental logical function keeps_sums(operators, point)
+      type(element_operators_t), intent(in) :: operators
+      integer, intent(in) :: point
+      keeps_sums = operators%stencils%of_point(point) > 0 .and. operators%stencils%home(point) == 0
+   end function keeps_sums
 
    !> Which blocks have a linear law, one material, no particle that carries a load, and mass at all corners.
    pure subroutine choose_blocks(m, is_loaded, f, material)
@@ -158,20 +187,29 @@ contains
                                                     f%velocity(1, 1, pass%strain_by), operators%strain)
    end subroutine add_up
 
-   !> Do a pass over some blocks: by their operators, or particle by particle where they have none.
-   subroutine pass_by_operators(operators, pass, dt, m, f, listed)
-      type(element_operators_t), intent(in) :: operators
+   !> Add what a pass does at points numbered on to the sums.
+   pure subroutine add_up_from(pass, dt, first, n, f, operators)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                        !! [s]
-      type(matter_t), intent(inout) :: m
+      integer, intent(in) :: first, n                   !! point, and number of points
+      type(nodal_fields_t), intent(in) :: f
+      type(element_operators_t), intent(inout) :: operators
+      if (pass%kick) call add_scaled(ndim*n, dt, f%acceleration(1, first), operators%kick(1, first))
+      if (pass%move) call add_scaled(ndim*n, dt, f%velocity(1, first, v_next), operators%move(1, first))
+      if (pass%strain_fraction > 0) call add_scaled(ndim*n, pass%strain_fraction*dt, f%velocity(1, first, pass%strain_by), &
+                                                    operators%strain(1, first))
+   end subroutine add_up_from
+
+   !> Add what a pass does to the momenta and forces at the points of some runs.
+   pure subroutine apply_to_runs(operators, runs, pass, dt, f)
+      type(element_operators_t), intent(inout) :: operators
+      type(run_t), intent(in) :: runs(:)
+      type(pass_t), intent(in) :: pass
+      real(dp), intent(in) :: dt                        !! [s]
       type(nodal_fields_t), intent(inout) :: f
-      integer, intent(in) :: listed(:)                  !! blocks
-      call apply_operators(listed, operators%material, pass, dt, f%acceleration, f%velocity(1, 1, pass%strain_by), m%materials, &
-                           m%blocks%nodes, m%blocks%in_row, m%blocks%inverse_size, operators%integrals, f%contribution(1, 1, 1, 1))
-      if (all(operators%material(listed) > 0)) return
-      call pass_over_blocks(pass, dt, m, f, pack(listed, operators%material(listed) == 0), f%acceleration, &
-                            f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
-   end subroutine pass_by_operators
+      call apply_stencils(operators%stencils, runs, pass, dt, size(f%acceleration, 2), f%acceleration, &
+                          f%velocity(1, 1, pass%strain_by), operators%momentum, operators%force, f%contribution(1, 1, 1, 0))
+   end subroutine apply_to_runs
 
    !> Do a pass over all blocks, by operators where there are any, and sum up at all points.
    subroutine pass_by_all_operators(operators, pass, dt, m, f)
@@ -180,10 +218,15 @@ contains
       real(dp), intent(in) :: dt                        !! [s]
       type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
-      integer :: listed(blocks_per_task), k, b, n
+      type(pass_report_t) :: unused
+      integer :: k
+      if (.not. operators%is_active) then
+         call pass_over_all(pass, dt, m, f, unused)
+         return
+      end if
       associate (all => f%mass_matrix%all)
-         !$omp parallel do schedule(static) if (operators%is_active)
-         do k = 1, merge(all%n_points, 0, operators%is_active), nodes_per_chunk
+         !$omp parallel do schedule(static)
+         do k = 1, all%n_points, nodes_per_chunk
             call add_up(pass, dt, all%nodes(k:min(k + nodes_per_chunk - 1, all%n_points)), f, operators)
          end do
       end associate
@@ -193,18 +236,50 @@ contains
                                f%velocity(1, 1, pass%strain_by))
          return
       end if
-      !$omp parallel do schedule(static) private(listed, b, n)
-      do k = 1, m%blocks%n, blocks_per_task
-         n = min(blocks_per_task, m%blocks%n - k + 1)
-         listed(:n) = [(b, b=k, k + n - 1)]
-         if (operators%is_active) then
-            call pass_by_operators(operators, pass, dt, m, f, listed(:n))
-         else
-            call pass_over_blocks(pass, dt, m, f, listed(:n), f%acceleration, f%velocity(1, 1, v_next), &
-                                  f%velocity(1, 1, pass%strain_by))
-         end if
+      !$omp parallel do schedule(static)
+      do k = 1, size(operators%runs), runs_per_task
+         call apply_to_runs(operators, operators%runs(k:min(k + runs_per_task - 1, size(operators%runs))), pass, dt, f)
+      end do
+      !$omp parallel do schedule(static)
+      do k = 1, size(operators%without), blocks_per_task
+         call pass_over_blocks(pass, dt, m, f, operators%without(k:min(k + blocks_per_task - 1, size(operators%without))), &
+                               f%acceleration, f%velocity(1, 1, v_next), f%velocity(1, 1, pass%strain_by))
       end do
    end subroutine pass_by_all_operators
+
+   !> Let points that keep their sums begin with those of the particles, where these have been mapped anew.
+   subroutine refresh_sums(operators, blocks, f)
+      type(element_operators_t), intent(inout) :: operators
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      if (.not. operators%is_active .or. operators%of_map == f%maps) return
+      call assemble_sums(size(operators%storing), operators%storing, blocks%slot, f%contribution, .false., .true., .true., &
+                         f%mass_matrix%lumped, operators%momentum, operators%force)
+      operators%of_map = f%maps
+   end subroutine refresh_sums
+
+   !> Sum at all points what the cells around them contribute, where points do not keep it. Forces at hanging nodes are not yet condensed.
+   subroutine assemble_all(operators, blocks, f, mass, momentum, force)
+      type(element_operators_t), intent(inout) :: operators
+      type(cell_blocks_t), intent(in) :: blocks
+      type(nodal_fields_t), intent(inout) :: f
+      logical, intent(in) :: mass, momentum, force
+      integer :: k
+      call refresh_sums(operators, blocks, f)
+      associate (all => f%mass_matrix%all%nodes(:f%mass_matrix%all%n_points))
+         if (.not. operators%is_active) then
+            call assemble_at(all, blocks, f, mass, momentum, force)
+            return
+         end if
+         if (mass) call assemble_at(all, blocks, f, .true., .false., .false.)
+      end associate
+      call assemble_at(operators%gather, blocks, f, .false., momentum, force)
+      !$omp parallel do schedule(static)
+      do k = 1, size(operators%storing)
+         if (momentum) f%momentum(:, operators%storing(k)) = operators%momentum(:, operators%storing(k))
+         if (force) f%force(:, operators%storing(k)) = operators%force(:, operators%storing(k))
+      end do
+   end subroutine assemble_all
 
    !> Give the particles what they have gained since they were up to date, and map them.
    subroutine give_to_particles(operators, m, f)
@@ -219,10 +294,11 @@ contains
          call pass_by_supports(update, 1.0_dp, m, f, operators%cells%with, operators%kick, operators%move, operators%strain)
       else
          !$omp parallel do schedule(static)
-         do k = 1, size(operators%blocks), blocks_per_task
-            call pass_over_blocks(update, 1.0_dp, m, f, operators%blocks(k:min(k + blocks_per_task - 1, size(operators%blocks))), &
+         do k = 1, size(operators%with), blocks_per_task
+            call pass_over_blocks(update, 1.0_dp, m, f, operators%with(k:min(k + blocks_per_task - 1, size(operators%with))), &
                                   operators%kick, operators%move, operators%strain)
          end do
+         f%maps = f%maps + 1
       end if
       call clear_sums(operators)
    end subroutine give_to_particles
@@ -246,5 +322,7 @@ contains
       call archive%archive_reals('kick', size(operators%kick), operators%kick)
       call archive%archive_reals('move', size(operators%move), operators%move)
       call archive%archive_reals('strain', size(operators%strain), operators%strain)
+      call archive%archive_reals('momentum', size(operators%momentum), operators%momentum)
+      call archive%archive_reals('force', size(operators%force), operators%force)
    end subroutine archive_gains
 end module hampm_element_operators

@@ -24,7 +24,8 @@ module hampm_mean_force
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_material, only: material_t
    use hampm_particle_pass, only: blocks_per_task
-   use hampm_element_kernels, only: n_masses, n_moments, apply_mass, isotropic_stress, anisotropic_stress, add_divergence
+   use hampm_element_kernels, only: n_masses, n_moments, apply_mass, isotropic_stress, anisotropic_stress, add_divergence, &
+                                    add_scaled
    use hampm_particle_kernels, only: take_corners
    implicit none
    private
@@ -298,18 +299,6 @@ contains
          end associate
       end do
    end subroutine gather
-
-   !> total <- total + factor x.
-   pure subroutine add_scaled(n, factor, x, total)
-      integer, intent(in) :: n
-      real(dp), intent(in) :: factor, x(n)
-      real(dp), intent(inout) :: total(n)
-      integer :: k
-      !$omp simd
-      do k = 1, n
-         total(k) = total(k) + factor*x(k)
-      end do
-   end subroutine add_scaled
 
    !> total <- total + factor a b.
    pure subroutine add_product(n, factor, a, b, total)

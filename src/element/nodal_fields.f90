@@ -13,7 +13,7 @@ module hampm_nodal_fields
    use hampm_node_list, only: list_marked
    implicit none
    private
-   public :: nodal_fields_t, new_nodal_fields, find_active_nodes, list_active_nodes, assemble, assemble_at, exchange, finish_sums, &
+   public :: nodal_fields_t, new_nodal_fields, find_active_nodes, list_active_nodes, assemble_at, exchange, finish_sums, &
              v_n, v_next, v_mapped, archive_fields
 
    ! The velocities of a node during a step
@@ -36,6 +36,7 @@ module hampm_nodal_fields
       real(dp), allocatable :: contribution(:, :, :, :) !! of cells to the sums at their corners: of mass [kg], momentum
                                                         !! [kg m/s] and internal force [N]; of block 0 zero;
                                                         !! (lanes, corners, n_sums, 0:blocks)
+      integer :: maps = 0                               !! how often all particles have been mapped
       logical, allocatable :: left(:)                   !! whether a particle has left its cell in the last pass, (blocks)
       real(dp), allocatable :: audit(:, :)              !! what the last pass has summed for the energy balance [J], (2, blocks)
       logical, allocatable :: is_active(:)              !! workspace of `find_active_nodes`, (n_points)
@@ -132,17 +133,6 @@ contains
       f%left = .false.
       f%audit = 0
    end subroutine resize_to_blocks
-
-   !> Assemble the sums at each active point from the contributions of the cells around it: those of mass and mass matrix, of
-   !> momentum, and of the internal force. Forces at hanging nodes are not yet condensed.
-   subroutine assemble(grid, blocks, f, mass, momentum, force)
-      type(grid_t), intent(in) :: grid
-      type(cell_blocks_t), intent(in) :: blocks
-      type(nodal_fields_t), intent(inout) :: f
-      logical, intent(in) :: mass, momentum, force
-      call assemble_at(f%mass_matrix%all%nodes(:f%mass_matrix%all%n_points), blocks, f, mass, momentum, force)
-      call finish_sums(grid, f, mass, momentum)
-   end subroutine assemble
 
    !> Sum the contributions of the cells around some points. High-valence nodes have all of theirs in their slots meanwhile, so that sums have the order, and the last
    !> bits, that they have in `hampm_tiling`.

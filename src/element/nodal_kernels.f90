@@ -10,8 +10,8 @@ module hampm_nodal_kernels
    use hampm_cell_blocks, only: lanes, of_mass, of_momentum, of_force
    implicit none
    private
-   public :: assemble_sums, exchange_high_valence, find_masses, find_velocities, find_accelerations, divide_by_mass, &
-             advance_velocities, damping_product, over_mass, damped
+   public :: assemble_sums, exchange_high_valence, find_masses, find_velocities, find_accelerations, find_kept_velocities, &
+             find_kept_accelerations, divide_by_mass, advance_velocities, damping_product, over_mass, damped
 
    integer, parameter :: stride = lanes*corners  !! among contributions from one sum to the next
 
@@ -155,6 +155,36 @@ contains
          v_next(2, i) = v_n(2, i) + dt*acceleration(2, i)
       end do
    end subroutine find_accelerations
+
+   !> Find the velocities of points numbered on that keep their momenta.
+   pure subroutine find_kept_velocities(n, mobility, momentum, velocity)
+      integer, intent(in) :: n                   !! components of the points
+      real(dp), intent(in) :: mobility(n)        !! 1/m, or 0 in a fixed component [1/kg]
+      real(dp), intent(in) :: momentum(n)        !! [kg m/s]
+      real(dp), intent(inout) :: velocity(n)     !! [m/s]
+      integer :: i
+      !$omp simd
+      do i = 1, n
+         velocity(i) = mobility(i)*momentum(i)
+      end do
+   end subroutine find_kept_velocities
+
+   !> Find the accelerations and new velocities of points numbered on that keep their forces.
+   pure subroutine find_kept_accelerations(n, dt, damping_rate, mobility, force, external, v_n, acceleration, v_next)
+      integer, intent(in) :: n                   !! components of the points
+      real(dp), intent(in) :: dt, damping_rate, mobility(n), force(n), external(n), v_n(n)
+      real(dp), intent(inout) :: acceleration(n), v_next(n)
+      integer :: i
+      !$omp simd
+      do i = 1, n
+         acceleration(i) = mobility(i)*(force(i) + external(i))
+      end do
+      if (damping_rate > 0) acceleration = damped(acceleration, damping_rate, v_n)
+      !$omp simd
+      do i = 1, n
+         v_next(i) = v_n(i) + dt*acceleration(i)
+      end do
+   end subroutine find_kept_accelerations
 
    !> Solve M x = b with the lumped masses at some nodes.
    subroutine divide_by_mass(n, nodes, free, inverse, b, x)

@@ -72,6 +72,7 @@ contains
          if (pass%audit) audit = [(sum([(f%audit(first, b), b=1, m%blocks%n)]), first=1, 2)]
       end if
       if (pass%map_matrix) f%mass_matrix%assembled = .false.
+      if (pass%map_momentum .or. pass%map_force) f%maps = f%maps + 1
       if (pass%move .and. .not. m%particles%total_frame) call find_crossing_particles(m, f, report)
       if (pass%audit) report%velocity_change_energy = audit(1)
       if (pass%audit) report%stress_work = audit(2)

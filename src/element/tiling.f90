@@ -11,26 +11,31 @@
 !> So go steps of models in which nodes need no more than the cells around them: masses are lumped, no node hangs, and no faces touch. Some nodes may
 !> wait: their accelerations are there when the first part of a step has been done, and what needs these comes in the second.
 module hampm_tiling
-   use hampm_kinds, only: corners, dp
+   use hampm_kinds, only: corners, dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t, n_sums, of_mass, of_momentum, of_force
    use hampm_dofs, only: list_slots
-   use hampm_element_operators, only: element_operators_t, add_up, pass_by_operators
+   use hampm_element_operators, only: element_operators_t, keeps_sums, add_up, add_up_from, apply_to_runs
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t, exchange, v_n, v_next, v_mapped
-   use hampm_nodal_kernels, only: find_masses, find_velocities, find_accelerations, damping_product
+   use hampm_nodal_kernels, only: find_masses, find_velocities, find_accelerations, find_kept_velocities, find_kept_accelerations, &
+                                  damping_product
    use hampm_particle_pass, only: pass_over_blocks
    use hampm_pass, only: scheme_t
+   use hampm_stencils, only: run_t, find_next
    implicit none
    private
    public :: tiling_t, plan_tiles, is_planned, step_in_tiles
 
    integer, parameter :: items_at_a_time = 64    !! that a thread does, of those of no region
+   integer, parameter :: runs_at_a_time = 8      !! the same of runs
    integer, parameter :: blocks_per_tile = 128   !! whose particles fit into the second cache
 
    !> Items of one stage in the order in which they are done: those from start(t) to start(t + 1) - 1 in tile t.
    type :: stage_t
       integer, allocatable :: start(:), item(:)
+      integer, allocatable :: first_run(:)       !! the same of the runs
+      type(run_t), allocatable :: runs(:)        !! points with stencils, where there are element operators
    end type stage_t
 
    !> The tiles and regions of a grid, and what is done in each of them at each stage.
@@ -39,7 +44,8 @@ module hampm_tiling
       integer :: n_regions = 0
       integer, allocatable :: first_tile(:)      !! of each region, (n_regions + 1)
       integer, allocatable, private :: region(:) !! of each tile, (0:n_tiles + 1)
-      type(stage_t), allocatable :: stages(:)    !! nodes, blocks, nodes and so on; tile 0 comes first, n_tiles + 1 last
+      type(stage_t), allocatable :: stages(:)    !! nodes, blocks, nodes and so on, behind the last pass those that have stencils; tile 0
+                                                 !! comes first, n_tiles + 1 last
       integer, private :: layout = 0             !! that of the blocks for which it was made
       logical, private :: is_lasting = .false.   !! whether for more than one step
       logical, allocatable, private :: waits(:)  !! which nodes do, (n_points); not allocated where none does
@@ -49,10 +55,11 @@ contains
 
    !> Plan steps of `n_passes` passes, each after a stage of the nodes, for the present blocks, where that has not been done. A plan takes longer
    !> than it saves in one step: for blocks that are seen for the first time, and may change with the next step, all is one tile.
-   subroutine plan_tiles(blocks, active, n_passes, plan, waits)
+   subroutine plan_tiles(blocks, active, n_passes, operators, plan, waits)
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: active(:)           !! the nodes of occupied cells
       integer, intent(in) :: n_passes
+      type(element_operators_t), intent(in) :: operators
       type(tiling_t), intent(inout) :: plan
       logical, intent(in), optional :: waits(:)  !! nodes that do, (n_points): then it is planned for more than one step
       if (is_planned(plan, blocks)) return
@@ -61,11 +68,11 @@ contains
       if (present(waits)) plan%waits = waits
       if (allocated(plan%stages)) deallocate (plan%stages)
       if (allocated(plan%region)) deallocate (plan%region)
-      allocate (plan%stages(2*n_passes))
+      allocate (plan%stages(2*n_passes + 1))
       if (plan%is_lasting) then
-         call plan_in_tiles(blocks, n_passes, plan)
+         call plan_in_tiles(blocks, n_passes, operators, plan)
       else
-         call plan_whole(blocks, active, n_passes, plan)
+         call plan_whole(blocks, active, operators, plan)
       end if
    end subroutine plan_tiles
 
@@ -77,31 +84,40 @@ contains
    end function is_planned
 
    !> Plan steps in one tile.
-   subroutine plan_whole(blocks, active, n_passes, plan)
+   subroutine plan_whole(blocks, active, operators, plan)
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: active(:)
-      integer, intent(in) :: n_passes
+      type(element_operators_t), intent(in) :: operators
       type(tiling_t), intent(inout) :: plan
       integer :: b, s
       plan%n_tiles = 1
       plan%n_regions = 1
       plan%first_tile = [1, 2]
-      do s = 1, n_passes
-         plan%stages(2*s - 1)%item = active
-         plan%stages(2*s)%item = [(b, b=1, blocks%n)]
-      end do
       do s = 1, size(plan%stages)
-         allocate (plan%stages(s)%start(0:3), source=1)
-         plan%stages(s)%start(2:) = size(plan%stages(s)%item) + 1
+         associate (stage => plan%stages(s))
+            allocate (stage%start(0:3), stage%first_run(0:3), source=1)
+            allocate (stage%runs(0))
+            if (operators%is_active) then
+               if (mod(s, 2) == 1) stage%runs = operators%runs
+               stage%item = operators%gather
+               if (mod(s, 2) == 0) stage%item = operators%without
+            else
+               stage%item = active
+               if (mod(s, 2) == 0) stage%item = [(b, b=1, blocks%n)]
+            end if
+            stage%start(2:) = size(stage%item) + 1
+            stage%first_run(2:) = size(stage%runs) + 1
+         end associate
       end do
    end subroutine plan_whole
 
    !> Plan steps in tiles. The nodes between two regions, which wait for both, are about a row of the grid: as many as the root of
    !> all. With the number of regions growing like the root of the number of tiles, the part of the work that waits stays the same.
    !> It is even, so that two threads have equal shares.
-   subroutine plan_in_tiles(blocks, n_passes, plan)
+   subroutine plan_in_tiles(blocks, n_passes, operators, plan)
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: n_passes
+      type(element_operators_t), intent(in) :: operators
       type(tiling_t), intent(inout) :: plan
       integer, allocatable :: node_tile(:), block_tile(:), first_tile(:)
       integer :: b, r, s
@@ -112,14 +128,41 @@ contains
       first_tile = [((b - 1)/blocks_per_tile + 1, b=1, blocks%n)]
       allocate (node_tile(blocks%n_points))
       block_tile = first_tile
-      do s = 1, n_passes
+      do s = 1, n_passes + 1
          call place_nodes(plan, blocks, block_tile, s == 1, node_tile)
+         if (operators%is_active) call place_runs(plan, operators%runs, s == 1, node_tile)
+         call sort_nodes(plan, operators, node_tile, plan%stages(2*s - 1))
+         if (s > n_passes) exit
          block_tile = first_tile
          if (s > 1) call place_blocks(plan, blocks, node_tile, block_tile)
-         call sort_items(plan, node_tile, plan%stages(2*s - 1))
-         call sort_items(plan, block_tile, plan%stages(2*s))
+         associate (stage => plan%stages(2*s))
+            if (operators%is_active) then
+               call sort_items(plan, merge(-1, block_tile, operators%material > 0), stage%start, stage%item)
+            else
+               call sort_items(plan, block_tile, stage%start, stage%item)
+            end if
+            allocate (stage%first_run(0:plan%n_tiles + 2), source=1)
+         end associate
       end do
    end subroutine plan_in_tiles
+
+   !> When runs are done, as a whole: in the first stage with the first of their nodes, later with the last.
+   pure subroutine place_runs(plan, runs, is_first, node_tile)
+      type(tiling_t), intent(in) :: plan
+      type(run_t), intent(in) :: runs(:)
+      logical, intent(in) :: is_first
+      integer, intent(inout) :: node_tile(:)
+      integer :: r
+      do r = 1, size(runs)
+         associate (tiles => node_tile(runs(r)%first:runs(r)%first + runs(r)%n - 1))
+            if (any(plan%region(tiles) /= plan%region(tiles(1)))) then
+               tiles = merge(0, plan%n_tiles + 1, is_first)
+            else
+               tiles = merge(minval(tiles), maxval(tiles), is_first)
+            end if
+         end associate
+      end do
+   end subroutine place_runs
 
    !> When nodes are done: in the first stage with the first tile that needs them, before all where several regions do, in others as soon as their
    !> blocks are done. -1 for nodes without blocks.
@@ -177,16 +220,35 @@ contains
       nodes = reshape(blocks%nodes(:, :count(blocks%cells(:, block) > 0), block), [size(nodes)])
    end function nodes_of
 
+   !> Sort nodes by tile: those that keep their sums by runs, and the others.
+   subroutine sort_nodes(plan, operators, node_tile, stage)
+      type(tiling_t), intent(in) :: plan
+      type(element_operators_t), intent(in) :: operators
+      integer, intent(in) :: node_tile(:)
+      type(stage_t), intent(inout) :: stage
+      integer, allocatable :: order(:)
+      integer :: node
+      if (operators%is_active) then
+         call sort_items(plan, node_tile(operators%runs%first), stage%first_run, order)
+         stage%runs = operators%runs(order)
+         call sort_items(plan, [(merge(-1, node_tile(node), keeps_sums(operators, node)), node=1, size(node_tile))], stage%start, &
+                         stage%item)
+      else
+         call sort_items(plan, node_tile, stage%start, stage%item)
+         allocate (stage%first_run(0:plan%n_tiles + 2), source=1)
+      end if
+   end subroutine sort_nodes
+
    !> Sort items by tile; those of -1 come behind all.
-   subroutine sort_items(plan, tile, stage)
+   subroutine sort_items(plan, tile, start, item)
       type(tiling_t), intent(in) :: plan
       integer, intent(in) :: tile(:)
-      type(stage_t), intent(out) :: stage
+      integer, allocatable, intent(out) :: start(:), item(:)
       integer, allocatable :: first(:)
       integer :: status
       associate (n => plan%n_tiles + 3)
-         call list_slots(n, reshape(merge(tile + 1, n, tile >= 0), [1, size(tile)]), first, stage%item, status)
-         allocate (stage%start(0:n - 1), source=first(:n))
+         call list_slots(n, reshape(merge(tile + 1, n, tile >= 0), [1, size(tile)]), first, item, status)
+         allocate (start(0:n - 1), source=first(:n))
       end associate
    end subroutine sort_items
 
@@ -219,7 +281,10 @@ contains
             do region = 1, plan%n_regions
                do tile = plan%first_tile(region), plan%first_tile(region + 1) - 1
                   do s = 1, size(plan%stages)
-                     call do_items(s, plan%stages(s)%start(tile), plan%stages(s)%start(tile + 1) - 1)
+                     associate (stage => plan%stages(s))
+                        call do_runs(s, stage%first_run(tile), stage%first_run(tile + 1) - 1)
+                        call do_items(s, stage%start(tile), stage%start(tile + 1) - 1)
+                     end associate
                   end do
                end do
             end do
@@ -227,7 +292,10 @@ contains
             tile = merge(0, plan%n_tiles + 1, phase == 1)
             s = 1
             if (part == 2 .and. phase == between) then
-               call add_up_items(last, plan%stages(last)%start(tile), plan%stages(last)%start(tile + 1) - 1)
+               associate (stage => plan%stages(last))
+                  call add_up_runs(last, stage%first_run(tile), stage%first_run(tile + 1) - 1)
+                  call add_up_items(last, stage%start(tile), stage%start(tile + 1) - 1)
+               end associate
                s = last + 1
             end if
             call do_across(tile, s, merge(last, size(plan%stages), is_waiting))
@@ -241,6 +309,12 @@ contains
          integer, intent(in) :: from, to         !! stages
          integer :: s, k
          do s = from, to
+            associate (first => plan%stages(s)%first_run(t), last_run => plan%stages(s)%first_run(t + 1) - 1)
+               !$omp parallel do schedule(static) if (last_run >= first)
+               do k = first, last_run, runs_at_a_time
+                  call do_runs(s, k, min(k + runs_at_a_time - 1, last_run))
+               end do
+            end associate
             associate (first => plan%stages(s)%start(t), last_item => plan%stages(s)%start(t + 1) - 1)
                if (last_item < first) cycle
                !$omp parallel do schedule(static)
@@ -254,32 +328,74 @@ contains
       !> Do some items of a stage.
       subroutine do_items(s, first, last_item)
          integer, intent(in) :: s, first, last_item
+         if (last_item < first .or. s == size(plan%stages)) return
          associate (items => plan%stages(s)%item)
             if (mod(s, 2) == 0) then
                associate (pass => scheme%passes(s/2))
-                  if (operators%is_active) then
-                     call pass_by_operators(operators, pass, dt, m, f, items(first:last_item))
-                  else
-                     call pass_over_blocks(pass, dt, m, f, items(first:last_item), f%acceleration, f%velocity(1, 1, v_next), &
-                                           f%velocity(1, 1, pass%strain_by))
-                  end if
+                  call pass_over_blocks(pass, dt, m, f, items(first:last_item), f%acceleration, f%velocity(1, 1, v_next), &
+                                        f%velocity(1, 1, pass%strain_by))
                end associate
             else
-               associate (map => scheme%passes(max(1, s/2)), at_start => s == 1)
-                  call do_nodes(at_start .and. new_masses, at_start .or. map%map_momentum, merge(v_n, v_mapped, at_start), &
-                                merge(scheme%map_at_start%map_force, map%map_force, at_start), dt, damping_rate, &
-                                items(first:last_item), free, m%blocks, f)
-               end associate
+               call do_nodes(s == 1 .and. new_masses, finds_velocity(s), merge(v_n, v_mapped, s == 1), finds_acceleration(s), dt, &
+                             damping_rate, items(first:last_item), free, m%blocks, f)
                if (.not. (is_waiting .and. s == last)) call add_up_items(s, first, last_item)
             end if
          end associate
       end subroutine do_items
+
+      !> Do some runs of a stage: what the pass before it does, and the equations of points that keep their sums.
+      subroutine do_runs(s, first, last_run)
+         integer, intent(in) :: s, first, last_run
+         integer :: r, i, n
+         if (last_run < first) return
+         associate (runs => plan%stages(s)%runs(first:last_run))
+            if (s > 1) call apply_to_runs(operators, runs, scheme%passes(s/2), dt, f)
+            if (s == size(plan%stages)) return
+            r = 1
+            do while (r <= size(runs))
+               call find_next(runs, r, i, n)
+               if (n == 0) exit
+               if (finds_velocity(s)) call find_kept_velocities(ndim*n, operators%mobility(1, i), operators%momentum(1, i), &
+                                                                f%velocity(1, i, merge(v_n, v_mapped, s == 1)))
+               if (finds_acceleration(s)) &
+                  call find_kept_accelerations(ndim*n, dt, damping_rate, operators%mobility(1, i), operators%force(1, i), &
+                                               f%external(1, i), f%velocity(1, i, v_n), f%acceleration(1, i), &
+                                               f%velocity(1, i, v_next))
+            end do
+            if (.not. (is_waiting .and. s == last)) call add_up_runs(s, first, last_run)
+         end associate
+      end subroutine do_runs
+
+      !> Whether nodes find their velocities at a stage.
+      pure logical function finds_velocity(s)
+         integer, intent(in) :: s
+         finds_velocity = s == 1 .or. scheme%passes(max(1, s/2))%map_momentum
+      end function finds_velocity
+
+      !> Whether nodes find their accelerations at a stage.
+      pure logical function finds_acceleration(s)
+         integer, intent(in) :: s
+         finds_acceleration = merge(scheme%map_at_start%map_force, scheme%passes(max(1, s/2))%map_force, s == 1)
+      end function finds_acceleration
 
       !> Add up what operators need of the nodes of a stage.
       subroutine add_up_items(s, first, last_item)
          integer, intent(in) :: s, first, last_item
          if (operators%is_active) call add_up(scheme%passes((s + 1)/2), dt, plan%stages(s)%item(first:last_item), f, operators)
       end subroutine add_up_items
+
+      !> The same of points that keep their sums.
+      subroutine add_up_runs(s, first, last_run)
+         integer, intent(in) :: s, first, last_run
+         integer :: r, i, n
+         associate (runs => plan%stages(s)%runs(first:last_run))
+            r = 1
+            do while (r <= size(runs))
+               call find_next(runs, r, i, n)
+               if (n > 0) call add_up_from(scheme%passes((s + 1)/2), dt, i, n, f, operators)
+            end do
+         end associate
+      end subroutine add_up_runs
    end subroutine step_in_tiles
 
    !> Find, of some nodes, masses, which of the velocities, accelerations.

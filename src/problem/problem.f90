@@ -5,7 +5,7 @@ module hampm_problem
    use hampm_constraints, only: constraints_t, rebuild_constraints
    use hampm_domain_pass, only: corner_map_t, locate_corners, move_corners, map_corners, assemble_corners
    use hampm_energy, only: energy_of_particles => kinetic_energy, strain_energy, dissipation
-   use hampm_element_operators, only: element_operators_t, find_operators, give_to_particles
+   use hampm_element_operators, only: element_operators_t, find_operators, assemble_all, give_to_particles
    use hampm_ghost_penalty, only: enough_alone, are_nearly_empty
    use hampm_interface_points, only: interfaces_t, cohesive, ghost, interface_energy, energy_of_rates, jumps_with_mass, &
                                      add_interface_momentum
@@ -17,7 +17,7 @@ module hampm_problem
    use hampm_matter, only: matter_t
    use hampm_state_update, only: update_particle_state
    use hampm_mass_matrix, only: find_coupled_region, lump_at
-   use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, assemble
+   use hampm_nodal_fields, only: nodal_fields_t, new_nodal_fields, find_active_nodes, finish_sums
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t, scheme_t, new_scheme, new_scheme_of_domains
    use hampm_quadratic_points, only: weigh_points
@@ -286,7 +286,8 @@ contains
       if (m%has_domains()) then
          call assemble_corners(m%corners, m%grid, m%fields, mass, momentum, force)
       else
-         call assemble(m%grid, m%blocks, m%fields, mass, momentum, force)
+         call assemble_all(m%cache%operators, m%blocks, m%fields, mass, momentum, force)
+         call finish_sums(m%grid, m%fields, mass, momentum)
       end if
       if (momentum .and. m%interfaces%n > 0) call add_interface_momentum(m%interfaces, m%fields%momentum)
    end subroutine assemble_sums
@@ -298,6 +299,7 @@ contains
       type(element_operators_t) :: none
       logical, allocatable :: is_loaded(:)
       integer :: k
+      if (m%cache%operators%is_active) m%cache%tiling = tiling_t()
       m%cache%operators = none
       if (m%audit .or. .not. m%particles%total_frame .or. m%particles%thickness%is_ring) return
       allocate (is_loaded(m%grid%n_elements), source=.false.)
@@ -305,6 +307,7 @@ contains
          is_loaded(m%particles%cell(m%loads(k)%particle)) = .true.
       end do
       call find_operators(m%matter_t, is_loaded, m%fields, m%cache%operators)
+      if (m%cache%operators%is_active) m%cache%tiling = tiling_t()
    end subroutine rebuild_operators
 
    !> Bring the nodal masses and the mass matrix to the present positions of the particles, for extrapolations between steps.

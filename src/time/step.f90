@@ -11,7 +11,7 @@ module hampm_step
    use hampm_nodal_release, only: work_of_release
    use hampm_prescribed_nodes, only: prescribed_velocity, prescribed_acceleration, coupled_to_prescribed, set_prescribed, &
                                      move_prescribed, find_work
-   use hampm_element_operators, only: pass_by_all_operators
+   use hampm_element_operators, only: pass_by_all_operators, refresh_sums
    use hampm_failure, only: failure_t, exit_computation
    use hampm_integrator, only: integrator_t
    use hampm_loads, only: book_work, book_work_late
@@ -70,6 +70,7 @@ contains
       if (size(m%loads) + m%interfaces%n > 0) call find_external_force(m, .true., m%interfaces%n_at_end + 1)
       if (is_local(m)) then
          call plan_step(m)
+         if (m%cache%operators%is_active) call prepare_sums(m, new_masses)
          parts = merge(2, 0, m%interfaces%n_at_end > 0)
          do part = min(parts, 1), parts
             call step_in_tiles(m%cache%tiling, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, &
@@ -103,13 +104,26 @@ contains
                  .and. .not. allocated(m%blocks%supports) .and. (m%particles%total_frame .or. m%interfaces%n == 0)
    end function is_local
 
+   !> Find what points that keep their sums need in a step in tiles.
+   subroutine prepare_sums(m, new_masses)
+      type(problem_t), intent(inout) :: m
+      logical, intent(inout) :: new_masses       !! whether nodal masses have changed: not any more
+      if (new_masses) call assemble_sums(m, mass=.true., momentum=.false., force=.false.)
+      new_masses = .false.
+      associate (operators => m%cache%operators)
+         call refresh_sums(operators, m%blocks, m%fields)
+         if (.not. allocated(operators%mobility)) &
+            operators%mobility = m%constraints%free*spread(m%fields%mass_matrix%inverse_lumped, 1, ndim)
+      end associate
+   end subroutine prepare_sums
+
    !> Plan a step in tiles, with nodes that wait for forces at its end.
    subroutine plan_step(m)
       type(problem_t), intent(inout) :: m
       logical, allocatable :: waits(:)
       if (m%interfaces%n_at_end > 0 .and. .not. is_planned(m%cache%tiling, m%blocks)) waits = around_faces(m)
       associate (all => m%fields%mass_matrix%all)
-         call plan_tiles(m%blocks, all%nodes(:all%n_nodes), size(m%scheme%passes), m%cache%tiling, waits)
+         call plan_tiles(m%blocks, all%nodes(:all%n_nodes), size(m%scheme%passes), m%cache%operators, m%cache%tiling, waits)
       end associate
    end subroutine plan_step
 

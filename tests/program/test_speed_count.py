@@ -11,7 +11,7 @@ sys.path.insert(0, str(BENCH))
 from instructions import can_count, instructions  # noqa: E402
 
 LIMIT = 1.0  # over the least that a step needs where particles stand
-TOTAL_LIMIT = 0.457  # of the total frame over the least of the updated one, for a linear law: half of what a step there took as particles stand
+TOTAL_LIMIT = 0.25  # of the total frame over the least of the updated one, for a linear law: nodes only, by shared rows of the matrices of the cells
 CELLS = 50  # along an edge: 10 000 particles
 
 
@@ -25,7 +25,7 @@ def test_a_step_takes_hardly_more_instructions_than_the_least():
 
 @pytest.mark.skipif(not can_count(), reason="valgrind is not installed")
 @pytest.mark.skipif(not COUNTED_BENCH.exists(), reason="no counted build")
-def test_in_the_total_frame_a_step_of_linear_cells_takes_less_than_half():
+def test_in_the_total_frame_a_step_of_linear_cells_takes_less_than_a_quarter():
     total = instructions(COUNTED_BENCH, f"program:total:musl:{CELLS}:1")
     least = instructions(COUNTED_BENCH, f"minimal:updated:musl:{CELLS}:1")
     print(f"{total:.1f} instructions a particle and step, {total / least:.2f} of the least in the updated frame")

@@ -15,8 +15,7 @@ program test_patch
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
-   use hampm_problem, only: problem_t, refresh_grid
-   use hampm_nodal_fields, only: assemble
+   use hampm_problem, only: assemble_sums, problem_t, refresh_grid
    use hampm_random_forests, only: random_integer, change_at_random
    use hampm_samples, only: rectangle_t, place_bodies, start, thickness
    use hampm_text, only: to_text
@@ -127,7 +126,7 @@ contains
       real(dp) :: stress
       integer :: e, node
       call refresh_grid(m)
-      call assemble(m%grid, m%blocks, m%fields, mass=.false., momentum=.false., force=.true.)
+      call assemble_sums(m, mass=.false., momentum=.false., force=.true.)
       associate (all => m%fields%mass_matrix%all, p => m%particles, blocks => m%blocks, f => m%fields)
          call m%grid%dofs%condense(all, ndim, f%force)
          stress = norm2(m%materials(1)%kirchhoff_stress(p%gradient_of(1)))
