@@ -135,7 +135,7 @@ contains
                   classes(n)%margin(:n_masses) = rounding*maxval(abs(integrals(l, :n_masses, b)))
                   classes(n)%margin(n_masses + 1:) = rounding*maxval(abs(integrals(l, n_masses + 1:, b)))
                   classes(n)%mass = symmetric(integrals(l, :n_masses, b))
-                  call element_stiffness(m, e, .true., 0.0_dp, classes(n)%stiffness)
+                  call element_stiffness(m, [e], .true., 0.0_dp, classes(n)%stiffness)
                end if
                class_of(e) = j
             end associate

@@ -106,7 +106,7 @@ contains
             do c = 1, count(m%blocks%cells(:, operators%with(k)) > 0)
                e = m%blocks%cells(c, operators%with(k))
                associate (nodes => m%grid%element_nodes(:, e))
-                  call element_stiffness(m%matter_t, e, .true., 0.0_dp, stiffness)
+                  call element_stiffness(m%matter_t, [e], .true., 0.0_dp, stiffness)
                   by_force(:, nodes) = by_force(:, nodes) - reshape(matmul(stiffness, reshape(v(:, nodes), [ndim*corners])), &
                                                                     [ndim, corners])
                   by_momentum(:, nodes) = by_momentum(:, nodes) + 2*matmul(a(:, nodes), mass_of(m, e))
