@@ -310,10 +310,12 @@ contains
          integer :: s, k
          do s = from, to
             associate (first => plan%stages(s)%first_run(t), last_run => plan%stages(s)%first_run(t + 1) - 1)
-               !$omp parallel do schedule(static) if (last_run >= first)
-               do k = first, last_run, runs_at_a_time
-                  call do_runs(s, k, min(k + runs_at_a_time - 1, last_run))
-               end do
+               if (last_run >= first) then
+                  !$omp parallel do schedule(static)
+                  do k = first, last_run, runs_at_a_time
+                     call do_runs(s, k, min(k + runs_at_a_time - 1, last_run))
+                  end do
+               end if
             end associate
             associate (first => plan%stages(s)%start(t), last_item => plan%stages(s)%start(t + 1) - 1)
                if (last_item < first) cycle

@@ -454,8 +454,8 @@ def test_a_run_goes_on_from_a_checkpoint(hampm, tmp_path, law, method, steps):
     with h5py.File(tmp_path / "part.h5") as file:
         for name, values in row.items():
             assert np.array_equal(values, file["history"][name][:]), name
-        whole = dict(h5py.File(tmp_path / "out.h5")["history/tip_speed"].attrs)
-        assert "onset_time" in whole and dict(file["history/tip_speed"].attrs) == whole
+        whole = h5py.File(tmp_path / "out.h5")["history/tip_speed"].attrs
+        assert "onset_time" in whole and all(file["history/tip_speed"].attrs[name] == whole[name] for name in whole if name != "DIMENSION_LIST")
 
 
 def test_threads_change_nothing(hampm):
