@@ -18,6 +18,7 @@ module hampm_place_table
       procedure :: reserve
       procedure :: enter
       procedure :: number_of
+      procedure :: number_by_rows
    end type place_table_t
 
 contains
@@ -92,6 +93,74 @@ contains
          number = self%number(seat)
       end if
    end subroutine enter
+
+   !> Number the places met so far anew, row by row: then those beside each other have numbers that follow each other.
+   pure subroutine number_by_rows(self)
+      class(place_table_t), intent(inout) :: self
+      integer(long), allocatable :: place(:, :)         ! by number
+      integer, allocatable :: order(:), merged(:), number(:)
+      integer :: i, j, k, first, middle, last, width
+      allocate (place(ndim, self%n), number(self%n))
+      if (allocated(self%corner)) then
+         do j = 0, ubound(self%corner, 2)
+            do i = 0, ubound(self%corner, 1)
+               if (self%corner(i, j) > 0) place(:, self%corner(i, j)) = shiftl(int([i, j], long), self%bits)
+            end do
+         end do
+      end if
+      do k = 0, size(self%number) - 1
+         if (self%number(k) > 0) place(:, self%number(k)) = self%place(:, k)
+      end do
+      order = [(k, k=1, self%n)]
+      merged = order
+      width = 1
+      do while (width < self%n)                         ! merge sorted pieces of that width
+         do first = 1, self%n, 2*width
+            middle = min(first + width, self%n + 1)
+            last = min(first + 2*width, self%n + 1) - 1
+            if (middle <= last) then
+               i = first
+               j = middle
+               do k = first, last
+                  if (j > last) then
+                     merged(k:last) = order(i:middle - 1)
+                     exit
+                  else if (i == middle) then
+                     merged(k:last) = order(j:last)
+                     exit
+                  else if (is_before(place(:, order(j)), place(:, order(i)))) then
+                     merged(k) = order(j)
+                     j = j + 1
+                  else
+                     merged(k) = order(i)
+                     i = i + 1
+                  end if
+               end do
+            else
+               merged(first:last) = order(first:last)
+            end if
+         end do
+         order = merged
+         width = 2*width
+      end do
+      number(order) = [(k, k=1, self%n)]
+      if (allocated(self%corner)) then
+         do j = 0, ubound(self%corner, 2)
+            do i = 0, ubound(self%corner, 1)
+               if (self%corner(i, j) > 0) self%corner(i, j) = number(self%corner(i, j))
+            end do
+         end do
+      end if
+      do k = 0, size(self%number) - 1
+         if (self%number(k) > 0) self%number(k) = number(self%number(k))
+      end do
+   end subroutine number_by_rows
+
+   !> Whether a place comes before another one, row by row.
+   pure logical function is_before(a, b)
+      integer(long), intent(in) :: a(ndim), b(ndim)
+      is_before = a(2) < b(2) .or. a(2) == b(2) .and. a(1) < b(1)
+   end function is_before
 
    !> Double the number of seats.
    pure subroutine grow(self)

@@ -8,7 +8,7 @@ module hampm_element_kernels
    implicit none
    private
    public :: n_masses, n_moments, add_mass_line, add_stiffness_line, mass_by_lines, stiffness_by_lines, apply_mass, &
-             isotropic_stress, anisotropic_stress, add_divergence, add_to_sum, add_scaled
+             isotropic_stress, anisotropic_stress, add_divergence, add_to_sum, add_scaled, copy_points
 
    integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
    integer, parameter :: n_moments = 6           !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2
@@ -216,4 +216,15 @@ contains
          total(k) = total(k) + factor*x(k)
       end do
    end subroutine add_scaled
+
+   !> Copy a nodal field at some points.
+   pure subroutine copy_points(n, points, from, to)
+      integer, intent(in) :: n, points(n)
+      real(dp), intent(in) :: from(ndim, *)             !! by point
+      real(dp), intent(inout) :: to(ndim, *)
+      integer :: k
+      do k = 1, n
+         to(:, points(k)) = from(:, points(k))
+      end do
+   end subroutine copy_points
 end module hampm_element_kernels

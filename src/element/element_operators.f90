@@ -23,7 +23,7 @@ module hampm_element_operators
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass
-   use hampm_element_kernels, only: n_masses, n_moments, add_to_sum, add_scaled
+   use hampm_element_kernels, only: n_masses, n_moments, add_to_sum, add_scaled, copy_points
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t, assemble_at, v_next
@@ -264,7 +264,7 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       logical, intent(in) :: mass, momentum, force
-      integer :: k
+      integer :: k, n
       call refresh_sums(operators, blocks, f)
       associate (all => f%mass_matrix%all%nodes(:f%mass_matrix%all%n_points))
          if (.not. operators%is_active) then
@@ -274,10 +274,11 @@ contains
          if (mass) call assemble_at(all, blocks, f, .true., .false., .false.)
       end associate
       call assemble_at(operators%gather, blocks, f, .false., momentum, force)
-      !$omp parallel do schedule(static)
-      do k = 1, size(operators%storing)
-         if (momentum) f%momentum(:, operators%storing(k)) = operators%momentum(:, operators%storing(k))
-         if (force) f%force(:, operators%storing(k)) = operators%force(:, operators%storing(k))
+      !$omp parallel do schedule(static) private(n)
+      do k = 1, size(operators%storing), nodes_per_chunk
+         n = min(nodes_per_chunk, size(operators%storing) - k + 1)
+         if (momentum) call copy_points(n, operators%storing(k), operators%momentum, f%momentum)
+         if (force) call copy_points(n, operators%storing(k), operators%force, f%force)
       end do
    end subroutine assemble_all
 

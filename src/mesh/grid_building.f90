@@ -71,6 +71,7 @@ contains
       end associate
       if (status == 0) then
          call number_nodes(grid, points)
+         if (.not. (grid%forest%is_uniform() .or. grid%is_quadratic())) call points%number_by_rows()
          if (grid%is_quadratic()) call number_inner_nodes(grid, points)
          grid%n_nodes = points%n
          if (.not. grid%is_quadratic()) call place_elements(grid, failure, points)
@@ -97,7 +98,8 @@ contains
       call failure%report(exit_computation, 'grid: not enough memory for this number of cells')
    end subroutine report_memory
 
-   !> Number the nodes: the corners of leaves, in the order of the leaves, but for aggregated nodes.
+   !> Number the nodes: the corners of leaves, but for aggregated nodes. In refined grids they are numbered row by row then, so that stencils are those of rows
+   !> (`hampm_stencils`).
    subroutine number_nodes(grid, points)
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(inout) :: points
