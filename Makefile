@@ -224,7 +224,7 @@ $(KERNELS): private kernels := $($(build)_kernels)
 
 # Arrays of run-time size are in these those of an element, a node or a tip: they need no memory from the heap
 small_arrays := basis grid matter recovery element_stiffness element_assembly error_indicator missing_energy expected_error tip_domain \
-                domain_integral
+                domain_integral support_pass support_operators patch crack_closure
 ifneq ($(build),portable)
 $(addprefix $(O)/,$(addsuffix .o,$(small_arrays))): private stack := -fstack-arrays
 endif

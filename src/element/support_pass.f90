@@ -48,9 +48,10 @@ contains
       integer, intent(in) :: listed(:)           !! numbers of cells among the supports
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
       real(dp), intent(out), optional :: audit(2) !! if the pass is to: sum of m |dv|**2 / 2, and of V times the integral of P : dH [J]
-      real(dp) :: of_cell(2, size(listed))
-      logical :: has_left(size(listed))
+      real(dp), allocatable :: of_cell(:, :)
+      logical, allocatable :: has_left(:)
       integer :: k
+      allocate (of_cell(2, size(listed)), has_left(size(listed)))
       !$omp parallel do schedule(static)
       do k = 1, size(listed)
          associate (cell => m%blocks%supports(listed(k)))
@@ -152,11 +153,15 @@ contains
       !> Give the points what a particle does to them (P2G).
       subroutine give(i)
          integer, intent(in) :: i
-         real(dp) :: t(ndim, ndim), g(cell%n, ndim)
+         real(dp) :: t(ndim, ndim), g(cell%n, ndim), v(ndim)
          integer :: c
          if (pass%map_mass) mass = mass + m%particles%mass(i)*n
-         if (pass%map_momentum) &
-            momentum = momentum + m%particles%mass(i)*spread(m%particles%velocity(i, :), 2, cell%n)*spread(n, 1, ndim)
+         if (pass%map_momentum) then
+            v = m%particles%mass(i)*m%particles%velocity(i, :)
+            do c = 1, cell%n
+               momentum(:, c) = momentum(:, c) + n(c)*v
+            end do
+         end if
          if (.not. pass%map_force) return
          associate (material => m%materials(m%particles%material(i)))
             t = m%particles%volume(i)*material%mapped_stress(m%particles%gradient_of(i), m%particles%total_frame &
