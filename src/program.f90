@@ -26,7 +26,7 @@ module hampm_program
    use hampm_summary, only: summary, summary_json, solver_report, tip_report, equilibrium_report, equilibrium_proposal
    use hampm_text, only: to_text, three_digits
    use hampm_threads, only: check_threads, surplus_threads, use_threads, thread_count, thread_report
-   use hampm_version, only: version
+   use hampm_version, only: version, release_of, commit_of
    implicit none
    private
    public :: act, run_and_report, end_program, check_report
@@ -264,8 +264,8 @@ contains
       type(settings_t), intent(in) :: written
       character(:), allocatable :: text
       real(dp) :: duration
-      text = member('program', 'hampm')//member('version', version)//member('valid', .true.)//summary_json(simulation)// &
-             resource_json(resources)//member('errors', array(''), raw=.true.)// &
+      text = own_json(is_valid=.true.)//summary_json(simulation)//resource_json(resources)// &
+             member('errors', array(''), raw=.true.)// &
              member('warnings', array(written%records_of(warnings(simulation))), raw=.true.)// &
              member('notes', array(written%records_of(notes_of(model))), raw=.true.)//member('namelist', model%as_used)
       duration = measured_duration(simulation, resources%rows)
@@ -275,12 +275,19 @@ contains
    end function check_json
 
    !> What --check --json prints of a model that is refused.
-   pure function refusal_json(failure) result(text)
+   function refusal_json(failure) result(text)
       type(failure_t), intent(in) :: failure
       character(:), allocatable :: text
-      text = object(member('program', 'hampm')//member('version', version)//member('valid', .false.)// &
-                    member('errors', array(failure%records), raw=.true.))//new_line('a')
+      text = object(own_json(is_valid=.false.)//member('errors', array(failure%records), raw=.true.))//new_line('a')
    end function refusal_json
+
+   !> What JSON of a model begins with: the program, and whether the model is valid.
+   function own_json(is_valid) result(text)
+      logical, intent(in) :: is_valid
+      character(:), allocatable :: text
+      text = member('program', 'hampm')//member('version', release_of(version))//member('commit', commit_of(version))// &
+             member('valid', is_valid)
+   end function own_json
 
    !> How cells refine, and how deep; no line where they do not.
    pure function refinement_summary(model) result(text)

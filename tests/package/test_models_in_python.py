@@ -1,6 +1,7 @@
 """`Scene`: models read, changed, checked and written; keys as the program has them; mistakes told apart."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -109,6 +110,7 @@ def test_errors_for_programs_are_those_for_people(hampm, text, told):
     (hampm.folder / "a.nml").write_text(text)
     run, plain = hampm("--check", "--json", "a.nml"), hampm("--check", "a.nml")
     found = json.loads(run.stdout)
+    assert found["program"] == "hampm" and re.fullmatch(r"\d+\.\d+\.\d+", found["version"]) and found["commit"] == found["commit"].strip()
     assert run.returncode == plain.returncode == 2 and found["valid"] is False and run.stderr == plain.stderr
     assert len(found["errors"]) == len(plain.stderr.splitlines()), plain.stderr
     assert any(told.items() <= error.items() and error["file"] == "a.nml" for error in found["errors"]), found
