@@ -60,9 +60,10 @@ contains
       call refine_box(forest, [0.5_dp, 0.3_dp], [0.9_dp, 0.6_dp], levels)
       call build_grid(forest, m%grid, failure)
       call new_particles(3*product(points), m%particles, failure)
-      m%materials = [new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), &
-                     new_material('', 'linear_elastic', .true., 3.0_dp, 0.1_dp, 2.0_dp), &
-                     new_material('', 'neo_hookean', .true., 1.0_dp, 0.2_dp, 1.0_dp)]
+      allocate (m%materials(3))                  ! a constructor of an array would leak in gfortran 12
+      m%materials(1) = new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp)
+      m%materials(2) = new_material('', 'linear_elastic', .true., 3.0_dp, 0.1_dp, 2.0_dp)
+      m%materials(3) = new_material('', 'neo_hookean', .true., 1.0_dp, 0.2_dp, 1.0_dp)
       do k = 1, 3
          call fill_rectangle(m%particles, 1 + (k - 1)*product(points), points, [x(k), y(1)], [x(k + 1), y(2)], &
                              thickness_t(thickness), &
