@@ -261,7 +261,8 @@ contains
       real(c_double), allocatable, target :: b(:)
       integer :: k
       if (self%solves_often) then
-         call self%often%solve(rhs, x, without)
+         if (present(without)) call self%often%solve(rhs, x, without)
+         if (.not. present(without)) call self%often%solve(rhs, x)
          return
       end if
       x = 0                                      ! the caller checks the residual

@@ -56,10 +56,12 @@ contains
       real(dp), intent(out), contiguous :: x(:)
       logical, intent(in), optional :: without(:) !! (right-hand sides)
       if (size(b) == 0) return
-      if (self%by_cholmod) then
+      if (.not. self%by_cholmod) then
+         call self%umfpack%solve(b, x)
+      else if (present(without)) then            ! its offset would be taken where it is absent
          call self%cholmod%solve(b, x, without)
       else
-         call self%umfpack%solve(b, x)
+         call self%cholmod%solve(b, x)
       end if
    end subroutine solve
 

@@ -6,7 +6,7 @@ program test_stencils
    use hampm_element_stiffness, only: element_stiffness
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_material, only: new_material
+   use hampm_material, only: material_t, new_material
    use hampm_pass, only: pass_t
    use hampm_problem, only: problem_t, map_to_grid
    use hampm_refined, only: refine_box
@@ -66,10 +66,14 @@ contains
       type(rectangle_t), intent(in) :: rectangles(:)
       type(problem_t), intent(out) :: m
       character(*), intent(in), optional :: other
+      type(material_t), allocatable :: first(:)
       type(failure_t) :: failure
       call place_bodies(forest, new_material('', 'linear_elastic', .true., 1.0_dp, 0.3_dp, 1.0_dp), rectangles, m)
       if (present(other)) then
-         m%materials = [m%materials, new_material('', other, .true., 3.0_dp, 0.1_dp, 2.0_dp)]
+         call move_alloc(m%materials, first)    ! a constructor of an array would leak in gfortran 12
+         allocate (m%materials(2))
+         m%materials(1) = first(1)
+         m%materials(2) = new_material('', other, .true., 3.0_dp, 0.1_dp, 2.0_dp)
          where (m%particles%reference(:, 1) > cell*(2 + along/2)) m%particles%material = 2
          call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)
       end if
