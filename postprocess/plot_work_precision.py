@@ -65,14 +65,19 @@ def condition(text):
 
 
 def read_table(path, needed):
-    """Rows of a CSV file as dictionaries."""
+    """Rows of a CSV file of named runs as dictionaries."""
+    return read_rows(path, ["name", *needed])
+
+
+def read_rows(path, needed):
+    """Rows of a CSV file with certain columns as dictionaries."""
     try:
         with open(path, newline="") as file:
             reader = csv.DictReader(file)
             rows, columns = list(reader), reader.fieldnames or []
     except (OSError, UnicodeDecodeError) as error:
         raise ResultError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})", UNREADABLE) from error
-    if missing := [name for name in ["name", *needed] if name not in columns]:
+    if missing := [name for name in needed if name not in columns]:
         raise ResultError(f"{path}: no column '{missing[0]}'; it has {', '.join(columns) or 'none'}")
     return rows
 

@@ -65,16 +65,7 @@ def collected(path):
 
 def read_table(path, options):
     """Rows of the cases that are done; those that are not are counted."""
-    try:
-        with open(path, newline="") as file:
-            reader = csv.DictReader(file)
-            rows, columns = list(reader), reader.fieldnames or []
-    except (OSError, UnicodeDecodeError) as error:
-        raise ResultError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})", UNREADABLE) from error
-    named = [options.error, options.by, *([] if is_word(options.reference) else [options.reference])]
-    for name in named:
-        if name not in columns:
-            raise ResultError(f"{path}: no column '{name}'; it has {', '.join(columns) or 'none'}")
+    rows = plot_work_precision.read_rows(path, [options.error, options.by, *([] if is_word(options.reference) else [options.reference])])
     good = [row for row in rows if math.isfinite(number(row, options.error))]
     if len(good) < len(rows):
         print(f"{len(rows) - len(good)} of {len(rows)} cases without a number in {options.error} left out", file=sys.stderr)

@@ -120,12 +120,14 @@ contains
          if (.not. failure%failed()) call build(model, options%threads, simulation, failure)
       end if
       if (failure%failed()) return
-      if (options%json) then
-         call print_text(check_json(model, simulation, resources, written), failure)
-      else if (options%check) then
-         call print_text(check_report(model, simulation, resources), failure)
-         report = warnings(simulation)
-         if (len(report) > 0) call print_message(report, kind='warning: ')
+      if (options%check) then
+         if (options%json) then
+            call print_text(check_json(model, simulation, resources, written), failure)
+         else
+            call print_text(check_report(model, simulation, resources), failure)
+            report = warnings(simulation)
+            if (len(report) > 0) call print_message(report, kind='warning: ')
+         end if
          call simulation%integrator%finish()
       else
          call run_and_report(options, simulation, failure)
