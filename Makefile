@@ -119,9 +119,9 @@ docs:  ## write pages of every module, type and procedure of src/: build/api/ind
 	@tools/setup.sh docs
 	$(PYTHON) tools/api_pages.py
 
-structure:  ## count lines, arguments and uses between the folders of src/, and draw docs/rooms.svg
+structure:  ## count lines, arguments and uses between the folders of src/, and draw docs/images/rooms.svg
 	$(PYTHON) tools/structure.py
-	$(PYTHON) tools/structure.py --svg docs/rooms.svg
+	$(PYTHON) tools/structure.py --svg docs/images/rooms.svg
 
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program tools $(patsubst %,build/release/test_%,manufactured crossing_levels patch)
@@ -129,12 +129,12 @@ test: setup  ## install what is missing, build, run all tests
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests
 
-verify: setup  ## run the tests that take long, which `make test` leaves out, and write the table of docs/verification.md
+verify: setup  ## run the tests that take long, which `make test` leaves out, and write the table of docs/evidence/verification.md
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m verify --junitxml=results/verify.xml tests
-	$(PYTHON) tools/verification_table.py results/verify.xml docs/verification.md
+	$(PYTHON) tools/verification_table.py results/verify.xml docs/evidence/verification.md
 
 portability: setup  ## compile everything by another compiler, flang, and run unit and regression tests with what it makes
 	@tools/setup.sh flang-19
@@ -181,12 +181,12 @@ vtk: setup  ## hold the snapshots to another version of VTK than that of require
 		$(shell grep -hE '^(numpy|h5py|pytest)=' requirements/*.txt); }
 	build/vtk-$(version)/bin/python -m pytest -q tests/output
 
-extremes: setup  ## run the extremes of every part of a scene and write docs/stability.md
+extremes: setup  ## run the extremes of every part of a scene and write docs/evidence/stability.md
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/extremes.py --output results/extremes --document 1
 	tools/figures.sh $(O)/hampm $(PYTHON) --docs stability
 
-tradeoff: setup  ## measure accuracy against cost for every kind of setting and write docs/tradeoff.md
+tradeoff: setup  ## measure accuracy against cost for every kind of setting and write docs/evidence/tradeoff.md
 	@$(MAKE) --no-print-directory program
 	$(PYTHON) bench/tradeoff.py --output results/tradeoff --document 1
 	tools/figures.sh $(O)/hampm $(PYTHON) --docs tradeoff

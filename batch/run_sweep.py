@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Run the cases of a sweep by Snakemake, as many at a time as there are cores, and make its table. docs/batches.md explains it.
+"""Run the cases of a sweep by Snakemake, as many at a time as there are cores, and make its table. docs/how-to/batches.md explains it.
 
 All cases are checked first. Those that hampm refuses are listed, and not run; the same command goes on where a sweep was stopped.
 Exit code: 0 all cases have been run; 1 some are refused, or cannot be run to an end; 2 the sweep makes no sense. Cases that fail in

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """List the cases that a sweep declares, after looking for mistakes in it. Nothing is run.
 
-A sweep is a YAML file; docs/batches.md explains its keys:
+A sweep is a YAML file; docs/how-to/batches.md explains its keys:
 
     namelist: dcb.nml                 the scene, beside the sweep file
     output: ../results/sweep          folder of the cases and the table

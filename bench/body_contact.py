@@ -1,4 +1,4 @@
-"""Bodies that meet, beside what is exact: the tables of docs/contact.md.
+"""Bodies that meet, beside what is exact: the tables of docs/explanation/contact.md.
 
     bars    restitution, time of contact, onset and energy of two bars, over cells, place in the cell, mass matrix and functions
     block   acceleration of a block on a slope

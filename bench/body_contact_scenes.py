@@ -1,4 +1,4 @@
-"""Bodies that meet: the scenes of docs/contact.md, what is measured in their results, and what that should be.
+"""Bodies that meet: the scenes of docs/explanation/contact.md, what is measured in their results, and what that should be.
 
     bars    two elastic bars of length 1 and wave speed 1 run into each other end to end with the speeds v: each loses its motion
             to a wave and gets the opposite one back, so that they part after the time 2, each with its speed turned around

@@ -1,4 +1,4 @@
-"""What two programs, as one before and one after a change, are off by on the references of cracks (docs/cracks.md).
+"""What two programs, as one before and one after a change, are off by on the references of cracks (docs/explanation/cracks.md).
 
     rest    a1 to a7, cracks at rest, 16 finest cells to the half-length or the shortest straight part: K_I and K_II over the larger of both, and G
     slip    a8, cracks that are pressed and slide, 32 finest cells: K_II over K_II without friction; K_I is 0

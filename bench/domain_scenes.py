@@ -1,4 +1,4 @@
-"""Scenes of large deformation for particles with domains: docs/domains.md, and what they should give.
+"""Scenes of large deformation for particles with domains: docs/explanation/domains.md, and what they should give.
 
     square       turns freely: its angular momentum and energy stay
     cantilever   is bent by 0.6 of its length; its equilibrium is that of the total frame on fine cells

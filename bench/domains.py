@@ -1,4 +1,4 @@
-"""Particles with domains, shape_functions = 'cpdi', beside bilinear functions: the tables of docs/domains.md.
+"""Particles with domains, shape_functions = 'cpdi', beside bilinear functions: the tables of docs/explanation/domains.md.
 
     turns        ten turns of a free square: angular momentum, energy, the audit
     cantilever   bent by 0.6 of its length, over the cell, against equilibrium in the total frame

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draw estimated errors against true ones, from the tables of bench/estimate_coverage.py: one panel for each, before and after.
 
-    bench/estimate_picture.py docs/estimates_before.csv docs/estimates_after.csv --output docs/estimates.png
+    bench/estimate_picture.py docs/evidence/estimates_before.csv docs/evidence/estimates_after.csv --output docs/images/estimates.png
 """
 
 import argparse

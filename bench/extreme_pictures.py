@@ -1,4 +1,4 @@
-"""The pictures of docs/stability.md, from the cells of the atlas of extremes."""
+"""The pictures of docs/evidence/stability.md, from the cells of the atlas of extremes."""
 
 import sys
 

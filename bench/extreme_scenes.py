@@ -151,7 +151,7 @@ def bar(n, method, end, velocity=1e-6, interval=0.8, law="linear_elastic", point
 
 
 def bar_frequency(n, kind, points=2):
-    """First angular frequency of the bar without the error in time, from waves along a row of cells (docs/mass.md)."""
+    """First angular frequency of the bar without the error in time, from waves along a row of cells (docs/explanation/mass.md)."""
     lumped = 1 - (points**2 - 1) / (3 * points**2)
     s = math.sin(math.pi / (4 * n)) ** 2
     mu = 1 - lumped * s

@@ -36,7 +36,7 @@ from extreme_pictures import draw
 from extreme_scenes import Cell, Runner
 from tables import ROOT, command_line, rewrite
 
-DOCUMENT = ROOT / "docs/stability.md"
+DOCUMENT = ROOT / "docs/evidence/stability.md"
 PARTS = extreme_scenes.PARTS | {"paths": paths} | extreme_bodies.PARTS
 HEAD = ("part", "case", "outcome", "what", "value", "bound", "message")
 OUTCOMES = ("stable", "warned", "refused", "stopped", "defect")
@@ -126,8 +126,8 @@ def document(results):
 
 def main():
     arguments = command_line(__doc__, list(PARTS), "results/extremes",
-                             document=(0, "1: write the tables of docs/stability.md"),
-                             draw=(0, "1: run nothing, draw the pictures of docs/stability.md from the tables in the folder"))
+                             document=(0, "1: write the tables of docs/evidence/stability.md"),
+                             draw=(0, "1: run nothing, draw the pictures of docs/evidence/stability.md from the tables in the folder"))
     if arguments.draw:
         draw(all_saved(arguments.output), arguments.output)
         return

@@ -1,4 +1,4 @@
-"""What implicit steps reach and cost (docs/implicit.md).
+"""What implicit steps reach and cost (docs/explanation/implicit.md).
 
     beam    the undamped double cantilever beam under a sudden load, refined around the tip: G(t) below 50 kHz over 0.6 ms against
             explicit steps with the same mesh and mass matrix, and against converged finite elements

@@ -3,7 +3,7 @@
     .venv/bin/python bench/lumped_fractions.py [--cells 50] [--courant 0.3]
 
 The scene is input/chen.nml in the total frame; errors are over the peak of K_I, until the wave that closes the crack.
-The table is in docs/mass.md, with that of a surface wave, which tests/unit/test_surface_wave.f90 measures.
+The table is in docs/explanation/mass.md, with that of a surface wave, which tests/unit/test_surface_wave.f90 measures.
 """
 
 import argparse

@@ -1,5 +1,5 @@
 !> The least that a plain model needs a step: MUSL, lumped mass, updated frame, bilinear, one linear elastic material, any number
-!> of particles a cell, which may move to other cells. One thread. See docs/performance.md.
+!> of particles a cell, which may move to other cells. One thread. See docs/evidence/performance.md.
 !>
 !> Cells stand in blocks of `w` neighbours in the order of the grid, and the particles of a block in rows: row s holds the s-th
 !> particle of each of the w cells, side by side. So the loop over the cells of a block is the vector loop. It

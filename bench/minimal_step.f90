@@ -1,5 +1,5 @@
 !> The program beside the least that a plain step needs (`minimal_kernel.f90`): first both must agree, then both are measured in
-!> one run, with waves, denormal numbers and particles that change their cell. One thread. See docs/performance.md.
+!> one run, with waves, denormal numbers and particles that change their cell. One thread. See docs/evidence/performance.md.
 program minimal_step
    use, intrinsic :: iso_fortran_env, only: output_unit
    use, intrinsic :: ieee_arithmetic, only: ieee_set_underflow_mode

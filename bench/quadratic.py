@@ -1,4 +1,4 @@
-"""What quadratic cells give and cost (docs/quadratic.md).
+"""What quadratic cells give and cost (docs/explanation/quadratic.md).
 
     beam       static G of the double cantilever beam, quadratic and bilinear cells: uniform, or graded towards the tip
     levels     the same against the number of levels around the tip, up to 20

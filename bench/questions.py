@@ -1,6 +1,6 @@
 """What a user asks, in two versions of the program: processor time of whole runs, in turns, and what their numbers differ by.
 
-Each question is one run that a user would make for an error that docs/choosing.md names. `difference` is the largest of what columns of
+Each question is one run that a user would make for an error that docs/how-to/choosing.md names. `difference` is the largest of what columns of
 the two histories differ by, over the largest value of the column: only columns of G, K and J count. `error` is that of the later version
 where there is an independent solution. The ratio is the median of those of turns that follow each other, with the middle half of them.
 

@@ -1,7 +1,7 @@
 """What equilibrium costs and how near to it damped motions come.
 
     price   processor time of G of the double cantilever beam at rest: static runs beside the cheapest damped run on uniform cells within
-            0.3 % (docs/tradeoff.md) and a damped one that refines by itself, in turns, the median counts
+            0.3 % (docs/evidence/tradeoff.md) and a damped one that refines by itself, in turns, the median counts
     size    time and memory from a thousand to a million particles, by solver: uniform cells, whole runs
     limit   static values beside those of motions that are damped for long: two cells, refined or not, two mass matrices
 

@@ -15,7 +15,7 @@ its own cells and on all finer ones, the *sustained* error, and the finest cells
 count. A batch of two runs is extrapolated from cells c and c/2, taking the error to be proportional to c; one of three, from c to
 c/4, takes it to be a sum of terms c and c^2. Its cost is the sum.
 
-Run by `make tradeoff`, which writes docs/tradeoff.md too; for one study: .venv/bin/python bench/tradeoff.py static --output DIR
+Run by `make tradeoff`, which writes docs/evidence/tradeoff.md too; for one study: .venv/bin/python bench/tradeoff.py static --output DIR
 """
 
 import csv
@@ -77,7 +77,7 @@ WINDOW, CLOSING = 2e-7, 1.395e-5  # means of K_I(t) over [s], until [s]
 REFERENCES = {"dynamic": (ROOT / "tests/reference/dcb_dynamic_undamped.csv", 1),
               "impact": (ROOT / "tests/regression/chen/reference.csv", 2)}  # and the column: of means over the window
 CALIBRATION = Family("calibration", "uniform", {}, (8,))
-DOCUMENT = ROOT / "docs/tradeoff.md"
+DOCUMENT = ROOT / "docs/evidence/tradeoff.md"
 COLUMNS = ["study", "group", "family", "name", "estimator", "cells", "cell", "settings", "runs", "particles", "cpu_seconds",
            "cpu_lowest", "cpu_highest", "error_percent", "sustained_percent", "message"]
 
@@ -283,7 +283,7 @@ def document(folder):
 def main():
     arguments = command_line(__doc__, list(STUDIES), "results/tradeoff", repeats=(3, "turns, of which the median counts"),
                              measure=(1, "0: only write the tables of what has been measured"),
-                             document=(0, "1: write the tables of docs/tradeoff.md"))
+                             document=(0, "1: write the tables of docs/evidence/tradeoff.md"))
     folder = arguments.output.resolve()
     for study in arguments.part:
         if arguments.measure:

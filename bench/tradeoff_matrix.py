@@ -16,7 +16,7 @@ FINE = (*COARSE, 20, 24, 28, 32, 40)
 BASE = {"method.frame": "total", "method.scheme": "musl", "method.mass": "lumped", "method.courant": 0}
 UPDATED = {"method.frame": "updated", "method.courant": 0.9}  # whose courant = 0 is that of the paper
 CONSISTENT = {"method.solver": "direct"}
-BEST_FRACTION = 0.2778  # 5/18, of the least dispersion in small steps (docs/mass.md)
+BEST_FRACTION = 0.2778  # 5/18, of the least dispersion in small steps (docs/explanation/mass.md)
 
 
 class Family(NamedTuple):
@@ -75,7 +75,7 @@ def tip(name, levels, depths, cells, settings=None):
     return Family(REFINED, name, {"refine.indicator": "tip", "refine.max_level": levels, **(settings or {})}, cells, depths)
 
 
-# Refinement that finds its place by itself needs a load that rises slowly, and begins at rest (docs/adaptivity.md)
+# Refinement that finds its place by itself needs a load that rises slowly, and begins at rest (docs/explanation/adaptivity.md)
 RISE = {"method.scheme": "usl", "method.courant": 0.3, "load.history": "ramp", "load.rise_time": 4e-4, "run.end_time": 1.5e-3,
         "refine.start": 9e-4}
 

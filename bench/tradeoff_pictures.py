@@ -1,4 +1,4 @@
-"""Draw the pictures of docs/tradeoff.md from the tables that stand there: the front, and the cheapest settings of five families.
+"""Draw the pictures of docs/evidence/tradeoff.md from the tables that stand there: the front, and the cheapest settings of five families.
 
     .venv/bin/python bench/tradeoff_pictures.py DOCUMENT.md --output DIR
 

@@ -2,7 +2,7 @@
 
     python tools/api_pages.py          build/api/index.html, by ford
 
-What ford's pages would fetch (a style, its scripts, a script for formulas, of which there are none) is taken out of them; docs/api.css is
+What ford's pages would fetch (a style, its scripts, a script for formulas, of which there are none) is taken out of them; tools/api.css is
 their style.
 """
 
@@ -29,7 +29,7 @@ def fetches(page):
 
 
 def main():
-    status = subprocess.run([sys.executable, "-m", "ford", "--quiet", ROOT / "docs/ford.md"]).returncode
+    status = subprocess.run([sys.executable, "-m", "ford", "--quiet", ROOT / "tools/ford.md"]).returncode
     if status:
         sys.exit(status)
     for file in PAGES.rglob("*.html"):

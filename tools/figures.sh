@@ -122,7 +122,7 @@ draw_dcb_static() {
 
 # Estimated errors against true ones, from the tables beside the picture, which `make -C bench estimates` measures
 draw_estimates() {
-    "$python" bench/estimate_picture.py docs/estimates_before.csv docs/estimates_after.csv --output $out/estimates.png
+    "$python" bench/estimate_picture.py docs/evidence/estimates_before.csv docs/evidence/estimates_after.csv --output $out/estimates.png
 }
 
 # Its vibration, undamped and damped, against finite elements
@@ -193,7 +193,7 @@ draw_stability() {
 }
 
 # What accuracy costs, by the tables of the page, which `make tradeoff` measures
-draw_tradeoff() { "$python" bench/tradeoff_pictures.py docs/tradeoff.md --output results/tradeoff; }
+draw_tradeoff() { "$python" bench/tradeoff_pictures.py docs/evidence/tradeoff.md --output results/tradeoff; }
 
 # The pictures of the lessons, by the commands that stand there
 draw_lessons() {

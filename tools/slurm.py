@@ -83,7 +83,7 @@ class Sweep:
         return run(self.command("--cores", "all"), self.folder)
 
     def on(self, cluster, *options):
-        """The process that runs the sweep on a cluster: as docs/batches.md says, but that it asks more often."""
+        """The process that runs the sweep on a cluster: as docs/how-to/batches.md says, but that it asks more often."""
         words = self.command("--profile", str(PROFILE), "--slurm-status-command", "squeue", "--slurm-init-seconds-before-status-checks", "2",
                              "--seconds-between-status-checks", "2", "--slurm-no-account", *options)
         self.process = subprocess.Popen(words, cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,

@@ -25,7 +25,7 @@ module hampm_mass_matrix
 
    real(dp), parameter :: eigenvalue_floor = 0.05_dp
    !> The same where particles have domains, which come into a cell a corner at a time: what is lumped takes spin from material that
-   !> turns, and the equations are solved as well (docs/domains.md)
+   !> turns, and the equations are solved as well (docs/explanation/domains.md)
    real(dp), parameter :: floor_of_domains = 1e-3_dp
    !> The same of quadratic cells
    real(dp), parameter :: floor_of_quadratic = 0.02_dp

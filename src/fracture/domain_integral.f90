@@ -1,5 +1,5 @@
 !> The energy release rate and the stress intensity factors of a crack in motion, by integrals over a disc around its tip. Their
-!> derivation is in docs/energy_release_rate.md.
+!> derivation is in docs/explanation/energy_release_rate.md.
 module hampm_domain_integral
    use hampm_kinds, only: dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t

@@ -1,5 +1,5 @@
 !> The energy release rate of a model at rest, and how far off it is on the mesh of the run: an estimate before the first step, in
-!> docs/energy_release_rate.md with the specimens on which it was tried.
+!> docs/explanation/energy_release_rate.md with the specimens on which it was tried.
 !>
 !> How a crack at rest changes as its tips move on: the derivative of the displacement by the place of each tip, from one solution for each with
 !> the stiffness that is factorised.
@@ -69,7 +69,7 @@ module hampm_expected_error
    real(dp), parameter :: tip_zone = 3 + 1e-6_dp
 
    !> How far from its place a tip inside a bilinear cell acts, in cells, at most in nineteen of twenty places and directions at random, as J and
-   !> as K tell (docs/energy_release_rate.md); of quadratic cells half of that.
+   !> as K tell (docs/explanation/energy_release_rate.md); of quadratic cells half of that.
    real(dp), parameter :: astray_of_j = 0.19_dp, astray_of_k = 0.12_dp
 
    !> And a crack in it.

@@ -9,7 +9,7 @@
 !> K_t is fitted to the tractions of the particles ahead of the tip on planes along the crack, K_u to the displacements of those
 !> behind it on both of its sides, each by least squares with the terms of Williams' series: r**(1/2 - 1) and r**(3/2 - 1), in K_u
 !> the uniform stress, the rotation and the translation too, and r**(-1/2 - 1), by which a tip differs that acts a part of a cell from
-!> where it is. Without that K_u is 5 to 50 % off (docs/cracks.md).
+!> where it is. Without that K_u is 5 to 50 % off (docs/explanation/cracks.md).
 !>
 !> On a symmetry plane each particle stands for its mirror image, too.
 !>

@@ -1,5 +1,5 @@
 !> How far behind its node the tip of a crack acts among quadratic cells: around a node they resolve the field of a crack that is a
-!> little shorter, the less so the more exactly their particles integrate. docs/quadratic.md has the measurements.
+!> little shorter, the less so the more exactly their particles integrate. docs/explanation/quadratic.md has the measurements.
 module hampm_quadratic_tip_offset
    use hampm_kinds, only: dp
    use hampm_crack_tip, only: crack_tip_t

@@ -20,7 +20,7 @@ module hampm_tip_domain
    real(dp), parameter :: singular = 1.0e-3_dp   !! part of an element within which of a tip a particle counts as at the tip
 
    !> How far behind its node the tip of a crack acts, in cells there, in each mode. Around a node bilinear cells resolve the field
-   !> of a crack that is a little shorter; how much is the same at every size, as the field is. docs/energy_release_rate.md has the
+   !> of a crack that is a little shorter; how much is the same at every size, as the field is. docs/explanation/energy_release_rate.md has the
    !> measurements, `bench/effective_tip.py` makes them.
    real(dp), parameter :: tip_offset(modes) = [0.20_dp, 0.31_dp]
 

@@ -29,7 +29,7 @@ module hampm_dynamic_growth
    integer, parameter :: straight_on = 4
 
    !> Strength of cohesive points of law = toughness, times the root of the cell over K at that toughness: 0.6 of the force on the last whole node at
-   !> rest, 0.6755 K sqrt(cell), on its cell (docs/growth.md).
+   !> rest, 0.6755 K sqrt(cell), on its cell (docs/explanation/growth.md).
    real(dp), parameter :: strength = 0.6_dp*0.6755_dp
 
    !> How far ahead of a tip cohesive points of law = toughness may fail, in cells; those that bear more further ahead are too weak for the tension
@@ -39,7 +39,7 @@ module hampm_dynamic_growth
    real(dp), parameter :: too_much = 1.5_dp      !! times their strength that cohesive points ahead of that bear: up to there what they take is right
 
    real(dp), parameter :: late = 2               !! time over which a speed is one of late, in that of shear waves through a cell
-   real(dp), parameter :: late_of_speed = 0.5_dp !! the same where the toughness depends on it, which would lag behind (docs/growth.md)
+   real(dp), parameter :: late_of_speed = 0.5_dp !! the same where the toughness depends on it, which would lag behind (docs/explanation/growth.md)
 
    real(dp), parameter :: straight = 0.2_dp*acos(-1.0_dp)/180 !! angle below which a crack goes straight on [rad]
    real(dp), parameter :: most_turn = 0.2_dp     !! the same from one cell to the next, once a crack grows [rad]

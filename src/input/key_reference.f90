@@ -1,4 +1,4 @@
-!> The reference of all groups and keys as Markdown, which `--keys` prints: docs/keys.md is this text, and `--json` the same for programs.
+!> The reference of all groups and keys as Markdown, which `--keys` prints: docs/reference/keys.md is this text, and `--json` the same for programs.
 module hampm_key_reference
    use hampm_json, only: array, item, json_null, json_of, member, object
    use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required, is_assumed

@@ -26,26 +26,26 @@ module hampm_largest_step
    real(dp), parameter :: most_damping_a_step = 1.0_dp
    real(dp), parameter :: default_part = 0.9_dp  !! of the limit, for what a sample does not have in it
    !> Courant numbers of the paper, for material that moves through the cells: its edges gain energy where they cross them, below any
-   !> limit for a body at one place (docs/mass.md).
+   !> limit for a body at one place (docs/explanation/mass.md).
    real(dp), parameter :: crossing = 0.1_dp, crossing_full = 0.05_dp
    !> What several materials in contact leave of the limit of each by itself, at least: quarters of a square that meet in a point
    real(dp), parameter :: of_contrast = 0.9_dp
    !> What waves along no grid line leave of the limit of a sample in orthotropic material: of 20 extreme ones 2 % was missing at most
    real(dp), parameter :: of_anisotropy = 0.95_dp
-   !> What cells of several sizes leave of the limit of `usl` with a mass matrix that is not lumped (docs/mass.md)
+   !> What cells of several sizes leave of the limit of `usl` with a mass matrix that is not lumped (docs/explanation/mass.md)
    real(dp), parameter :: of_hanging_nodes = 0.8_dp
    !> What finer cells leave of the limit of particles whose lattice does not fit the cells: with leapfrog schemes and the lumped mass matrix, of
-   !> what phases of the lattice leave, and else (docs/stability.md)
+   !> what phases of the lattice leave, and else (docs/evidence/stability.md)
    real(dp), parameter :: of_misfit_edges = 0.95_dp, of_misfit_else = 0.8_dp
    !> What cracks that grow leave of it: they cut cells anywhere, into pieces whose few particles do not tell how all of their nodes
-   !> move. Such motion has no mass; the other schemes, which map velocities from the particles, do not see it (docs/growth.md)
+   !> move. Such motion has no mass; the other schemes, which map velocities from the particles, do not see it (docs/explanation/growth.md)
    real(dp), parameter :: of_growth = 0.5_dp
-   !> What steps that fit the size of the cells leave of the limit (docs/local_time_steps.md)
+   !> What steps that fit the size of the cells leave of the limit (docs/explanation/local_time_steps.md)
    real(dp), parameter :: of_local_steps = 0.9_dp
    !> How far lines of particles have gone into empty cells, of those positions that allow the least [cells]
    real(dp), parameter :: entered(*) = [0.01_dp, 0.03_dp, 0.06_dp, 0.1_dp, 0.16_dp]
    !> What quadratic cells that are cut leave of the limit of those with `fewest_points`, by edges, cracks and cohesive points at tips: of 800 at random
-   !> 3 % was missing at most (docs/quadratic.md)
+   !> 3 % was missing at most (docs/explanation/quadratic.md)
    real(dp), parameter :: of_cut_quadratic = 0.9_dp
    !> What cells that are cut leave of the limit of whole ones: they multiply the largest eigenvalue by 1.27 at most
    real(dp), parameter :: of_cut_cells = 0.88_dp
@@ -54,7 +54,7 @@ module hampm_largest_step
    !> What edges in any direction leave of the limit of those along the grid lines
    real(dp), parameter :: of_outlines = 0.95_dp
    !> What deformation leaves of the limit where particles have domains; without the small losses of usl energy grows slowly in longer steps,
-   !> as material crosses cells (docs/domains.md)
+   !> as material crosses cells (docs/explanation/domains.md)
    real(dp), parameter :: of_domains = 0.6_dp, of_domains_in_leapfrog = 0.3_dp
    !> What slivers at edges that cut the lattice leave of that: their domains have half of the edges
    real(dp), parameter :: of_cut_domains = 0.5_dp

@@ -1,4 +1,4 @@
-!> The table of rules as text, which `--rules` prints: docs/key_rules.md is this text, and `--json` the same for programs.
+!> The table of rules as text, which `--rules` prints: docs/reference/key_rules.md is this text, and `--json` the same for programs.
 module hampm_rule_reference
    use hampm_choice_sets, only: expanded
    use hampm_conditions, only: next_break

@@ -1,5 +1,5 @@
 !> The table of rules: which features of a model do not go together, what needs what, and which keys do nothing where. Validation, the
-!> warnings of `--check` and of runs, `--rules` and docs/key_rules.md all come from it. What stays outside are checks of places and of
+!> warnings of `--check` and of runs, `--rules` and docs/reference/key_rules.md all come from it. What stays outside are checks of places and of
 !> numbers against each other.
 !>
 !> A row is a condition, a verdict, another condition (both as in `hampm_conditions`), the kind of reason, the reason, and what may be

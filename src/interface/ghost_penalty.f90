@@ -35,14 +35,14 @@ module hampm_ghost_penalty
                                                  !! by 1.4 times as much, ten times more makes cracks shorter by a tenth of a cell; of all pieces of quadratic cells
    real(dp), parameter :: at_edges = 0.1_dp      !! of linear ones at edges of bodies, which may be as thin as one likes under all of a load, less what they fill: a
                                                  !! piece has that part of the stiffness of a cell by itself. With ten times less the energy of
-                                                 !! rings with three levels was up to 5 % too large (docs/cracks.md); 0.1 at all makes beams across the
+                                                 !! rings with three levels was up to 5 % too large (docs/explanation/cracks.md); 0.1 at all makes beams across the
                                                  !! grid stiffer by 0.2 % and the stress at small holes lower by 2 %
    real(dp), parameter :: in_steps = 1.0_dp      !! of those in explicit steps of usl that are filled by less than `least_fill`: nodes of such a piece alone have so
                                                  !! little mass that its stress would throw them about, and have to move as the field continued to them. With 0.1
                                                  !! some do not
    real(dp), parameter :: lightness = 0.3_dp     !! g of the mass over that of the stiffness, of quadratic cells, which resolve waves of the frequency c/h: with
                                                  !! 1 K of a crack that a step of tension meets is off by 0.76 % instead of 0.30, with 0.1 steps of
-                                                 !! faces that touch on slivers are shorter by 3 % (docs/quadratic.md)
+                                                 !! faces that touch on slivers are shorter by 3 % (docs/explanation/quadratic.md)
    real(dp), parameter :: soft = 0.05_dp         !! part of the modulus that holds how a cell with one particle is bent where material yields or relaxes: with 1 the work
                                                  !! of a plastic beam of 4 cells is 35 % too large, with 0.05 1 % too small
    real(dp), parameter :: part_of_jump(2) = [1/3.0_dp, 1/20.0_dp] !! c_k

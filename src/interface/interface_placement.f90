@@ -38,7 +38,7 @@ module hampm_interface_placement
    real(dp), parameter :: part(points) = [of_outer, of_inner, of_inner, of_outer] !! of the layer that each stands for
 
    !> Stiffness of a layer for each area, in E'/h with h the distance of the nodes along the edges of cells. As cohesive points, of 0.3, 1, 3 and 10 the last two leave the least scatter of J between
-   !> places of the tip (docs/cracks.md).
+   !> places of the tip (docs/explanation/cracks.md).
    real(dp), parameter :: firmness = 3
 
    !> What contact without friction between whole cells, whose faces have the same nodes on both sides, is stiffer by: such faces can close everywhere at

@@ -1,5 +1,5 @@
 !> The domains of particles: each particle stands for a quadrilateral of material, whose corners are carried along by the motion
-!> (`shape_functions = 'cpdi'`, docs/domains.md).
+!> (`shape_functions = 'cpdi'`, docs/explanation/domains.md).
 !>
 !> A corner has a quarter of the particle's mass, a displacement and a velocity of its own, and moves as a point of the mesh's own
 !> velocity field. Over the domain the displacement is bilinear between the corners; what the particle knows follows from them:

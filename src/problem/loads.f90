@@ -257,7 +257,7 @@ contains
    !> Book the work of the loads [J] from `time` to `time + dt`, in which the particles' velocities, mapped to the nodes, are
    !> `velocity`: the mean of the forces at both ends times dt times the velocity at the points, by the shape functions by which the
    !> forces act. It is of second order in dt, and just what the loads give to the particles' kinetic energy but for half a step at
-   !> the ends (docs/theory.md). The velocities that move the particles would not do: a node that has little mass may have any.
+   !> the ends (docs/explanation/theory.md). The velocities that move the particles would not do: a node that has little mass may have any.
    pure subroutine book_work(loads, time, dt, velocity, work)
       type(load_t), intent(in) :: loads(:)
       real(dp), intent(in) :: time, dt           !! [s]

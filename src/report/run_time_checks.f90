@@ -33,7 +33,7 @@ module hampm_run_time_checks
    real(dp), parameter :: firm = 0.5_dp          !! part of a cell from which on a piece holds itself: a wave that comes in strains it first
 
    ! Within the limit of the time step the energy swings, as velocity and strain are half a step apart: near the limit by 11 % of
-   ! what the material stores, and not at all in the mean (docs/stability.md). What goes beyond that is told. Half of the largest
+   ! what the material stores, and not at all in the mean (docs/evidence/stability.md). What goes beyond that is told. Half of the largest
    ! energy cannot come about so: an unstable run, which multiplies its energy in a few steps, is soon there, a stable one never.
    real(dp), parameter :: largest_gain = 0.5_dp  !! of energy without work, over the largest energy so far [-]
    ! The limit of bodies whose edges cut cells is that of a sample of such cells: others are nearer to it, and swing by more
@@ -75,7 +75,7 @@ contains
              - problem%energies%external_work - measurements%initial_energy &
              - abs(problem%energies%prescribed%work) & ! of which half waits for the next step's forces
              - work_of_step(problem%loads, problem%particles, problem%state%time, problem%state%last_dt)
-      if (allocated(problem%state%velocity)) gain = min(gain, 0.0_dp) ! implicit steps overshoot, but are stable (docs/implicit.md)
+      if (allocated(problem%state%velocity)) gain = min(gain, 0.0_dp) ! implicit steps overshoot, but are stable (docs/explanation/implicit.md)
       largest = merge(largest_gain_of_shapes, largest_gain, allocated(problem%grid%bodies))
       crushed = most_crushed_particle(problem%particles, problem%materials)
       if (crushed > 0) then
@@ -183,7 +183,7 @@ contains
    !> Warn, once, where material is stretched through the cells of the grid, so that its energy can be wrong by a notable part.
    !> Its particles carry the stress to the nodes, however many of them stand in a cell: that number is now one too large and now
    !> one too small for the stretch, and as the force that passes is the same everywhere, the stress jumps from cell to cell. With n
-   !> particles in a row of a cell the energy of a stretch s is off by up to 4 (s - 1)/n (docs/stability.md).
+   !> particles in a row of a cell the energy of a stretch s is off by up to 4 (s - 1)/n (docs/evidence/stability.md).
    subroutine check_stretch(problem, measurements, now, warning)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements

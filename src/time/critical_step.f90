@@ -12,7 +12,7 @@
 !>
 !> Damping, a force -rate m v at the beginning of a step, turns 4/dt^2 into (4 - 2 rate dt)/dt^2.
 !>
-!> Waves in an endless body have a closed form (docs/mass.md), but modes at free edges and corners are faster, in plane strain at
+!> Waves in an endless body have a closed form (docs/explanation/mass.md), but modes at free edges and corners are faster, in plane strain at
 !> nu = 0.45 by 12 %, and more in bodies that are one or two cells thick. So the sample is the body itself or, where it is large, its
 !> corners: what is between them allows more.
 module hampm_critical_step

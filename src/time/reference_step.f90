@@ -1,4 +1,4 @@
-!> One explicit step of the material point method as docs/theory.md has it, with nothing done for speed: a pass is one loop over the
+!> One explicit step of the material point method as docs/explanation/theory.md has it, with nothing done for speed: a pass is one loop over the
 !> particles, an equation one loop over the nodes. This is the file in which to read what a step is, and what `&method path =
 !> 'reference'` does. Every other way in which the program steps gives the same motion but for rounding
 !> (`tests/unit/test_reference_step.f90`, `tests/program/test_reference_path.py`).

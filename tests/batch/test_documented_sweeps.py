@@ -1,4 +1,4 @@
-"""The sweeps of docs/batches.md, from the command line as it stands there: a study of twelve cases in two commands, and one of growth."""
+"""The sweeps of docs/how-to/batches.md, from the command line as it stands there: a study of twelve cases in two commands, and one of growth."""
 
 import csv
 import re
@@ -13,7 +13,7 @@ pytest.importorskip("snakemake")
 
 from paths import INPUT, ROOT
 
-PAGE = (ROOT / "docs/batches.md").read_text()
+PAGE = (ROOT / "docs/how-to/batches.md").read_text()
 STUDY, GROWTH = (next(text for text in re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL) if name in text) for name in ("output: edge_study", "output: growth_sweep"))
 COMMANDS = re.findall(r"^    python (.*)$", PAGE, re.MULTILINE)
 PRINTED = re.search(r"^```\n(zone=.*?)```", PAGE, re.MULTILINE | re.DOTALL)[1]

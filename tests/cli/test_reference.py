@@ -9,7 +9,7 @@ from base_case import GOOD, LINE, REFINE
 
 from paths import ROOT
 
-DOCS = ROOT / "docs"
+DOCS = ROOT / "docs/reference"
 
 
 def rows(page, head):
@@ -38,11 +38,11 @@ def choices(reference):
 
 
 def test_page_of_the_keys_is_what_the_program_prints(reference):
-    assert (DOCS / "keys.md").read_text() == reference, "build/release/hampm --keys > docs/keys.md"
+    assert (DOCS / "keys.md").read_text() == reference, "build/release/hampm --keys > docs/reference/keys.md"
 
 
 def test_page_of_the_rules_is_what_the_program_prints(hampm):
-    assert (DOCS / "key_rules.md").read_text() == hampm("--rules").stdout, "build/release/hampm --rules > docs/key_rules.md"
+    assert (DOCS / "key_rules.md").read_text() == hampm("--rules").stdout, "build/release/hampm --rules > docs/reference/key_rules.md"
 
 
 def test_rules_are_counted_and_the_same_for_programs(hampm):

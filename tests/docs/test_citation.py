@@ -32,5 +32,5 @@ def test_changelog_begins_with_this_version():
 
 def test_contributing_names_files_that_exist():
     text = (ROOT / "CONTRIBUTING.md").read_text()
-    for name in re.findall(r"\b(?:(?:python/)?src|tests|tools|docs)/[\w/]+(?:\.(?:f90|py|sh|md|nml|toml))?(?![\w/<*.])", text):
+    for name in re.findall(r"\b(?:(?:python/)?src|tests|tools|docs)/[\w/-]+(?:\.(?:f90|py|sh|md|nml|toml))?(?![\w/<*.])", text):
         assert (ROOT / name).exists(), name

@@ -1,4 +1,4 @@
-"""The worked changes of docs/extending.md: each touches few files, and together they build and give the numbers of the theory."""
+"""The worked changes of docs/how-to/extending.md: each touches few files, and together they build and give the numbers of the theory."""
 
 import math
 import os
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from paths import ROOT
 
-PAGE = (ROOT / "docs/extending.md").read_text()
+PAGE = (ROOT / "docs/how-to/extending.md").read_text()
 BLOCK = re.compile(r"^```(fortran|diff) ?(\S*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILES = {"A material law": (1, 1), "A key": (0, 3), "An estimator": (1, 1),
          "A law of crack growth": (1, 1), "An indicator of refinement": (1, 1)}  # new, changed

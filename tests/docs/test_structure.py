@@ -59,7 +59,7 @@ def order():
 # --- the sources ------------------------------------------------------------------------------------------------------
 
 def test_picture_of_the_folders_shows_what_the_sources_use_and_the_readme_says(program, order):
-    assert svg(program, order, what_is_in((ROOT / "README.md").read_text())) == (ROOT / "docs/rooms.svg").read_text(), "make structure"
+    assert svg(program, order, what_is_in((ROOT / "README.md").read_text())) == (ROOT / "docs/images/rooms.svg").read_text(), "make structure"
 
 
 def test_every_folder_has_a_row_in_the_readme_and_every_row_its_files(order):

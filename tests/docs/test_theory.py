@@ -4,7 +4,7 @@ import re
 
 from paths import ROOT
 
-TABLE = (ROOT / "docs/theory.md").read_text().split("## Where it is")[1]
+TABLE = (ROOT / "docs/explanation/theory.md").read_text().split("## Where it is")[1]
 
 
 def test_every_equation_is_where_the_notes_say():
@@ -18,7 +18,7 @@ def test_every_equation_is_where_the_notes_say():
 
 
 def test_every_source_file_that_a_page_names_exists():
-    for page in sorted((ROOT / "docs").glob("*.md")):
+    for page in sorted((ROOT / "docs").rglob("*.md")):
         made = set(re.findall(r"^```fortran (\S+)$", page.read_text(), re.MULTILINE))  # by changes that the page shows
         for name in re.findall(r"\b(?:(?:python/)?src|tests|bench|postprocess|input|tools)/[\w/]+\.(?:f90|py|nml|toml|csv|sh)\b", page.read_text()):
             assert name in made or (ROOT / name).exists(), f"{page.name}: {name}"

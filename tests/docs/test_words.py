@@ -1,6 +1,6 @@
 """The sources, messages and pages have the terms of the field, not the words that version 1 had of its own.
 
-The words are the left column of the glossary that the project made for version 2 (docs/glossary.md gives the term for each).
+The words are the left column of the glossary that the project made for version 2 (docs/reference/glossary.md gives the term for each).
 """
 
 import re
@@ -30,7 +30,7 @@ NAMES_ALLOWED = {
     "litter_t": "the children of one particle, before they are in the arrays", "litter": "the same",
 }
 FILES_ALLOWED = {
-    "docs/glossary.md": "is the table of these words",
+    "docs/reference/glossary.md": "is the table of these words",
 }
 TEXTS_ALLOWED = {
     "scene": "is the name of an item in checkpoints",
@@ -70,7 +70,7 @@ def test_a_source_has_the_terms_of_the_field(path):
         for text in [*texts, comment]:
             if (match := re.search(rf"\b({PHRASES})\b", text, re.IGNORECASE)) and text not in TEXTS_ALLOWED:
                 found.append(f"{number}: {match[0]!r} in {text.strip()}")
-    assert found == [], "docs/glossary.md has the term for each"
+    assert found == [], "docs/reference/glossary.md has the term for each"
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
@@ -81,7 +81,7 @@ def test_a_page_has_the_terms_of_the_field(path):
         return
     found = [f"{number}: {match[0]!r}" for number, line in prose_of(path)
              if (match := re.search(rf"\b({PHRASES})\b", line, re.IGNORECASE))]
-    assert found == [], "docs/glossary.md has the term for each"
+    assert found == [], "docs/reference/glossary.md has the term for each"
 
 
 def test_names_of_sources_have_the_terms_of_the_field():

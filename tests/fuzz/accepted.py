@@ -3,7 +3,7 @@
     .venv/bin/python tests/fuzz/accepted.py --cases 900 --seed 900
 
 Scenes are those of `combinations.py` (`drawn_scenes.draw`), of that seed and number, before any repair. One that is refused is counted as refused by what is not built where
-all rows of docs/key_rules.md that refuse it say so, else by mechanics or places: geometry, and values against each other. The rows are listed by how many scenes each refuses,
+all rows of docs/reference/key_rules.md that refuse it say so, else by mechanics or places: geometry, and values against each other. The rows are listed by how many scenes each refuses,
 and by how many it, or a set of rows that are not built, refuses alone.
 """
 

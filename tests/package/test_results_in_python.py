@@ -195,7 +195,7 @@ def test_the_page_of_python_runs(tmp_path, monkeypatch):
     for module in ("pandas", "xarray", "pyvista"):
         pytest.importorskip(module)
     names = {}
-    for block in re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/python.md").read_text(), re.MULTILINE | re.DOTALL):
+    for block in re.findall(r"^```python\n(.*?)^```", (ROOT / "docs/how-to/python.md").read_text(), re.MULTILINE | re.DOTALL):
         exec(block, names)
     assert len(names["table"]) == 12 and not names["sweep"].failures and (tmp_path / "angles.png").stat().st_size > 5000
     for k, angle in enumerate(names["angles"]):

@@ -1,4 +1,4 @@
-"""Bodies with velocity fields of their own, that meet: docs/contact.md. What is asked is exact, or of the sources named there."""
+"""Bodies with velocity fields of their own, that meet: docs/explanation/contact.md. What is asked is exact, or of the sources named there."""
 
 import math
 import sys

@@ -51,7 +51,7 @@ def test_a_block_with_a_crack_turns_as_one_without(hampm):
 
 def test_the_stress_intensity_of_a_block_that_turns(hampm):
     """By the forces of its own spin, in the mean over 54 degrees in which it vibrates. K_I follows that of the total frame as far as stress
-    survives the cells' edges (docs/cracks.md has how far), and the modes do not mix: axes that stayed would turn K_I into K_II."""
+    survives the cells' edges (docs/explanation/cracks.md has how far), and the modes do not mix: axes that stayed would turn K_I into K_II."""
     total, _ = run_told(hampm, block(0.15, frame="total", points=4))
     updated, _ = run_told(hampm, block(0.15, points=4))
     print(np.mean(updated["K_I"]) / np.mean(total["K_I"]) - 1)

@@ -10,7 +10,7 @@ sys.path.insert(0, str(BENCH))
 from estimate_coverage import errors, read, run, summary  # noqa: E402
 from estimate_specimens import make  # noqa: E402
 
-TABLE = read(BENCH.parent / "docs/estimates_after.csv")
+TABLE = read(BENCH.parent / "docs/evidence/estimates_after.csv")
 FEW = [("symmetry", 0), ("path", 0), ("hole", 1), ("pressure", 1)]
 
 

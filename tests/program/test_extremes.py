@@ -1,4 +1,4 @@
-"""At the extremes a run is stable with numbers that theory confirms, is refused, or is stopped or warns: see docs/stability.md."""
+"""At the extremes a run is stable with numbers that theory confirms, is refused, or is stopped or warns: see docs/evidence/stability.md."""
 
 import math
 import re

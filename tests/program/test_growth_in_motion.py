@@ -267,7 +267,7 @@ def mirrored(text):
 def test_the_plate_of_kalthoff(hampm):
     """K before growth to 3.5 % of the peak with cells of 1 mm, the start at 15.85 us of the reference, and the first kink.
 
-    Bonds begin to let go at the start, and the tip moves when they have taken the toughness of one to two cells (docs/growth.md): so it moves in
+    Bonds begin to let go at the start, and the tip moves when they have taken the toughness of one to two cells (docs/explanation/growth.md): so it moves in
     time only in smaller cells. In the mirror image the same.
     """
     scene = bench.example("kalthoff", end_time=20e-6)

@@ -45,7 +45,7 @@ def test_what_is_dissipated_around_a_tip_is_not_taken_by_its_faces(hampm):
     assert "K_I" not in row and "integral_of_G" not in row
     ways = [one["crack_length"][-1] - one["crack_length"][0] for one in (row, elastic)]
     assert 5e-4 < ways[0] < 0.97 * ways[1]
-    for one, way in zip((row, elastic), ways):                       # of half a body, and with the first cell (docs/growth.md)
+    for one, way in zip((row, elastic), ways):                       # of half a body, and with the first cell (docs/explanation/growth.md)
         assert 1e4 * way < one["fracture_energy"][-1] < 1e4 * (way + 1.5e-3)
     assert row["plastic_dissipation"][-1] > 0.2 * row["external_work"][-1]
     missing = []

@@ -1,4 +1,4 @@
-"""Implicit steps (docs/implicit.md), against closed forms of Newmark and of Hilber, Hughes and Taylor, and against other steps."""
+"""Implicit steps (docs/explanation/implicit.md), against closed forms of Newmark and of Hilber, Hughes and Taylor, and against other steps."""
 
 import functools
 import numpy as np

@@ -1,4 +1,4 @@
-"""Time steps that fit the size of the cells by leapfrog steps, in the total frame: rest, work, and outputs of all kinds (docs/local_time_steps.md)."""
+"""Time steps that fit the size of the cells by leapfrog steps, in the total frame: rest, work, and outputs of all kinds (docs/explanation/local_time_steps.md)."""
 
 import functools
 import numpy as np
@@ -36,7 +36,7 @@ def history(hampm):
 
 
 def test_a_beam_comes_to_the_rest_of_common_steps(history):
-    """The beam of docs/local_time_steps.md with one level and two rings less."""
+    """The beam of docs/explanation/local_time_steps.md with one level and two rings less."""
     settings = ("refine.max_level=5", "refine.rings=2", "run.end_time=1.6e-3", "output.history_interval=1e-5")
     local, common = history(BEAM, *LOCAL, *settings), history(BEAM, *COMMON, *settings)
     for name in ("G_vcct_I", "J"):

@@ -152,9 +152,9 @@ QUADRATIC = ("grid.order=2", "body.points_per_cell=3")
     (QUADRATIC, "law = 'viscoelastic' moduli = 1e9, 2e10 relaxation_times = 1e-5, 1e-6")])
 def test_faces_and_supports_part_and_meet_in_implicit_steps(hampm, tmp_path, settings, law):
     """The block shaken: its half on the support is half of the whole with a crack whose faces part and meet, but for what their layer gives way by
-    (docs/contact.md): a few parts in a hundred. The audit closes, and nodes that meet a support lose energy, of the order of theirs. With laws
+    (docs/explanation/contact.md): a few parts in a hundred. The audit closes, and nodes that meet a support lose energy, of the order of theirs. With laws
     that dissipate there is the error of the rule of trapezoids for the work of the internal forces, -(w dt)^2/12 of what is dissipated in a
-    motion of frequency w (docs/implicit.md), here w of the load and overtones of it: it is of order 2, and steps half as long tell what is left."""
+    motion of frequency w (docs/explanation/implicit.md), here w of the load and overtones of it: it is of order 2, and steps half as long tell what is left."""
     scenes = [SWINGING.format(bottom=bottom, ny=ny, rest=rest, end=4e-5, time="implicit", law=law)
               for bottom, ny, rest in ((0.0, 8, HALF.replace("0.0275", "0.029")), (-0.02, 16, WHOLE))]
     for k, scene in enumerate(scenes):

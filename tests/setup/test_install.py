@@ -25,9 +25,9 @@ def sources(tmp_path):
     for name in ("batch", "postprocess", "input", "requirements", "tools", "python"):
         if (ROOT / name).exists():
             shutil.copytree(ROOT / name, root / name)
-    (root / "docs").mkdir()
-    for path in [*ROOT.glob("*.*"), ROOT / "LICENSE", *(ROOT / "docs").glob("*.md")]:
+    for path in [*ROOT.glob("*.*"), ROOT / "LICENSE", *(ROOT / "docs").rglob("*.md")]:
         if path.is_file():
+            (root / path.relative_to(ROOT)).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(path, root / path.relative_to(ROOT))
     return root
 

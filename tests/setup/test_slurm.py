@@ -1,4 +1,4 @@
-"""`make slurm` on machines that it cannot run on: one line says why. What it does elsewhere takes minutes (docs/batches.md)."""
+"""`make slurm` on machines that it cannot run on: one line says why. What it does elsewhere takes minutes (docs/how-to/batches.md)."""
 
 import os
 import shutil

@@ -170,7 +170,7 @@ contains
    end subroutine test_definition
 
    !> A coarse step T takes s(t + T) - 2 s(t) + s(t - T) = T^2 A s, A being the effective acceleration: bounded for ever where all eigenvalues
-   !> of -T^2 A are between 0 and 4. Those of common steps are so up to 1.03 h/c_s (docs/mass.md).
+   !> of -T^2 A are between 0 and 4. Those of common steps are so up to 1.03 h/c_s (docs/explanation/mass.md).
    subroutine test_stability()
       type(problem_t) :: m
       real(dp), allocatable :: unit(:, :), stiffness(:, :), a(:, :), eigenvalues(:)

@@ -7,7 +7,7 @@
     history = hampm.run(scene, threads=2)     # its history: columns over time, with units and estimated errors
     history.to_pandas()
 
-Numbers are in SI units throughout. docs/python.md has a study of twelve cases.
+Numbers are in SI units throughout. docs/how-to/python.md has a study of twelve cases.
 """
 
 from .comparison import Comparison, Tolerance, compare

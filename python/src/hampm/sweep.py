@@ -35,7 +35,7 @@ class Sweep:
         sweep.to_pandas()
 
     Keys are those of `--set`; those that change together stand in a tuple, and so do their values. A case that has ended is not run again, one
-    that was stopped goes on. Batches of thousands of cases, on clusters, are for `batch/` (docs/batches.md).
+    that was stopped goes on. Batches of thousands of cases, on clusters, are for `batch/` (docs/how-to/batches.md).
 
     cases     name -> {key: value}
     failures  name -> `HampmError`, of the cases of the last `run` that did not succeed
@@ -54,7 +54,7 @@ class Sweep:
 
     @classmethod
     def read(cls, path: str | Path, program: str | Path | None = None) -> Sweep:
-        """The sweep that a YAML file declares (docs/batches.md), by `batch/` of the checkout in which this package is. Its results are where
+        """The sweep that a YAML file declares (docs/how-to/batches.md), by `batch/` of the checkout in which this package is. Its results are where
         `make sweep` leaves them, too."""
         place = CHECKOUT / "batch"
         if not (place / "sweep.py").exists():
