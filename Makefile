@@ -115,8 +115,9 @@ slurm:  ## run sweeps on a real Slurm of this machine, with jobs that are cancel
 	@test -x .venv/bin/snakemake || { echo "batches need Python 3.11 or later: remove .venv, put one first in PATH"; exit 1; }
 	$(PYTHON) tools/slurm.py $(parts)
 
-docs:  ## write pages of every module, type and procedure of src/: build/api/index.html
+docs:  ## write the site of docs/, with pages of every module and procedure of src/: build/site/index.html, without a network
 	@tools/setup.sh docs
+	PYTHONPATH=. $(PYTHON) -m mkdocs build --strict --quiet
 	$(PYTHON) tools/api_pages.py
 
 structure:  ## count lines, arguments and uses between the folders of src/, and draw docs/images/rooms.svg

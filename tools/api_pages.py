@@ -1,6 +1,6 @@
 """Write pages of every module, type and procedure of src/, which fetch nothing from elsewhere when they are read:
 
-    python tools/api_pages.py          build/api/index.html, by ford
+    python tools/api_pages.py          build/site/api/index.html, by ford
 
 What ford's pages would fetch (a style, its scripts, a script for formulas, of which there are none) is taken out of them; tools/api.css is
 their style.
@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = ROOT / "build/api"
+PAGES = ROOT / "build/site/api"
 REMOTE = r"""["']?(?:https?:)?//"""
 FETCHED = re.compile(rf"<link\b(?=[^>]*rel=[\"']?stylesheet)[^>]*href={REMOTE}[^>]*>|<script\b[^>]*src={REMOTE}[^>]*>.*?</script>", re.DOTALL)
 SCRIPTS = re.compile(r"<script\b[^>]*>(?:(?!</script>).)*?(?:MathJax\.Hub|bootstrap\.Tooltip).*?</script>", re.DOTALL)  # need what is fetched
