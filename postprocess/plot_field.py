@@ -63,7 +63,7 @@ def draw(results, options):
         if not options.window:
             lower, upper = extent(seen if is_shared else own, options.window)
             panel.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
-        panel.set_title(f"{stems[result]}\n{words}" if len(results) > 1 else words)
+        panel.set_title("\n".join([stems[result], *words.split(", ")]) if len(results) > 1 else words)  # panels may be narrow
         if is_shared:
             panel.label_outer()
     add_colour_bar(figure, axes, canvas)

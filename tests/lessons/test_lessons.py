@@ -164,15 +164,20 @@ each_lesson = pytest.mark.parametrize("name", parameters([name] for name in NAME
 
 def test_the_course_lists_the_lessons_in_order():
     assert re.findall(r"^\| \[\d+\]\((\w+)\.md\)", (FOLDER / "README.md").read_text(), flags=re.M) == NAMES
-    assert [number_of(name) for name in NAMES] == [str(k) for k in range(1, len(NAMES) + 1)]
+    assert [number_of(name) for name in NAMES] == [str(k) for k in range(len(NAMES))]
 
 
 @each_lesson
 def test_a_lesson_has_its_parts(name):
     text = (FOLDER / f"{name}.md").read_text()
-    assert re.findall(r"^## (.*)", text, flags=re.M) == ["Commands", "What to see", "Question"]
+    parts = re.findall(r"^## (.*)", text, flags=re.M)
+    assert parts[:3] == ["Commands", "What to see", "Question"] and parts[3:] in ([], ["Exercises"])
+    if parts[3:]:
+        assert all(f"**{word}**" in text for word in ("Aims", "Time", "Needs")) and text.count("*(points: ") == 2
+        number, solutions = number_of(name), (FOLDER / f"solutions/{number_of(name)}.md").read_text()
+        assert f"(solutions/{number}.md)" in text and "**1.**" in solutions and "**2.**" in solutions
     assert text.startswith(f"# Lesson {number_of(name)}: ") and f"({name}.nml)" in text and f"({name}.png)" in text
-    question = text[text.index("## Question"):]
+    question = text[text.index("## Question"):].partition("## Exercises")[0]
     assert "?" in question[:question.index("<details>")] and question.rstrip().endswith("</details>")
     assert f"-o results/lessons/{name}.png" in text.replace("--output", "-o") and any(said(name)) and "<!--" not in text
     assert (FOLDER / f"{name}.png").stat().st_size < LARGEST_PICTURE
