@@ -5,7 +5,7 @@
     size          cost per particle and step from 1k to 4M particles
     memory        growth of the peak resident size between two numbers of particles
     instructions  of a step, over those of the least
-    shares        of measuring, of checks, of writing and of adapting the mesh, in the instructions of each example of input/
+    shares        of measuring, of checks, of writing, of adapting the mesh and of the errors to expect, in the instructions of each example of input/
 
 The cases of a comparison take turns within one run; a ratio is the median over these turns. Run by `make -C bench speed`, or for some parts:
 .venv/bin/python bench/speed.py time --output DIR. The last two need valgrind and `make build=counted program
@@ -178,7 +178,7 @@ def count(_, __):
 
 
 def shares(_, __):
-    """Which parts of a run's instructions measuring, checking, writing and adapting the mesh take, of each example."""
+    """Which parts of a run's instructions, from reading the model on, measuring, checking, writing, adapting and expected errors take, of each example."""
     with ThreadPoolExecutor(processors()) as several:
         return [line for rows in several.map(shares_of, sorted((ROOT / "input").glob("*.nml"))) for line in rows]
 
@@ -196,14 +196,15 @@ def shares_of(example):
         profile = Path(folder) / "profile"
         run_counted(COUNTED / "hampm", *words, steps, profile=profile, codes=(0, 5))
         costs = costs_of_calls(profile)
-    whole, adapting, recording, measuring = (costs[f"__hampm_{procedure}"] for procedure in (
-        "run_MOD_run", "mesh_changes_MOD_adapt", "recording_MOD_record", "measurements_MOD_measure"))
+    whole, adapting, recording, measuring, expecting = (costs[f"__hampm_{procedure}"] for procedure in (
+        "program_MOD_simulate", "mesh_changes_MOD_adapt", "recording_MOD_record", "measurements_MOD_measure", "crack_errors_MOD_estimate_errors"))
     checking = sum(costs[f"__hampm_run_time_checks_MOD_check_{what}"] for what in ("state", "step", "tip"))
-    parts = {"measuring": measuring, "checking": checking, "writing": recording - measuring - checking, "adapting": adapting}
+    parts = {"measuring": measuring, "checking": checking, "writing": recording - measuring - checking, "adapting": adapting,
+             "expecting": expecting}
     limits = {"measuring": 0.15, "checking": 0.01, "adapting": 0.05}
     return [row("shares", example.stem, f"share of {part}", f"{cost / whole:.4f}", threads=1,
                 **(judged(cost / whole, limits[part]) if part in limits else {}))
-            for part, cost in parts.items() if cost or part != "adapting"]
+            for part, cost in parts.items() if cost or part not in ("adapting", "expecting")]
 
 
 PARTS = {"time": time, "size": size, "memory": memory, "instructions": count, "shares": shares}
