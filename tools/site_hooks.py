@@ -11,6 +11,7 @@ from latex2mathml.converter import convert
 
 FENCE = re.compile(r"^( *)(```+)(\w*)[^\n]*\n(.*?)^\1\2 *$", re.MULTILINE | re.DOTALL)
 CODE = re.compile(r"\$`(?P<formula>[^`\n]+)`\$|`+[^`\n]*`+")
+BOLD = re.compile(r'<mi mathvariant="bold-italic">&#x0*([0-9A-F]+);</mi>')
 LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\(([^)\s]+)\)")
 
 
@@ -21,7 +22,14 @@ def anchor(heading, separator="-"):
 
 def mathml(formula, display):
     """A formula of TeX as MathML, which browsers draw without a script; `display`: "inline" or "block"."""
-    return convert(formula.strip().replace(r"\!", ""), display=display).replace("\n", "")
+    return BOLD.sub(bold, convert(formula.strip().replace(r"\!", ""), display=display).replace("\n", ""))
+
+
+def bold(match):
+    """A bold Greek letter as a letter of its own: browsers leave out `mathvariant`."""
+    small = ord("\N{MATHEMATICAL BOLD ITALIC SMALL ALPHA}") - ord("α")
+    letter = int(match[1], 16)
+    return f"<mi>&#x{letter + small:05X};</mi>" if 0x3B1 <= letter <= 0x3C9 else match[0]
 
 
 def spans(text):

@@ -1,8 +1,13 @@
-"""The theory notes name files and procedures that there are."""
+"""The theory names files and procedures that there are, and its drawings are those of the script."""
 
 import re
+import sys
 
 from paths import ROOT
+
+sys.path.insert(0, str(ROOT / "tools"))
+
+from theory_figures import FIGURES, FOLDER  # noqa: E402
 
 TABLE = (ROOT / "docs/explanation/theory.md").read_text().split("## Where it is")[1]
 
@@ -22,3 +27,9 @@ def test_every_source_file_that_a_page_names_exists():
         made = set(re.findall(r"^```fortran (\S+)$", page.read_text(), re.MULTILINE))  # by changes that the page shows
         for name in re.findall(r"\b(?:(?:python/)?src|tests|bench|postprocess|input|tools)/[\w/]+\.(?:f90|py|nml|toml|csv|sh)\b", page.read_text()):
             assert name in made or (ROOT / name).exists(), f"{page.name}: {name}"
+
+
+def test_the_drawings_are_those_of_the_script():
+    for name, draw in FIGURES.items():
+        assert (FOLDER / f"{name}.svg").read_text(encoding="utf-8") == draw().svg(), "tools/theory_figures.py"
+        assert f"](../images/{name}.svg)" in (ROOT / "docs/explanation/theory.md").read_text()

@@ -1,24 +1,9 @@
 !> The errors that Tan and Nairn (2001) reckon with, (24)-(30): that of interpolating a quadratic field before and after a cell
 !> refines, and that of lumping the mass matrix.
 !>
-!> Their c is the edge of a material point, (15), and so half the edge of a cell with four of them: with this c all their figures
-!> are right. Second derivatives of one direction at a time are looked at, and the mixed one, as in a sum the errors of both
-!> directions may cancel.
-!>
-!> (26) A straight line through a quadratic with the second derivative q is off by q L**2/2 xi (1 - xi) at the fraction xi of its
-!> length L. Bilinear functions hold the mixed term exactly, and the errors of both directions add up. The cell has L = 2c and
-!> after refining L = c. At the new material point that is nearest the middle, xi = 5/8 and then 1/4: 15/32 q c**2 and
-!> 3/32 q c**2, the paper's figures, five times as much. At the other new points xi = 7/8 and then 3/4: 7/32 and 3/32, the
-!> paper's 7/3. So its point (p) is a new one, not an old one: there, at xi = 3/4 and then 1/2, it is 12/32 and 4/32,
-!> three times as much. The factor of a point is between those of its directions where the second derivatives are of one sign.
-!> If they are not, errors of the coarse cell can cancel where those of the fine one do not, and "at least 7/3" does not hold.
-!>
-!> (30) With particles at the quarter points of cells of the edge L, the sum over particles of N_0 is 4 at a node 0 with four
-!> cells around it; the one of N_0 (sum N_j a_j - a_0) has the factors sum N_0 = 2 of the other direction and
-!> sum N_0 |xi| = 2 (3/4 1/4 + 1/4 3/4) = 3/4 of the one with the second derivative q, times q L**2/2. So the error is
-!> 4 m_p 3/16 q L**2, which with L = 2c is M_00^L 3/4 q c**2: the paper's figure times the mass of the node, 3 m_p q c**2. As
-!> printed, (28) and (29) are forces and (30) is an acceleration: it is (28) over M_00^L. With c as the edge of the cell the
-!> figure would be 3/16.
+!> docs/explanation/theory.md derives their figures, with what the paper's point (p) and its (30) are. Their c is the edge of a material point,
+!> (15), and so half the edge of a cell with four of them. Second derivatives of one direction at a time are looked at, and the mixed one, as in
+!> a sum the errors of both directions may cancel.
 program test_paper_errors
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions
