@@ -46,9 +46,9 @@ COLUMN = re.compile(r"G_(\w+)_I{0,2}$")
 
 # --- imports ----------------------------------------------------------------------------------------------------------
 
-def reading_order(readme):
-    """Folders of src/ and files in src/ itself, in the order of the README's table under "Reading the code"."""
-    cells = re.findall(r"^\| *(`src/[^|]*)\|", readme.partition("## Reading the code")[2], re.MULTILINE)
+def reading_order(page):
+    """Folders of src/ and files in src/ itself, in the order of the table under "Reading the code" in CONTRIBUTING.md."""
+    cells = re.findall(r"^\| *(`src/[^|]*)\|", page.partition("## Reading the code")[2], re.MULTILINE)
     return [name.removeprefix("src/").rstrip("/") for cell in cells for name in re.findall(r"`([^`]+)`", cell)]
 
 
@@ -242,7 +242,7 @@ def report(program, order):
     yield "\nuses of modules of the folder of a column by the folder of a row"
     yield " " * 12 + "".join(f"{name[:8]:>9}" for name in folders)
     yield from (f"{name:12}" + "".join(f"{pairs.get((name, other), '.'):>9}" for other in folders) for name in folders)
-    yield "\nagainst the order of the README: " + (", ".join(map(" uses ".join, upward_imports(program, order))) or "none")
+    yield "\nagainst the order of CONTRIBUTING.md: " + (", ".join(map(" uses ".join, upward_imports(program, order))) or "none")
     for what, graph in (("modules", program.imports()), ("folders", graph_of(pairs))):
         yield f"cycle of {what}: " + (" > ".join(cycle(graph)) or "none")
     named = sum(bool(re.search(r"\bvelocity\b", (SOURCES / path).read_text(), re.IGNORECASE)) for path in lengths)
@@ -253,9 +253,9 @@ def report(program, order):
     yield from (f"  {n:4} {path}" for path, n in sorted(lengths.items(), key=lambda item: -item[1])[:12])
 
 
-def what_is_in(readme):
-    """Of each folder of src/ what the README's table says is in it, as far as a line of the picture holds."""
-    rows = re.findall(r"^\| *`src/(\w+)/` *\| *([^|]*?) *\|", readme.partition("## Reading the code")[2], re.MULTILINE)
+def what_is_in(page):
+    """Of each folder of src/ what the table of CONTRIBUTING.md says is in it, as far as a line of the picture holds."""
+    rows = re.findall(r"^\| *`src/(\w+)/` *\| *([^|]*?) *\|", page.partition("## Reading the code")[2], re.MULTILINE)
     return {name: text if len(text) < 64 else re.match(r".{,64}(?=[;,])", text)[0] + ", ..." for name, text in rows}
 
 
@@ -304,9 +304,9 @@ def main():
     parser.add_argument("--executed", action="store_true")
     options = parser.parse_args()
     program = read(SOURCES)
-    readme = (ROOT / "README.md").read_text()
+    page = (ROOT / "CONTRIBUTING.md").read_text()
     if options.svg:
-        options.svg.write_text(svg(program, reading_order(readme), what_is_in(readme)))
+        options.svg.write_text(svg(program, reading_order(page), what_is_in(page)))
     if options.chain or options.velocity:
         calls = Calls(program, entered() if options.executed else lambda scope: True)
     if options.chain:
@@ -318,7 +318,7 @@ def main():
         print(f"from the velocity of a &body to G: {len(why)} files")
         print(*(f"  {path!s:36} {text}" for path, text in sorted(why.items())), sep="\n")
     if not (options.svg or options.chain or options.velocity):
-        print(*report(program, reading_order(readme)), sep="\n")
+        print(*report(program, reading_order(page)), sep="\n")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Modules depend on each other in the order of the README, without cycles, and procedures have few arguments."""
+"""Modules depend on each other in the order of the table in CONTRIBUTING.md, without cycles, and procedures have few arguments."""
 
 import sys
 from collections import Counter
@@ -16,7 +16,7 @@ from structure import SOURCES, Calls, cycle, folder_imports, followed, graph_of,
 MOST_ARGUMENTS = 12
 MOST_FILES, DEEPEST = 15, 6  # from the namelist to G(t); calls of a step below the loop of a run
 EXCEPTIONS = []  # (procedure with more arguments, why)
-README = """
+TABLE = """
 ## Reading the code
 
 | folder | what is in it |
@@ -53,23 +53,23 @@ def program():
 
 @pytest.fixture(scope="module")
 def order():
-    return reading_order((ROOT / "README.md").read_text())
+    return reading_order((ROOT / "CONTRIBUTING.md").read_text())
 
 
 # --- the sources ------------------------------------------------------------------------------------------------------
 
-def test_picture_of_the_folders_shows_what_the_sources_use_and_the_readme_says(program, order):
-    assert svg(program, order, what_is_in((ROOT / "README.md").read_text())) == (ROOT / "docs/images/rooms.svg").read_text(), "make structure"
+def test_picture_of_the_folders_shows_what_the_sources_use_and_the_table_says(program, order):
+    assert svg(program, order, what_is_in((ROOT / "CONTRIBUTING.md").read_text())) == (ROOT / "docs/images/rooms.svg").read_text(), "make structure"
 
 
-def test_every_folder_has_a_row_in_the_readme_and_every_row_its_files(order):
+def test_every_folder_has_a_row_in_the_table_and_every_row_its_files(order):
     assert len(order) > 10
     assert Counter(order).most_common(1)[0][1] == 1
     assert {path.name for path in SOURCES.iterdir() if path.is_dir()} == {name for name in order if not name.endswith(".f90")}
     assert [name for name in order if not (SOURCES / name).exists()] == []
 
 
-def test_no_module_uses_one_that_stands_above_it_in_the_readme(program, order):
+def test_no_module_uses_one_that_stands_above_it_in_the_table(program, order):
     assert len(program.modules) > 90
     assert upward_imports(program, order) == []
 
@@ -93,7 +93,7 @@ def test_procedures_have_few_arguments(program):
 # --- what finds it ----------------------------------------------------------------------------------------------------
 
 def test_the_order_is_that_of_the_table():
-    assert reading_order(README) == ["main.f90", "program.f90", "simulation.f90", "motion", "base"]
+    assert reading_order(TABLE) == ["main.f90", "program.f90", "simulation.f90", "motion", "base"]
 
 
 @pytest.mark.parametrize(("uses", "found"), [
@@ -108,7 +108,7 @@ def test_the_order_is_that_of_the_table():
     ({"simulation": "", "other": "use simulation", "motion_a": "use other"}, [("a", "other")]),
     ({"simulation": "use program", "program": ""}, [("simulation", "program")])])
 def test_imports_against_the_order_are_found(uses, found):
-    assert upward_imports(small(**uses), reading_order(README)) == found
+    assert upward_imports(small(**uses), reading_order(TABLE)) == found
 
 
 def test_cycles_are_found():

@@ -1,4 +1,4 @@
-"""What all scripts share: help, a line in the README, pictures beside the first file that need no display, and one line about each mistake."""
+"""What all scripts share: help, a line in the page of scripts, pictures beside the first file that need no display, and one line about each mistake."""
 
 import re
 import shutil
@@ -16,10 +16,10 @@ STARTS = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml", ".gif": b"GIF8"
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
-def test_each_has_help_and_a_line_in_the_readme(script, name):
+def test_each_has_help_and_a_line_in_the_page_of_scripts(script, name):
     result = script(name, "--help")
     assert result.returncode == 0 and result.stdout.startswith("usage: ")
-    assert f"`postprocess/{name} " in (ROOT / "README.md").read_text()
+    assert f"`postprocess/{name} " in (ROOT / "docs/reference/scripts.md").read_text()
 
 
 def test_only_one_module_sets_matplotlib_up():

@@ -95,5 +95,5 @@ def test_mistakes(script, table, words, message):
     assert result.returncode == 2 and message in result.stderr and result.stderr.count("\n") == 1
 
 
-def test_the_readme_names_it():
-    assert "`postprocess/study.py SWEEP.yaml" in (ROOT / "README.md").read_text()
+def test_the_page_of_scripts_names_it():
+    assert "`postprocess/study.py SWEEP.yaml" in (ROOT / "docs/reference/scripts.md").read_text()
