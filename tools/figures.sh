@@ -167,23 +167,32 @@ draw_growth() {
     "$python" postprocess/plot_path.py $out/strip_growth.h5 --beside G --time-unit us --no-mesh --scale 1000 --dpi 110 --output $out/growth.png
 }
 
-# Specimens of the gallery, and one that yields
+# Specimens of the gallery, and one that yields; small pictures of all
 draw_gallery() {
     for scene in compact_tension brazilian_disc; do
         run input/$scene.nml $scene
         "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/$scene.png
     done
-    sheet=
-    for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole bimetal \
-                 laminate_dcb laminate_enf laminate_mmb; do
-        run input/$scene.nml $scene output.snapshot_interval=1
-        case $scene in laminate* | bimetal) field=stress_xx ;; *) field=von_mises ;; esac
-        "$python" postprocess/plot_field.py $out/$scene.h5 --field $field --no-mesh --width 4.3 --dpi 100 --output $out/$scene.png
-        sheet="$sheet $out/$scene.png"
-    done
-    "$python" tools/contact_sheet.py $out/gallery.png $sheet
     run input/plastic_notch.nml plastic_notch
     "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --width 5 --dpi 85 --output $out/plastic_notch.png
+    for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole bimetal \
+                 laminate_dcb laminate_enf laminate_mmb penny dcb_growth dcb_cohesive; do
+        run input/$scene.nml $scene output.snapshot_interval=1
+    done
+    for scene in two_cracks bend_path strip_growth kalthoff dcb; do
+        run input/$scene.nml $scene
+    done
+    for picture in $(rows | awk '/small_/ {print $3}'); do
+        scene=${picture#"$out/small_"}
+        scene=${scene%.png}
+        case $scene in
+            laminate* | bimetal | dcb*) field=stress_xx ;;
+            plastic_notch) field=plastic_strain ;;
+            *) field=von_mises ;;
+        esac
+        case $scene in bimetal | laminate_dcb | dcb_cohesive) scale=3 ;; dcb) scale=1000 ;; dcb_growth) scale=50 ;; *) scale=1 ;; esac
+        "$python" tools/thumbnail.py $out/$scene.h5 "$picture" $field $scale
+    done
 }
 
 # What runs at the extremes do: minutes, unless `make extremes` has left its tables

@@ -13,9 +13,9 @@ DOCS = ROOT / "docs/reference"
 
 
 def rows(page, head):
-    """The cells of the table that begins with a head, without the marks of code."""
-    table = (DOCS / page).read_text().split(head)[1].split("\n\n")[0]
-    return [[cell.strip().replace("`", "") for cell in line.strip("|").split("|")] for line in table.splitlines()[2:]]
+    """The cells of the tables that begin with a head, without the marks of code."""
+    tables = [part.split("\n\n")[0] for part in (DOCS / page).read_text().split(head)[1:]]
+    return [[cell.strip().replace("`", "") for cell in line.strip("|").split("|")] for table in tables for line in table.splitlines()[2:]]
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,7 @@ from test_lessons import NUMBER, commands_of, unit_of  # noqa: E402
 
 PAGES = [*sorted((ROOT / "docs/tutorials").glob("*.md")), ROOT / "README.md"]
 PIECE = re.compile(r"[Ss]ave it as `([^`]+)`[^`]*?\n+```\w*\n(.*?)^```$|^```sh\n(.*?)^```$(?:\n\n```text\n(.*?)^```$)?", re.MULTILINE | re.DOTALL)
-ROW = re.compile(r"^\|[^|]*\|[^|]*\| `(?P<file>\w+\.h5)` \| `(?P<column>\w+)` \| (?P<handbook>[^| ]+) \| (?P<hampm>[^| ]+) \| (?P<ratio>[\d.]+) \|", re.MULTILINE)
+ROW = re.compile(r"^\|[^|]*\| \[(?P<model>\w+)\.nml\]\([^|]*\) \| `(?P<column>\w+)` \| (?P<handbook>[^| ]+) \| (?P<hampm>[^| ]+) \| (?P<ratio>[\d.]+) \|", re.MULTILINE)
 FREE = re.compile(r"wall time|Mp/s|left\b")  # lines with times
 BY_TIME = "processor time [s]"              # the last column of a table
 
@@ -145,9 +145,9 @@ def test_the_table_of_specimens_has_rows():
 
 
 @pytest.mark.xdist_group("page specimens")
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row['file']}-{row['column']}")
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row['model']}-{row['column']}")
 def test_a_specimen_gives_the_value_of_its_row(done, row):
-    with h5py.File(done(SPECIMENS).folder / "results/specimens" / row["file"]) as file:
+    with h5py.File(done(SPECIMENS).folder / f"results/specimens/{row['model']}.h5") as file:
         value = file["history"][row["column"]][-1]
     asked, ratio = float(row["handbook"]), float(row["ratio"])
     assert value == pytest.approx(float(row["hampm"]), rel=2e-3)
