@@ -74,7 +74,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup clean run install uninstall figures sweep slurm docs structure test verify portability coverage sanitize memcheck fuzz vtk extremes tradeoff
+TASKS := help setup clean run install uninstall figures sweep slurm docs structure test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -130,12 +130,17 @@ test: setup  ## install what is missing, build, run all tests
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests
 
-verify: setup  ## run the tests that take long, which `make test` leaves out, and write the table of docs/evidence/verification.md
+verify: setup  ## run the tests that take long, which `make test` leaves out, and write the tables of docs/evidence/verification.md
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m verify --junitxml=results/verify.xml tests
 	$(PYTHON) tools/verification_table.py results/verify.xml docs/evidence/verification.md
+
+verification: setup  ## run tests/regression and write build/verification.html: references, errors, orders, machine, what was not run; quick=1: without long runs
+	@$(MAKE) -j$(JOBS) --no-print-directory program
+	@status=0; $(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup $(if $(quick),-m "not verify") --junitxml=results/regression.xml tests/regression || status=$$?; \
+		$(PYTHON) tools/verification_table.py --html build/verification.html $(wildcard results/verify.xml) results/regression.xml; exit $$status
 
 portability: setup  ## compile everything by another compiler, flang, and run unit and regression tests with what it makes
 	@tools/setup.sh flang-19

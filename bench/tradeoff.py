@@ -12,10 +12,10 @@ is multiplied by the median of all those times over the one just taken.
 
 A small error may be luck: where an error changes its sign it is zero. So a setting counts with the largest error of its family on
 its own cells and on all finer ones, the *sustained* error, and the finest cells of each family, which nothing confirms, do not
-count. A batch of two runs is extrapolated from cells c and c/2, taking the error to be proportional to c; one of three, from c to
-c/4, takes it to be a sum of terms c and c^2. Its cost is the sum.
+count. A Richardson pair is two runs that are extrapolated from cells c and c/2, taking the error to be proportional to c; a triple, from
+c to c/4, takes it to be a sum of terms c and c^2. Its cost is the sum.
 
-Run by `make tradeoff`, which writes docs/evidence/tradeoff.md too; for one study: .venv/bin/python bench/tradeoff.py static --output DIR
+Run by `make tradeoff`, which writes docs/evidence/tradeoff.md and its CSV files too; for one study: .venv/bin/python bench/tradeoff.py static --output DIR
 """
 
 import csv
@@ -35,7 +35,7 @@ sys.path.insert(0, str(ROOT / "postprocess"))
 import numpy as np  # noqa: E402
 
 from history import History, lowpass, moving_mean, read_curve  # noqa: E402
-from tradeoff_tables import advice, curves, front  # noqa: E402
+from tradeoff_tables import advice, curves, front, groups, written  # noqa: E402
 
 from hampm.extrapolation import limit  # noqa: E402
 
@@ -187,7 +187,7 @@ def progress(text):
 
 
 class Point(NamedTuple):
-    """A point of a curve: one run, or a batch of them that is extrapolated."""
+    """A point of a curve: one run, or a pair or triple of them that is extrapolated."""
 
     label: str
     cells: int
@@ -209,10 +209,10 @@ def points(family, study, measured):
         yield Point(label, n, given, 1, runs[0].particles, tuple(run.seconds for run in runs), runs[0].curves, runs[0].message)
 
 
-BATCHES = (2, 3)  # numbers of runs that are extrapolated together
+TOGETHER = {2: "pair", 3: "triple"}  # numbers of runs that are extrapolated together, by Richardson
 
 
-def batches(single, count):
+def extrapolated(single, count):
     """Points that are extrapolated from `count` single ones, each with half the cells of the one before."""
     by_cells = {point.cells: point for point in single if point.curves}
     for coarse in by_cells:
@@ -226,16 +226,16 @@ def batches(single, count):
 
 
 def rows_of(study, families, measured):
-    """Rows of the table: each family on its own, and the batches of those whose root cells become finer."""
+    """Rows of the table: each family on its own, and the pairs and triples of those whose root cells become finer."""
     for family in families:
         single = list(points(family, study, measured))
         yield from curve_rows(study, family.group, family.name, single)
         if not family.finer:
-            for count in BATCHES:
-                group = "batch, refined" if family.group == REFINED else "batch, uniform"
+            for count, word in TOGETHER.items():
+                group = "Richardson, refined" if family.group == REFINED else "Richardson, uniform"
                 if family.group in (AT_REST, IMPLICIT, QUADRATIC):
-                    group = f"batch, {family.group}"
-                yield from curve_rows(study, group, f"{family.name}, batch of {count}", list(batches(single, count)))
+                    group = f"Richardson, {family.group}"
+                yield from curve_rows(study, group, f"{family.name}, {word}", list(extrapolated(single, count)))
 
 
 def curve_rows(study, group, family, curve):
@@ -271,19 +271,16 @@ def load(study, folder):
 
 
 def document(folder):
-    """Write the tables of all studies that have results into the document."""
-    page = DOCUMENT.read_text()
-    for study in STUDIES:
-        if rows := load(study, folder):
-            for name, table in (("advice", advice(rows, STUDIES[study].accuracies)), ("front", front(rows)), ("curves", curves(rows))):
-                page = rewrite(f"{study} {name}", table, page, DOCUMENT)
+    """Write the tables of all studies that have results: CSV files beside the document, and what it has of them."""
+    tables = {study: (advice(rows, STUDIES[study].accuracies), front(rows), curves(rows)) for study in STUDIES if (rows := load(study, folder))}
+    page = written(tables, DOCUMENT.read_text(), DOCUMENT.parent, lambda name, lines, text: rewrite(name, lines, text, DOCUMENT))
     DOCUMENT.write_text(page)
 
 
 def main():
     arguments = command_line(__doc__, list(STUDIES), "results/tradeoff", repeats=(3, "turns, of which the median counts"),
                              measure=(1, "0: only write the tables of what has been measured"),
-                             document=(0, "1: write the tables of docs/evidence/tradeoff.md"))
+                             document=(0, "1: write docs/evidence/tradeoff_*.csv and the tables of docs/evidence/tradeoff.md"))
     folder = arguments.output.resolve()
     for study in arguments.part:
         if arguments.measure:
@@ -295,7 +292,7 @@ def main():
         if rows is None:
             sys.exit(f"{folder / study}.csv: not measured yet")
         print(f"\n{folder / study}.csv")
-        print("\n".join(advice(rows, STUDIES[study].accuracies)))
+        print("\n".join(groups(advice(rows, STUDIES[study].accuracies))))
     if arguments.document:
         document(folder)
 

@@ -30,6 +30,11 @@ class Family(NamedTuple):
     finer: tuple = ()     # settings of each member besides, where not the root cells but these make the mesh finer
 
 
+def number(count, what):
+    """A number of things: `1 level`, `2 levels`."""
+    return f"{count} {what}{'s' * (count != 1)}"
+
+
 def uniform():
     """Uniform cells with the lumped mass matrix: other time steps, schemes, frames and numbers of particles."""
     yield Family(YARDSTICK, "uniform", {}, FINE)
@@ -58,7 +63,7 @@ def refined():
     sizes = {1: (2, 3, 4, 6, 8, 12, 16), 2: (2, 3, 4, 6, 8, 12), 3: (2, 3, 4, 6), 4: (2, 3, 4), 5: (2, 3)}
     for levels, cells in sizes.items():
         for depths in (1, 2, 3):
-            yield tip(f"tip, {levels} levels, {depths} n rings", levels, depths, cells)
+            yield tip(f"tip, {number(levels, 'level')}, {depths} n rings", levels, depths, cells)
     other = "tip, 2 levels, 2 n rings, "
     for name, cells, settings in (("updated frame", SLOW, UPDATED), ("usavg", SLOW, {"method.scheme": "usavg"}),
                                   ("local time steps", SLOW, {"method.time_steps": "local"}),
@@ -90,13 +95,13 @@ def adaptive():
                  finer=tuple({"refine.r_crit": r} for r in (0.08, 0.04, 0.02, 0.01)))
 
 
-QUADRATIC = "the paper's third alternative"  # the group of quadratic cells
+QUADRATIC = "quadratic cells"  # the group of what the paper calls its third alternative
 NINE_NODES = {"grid.order": 2, "body.points_per_cell": 3}
 
 
 def graded(group, name, settings, levels, rings, cells):
     """A family that is refined around the tip by zones of as many rings on all cells, which so become smaller with these."""
-    return Family(group, f"{name}, tip, {levels} levels, {rings} rings",
+    return Family(group, f"{name}, tip, {number(levels, 'level')}, {number(rings, 'ring')}",
                   {**settings, "refine.indicator": "tip", "refine.max_level": levels, "refine.rings": rings}, cells)
 
 
@@ -114,7 +119,7 @@ def at_rest():
     """Equilibrium in place of a motion that comes to rest."""
     yield Family(AT_REST, "static", REST, (*FINE, 56, 80))
     for levels, cells in {1: FINE, 2: FINE[:-2], 3: COARSE, 4: SLOW, 5: SLOW[:-1]}.items():
-        yield Family(AT_REST, f"static, tip, {levels} levels, 2 n rings", {**REST, "refine.indicator": "tip", "refine.max_level": levels},
+        yield Family(AT_REST, f"static, tip, {number(levels, 'level')}, 2 n rings", {**REST, "refine.indicator": "tip", "refine.max_level": levels},
                      cells, 2)
     for n in (2, 4):
         yield Family(AT_REST, f"static, zz, n = {n}", {**REST, "refine.indicator": "zz", "refine.max_level": 8}, (n,) * 5,
@@ -158,7 +163,7 @@ def implicit_beam():
         settings = {"method.time": "implicit", "method.mass": "consistent", "method.time_step": step, "output.history_interval": step}
         yield Family(IMPLICIT, f"implicit {1e6 * step:g} us, consistent", settings, COARSE)
         for levels, cells in {2: COARSE, 3: SLOW, 4: SLOW}.items():
-            yield Family(IMPLICIT, f"implicit {1e6 * step:g} us, consistent, tip, {levels} levels, 2 n rings",
+            yield Family(IMPLICIT, f"implicit {1e6 * step:g} us, consistent, tip, {number(levels, 'level')}, 2 n rings",
                          {**settings, "refine.indicator": "tip", "refine.max_level": levels}, cells, 2)
     for step in (1e-6, 5e-7):  # and what quadratic cells are given
         for mass, more in (("lumped", {}), ("weighted 5/18", {"method.lumped_fraction": BEST_FRACTION})):
@@ -205,7 +210,7 @@ def impact():
                            ("weighted 5/18, courant 0.3", {"method.lumped_fraction": BEST_FRACTION, "method.courant": 0.3}), ("consistent", {})):
         yield Family("other mass", name, {"method.mass": name.replace(",", "").split()[0], **settings}, PLATE[:3])
     for name, settings in (("lumped", {}), ("weighted 5/18", {"method.mass": "weighted", "method.lumped_fraction": BEST_FRACTION})):
-        yield tip(f"tip, 1 levels, {name}", 1, 0.12, PLATE[:3], settings)
+        yield tip(f"tip, 1 level, {name}", 1, 0.12, PLATE[:3], settings)
     for courant in (1, 2):
         yield Family(IMPLICIT, f"implicit, courant {courant}, consistent", {"method.time": "implicit", "method.mass": "consistent",
                                                                       "method.courant": courant}, PLATE[:3])

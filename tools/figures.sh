@@ -201,8 +201,8 @@ draw_stability() {
     "$python" bench/extremes.py --output results/extremes --draw 1
 }
 
-# What accuracy costs, by the tables of the page, which `make tradeoff` measures
-draw_tradeoff() { "$python" bench/tradeoff_pictures.py docs/evidence/tradeoff.md --output results/tradeoff; }
+# What accuracy costs, by the tables beside the page, which `make tradeoff` measures
+draw_tradeoff() { "$python" bench/tradeoff_pictures.py docs/evidence --output results/tradeoff; }
 
 # The pictures of the lessons, by the commands that stand there
 draw_lessons() {

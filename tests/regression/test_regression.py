@@ -136,6 +136,6 @@ def test_value(run_of, case, name, expectation, record_property):
               f"measured {measured:.6g} ({expectation['source']})")
     print(f"\n{report}", end=" ")
     for key, value in {"run": f"{case.name} {name}", "what": expectation["what"], "asked": f"{asked:.6g}",
-                       "tolerance": f"{tolerance:.2g}", "measured": f"{measured:.6g}"}.items():
+                       "tolerance": f"{tolerance:.2g}", "measured": f"{measured:.6g}", "source": expectation["source"]}.items():
         record_property(key, value)
     assert abs(measured - asked) <= tolerance, report

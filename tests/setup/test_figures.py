@@ -90,36 +90,29 @@ def test_a_target_is_made_once_and_its_picture_goes_into_the_docs(copy):
         np.testing.assert_array_equal(np.array(image.convert("RGB")), np.array(source.convert("RGB")))
 
 
-PAGE = """# Study
-<!-- bars advice -->
-| within | group | cheapest setting | estimator | particles | CPU s | error | sustained | times cheaper |
-|---|---|---|---|---|---|---|---|---|
-| 5 % | uniform | **coarse** | j | 100 | 1.0 | -4.00 % | 4.00 % | 1 |
-| 1 % | uniform | fine | j | 400 | 8.0 | -1.00 % | 1.00 % | 1 |
-| 5 % | at rest | none | | | | | | |
-| 1 % | at rest | rest | j | 90 | 0.5 | +0.50 % | 0.50 % | 4 |
-<!-- end of bars advice -->
-<!-- bars front -->
-| setting | estimator | particles | CPU s | error | sustained |
-|---|---|---|---|---|---|
-| rest | j | 90 | 0.500 | +0.500 % | 0.500 % |
-<!-- end of bars front -->
+ADVICE = """study,within_percent,group,setting,estimator,particles,cpu_seconds,error_percent,sustained_percent,times_cheaper,cheapest
+bars,5,uniform,coarse,j,100,1.0,-4.00,4.00,1,yes
+bars,1,uniform,fine,j,400,8.0,-1.00,1.00,1,
+bars,5,at rest,,,,,,,,
+bars,1,at rest,rest,j,90,0.5,+0.50,0.50,4,yes
 """
+FRONT = "study,setting,estimator,particles,cpu_seconds,error_percent,sustained_percent\nbars,rest,j,90,0.500,+0.500,0.500\n"
 
 
-def test_accuracy_against_cost_is_drawn_from_the_tables_of_the_page(tmp_path, monkeypatch):
-    """The front and up to five families, each in one colour on all pictures; those of the page in the docs too."""
+def test_accuracy_against_cost_is_drawn_from_the_tables_beside_the_page(tmp_path, monkeypatch):
+    """The front and up to five families, each in one colour on all pictures; those of the docs too."""
     monkeypatch.syspath_prepend(ROOT / "bench")
     import tradeoff_pictures
-    text = PAGE
-    figure = tradeoff_pictures.draw(*(tradeoff_pictures.rows_of(text, f"bars {part}") for part in ("front", "advice")))
+    (tmp_path / "advice.csv").write_text(ADVICE)
+    (tmp_path / "front.csv").write_text(FRONT)
+    figure = tradeoff_pictures.draw(*(tradeoff_pictures.rows_of(tmp_path / f"{part}.csv", "bars") for part in ("front", "advice")))
     uniform, rest, front = figure.axes[0].lines
     assert [line.get_label() for line in figure.axes[0].lines] == ["uniform", "at rest", "front of all settings"]
     np.testing.assert_allclose(uniform.get_xydata(), [[1, 4], [8, 1]])
     np.testing.assert_allclose(rest.get_xydata(), [[0.5, 0.5]])
     np.testing.assert_allclose(front.get_xydata(), [[0.5, 0.5]])
     assert uniform.get_color() == tradeoff_pictures.FAMILIES["uniform"] and tradeoff_pictures.MOST == 5
-    words = [ROOT / "bench/tradeoff_pictures.py", ROOT / "docs/evidence/tradeoff.md", "--output", tmp_path]
+    words = [ROOT / "bench/tradeoff_pictures.py", ROOT / "docs/evidence", "--output", tmp_path]
     done = subprocess.run([sys.executable, *words], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert {path.stem for path in tmp_path.glob("*.png")} == {"static", "tension", "dynamic", "impact"}
