@@ -102,7 +102,7 @@ def meeting(runner):
 
 
 LENGTH = 5.8  # of the crack at the start
-AUDIT = "closure of the energy audit, growth "
+AUDIT = "closure of the energy balance, growth "
 
 
 def audit_at_rest(h):

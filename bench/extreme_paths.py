@@ -73,7 +73,7 @@ A_HAIR = (1e-6, 1e-9, 1e-12, 1e-15)  # of a cell
 
 # With four cells to the half-length. A particle that comes to the other side of the crack, and a tip that enters a cell, move G
 QUANTITY, BOUND = "G of a crack of 8 cells against an infinite plate", 0.15
-CLOSURE = "closure of the energy audit"
+CLOSURE = "closure of the energy balance"
 MOVING = CLOSURE + ", G below 10 times that at rest"
 
 
@@ -122,7 +122,7 @@ def places(runner):
         if near and name in found:
             differ = max(abs(one / other - 1) for one, other in zip(found[name], found[near]))
             outcome = "stable" if differ <= bound else "defect"
-            cells.append(Cell(f"{name}, {near}", outcome, f"G against the place a hair away, to {bound:g}", differ, bound))
+            cells.append(Cell(f"{name}, {near}", outcome, f"G against a place 1e-6 of a cell away or less, to {bound:g}", differ, bound))
         cells.append(runner.judge(f"{name}, in motion", square([[first, last]], {}, loads), MOVING, 1e-10,
                                   lambda h, most=10 * asked: audit(most, h), MAY_CLOSE))
     return cells

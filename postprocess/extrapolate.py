@@ -42,7 +42,7 @@ def parse(arguments):
                         "repeated (default: G_*)")
     parser.add_argument("--part", type=fraction, default=0.1, metavar="X", help="last part of the run to average (default: 0.1)")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE.h5", help="write the extrapolated columns over time as a result "
-                        "file, which the other scripts read")
+                        "file, which the scripts read that need a history only (not report.py, which shows the namelist")
     add_strict(parser)
     options = parser.parse_args(arguments)
     options.column = options.column or ["G_*"]
