@@ -74,7 +74,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup clean run install uninstall figures sweep slurm docs structure test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
+TASKS := help setup clean run install uninstall figures sweep slurm docs notebooks structure test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -119,6 +119,10 @@ docs:  ## write the site of docs/, with pages of every module and procedure of s
 	@tools/setup.sh docs
 	PYTHONPATH=. $(PYTHON) -m mkdocs build --strict --quiet
 	$(PYTHON) tools/api_pages.py
+
+notebooks:  ## make a Jupyter notebook of each lesson: docs/lessons/*.ipynb
+	@tools/setup.sh docs
+	$(PYTHON) tools/notebooks.py
 
 structure:  ## count lines, arguments and uses between the folders of src/, and draw docs/images/rooms.svg
 	$(PYTHON) tools/structure.py

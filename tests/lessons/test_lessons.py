@@ -1,5 +1,5 @@
-"""The lessons of docs/lessons: every command runs as it stands and prints what the lesson shows, and the numbers of the text are those
-measured, and are what theory asks.
+"""The lessons of docs/lessons: every command runs as it stands, in a cell of the notebook of the lesson, and prints what the lesson shows, and the numbers of the text are
+those measured, and are what theory asks.
 
 The lessons themselves have no marks. `<lesson>.toml` says what a number is and among which words it stands:
 
@@ -20,9 +20,10 @@ functions that `Lesson` lists.
 
 import functools
 import re
-import subprocess
+import sys
 from types import SimpleNamespace
 
+import nbclient
 import numpy as np
 import pytest
 
@@ -30,6 +31,10 @@ import plot_profile
 from frames import Frames
 from history import History
 from paths import PROGRAM, ROOT
+
+sys.path.append(str(ROOT / "tools"))
+
+from notebooks import commands_of, notebook_of  # noqa: E402
 
 try:
     import tomllib
@@ -43,7 +48,7 @@ LARGEST_PICTURE = 80_000  # bytes
 
 
 class Lesson:
-    """A lesson, its commands run in a folder that looks like the repository but for its results."""
+    """A lesson, its notebook run in a folder that looks like the repository but for its results."""
 
     def __init__(self, name, folder):
         self.name, self.folder, self.number = name, folder, number_of(name)
@@ -56,14 +61,19 @@ class Lesson:
         (folder / "build/release").mkdir(parents=True)
         (folder / "build/release/hampm").symlink_to(PROGRAM)
         (folder / "build/release/forced_step").symlink_to(PROGRAM.with_name("forced_step"))
-        self.blocks = [self._run(*block) for block in blocks(self.text)]
+        self.notebook = notebook_of(self.text, folder)
+        nbclient.NotebookClient(self.notebook, kernel_name="python3", allow_errors=True, timeout=120, resources={"metadata": {"path": str(folder)}}).execute()
+        self.cells = [cell for cell in self.notebook.cells if cell.cell_type == "code"]
+        results = iter([self._result(cell) for cell in self.cells if cell.source.startswith("%%bash\n")])
+        self.blocks = [SimpleNamespace(results=[(command, next(results)) for command in commands], shown=shown) for commands, shown in blocks(self.text)]
         for key, value in self.checks.pop("let", {}).items():
             self.names[key] = self.value(value)
 
-    def _run(self, commands, shown):
-        """Run the commands of a block; with what each gives, and what the last should print."""
-        return SimpleNamespace(results=[(command, subprocess.run(["bash", "-c", command], cwd=self.folder, capture_output=True,
-                                                                 text=True, timeout=120)) for command in commands], shown=shown)
+    @staticmethod
+    def _result(cell):
+        """What a cell of a command printed, and why it failed, if it did."""
+        printed = {name: "".join(item.text for item in cell.outputs if item.output_type == "stream" and item.name == name) for name in ("stdout", "stderr")}
+        return SimpleNamespace(**printed, source=cell.source, error="".join(item.evalue for item in cell.outputs if item.output_type == "error"))
 
     def value(self, expression):
         """The value of an expression, or a number as it is."""
@@ -110,18 +120,6 @@ def blocks(text):
     """The blocks of commands of a lesson, each with the text shown as the output of its last command, or None."""
     for match in re.finditer(r"^```sh\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", text, flags=re.S | re.M):
         yield commands_of(match[1]), match[2]
-
-
-def commands_of(block):
-    """The commands of a block, which may go on behind a backslash or within quotes."""
-    command = ""
-    for line in block.splitlines():
-        command += line
-        if not command.endswith("\\") and command.count("'") % 2 == 0:
-            yield command
-            command = ""
-        else:
-            command += "\n"
 
 
 @pytest.fixture(scope="session")
@@ -197,13 +195,32 @@ def test_the_namelist_is_valid(hampm, name):
 def test_commands_end_as_the_lesson_says(lesson_of, name):
     for block in lesson_of(name).blocks:
         for command, result in block.results:
-            promised = re.search(r"# exit code (\d)$", command)
-            assert result.returncode == int(promised[1] if promised else 0), f"{command}\n{result.stderr}"
+            promised = re.search(r" *(# exit code (\d))?$", command)
+            assert result.source.removeprefix("%%bash\n").startswith(command[:promised.start()])
+            assert (f"|| test $? -eq {promised[2]}" in result.source) == bool(promised[2])
+            assert not result.error, f"{command}\n{result.stderr}\n{result.error}"
 
 
 @each_lesson
 def test_the_picture_is_made(lesson_of, name):
-    assert (lesson_of(name).folder / f"results/lessons/{name}.png").read_bytes().startswith(b"\x89PNG")
+    """And shown by a cell of the notebook, whose other cells say nothing but what commands print."""
+    lesson = lesson_of(name)
+    assert (lesson.folder / f"results/lessons/{name}.png").read_bytes().startswith(b"\x89PNG")
+    assert [cell.source.count(f"{name}.png") for cell in lesson.cells if any("image/png" in item.get("data", {}) for item in cell.outputs)] == [1]
+    assert not any(item.output_type == "error" for cell in lesson.cells for item in cell.outputs)
+
+
+@each_lesson
+def test_a_notebook_has_all_of_its_lesson(name):
+    """Its text and its commands in their order; formulas and folded answers as Jupyter has them."""
+    page = (FOLDER / f"{name}.md").read_text()
+    notebook = notebook_of(page)
+    texts = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "markdown")
+    assert all(cell.cell_type == "code" or cell.source.count("<details>") == cell.source.count("</details>") for cell in notebook.cells)
+    assert "```sh" not in texts and "```math" not in texts and "$`" not in texts
+    folds = r"^</?details>$|^<summary>[^\n]*$"
+    asked = re.sub(r"^```sh\n.*?^```$|^!\[[^\n]*$|^```math$|" + folds, "", page, flags=re.S | re.M)
+    assert re.findall(r"\w+", re.sub(folds, "", texts, flags=re.M)) == re.findall(r"\w+", asked)
 
 
 @each_lesson
