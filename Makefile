@@ -74,7 +74,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup clean run install uninstall figures sweep slurm docs notebooks structure test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
+TASKS := help setup clean run install uninstall figures sweep slurm docs notebooks structure lab test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -127,6 +127,11 @@ notebooks:  ## make a Jupyter notebook of each lesson: docs/lessons/*.ipynb
 structure:  ## count lines, arguments and uses between the folders of src/, and draw docs/images/rooms.svg
 	$(PYTHON) tools/structure.py
 	$(PYTHON) tools/structure.py --svg docs/images/rooms.svg
+
+lab:  ## compile an edited step in seconds, with all checks, for the exercises of docs/lessons/exercises: make lab [exercise=scheme: and test it]
+	@tools/setup.sh $(if $(exercise),test,program)
+	@$(MAKE) -j$(JOBS) --no-print-directory program build=checked
+	$(if $(exercise),$(PYTHON) -m pytest -q --tb=short tests/lab/exercises.py::test_$(exercise))
 
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program tools $(patsubst %,build/release/test_%,manufactured crossing_levels patch)

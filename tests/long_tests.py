@@ -129,6 +129,6 @@ PARTS = {"test_lessons": ("6_", "7_", "8_", "9_", "10_", "13_", "14_"),
          "test_regression": ("dcb_dynamic-alpha10000", "dcb_dynamic-undamped", "chen-0.2mm", "local_time_steps-static",
                              "figure_10-unlumped")}
 
-# Files of tests/program whose runs are short enough for the build with all checks and traps; tests/cases has it, too
-CHECKED = {"test_interfaces", "test_line_mass_identity", "test_moved_nodes", "test_permissions", "test_result_file",
+# Files of tests/program whose runs are short enough for the build with all checks and traps; tests/cases and tests/lab have it, too
+CHECKED = {"exercises", "test_interfaces", "test_line_mass_identity", "test_moved_nodes", "test_permissions", "test_result_file",
            "test_supports", "test_weight_and_eigenstrain"}
