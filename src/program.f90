@@ -24,7 +24,7 @@ module hampm_program
    use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, build, warnings
    use hampm_summary, only: summary, summary_json, solver_report, tip_report, equilibrium_report, equilibrium_proposal
-   use hampm_text, only: to_text, three_digits
+   use hampm_text, only: digits_text, to_text, three_digits
    use hampm_threads, only: check_threads, surplus_threads, use_threads, thread_count, thread_report
    use hampm_version, only: version, release_of, commit_of
    implicit none
@@ -122,11 +122,12 @@ contains
       if (failure%failed()) return
       if (options%check) then
          if (options%json) then
-            call print_text(check_json(model, simulation, resources, written), failure)
+            call print_text(check_json(model, simulation, resources, written, options%quiet), failure)
          else
             call print_text(check_report(model, simulation, resources), failure)
             report = warnings(simulation)
             if (len(report) > 0) call print_message(report, kind='warning: ')
+            if (.not. options%quiet) call print_text(duration_report(measured_duration(simulation, resources%rows)), failure)
          end if
          call simulation%integrator%finish()
       else
@@ -258,19 +259,30 @@ contains
              with_prefix('! note: ', as_lines(notes_of(model)))
    end function check_report
 
-   !> The same for programs, as one line of JSON; with `seconds`, what the run takes on this machine and so many threads.
-   function check_json(model, simulation, resources, written) result(text)
+   !> The last line of what --check prints: how long a run takes [s]; '' where that is not known, below 0.
+   function duration_report(duration) result(text)
+      real(dp), intent(in) :: duration
+      character(:), allocatable :: text
+      text = ''
+      if (duration < 0) return
+      text = '! wall time       about '//digits_text(duration, 2)//' s on this machine: '//thread_report()//new_line('a')
+   end function duration_report
+
+   !> The same for programs, as one line of JSON; with `seconds`, what the run takes on this machine, unless `quiet`.
+   function check_json(model, simulation, resources, written, quiet) result(text)
       type(model_t), intent(in) :: model
       type(simulation_t), intent(inout) :: simulation
       type(resources_t), intent(in) :: resources
       type(settings_t), intent(in) :: written
+      logical, intent(in) :: quiet
       character(:), allocatable :: text
       real(dp) :: duration
       text = own_json(is_valid=.true.)//summary_json(simulation)//resource_json(resources)// &
              member('errors', array(''), raw=.true.)// &
              member('warnings', array(written%records_of(warnings(simulation))), raw=.true.)// &
              member('notes', array(written%records_of(notes_of(model))), raw=.true.)//member('namelist', model%as_used)
-      duration = measured_duration(simulation, resources%rows)
+      duration = -1
+      if (.not. quiet) duration = measured_duration(simulation, resources%rows)
       text = text//member('threads', thread_count())
       if (duration >= 0) text = text//member('seconds', duration)
       text = object(text)//new_line('a')

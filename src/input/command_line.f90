@@ -24,7 +24,7 @@ module hampm_command_line
       logical :: keys = .false.                    !! print the reference of all keys
       logical :: rules = .false.                   !! print the rules between keys
       logical :: json = .false.                    !! print these for programs
-      logical :: quiet = .false.                   !! no progress on the terminal
+      logical :: quiet = .false.                   !! no progress on the terminal, no steps to tell the wall time by
       logical :: version = .false.
       logical :: help = .false.
    end type options_t
@@ -50,7 +50,7 @@ module hampm_command_line
       option_t('--time-limit', .true., '--time-limit SECONDS', 'stop with a checkpoint after so much time'), &
       option_t('--steps', .true., '--steps N', 'stop with a checkpoint after N steps'), &
       option_t('--threads', .true., '--threads N', 'number of threads, 1 to 1024; 0 (default): chosen by the program'), &
-      option_t('--quiet', .false., '--quiet', 'show no progress'), &
+      option_t('--quiet', .false., '--quiet', 'show no progress; with --check: try no steps, by which it tells the wall time'), &
       option_t('--version', .false., '--version', 'print the version'), &
       option_t('--help', .false., '--help', 'print this')]
 
