@@ -113,10 +113,9 @@ install_python() {
         "$venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
         echo "$wanted" >"$venv/hampm"
     fi
-    "$venv/bin/python" - "$share/python/src" <<'PTH'
-import site, sys
-open(site.getsitepackages()[0] + "/hampm.pth", "w").write(sys.argv[1] + "\n")
-PTH
+    for packages_of in "$venv"/lib/python*/site-packages; do
+        [ ! -d "$packages_of" ] || echo "$share/python/src" >"$packages_of/hampm.pth"
+    done
 }
 
 main "$@"

@@ -171,7 +171,7 @@ install_python() {
     # Where no part is as it should be there is no environment, or the versions are others
     # shellcheck disable=SC2086
     [ "$(missing_parts $all)" != "$(printf '%s\n' $all)" ] || "$python" -m venv --clear "$root/.venv"
-    set -- -e "$root/python"
+    set --
     for part in $missing; do
         set -- "$@" -r "$root/requirements/$part.txt"
     done
@@ -179,6 +179,10 @@ install_python() {
         set -- "$@" -c "$lock"
     fi
     "$root/.venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
+    # The package of python/ as it stands there
+    for packages_of in "$root"/.venv/lib/python*/site-packages; do
+        [ ! -d "$packages_of" ] || echo "$root/python/src" >"$packages_of/hampm.pth"
+    done
     for part in $missing; do
         sum_of "$part" >"$root/.venv/$part.cksum"
     done
