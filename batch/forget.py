@@ -5,24 +5,15 @@ Without names these are the cases that were refused or failed; their folders are
 """
 
 import argparse
-import shutil
 from pathlib import Path
 
-from declaration import ResultError, run
-from run_case import known
-from sweep import PROGRAM, meant, read_sweep
+from package import PROGRAM, read_sweep, run
 
 
 def main(arguments=None):
     options = parse(arguments)
     sweep = read_sweep(options.sweep, options.program)
-    sweep.adopt()
-    for name in options.case:
-        if name not in sweep.cases:
-            raise ResultError(f"the sweep has no case '{name}'{meant(name, sweep.cases)}")
-    for name in sweep.cases if options.all else options.case or unsuccessful(sweep):
-        print(name)
-        shutil.rmtree(sweep.folder(name), ignore_errors=True)
+    print(*sweep.forget(sweep.cases if options.all else options.case or None), sep="\n")
 
 
 def parse(arguments):
@@ -32,12 +23,6 @@ def parse(arguments):
     parser.add_argument("--all", action="store_true", help="all cases, as after a change of hampm")
     parser.add_argument("--program", metavar="FILE", type=Path, default=PROGRAM, help="hampm, whose keys are allowed")
     return parser.parse_args(arguments)
-
-
-def unsuccessful(sweep):
-    """Names of the cases that were refused or failed."""
-    ends = {name: known(sweep.folder(name) / "outcome.json").get("outcome") for name in sweep.cases}
-    return [name for name, end in ends.items() if end in ("refused", "failed")]
 
 
 if __name__ == "__main__":

@@ -46,7 +46,7 @@ done
 [ $# -gt 1 ] || fail "REFERENCES and models are needed; --help explains"
 references=$1
 shift
-hampm=${HAMPM:-$("$python" -c 'import sys; sys.path.insert(0, sys.argv[1]); import program; print(program.find_program())' "$root/postprocess")}
+hampm=${HAMPM:-$("$python" -c 'import sys; sys.path.insert(0, sys.argv[1]); from hampm.program import program_of_scripts; print(program_of_scripts())' "$root/python/src")}
 if [ -d "$output" ] && [ ! -f "$output/gate.json" ] && [ -n "$(ls -A "$output")" ]; then
     fail "$output: has files of others; name another folder"
 fi

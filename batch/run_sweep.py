@@ -13,8 +13,7 @@ import os
 import sys
 from pathlib import Path
 
-from declaration import ResultError, run
-from sweep import PROGRAM, read_sweep
+from package import PROGRAM, ResultError, read_sweep, run
 
 HERE = Path(__file__).resolve().parent
 

@@ -1,71 +1,28 @@
 """The snapshots of a run, as its result file holds them: particles and mesh at every time, and the scene of the run.
 
-`Frames` reads `/VTKHDF` and the namelist, and has the cracks; `Leaves` puts the cells of a mesh together again, of which those beside finer
+`Frames` are those of the package `hampm`, with the cracks; `Leaves` puts the cells of a mesh together again, of which those beside finer
 ones are stored as four quarters; `CrackPlane` turns positions into distances ahead of the crack tip and from its plane.
 """
 
-import re
 from collections import namedtuple
-from pathlib import Path
-
-from history import UNREADABLE, ResultError
-from stored import opened, printable
 
 import numpy as np
 
-Block = namedtuple("Block", "points cells point_fields cell_fields")
+from history import ResultError
+
+from hampm.snapshots import Snapshots
+
 Crack = namedtuple("Crack", "points tips")
 Crack.__doc__ = "The points of a crack in the reference configuration [m] (n, 2), and the number of the tip at each; 0 where none is."
-Block.__doc__ = "Positions [m] (n, 2), the corners of the cells as numbers of points (k, 9, 4, 2 or 1), and fields by name."
-
-POINTS = {"particles": (1,), "mesh": (4, 9), "cracks": (2,)}   # of a cell
-COMPONENTS = {"displacement": 2, "velocity": 2, "deformation_gradient": 4}   # at least
-COUNTED = ("body", "level", "particles", "crack", "tip", "piece")  # fields of whole numbers from 0 on
-DEEPEST = 40    # level of a cell
-FAR = 1e9       # cells from the grid at which nothing can be
 
 
-class Frames:
-    """The snapshots of one result file.
-
-    times             of all snapshots [s], shape (n)
-    scene             the namelist
-    has_crack_lines   whether the snapshots hold the cracks as they are then: all but one on a symmetry plane that stays
-    """
-
-    def __init__(self, path):
-        self.path = Path(path)
-        with opened(self.path) as stored:
-            if not stored.has("input/namelist"):
-                raise ResultError(f"{path}: has no dataset /input/namelist: not a result file", UNREADABLE)
-            self.scene = Scene(stored.text("input/namelist"), path)
-            if not all(stored.has(f"VTKHDF/{block}/Steps/Values") for block in ("mesh", "particles")):
-                raise ResultError(f"{path}: holds no snapshots (set `snapshot_interval` in &output)")
-            self.times = stored.numbers("VTKHDF/mesh/Steps/Values", finite=True)
-            self.has_crack_lines = stored.has("VTKHDF/cracks/Points")
-        if self.times.size == 0:
-            raise ResultError(f"{path}: holds no snapshots yet")
-        if np.any(np.diff(self.times) < 0):
-            raise ResultError(f"{path}: /VTKHDF/mesh/Steps/Values goes back in time")
+class Frames(Snapshots):
+    """The snapshots of one result file, with what pictures show of them: cells and cracks."""
 
     @property
-    def stem(self):
-        """File name without folder and suffix, for people."""
-        return printable(self.path.stem)
-
-    def number(self, snapshot=None, time=None):
-        """Number of a snapshot, counted from 0 from the end where negative, or nearest to a time; else the last."""
-        if time is not None:
-            return int(np.argmin(np.abs(self.times - time)))
-        number = -1 if snapshot is None else snapshot
-        if not -self.times.size <= number < self.times.size:
-            raise ResultError(f"{self.path}: has no snapshot {number}; there are {self.times.size}, counted from 0")
-        return number % self.times.size
-
-    def block(self, name, number):
-        """Particles, mesh or cracks of a snapshot."""
-        with opened(self.path) as stored:
-            return StoredBlock(stored, f"VTKHDF/{name}", number, self.scene).read(POINTS[name])
+    def scene(self):
+        """The namelist."""
+        return self.model
 
     def leaves(self, number):
         """The cells of a snapshot's mesh."""
@@ -112,149 +69,6 @@ class Frames:
         """Where a tip is in a snapshot, in the coordinates of the plane of a crack [m]; where none is, the plane's own."""
         there = self.crack_plane(tip, number) if self.has_crack_lines else None
         return plane.tip if there is None else plane.local(there.in_scene().tip)
-
-
-class Fields(dict):
-    """Fields by name, of which one that is asked for has to be there."""
-
-    def __init__(self, fields, where):
-        super().__init__(fields)
-        self._where = where
-
-    def __missing__(self, name):
-        raise ResultError(f"{self._where}/{name} is missing")
-
-
-class StoredBlock:
-    """Particles, mesh or cracks of a snapshot in a file that is open."""
-
-    def __init__(self, stored, name, number, scene):
-        self._stored, self._name, self._number, self._scene = stored, name, number, scene
-
-    def read(self, points_of_cell):
-        """The block, whose cells have one of these numbers of points."""
-        first_point, points = self._step("Steps/PointOffsets"), self._step("NumberOfPoints")
-        first_cell, cells = self._step("Steps/CellOffsets"), self._step("NumberOfCells")
-        first, count = self._step("Steps/ConnectivityIdOffsets"), self._step("NumberOfConnectivityIds")
-        if points == 0 or cells == 0:
-            raise self._stored.wrong(f"{self._name}/NumberOfPoints", f"says that snapshot {self._number} holds nothing")
-        if count % cells or count // cells not in points_of_cell:
-            raise self._stored.wrong(f"{self._name}/NumberOfConnectivityIds", f"is {count} in snapshot {self._number}, and {cells} cells have "
-                                     f"{' or '.join(map(str, points_of_cell))} each")
-        numbers = self._stored.numbers(f"{self._name}/Connectivity", whole=True, least=0, most=points - 1, first=first, count=count)
-        reach = FAR * max(self._scene.numbers("grid", "cell"), default=FAR)
-        place = self._stored.numbers(f"{self._name}/Points", dims=2, finite=True, least=-reach, most=reach, first=first_point, count=points)
-        if place.shape[1] < 2:
-            raise self._stored.wrong(f"{self._name}/Points", f"has {place.shape[1]} coordinates")
-        return Block(place[:, :2], numbers.reshape(cells, -1), self._fields("PointData", first_point, points),
-                     self._fields("CellData", first_cell, cells))
-
-    def _step(self, name):
-        """Where something begins, or how many there are, in this snapshot."""
-        name = f"{self._name}/{name}"
-        values = self._stored.numbers(name, dims=max(self._stored.dims(name), 1), whole=True, least=0).reshape(-1)
-        if values.size <= self._number:
-            raise self._stored.wrong(name, f"has {values.size} rows, and there is a snapshot {self._number}")
-        return int(values[self._number])
-
-    def _fields(self, group, first, count):
-        """Fields by name."""
-        where, found = f"{self._name}/{group}", {}
-        for name in self._stored.names(where):
-            dims = 2 if name in COMPONENTS else 1 if name in COUNTED else max(1, self._stored.dims(f"{where}/{name}"))
-            limits = {"whole": True, "least": 0, "most": DEEPEST if name == "level" else 2**31} if name in COUNTED else {}
-            found[name] = self._stored.numbers(f"{where}/{name}", dims, finite=True, first=first, count=count, **limits)
-            if name in COMPONENTS and found[name].shape[1] < COMPONENTS[name]:
-                raise self._stored.wrong(f"{where}/{name}", f"has {found[name].shape[1]} components")
-        bodies = len(self._scene.body_groups())
-        if "body" in found and not (found["body"].min() >= 1 and found["body"].max() <= bodies):
-            raise self._stored.wrong(f"{where}/body", f"is between {found['body'].min()} and {found['body'].max()}, and the scene has {bodies}")
-        return Fields(found, f"{self._stored.path}: /{where}")
-
-
-class Scene:
-    """The namelist of a run, as the result file holds it: complete, one key a line.
-
-    Where a group repeats, `instance` says which is meant, counted from 1.
-    """
-
-    def __init__(self, text, path):
-        self.path, self._groups = path, {}
-        for line in text.splitlines():
-            if line.startswith("&"):
-                self._groups.setdefault(line[1:].strip(), []).append({})
-                values = self._groups[line[1:].strip()][-1]
-            elif match := re.match(r"\s+(\w+) =(.*)", line):
-                values[match[1]] = match[2].strip()
-
-    def count(self, group):
-        """How many groups of this name there are."""
-        return len(self._groups.get(group, []))
-
-    def text(self, group, key, instance=1):
-        """A value as text without quotes; '' where it is not given."""
-        groups = self._groups.get(group, [])
-        return groups[instance - 1].get(key, "").strip("'") if len(groups) >= instance else ""
-
-    def numbers(self, group, key, instance=1, count=None):
-        """Values as numbers, so many of them where that is said; none where they are not given."""
-        try:
-            values = [float(word) for word in self.text(group, key, instance).replace(",", " ").split()]
-        except ValueError as error:
-            raise ResultError(f"{self.path}: '{key}' in &{group} of the stored namelist is not a number ({error})",
-                              UNREADABLE) from error
-        if count is not None and not (len(values) == count and np.all(np.abs(values) < FAR**2)):
-            raise ResultError(f"{self.path}: '{key}' in &{group} of the stored namelist has to be {count} number{'s' * (count > 1)}")
-        return values
-
-    def cell(self):
-        """Size of a root cell [m]."""
-        size, = self.numbers("grid", "cell", count=1)
-        if not size > 0:
-            raise ResultError(f"{self.path}: 'cell' in &grid of the stored namelist is {size:g}")
-        return size
-
-    def body_groups(self):
-        """Numbers of the groups &body that are no holes."""
-        return [n for n in range(1, self.count("body") + 1) if self.text("body", "hole", n) != ".true."]
-
-    def box_of(self, number):
-        """Lower and upper corner of the box around a body, shape (2, 2)."""
-        match self.text("body", "shape", number):
-            case "polygon":
-                points = self.numbers("body", "points", number)
-                if len(points) < 6 or len(points) % 2:
-                    raise ResultError(f"{self.path}: 'points' in &body of the stored namelist are no polygon")
-                points = np.reshape(points, (-1, 2))
-                return [points.min(axis=0), points.max(axis=0)]
-            case "circle":
-                center, radius = np.array(self.numbers("body", "center", number, 2)), self.numbers("body", "radius", number, 1)[0]
-                return [center - radius, center + radius]
-        return [self.numbers("body", key, number, 2) for key in ("lower", "upper")]
-
-    def bodies(self):
-        """Lower and upper corners of the boxes around the bodies [m], shape (n, 2)."""
-        return tuple(np.array([self.box_of(n) for n in self.body_groups()]).reshape(-1, 2, 2).swapaxes(0, 1))
-
-    def is_static(self):
-        """Whether the run goes from equilibrium to equilibrium, in a time that only tells how large the loads are."""
-        return self.text("method", "time") == "static"
-
-    def has_paths(self):
-        """Whether its cracks are paths."""
-        return self.text("crack", "kind") == "path"
-
-    def way_to_edge(self, start, direction):
-        """How far one gets from a place in the direction of an axis through bodies that touch [m]."""
-        along, way = int(np.argmax(np.abs(direction))), 0.0
-        reach = 1e-6 * self.cell()
-        lower, upper = self.bodies()
-        ahead = np.all((lower <= start + reach) & (upper >= start - reach) | (np.arange(2) == along), axis=1)
-        ends = (np.array([lower, upper])[:, ahead, along] - start[along]) * direction[along]
-        for entry, leave in sorted(np.sort(ends, axis=0).T.tolist()):
-            if entry <= way + reach:
-                way = max(way, leave)
-        return way
 
 
 class Leaves:

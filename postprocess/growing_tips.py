@@ -4,9 +4,9 @@ import re
 
 import numpy as np
 
-from history import ResultError
-from stored import opened
-from upgrade import column
+from history import ResultError, opened
+
+from hampm.former_names import column
 
 PLACE = re.compile(r"tip_x(_tip\d+)?$")
 MEAN_SPEED = "mean_tip_speed"

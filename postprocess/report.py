@@ -22,10 +22,11 @@ import plot_g
 import plot_mesh
 import plot_path
 from growing_tips import growing_tips
-from frames import Frames, Scene
-from history import OF_TIP, UNREADABLE, History, ResultError, add_strict, run, tell_of_motion
-from stored import opened
+from frames import Frames
+from history import OF_TIP, UNREADABLE, History, ResultError, add_strict, opened, run, tell_of_motion
 from pictures import MM, STYLE, ending, names, plt, positive, save
+
+from hampm.stored_model import StoredModel
 
 PART = 0.1      # last part of the run that the means are taken over
 SPREAD = 0.05   # of J over its domains, above which it is worth a notice
@@ -84,7 +85,7 @@ class Run:
                 raise ResultError(f"{path}: has no dataset /input/namelist: not a result file", UNREADABLE)
             self.namelist = stored.text("input/namelist")
             self.origin = {name: str(value) for name, value in stored.attributes("input").items() if name != "compiler_options"}
-        self.scene = Scene(self.namelist, path)
+        self.scene = StoredModel(self.namelist, path)
         self.title = self.scene.text("run", "title") or self.path.stem
         self.balance = plot_energy.Balance(self.history)
         self.frames = snapshots(path)

@@ -56,11 +56,11 @@ def parse(arguments):
 
 def collected(path):
     """The table of a sweep as it is now."""
-    sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "batch"))
-    import collect
-    from sweep import read_sweep
-    collect.main([str(path), "--brief"])
-    return read_sweep(path).output / "table.csv"
+    from hampm.batch.declaration import read_sweep
+    from hampm.batch.table import collect, report
+    sweep = read_sweep(path)
+    report(sweep, *collect(sweep), brief=True)
+    return sweep.output / "table.csv"
 
 
 def read_table(path, options):

@@ -31,11 +31,11 @@ from pathlib import Path
 
 import numpy as np
 
-from frames import Scene
 from history import UNREADABLE, USAGE, History, ResultError, run
-from program import find_program
+from hampm.program import program_of_scripts
+from hampm.stored_model import StoredModel
 
-PROGRAM = find_program()
+PROGRAM = program_of_scripts()
 MOVING = 3        # exit code: the body is not at rest
 LAST_PART = 0.1   # part of the run in which it must be
 
@@ -101,7 +101,7 @@ class Runner:
 
     def scene(self):
         """The case as the program understands it: all keys with the values in force."""
-        return Scene(self._call([], "--check").stdout, self.case)
+        return StoredModel(self._call([], "--check").stdout, self.case)
 
     def history(self, name, settings):
         """Run the case into NAME.h5; its history. What the run warns of is passed on."""

@@ -25,10 +25,10 @@ from pathlib import Path
 
 from slurm_cluster import ROOT, Cluster, SlurmError
 
-sys.path.insert(0, str(ROOT / "batch"))
-from declaration import ResultError
-from needs import memory
-from sweep import read_sweep
+sys.path.insert(0, str(ROOT / "python/src"))
+from hampm.batch.declaration import read_sweep
+from hampm.batch.needs import memory
+from hampm.errors import ResultError
 
 PROGRAM = ROOT / "build/release/hampm"
 PROFILE = ROOT / "batch/profiles/slurm"

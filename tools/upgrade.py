@@ -19,18 +19,7 @@ from pathlib import Path
 
 # By its path: the package needs others, and this has to run where nothing is installed
 NAMES = runpy.run_path(str(Path(__file__).resolve().parent.parent / "python/src/hampm/former_names.py"))
-COLUMNS, ATTRIBUTES, column = (NAMES[name] for name in ("COLUMNS", "ATTRIBUTES", "column"))
-KEYS = {
-    ("material", "dilatation"): "volumetric",
-    ("material", "kinematic"): "kinematic_hardening",
-    ("body", "part"): "contact_group",
-    ("constraint", "push_only"): "unilateral",
-    ("method", "functions"): "shape_functions",
-    ("method", "blend"): "lumped_fraction",
-    ("method", "full_region"): "consistent_region",
-    ("method", "full_lower"): "consistent_lower",
-    ("method", "full_upper"): "consistent_upper",
-}
+COLUMNS, ATTRIBUTES, KEYS, column, new_key = (NAMES[name] for name in ("COLUMNS", "ATTRIBUTES", "KEYS", "column", "new_key"))
 VALUES = {  # of keys by their new names
     ("material", "volumetric"): {"point": "standard", "cell": "b_bar"},
     ("contact", "bodies"): {"joined": "bonded"},
@@ -92,11 +81,6 @@ def columns():
 def upgraded(text, is_sweep=False):
     """A namelist, or a sweep, with the names of version 2."""
     return upgraded_sweep(text) if is_sweep else upgraded_namelist(text)
-
-
-def new_key(group, key):
-    """The name that a key has now."""
-    return KEYS.get((group, key), key)
 
 
 def new_value(group, key, text):

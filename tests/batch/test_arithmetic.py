@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from arithmetic import ExpressionError, evaluate, substitute, written
+from hampm.batch.arithmetic import ExpressionError, evaluate, substitute, written
 
 VALUES = {"n": "8", "grid.cell": "1.25e-3", "mass": "lumped"}
 

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from derived import derive, mistake
-from history import ResultError
+from hampm.batch.derived import derive, mistake
+from hampm.errors import ResultError
 
 T = np.array([0.0, 1.0, 2.0, 4.0])
 HISTORY = SimpleNamespace(times=T, columns={"time": T, "K_I": np.array([0.0, 2.0, 6.0, 4.0]), "G": np.array([1.0, 1.0, 1.0, 1.0])},

@@ -4,19 +4,17 @@ import pytest
 
 pytest.importorskip("yaml")
 
-from needs import memory, most_memory
+from hampm.batch.declaration import read_sweep
+from hampm.batch.needs import memory, memory_refused
 from paths import PROGRAM
 from scene import HEAD, write_sweep
-from sweep import read_sweep
 
 
-@pytest.mark.parametrize("line, megabytes", [
-    ("! memory          about 21 MB", 21),
-    ("! memory          about 5.2 GB, 12 GB where cells refine to 409600 particles", 12e3),
+@pytest.mark.parametrize("said, megabytes", [
     ("hampm: the model needs about 170 GB of memory for 900000000 particles and 400000000 cells, and there are 8.2 GB: use", 170e3),
     ("hampm: --set method.mass=consisten: must be 'lumped'", 0)])
-def test_the_most_that_hampm_says(line, megabytes):
-    assert most_memory(f"! results         about 100 GB\n{line}\n") == megabytes
+def test_the_memory_of_a_model_that_is_refused(said, megabytes):
+    assert memory_refused(f"{said}\n") == megabytes
 
 
 def test_what_a_case_asks_for(tmp_path):

@@ -12,7 +12,7 @@ import pytest
 
 from history import History
 from paths import BATCH, PROGRAM
-from progress import begin_to_count, count_end, duration
+from hampm.batch.progress import begin_to_count, count_end, duration
 from scene import FLIGHT, SLOW, runs_of, wait_for
 
 CHECKPOINT = "case.h5.checkpoint"

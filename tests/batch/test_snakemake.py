@@ -14,9 +14,9 @@ import pytest
 
 pytest.importorskip("snakemake")
 
+from hampm.batch.declaration import read_sweep
 from paths import BATCH, PROGRAM
 from scene import HEAD, MASS, SLOW, runs_of, wait_for, write_sweep
-from sweep import read_sweep
 
 PRODUCT = """\
 columns: [kinetic_energy, time]

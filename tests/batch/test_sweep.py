@@ -8,11 +8,11 @@ import pytest
 
 pytest.importorskip("yaml")
 
-from history import UNREADABLE, USAGE, ResultError
+from hampm.batch.case import result_of
+from hampm.batch.declaration import case_name, namelist_keys, read_sweep
+from hampm.errors import UNREADABLE, USAGE, ResultError
 from paths import BATCH, INPUT, PROGRAM
 from scene import HEAD, write_sweep
-from run_case import result_of
-from sweep import case_name, namelist_keys, read_sweep
 
 
 @pytest.fixture

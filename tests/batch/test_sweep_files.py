@@ -5,7 +5,8 @@ import pytest
 pytest.importorskip("yaml")
 
 import sweep_files
-from sweep import PROGRAM, namelist_keys
+from hampm.batch.declaration import namelist_keys
+from paths import PROGRAM
 
 
 @pytest.mark.parametrize("cases", [300, pytest.param(5000, marks=pytest.mark.verify)])

@@ -8,7 +8,7 @@ import pytest
 import animate
 import plot_field
 from frames import Frames
-from paths import BATCH, CHECKED_PROGRAM, ROOT
+from paths import CHECKED_PROGRAM, ROOT
 
 COARSE = ("grid.cell=1e-3", "run.end_time=2e-4", "output.history_interval=2e-5", "output.snapshot_interval=1e-4")
 
@@ -48,11 +48,10 @@ def test_pictures_show_what_has_left_the_grid(bent):
     plot_field.plt.close("all")
 
 
-def test_a_sweep_takes_every_key(run_hampm, tmp_path, monkeypatch):
+def test_a_sweep_takes_every_key(run_hampm, tmp_path):
     """Those of &growth too, which the template has as a comment: "sweep_of_growth" has 6 toughnesses times 5 rise times. The keys of a sweep are those
     of `--set`, which names an unknown one."""
-    monkeypatch.syspath_prepend(BATCH)
-    from sweep import namelist_keys, read_sweep
+    from hampm.batch.declaration import namelist_keys, read_sweep
     sweep = read_sweep(ROOT / "tests/cases/sweep_of_growth.yaml", CHECKED_PROGRAM)
     assert len(sweep.cases) == 30 and sweep.keys == ["growth.toughness", "load(1).rise_time", "load(2).rise_time"]
     words = [word for key, value in list(sweep.cases.values())[-1].items() for word in ("--set", f"{key}={value}")]

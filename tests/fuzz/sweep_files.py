@@ -13,10 +13,11 @@ from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "batch"), str(ROOT / "postprocess")]
+sys.path.insert(0, str(ROOT / "python/src"))
 
-from declaration import ResultError  # noqa: E402
-from sweep import PROGRAM, Reader, namelist_keys  # noqa: E402
+from hampm.batch.declaration import Reader, namelist_keys  # noqa: E402
+from hampm.errors import ResultError  # noqa: E402
+from hampm.program import program_of_scripts  # noqa: E402
 
 BASE = """\
 namelist: scene.nml
@@ -100,7 +101,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=1000, metavar="N")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--program", type=Path, default=PROGRAM)
+    parser.add_argument("--program", type=Path, default=program_of_scripts())
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         ends, findings = try_sweeps(folder, options.cases, options.seed, namelist_keys(options.program))

@@ -152,20 +152,50 @@ def test_a_sweep_runs_what_has_not_ended(plate, tmp_path):
     assert times == {name: again.result(name).stat().st_mtime_ns for name in again.cases} and "done" in repr(again)
     wrong = package.Sweep(plate, {"grid.cell": [-1.0, 2e-3]}, output=tmp_path / "wrong").run(progress=False)
     assert [type(error) for error in wrong.failures.values()] == [package.ModelError] and len(wrong.histories()) == 1
+    refused, = wrong.failures
+    assert "must be in (0, inf)" in str(wrong.failures[refused]) and wrong.forget() == [refused] and not wrong.failures
+
+
+def test_a_sweep_goes_on_with_what_was_stopped(tmp_path):
+    """After an interrupt the twelve cases that ended are not run again, and those that were stopped go on from their checkpoints."""
+    values = {"damping.rate": [0, 1e3, 1e4], "material.poisson": [0.1, 0.2, 0.3, 0.4]}
+    scene = package.Scene(DCB).with_settings({"grid.cell": 2.5e-3, "grid.cells": (40, 5), "run.end_time": 1e-3})
+    sweep = package.Sweep(scene, values, output=tmp_path / "out of it")
+    script = ("import sys, hampm; from pathlib import Path\n"
+              f"scene = hampm.Scene(sys.argv[1]).with_settings({{'grid.cell': 2.5e-3, 'grid.cells': (40, 5), 'run.end_time': 1e-3}})\n"
+              f"hampm.Sweep(scene, {values}, output=sys.argv[2]).run(jobs=2)\n")
+    process = subprocess.Popen([sys.executable, "-c", script, DCB, tmp_path / "out of it"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                               env=os.environ | {"PYTHONPATH": str(ROOT / "python/src")}, start_new_session=True)
+    for _ in range(4):
+        assert "done: " in process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    assert "KeyboardInterrupt" in process.communicate(timeout=60)[1]
+    ended = {name: sweep.result(name).stat().st_mtime_ns for name in sweep.cases if "outcome" in sweep.declared.record(name)}
+    stopped = [name for name, error in sweep.failures.items() if isinstance(error, package.Stopped)]
+    assert 4 <= len(ended) < 12 and len(stopped) <= 2 and all(sweep.result(name).with_suffix(".h5.checkpoint").exists() for name in stopped)
+    sweep.run(progress=False)
+    assert not sweep.failures and len(sweep.histories()) == 12 and ended.items() <= {name: sweep.result(name).stat().st_mtime_ns for name in sweep.cases}.items()
+    assert [sweep.declared.record(name)["spent"]["starts"] for name in stopped] == [2] * len(stopped)
 
 
 def test_a_sweep_of_a_file_has_its_cases_and_results(plate, tmp_path):
-    """Those that are there are known by the model that they hold, whoever has run them."""
+    """They are those of `batch/`, whoever has run them: scripts have them in their table, and what a script has run is done."""
     pytest.importorskip("yaml")
     (tmp_path / "sweep.yaml").write_text("namelist: plate.nml\noutput: results\nproduct:\n  material.poisson: [0.2, 0.3]\n"
                                          "  grid.cell, grid.cells:\n    - [2e-3, [12, 14]]\n  energy_release.estimators: [domain_integral]\n")
     sweep = package.Sweep.read(tmp_path / "sweep.yaml").run(progress=False)
     assert len(sweep.histories()) == 2 and not sweep.failures
     assert [settings["grid.cells"] for settings in sweep.cases.values()] == [[12, 14]] * 2
-    for name in sweep.cases:
-        assert sweep.result(name) == tmp_path / "results/cases" / name / "result.h5"
-        sweep.result(name).with_name("model.nml").unlink()
-    assert repr(package.Sweep.read(tmp_path / "sweep.yaml")).count("done") == 2
+    assert [sweep.result(name) for name in sweep.cases] == [tmp_path / "results/cases" / name / f"{name}.h5" for name in sweep.cases]
+    collected = subprocess.run([sys.executable, ROOT / "batch/collect.py", tmp_path / "sweep.yaml", "--strict"], capture_output=True, text=True)
+    assert collected.returncode == 0 and "2 cases: 2 done; " in collected.stdout, collected.stderr
+    first, other = sweep.forget(sweep.cases)
+    assert repr(sweep).count("to do") == 2
+    words = [word for key, text in sweep.declared.cases[first].items() for word in ("--set", f"{key}={text}")][1::2]
+    subprocess.run([sys.executable, ROOT / "batch/run_case.py", sweep.declared.folder(first), plate.path, "--program", PROGRAM, "--set", *words], check=True)
+    again = package.Sweep.read(tmp_path / "sweep.yaml")
+    assert repr(again).count("done") == repr(again).count("to do") == 1
+    assert package.compare(again.result(first), again.run(progress=False).result(first), exact=True) and len(again.histories()) == 2
     plate.with_settings({"material.density": 7000.0}).write(tmp_path / "plate.nml")
     assert repr(package.Sweep.read(tmp_path / "sweep.yaml")).count("to do") == 2
 
@@ -212,8 +242,9 @@ def test_all_of_the_package_is_installed(tmp_path):
     built = subprocess.run([sys.executable, "-c", "from setuptools import setup; setup()", "build", "--build-lib", tmp_path / "built"],
                            cwd=tmp_path / "python", capture_output=True, text=True)
     assert built.returncode == 0, built.stderr
-    own = {path.name for path in (ROOT / "python/src/hampm").iterdir() if path.is_file()}
-    assert {path.name for path in (tmp_path / "built/hampm").iterdir()} == own
+    own, built = ({str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts}
+                  for folder in (ROOT / "python/src/hampm", tmp_path / "built/hampm"))
+    assert built == own
 
 
 def test_the_package_needs_little(tmp_path):

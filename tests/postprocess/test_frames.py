@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
-from frames import Block, CrackPlane, Frames, Leaves, Scene
+from frames import CrackPlane, Frames, Leaves
 from history import ResultError
+
+from hampm.snapshots import Block
+from hampm.stored_model import StoredModel
 
 # A root cell divided into four beside one that is not, and is stored as its quarters: points are numbered along rows.
 POINTS = np.array([(x, y) for y in (0, 0.5, 1) for x in (0, 0.5, 1, 1.5, 2)], dtype=float)
@@ -48,7 +51,7 @@ def test_coordinates_of_a_crack_in_any_direction(direction, ahead, above):
 
 
 def test_values_of_the_namelist():
-    scene = Scene("&load\n   force = 0.0, 1.0e-3\n/\n&load\n   force = 2.0, 2.0\n   times =\n/\n"
+    scene = StoredModel("&load\n   force = 0.0, 1.0e-3\n/\n&load\n   force = 2.0, 2.0\n   times =\n/\n"
                   "&method\n   frame = 'total'\n/\n", "a.h5")
     assert scene.numbers("load", "force") == [0, 1e-3] and scene.text("method", "frame") == "total"
     assert scene.numbers("load", "times") == scene.numbers("crack", "tip") == []
@@ -99,7 +102,7 @@ BODY = "&body\n   lower = {}, 0.0\n   upper = {}, 1.0\n/\n"
 
 
 def test_a_crack_reaches_through_bodies_that_touch_alone():
-    scene = Scene("&grid\n   cell = 0.5\n/\n" + "".join(BODY.format(*ends) for ends in [(4, 6), (0, 2), (2, 3)]), "a.h5")
+    scene = StoredModel("&grid\n   cell = 0.5\n/\n" + "".join(BODY.format(*ends) for ends in [(4, 6), (0, 2), (2, 3)]), "a.h5")
     tip, left = np.array([2.5, 0.5]), np.array([-1.0, 0.0])
     assert scene.way_to_edge(tip, left) == pytest.approx(2.5)
     assert scene.way_to_edge(tip, -left) == pytest.approx(0.5)

@@ -11,8 +11,11 @@ from PIL import Image
 import animate
 import particle_pictures
 import plot_mesh
-from frames import Block, Frames, Scene
+from frames import Frames
 from paths import ROOT
+
+from hampm.snapshots import Block
+from hampm.stored_model import StoredModel
 
 
 def figure_of(file, *arguments):
@@ -170,7 +173,7 @@ class Still:
         velocity = [speed for _, speed in bodies for _ in range(2)]
         self._particles = Block(np.array(places), None, {"displacement": np.zeros((len(places), 3)), "velocity": np.array(velocity),
                                                          "body": np.repeat(np.arange(1.0, len(bodies) + 1), 2)}, {})
-        self.scene = Scene("&grid\n   cell = 0.5e-3\n/\n", "a.h5")
+        self.scene = StoredModel("&grid\n   cell = 0.5e-3\n/\n", "a.h5")
 
     def block(self, name, number):
         return self._particles

@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 import plot_field
-from frames import Block, Frames, Scene
+from frames import Frames
 from history import ResultError
 from particle_fields import ParticleField
 from particle_pictures import DECADES, colours
+
+from hampm.snapshots import Block
+from hampm.stored_model import StoredModel
 
 MATERIAL = "&material\n   name = 'a'\n   law = 'linear_elastic'\n   poisson = 0.25\n/\n"
 RUBBER = "&material\n   name = 'b'\n   law = 'neo_hookean'\n   poisson = 0.4\n/\n"
@@ -187,7 +190,7 @@ def test_each_window_is_around_its_tip(vertical_crack, refined_result):
 
 
 def field_of(name, plane, law="a"):
-    scene = Scene(f"&run\n   plane = '{plane}'\n/\n&body\n   material = '{law}'\n/\n{MATERIAL}{RUBBER}", "a.h5")
+    scene = StoredModel(f"&run\n   plane = '{plane}'\n/\n&body\n   material = '{law}'\n/\n{MATERIAL}{RUBBER}", "a.h5")
     return ParticleField(SimpleNamespace(scene=scene, path="a.h5"), name)
 
 

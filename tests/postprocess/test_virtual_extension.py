@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import virtual_extension
-from frames import Scene
 from history import History
 from paths import PROGRAM, ROOT
+
+from hampm.stored_model import StoredModel
 
 CASE = ROOT / "tests/regression/dcb_settled/case.nml"
 LARGE_STEPS = "method.courant=0.8"  # at rest the time step does not matter; the limit is 1.03 (docs/explanation/mass.md)
@@ -128,7 +129,7 @@ def test_names_a_program_that_is_not_there(script, tmp_path):
     ("-1.0, 0.0", [("0.0, 1.0", "2.0, 1.0", "y"), ("2.0, 1.0", "2.0, 1.0", "x")], ["constraint(1).upper=1.0,1.0"]),
     ("0.0, 3.0", [("2.0, 0.75", "2.0, 4.0", "x")], ["constraint(1).lower=2.0,1.75"])])
 def test_edge_of_the_constraint_moves_with_the_tip(direction, constraints, expected):
-    scene = Scene(CRACK.format(kind="symmetry", direction=direction, more="")
+    scene = StoredModel(CRACK.format(kind="symmetry", direction=direction, more="")
                   + "".join(CONSTRAINT.format(*values) for values in constraints), "a.nml")
     assert virtual_extension.moved(scene, 2)[1:] == expected
     assert virtual_extension.moved(scene, 0) == []
@@ -136,7 +137,7 @@ def test_edge_of_the_constraint_moves_with_the_tip(direction, constraints, expec
 
 @pytest.mark.parametrize("more, expected", [("", []), ("   length = 1.5\n", ["crack.length=1.0"])])
 def test_other_end_of_a_crack_in_a_body_stays(more, expected):
-    scene = Scene(CRACK.format(kind="line", direction="1.0, 0.0", more=more), "a.nml")
+    scene = StoredModel(CRACK.format(kind="line", direction="1.0, 0.0", more=more), "a.nml")
     assert virtual_extension.moved(scene, -1) == ["crack.tip=1.5,1.0", *expected]
 
 

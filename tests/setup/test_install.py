@@ -77,8 +77,7 @@ def test_scripts_run_the_installed_program(prefix, tmp_path):
     pytest.importorskip("yaml")
     (tmp_path / "x.yaml").write_text(f"namelist: '{prefix}/share/hampm/input/dcb.nml'\noutput: out\nproduct: {{grid.cell: [1, 2]}}\n")
     assert len(tool(prefix, "sweep", "x.yaml", cwd=tmp_path).stdout.splitlines()) == 2
-    assert str(prefix / "bin/hampm") in tool(prefix, "python", "-c", "import sys; sys.path.insert(0, sys.argv[1]); import program; print(program.find_program())",
-                                             str(prefix / "share/hampm/postprocess"), cwd=tmp_path).stdout
+    assert str(prefix / "bin/hampm") in tool(prefix, "python", "-c", "import hampm; print(hampm.find_program())", cwd=tmp_path).stdout
 
 
 def test_uninstall_leaves_what_others_have(prefix, tmp_path):

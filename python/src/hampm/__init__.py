@@ -10,17 +10,39 @@
 Numbers are in SI units throughout. docs/how-to/python.md has a study of twelve cases.
 """
 
-from .comparison import Comparison, Tolerance, compare
-from .errors import ComputationError, FileError, HampmError, HampmWarning, Message, ModelError, Stopped
-from .extrapolation import Extrapolation, extrapolate
-from .history import History
-from .program import find_program, key_table
-from .running import run
-from .scene import Check, Scene
-from .snapshots import Snapshots
-from .stored import ResultError
-from .sweep import Sweep
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .comparison import Comparison as Comparison, Tolerance as Tolerance, compare as compare
+    from .errors import (ComputationError as ComputationError, FileError as FileError, HampmError as HampmError, HampmWarning as HampmWarning,
+                         Message as Message, ModelError as ModelError, ResultError as ResultError, Stopped as Stopped)
+    from .extrapolation import Extrapolation as Extrapolation, extrapolate as extrapolate
+    from .history import History as History
+    from .program import find_program as find_program, key_table as key_table
+    from .running import run as run
+    from .scene import Check as Check, Scene as Scene
+    from .snapshots import Snapshots as Snapshots
+    from .sweep import Sweep as Sweep
 
 __version__ = "1.0.0"
-__all__ = ["Check", "Comparison", "ComputationError", "Extrapolation", "FileError", "HampmError", "HampmWarning", "History", "Message", "ModelError",
-           "ResultError", "Scene", "Snapshots", "Stopped", "Sweep", "Tolerance", "compare", "extrapolate", "find_program", "key_table", "run"]
+
+# Modules are read when something of them is asked for first: scripts that run thousands of cases have no time for what they do not use
+_MODULES = {"comparison": ("Comparison", "Tolerance", "compare"),
+            "errors": ("ComputationError", "FileError", "HampmError", "HampmWarning", "Message", "ModelError", "ResultError", "Stopped"),
+            "extrapolation": ("Extrapolation", "extrapolate"), "history": ("History",), "program": ("find_program", "key_table"), "running": ("run",),
+            "scene": ("Check", "Scene"), "snapshots": ("Snapshots",), "sweep": ("Sweep",)}
+_HOMES = {name: module for module, names in _MODULES.items() for name in names}
+__all__ = sorted(_HOMES)
+
+
+if not TYPE_CHECKING:
+    def __getattr__(name):
+        if name not in _HOMES:
+            raise AttributeError(f"module 'hampm' has no attribute '{name}'")
+        globals()[name] = found = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+        return found
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

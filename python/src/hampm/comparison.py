@@ -1,33 +1,52 @@
 """Two histories compared column by column."""
 
-from collections import namedtuple
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from .history import History
-from .stored import ResultError
+from .arrays import Array
+from .errors import ResultError
 from .tables import Table
 
-Tolerance = namedtuple("Tolerance", "pattern rtol atol")
-Row = namedtuple("Row", "column difference relative time tolerance verdict")  # all text; the verdict is "equal" or says why not
+
+class Tolerance(NamedTuple):
+    """What columns whose names match a pattern may differ by: `atol`, in their unit, and `rtol` times their largest value."""
+
+    pattern: str
+    rtol: float
+    atol: float = 0.0
+
+
+class Row(NamedTuple):
+    """A column that was compared, as text; the verdict is "equal" or says why not."""
+
+    column: str
+    difference: str
+    relative: str
+    time: str
+    tolerance: str
+    verdict: str
+
+
 HEADER = Row("column", "max |a-b|", "relative", "at time [s]", "tolerance", "verdict")
 
 
-class Comparison(Table):
+class Comparison(Table[Row]):
     """A row for each column; true where all agree. `differing` are the rows of those that do not."""
 
-    def __init__(self, rows):
+    def __init__(self, rows: Iterable[Row]):
         super().__init__(HEADER, rows)
 
     @property
-    def differing(self):
+    def differing(self) -> list[Row]:
         """The rows of columns that do not agree."""
         return [row for row in self.rows if row.verdict != "equal"]
 
-    def __bool__(self):
+    def __bool__(self) -> bool:
         return not self.differing
 
 
@@ -50,7 +69,7 @@ def compare(a: str | Path | History, b: str | Path | History, *, rtol: float = 1
     return Comparison([Row("(time span)", "-", "-", "-", "-", uncovered)] * bool(uncovered) + rows)
 
 
-def compared(a, b, columns, ignore, tolerances):
+def compared(a: History, b: History, columns: Sequence[str], ignore: Sequence[str], tolerances: Sequence[Tolerance]) -> list[str]:
     """Names of the columns to compare, of either file; a pattern that matches none is a mistake."""
     known = list(dict.fromkeys([*a.columns, *b.columns]))
     for pattern in [*columns, *(item.pattern for item in tolerances)]:
@@ -62,17 +81,18 @@ def compared(a, b, columns, ignore, tolerances):
     return names
 
 
-def matches_any(name, patterns):
+def matches_any(name: str, patterns: Iterable[str]) -> bool:
+    """Whether any of the patterns means a name."""
     return any(fnmatchcase(name, pattern) for pattern in patterns)
 
 
-def tolerance_of(name, tolerances, general):
+def tolerance_of(name: str, tolerances: Sequence[Tolerance], general: Tolerance) -> Tolerance:
     """The last of the tolerances that matches, or the general one."""
     own = [item for item in tolerances if fnmatchcase(name, item.pattern)]
     return own[-1] if own else general
 
 
-def interpolated(a, b):
+def interpolated(a: History, b: History) -> tuple[History, History, str]:
     """A at those of its times that B covers, B at these; what B does not cover, in words."""
     if a.times.size == 0 or b.times.size == 0:
         raise ResultError("nothing to interpolate: a history holds no samples")
@@ -86,7 +106,7 @@ def interpolated(a, b):
             b.with_columns({name: np.interp(times, b.times, values) for name, values in b.columns.items()}), uncovered)
 
 
-def close(a, b, name, allowed):
+def close(a: History, b: History, name: str, allowed: Tolerance) -> Row:
     """The row of a column compared with a tolerance."""
     stated = f"{allowed.rtol:.3g} rel" + (f" + {allowed.atol:.3g}" if allowed.atol else "")
     unlike = unlikeness(a, b, name)
@@ -100,12 +120,12 @@ def close(a, b, name, allowed):
     return Row(name, *largest(a, difference, size_of(x)), stated, "equal" if agrees else "DIFFERS")
 
 
-def size_of(values):
+def size_of(values: Array) -> float:
     """The largest of a column that is finite."""
-    return np.max(np.abs(values[np.isfinite(values)]), initial=0.0)
+    return float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
 
 
-def identical(a, b, name):
+def identical(a: History, b: History, name: str) -> Row:
     """The row of a column compared byte by byte."""
     unlike = unlikeness(a, b, name)
     if unlike:
@@ -119,7 +139,7 @@ def identical(a, b, name):
     return Row(name, *largest(a, difference, size_of(x.astype(float))), "exact", "DIFFERS")
 
 
-def unlikeness(a, b, name):
+def unlikeness(a: History, b: History, name: str) -> str:
     """Why a column cannot be compared sample by sample, or nothing."""
     for history, which in ((a, "A"), (b, "B")):
         if name not in history.columns:
@@ -128,7 +148,7 @@ def unlikeness(a, b, name):
     return "" if lengths[0] == lengths[1] else f"A has {lengths[0]} samples, B has {lengths[1]}"
 
 
-def largest(a, difference, size):
+def largest(a: History, difference: Array, size: float) -> tuple[str, str, str]:
     """The largest difference, also over the size of the column, and its time, as text."""
     if not np.any(difference > 0):
         return "0", "0", "-"

@@ -1,6 +1,22 @@
 """What goes wrong in a model or a run, as exceptions, and what a run warns of."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+
+USAGE, UNREADABLE = 2, 4  # exit codes: the request makes no sense, or what a file holds; a file cannot be read or written
+
+
+class ResultError(Exception):
+    """What is wrong with a file or a request, in words for the user, and the exit code of scripts that goes with it."""
+
+    def __init__(self, message: object, exit_code: int = USAGE):
+        super().__init__(message)
+        self.exit_code = exit_code
+
+
+def printable(text: object, keep: str = "") -> str:
+    """A text without what a terminal takes for a command: what does not print, such as an end of a line that is not to be kept, is a question mark."""
+    return "".join(letter if letter.isprintable() or letter in keep else "?" for letter in str(text))
 
 
 @dataclass(frozen=True)
@@ -22,7 +38,7 @@ class Message:
     key: str = ""
     value: str = ""
 
-    def __str__(self):
+    def __str__(self) -> str:
         where = self.option or self.file + (f":{self.line}" if self.line else "")
         about = f"&{self.group} {self.key}".strip() + (f" = {self.value}" if self.value else "") if self.group else ""
         if self.reason.startswith("&") or not about:
@@ -35,7 +51,7 @@ class HampmError(Exception):
 
     exit_code = 1
 
-    def __init__(self, messages, exit_code=None):
+    def __init__(self, messages: Iterable[Message], exit_code: int | None = None):
         self.messages = tuple(messages)
         self.exit_code = self.exit_code if exit_code is None else exit_code
         super().__init__("\n".join(map(str, self.messages)))
@@ -72,6 +88,6 @@ class HampmWarning(UserWarning):
 BY_EXIT_CODE = {kind.exit_code: kind for kind in (ModelError, ComputationError, FileError, Stopped)}
 
 
-def error_of(exit_code, messages):
+def error_of(exit_code: int, messages: Iterable[Message]) -> HampmError:
     """The exception for an exit code of the program."""
     return BY_EXIT_CODE.get(exit_code, HampmError)(messages, exit_code)

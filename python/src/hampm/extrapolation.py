@@ -3,15 +3,17 @@
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from .history import History, error_name
-from .stored import ResultError
+from .arrays import Array
+from .errors import ResultError
 from .tables import Table
 
 
-class Extrapolation(Table):
+class Extrapolation(Table[list[str]]):
     """A row for each column: its values on the cells, coarse to fine, the extrapolated one, and how far the finest run is from it.
 
     cells    sizes of the cells [m], coarse to fine
@@ -21,13 +23,15 @@ class Extrapolation(Table):
     curves   column -> extrapolated samples at these times, with the errors of those that have them
     """
 
-    def __init__(self, histories, columns=("G_*",), part=0.1):
+    def __init__(self, histories: Iterable[History], columns: Sequence[str] = ("G_*",), part: float = 0.1):
         self.histories = ordered(histories)
         self.cells = [cell_size(history) for history in self.histories]
         names = [name for name in self.histories[-1].select(columns) if all(name in h.columns for h in self.histories)]
         uncertain = [name for name in names if all(h.error_of(name) for h in self.histories)]
         self.times, self.curves = curves(self.histories, self.cells, names, uncertain)
-        self.values, self.errors, rows = {}, {}, []
+        self.values: dict[str, float] = {}
+        self.errors: dict[str, float] = {}
+        rows: list[list[str]] = []
         for name in names:
             values = [h.late_mean(name, part) for h in self.histories]
             errors = [h.late_mean(error_name(name), part) for h in self.histories] if name in uncertain else []
@@ -49,7 +53,7 @@ def extrapolate(results: Iterable[str | Path | History], columns: Sequence[str] 
     return Extrapolation([item if isinstance(item, History) else History(item) for item in results], columns, part)
 
 
-def cell_size(history):
+def cell_size(history: History) -> float:
     """Size of the smallest cell at the end of a run [m]."""
     if "finest_cell" not in history.columns:
         raise ResultError(f"{history.path}: has no column finest_cell: its size of cells is not known")
@@ -59,7 +63,7 @@ def cell_size(history):
     return size
 
 
-def ordered(histories):
+def ordered(histories: Iterable[History]) -> list[History]:
     """From coarse to fine cells; refuses what can't be extrapolated."""
     histories = sorted(histories, key=cell_size, reverse=True)
     if len(histories) < 2:
@@ -74,33 +78,33 @@ def ordered(histories):
     return histories
 
 
-def weights(cells):
+def weights(cells: Sequence[float]) -> list[float]:
     """What each value counts in the polynomial through (cell size, value) at cell size 0."""
     return [math.prod(other / (other - own) for other in cells if other != own) for own in cells]
 
 
-def limit(cells, values):
+def limit(cells: Sequence[float], values: Sequence[Any]) -> Any:
     """Values, numbers or arrays, on these cell sizes, taken to cell size 0."""
     return sum(weight * value for weight, value in zip(weights(cells), values))
 
 
-def left_of_errors(cells, errors):
+def left_of_errors(cells: Sequence[float], errors: Sequence[Any]) -> Any:
     """What errors of values on these cell sizes, of whatever sign, leave of the value at cell size 0 at most."""
     return sum(abs(weight) * error for weight, error in zip(weights(cells), errors))
 
 
-def curves(histories, cells, names, uncertain):
+def curves(histories: Sequence[History], cells: Sequence[float], names: Sequence[str], uncertain: Sequence[str]) -> tuple[Array, dict[str, Array]]:
     """Times of the finest run, and the extrapolated columns by name, with the errors of those that have them."""
     times = histories[-1].times
 
-    def samples(name):
+    def samples(name: str) -> list[Array]:
         return [np.interp(times, h.times, h.columns[name]) for h in histories]
 
     return times, ({name: limit(cells, samples(name)) for name in names}
                    | {error_name(name): left_of_errors(cells, samples(error_name(name))) for name in uncertain})
 
 
-def summary(cells, values):
+def summary(cells: Sequence[float], values: Sequence[float]) -> list[str]:
     """The words of a column's line behind its name."""
     at_zero = limit(cells, values)
     words = [*(f"{value:.6g}" for value in values), f"{at_zero:.6g}", percent(values[-1], at_zero)]
@@ -109,17 +113,18 @@ def summary(cells, values):
     return words
 
 
-def left_error(cells, errors, values):
+def left_error(cells: Sequence[float], errors: Sequence[float], values: Sequence[float]) -> str:
     """The word for what is left of the errors; '-' where there are none."""
     at_zero = limit(cells, values)
     return f"{abs(100 * left_of_errors(cells, errors) / at_zero):.3f}" if errors and at_zero else "-"
 
 
-def percent(value, at_zero):
+def percent(value: float, at_zero: float) -> str:
+    """The word for how far a value is from the extrapolated one [%]."""
     return f"{100 * (value / at_zero - 1):+.3f}" if at_zero else "-"
 
 
-def order(cells, values):
+def order(cells: Sequence[float], values: Sequence[float]) -> str:
     """The order that three values show, as text; '-' where cells are not halves, or values do not approach a limit."""
     halves = all(math.isclose(a, 2 * b, rel_tol=1e-6) for a, b in zip(cells, cells[1:]))
     ratio = (values[1] - values[0]) / (values[2] - values[1]) if values[2] != values[1] else 0.0

@@ -1,4 +1,4 @@
-"""Columns and attributes of results of version 1 by the names that they have now."""
+"""Keys of models, and columns and attributes of results, of version 1 by the names that they have now."""
 
 ESTIMATORS = {"nodal_force": "vcct", "crack_closure": "series_fit"}
 COLUMNS = {
@@ -7,9 +7,25 @@ COLUMNS = {
     "J_spread": "J_domain_dependence",
 }
 ATTRIBUTES = {"distance_from_rest": "distance_to_equilibrium"}
+KEYS = {
+    ("material", "dilatation"): "volumetric",
+    ("material", "kinematic"): "kinematic_hardening",
+    ("body", "part"): "contact_group",
+    ("constraint", "push_only"): "unilateral",
+    ("method", "functions"): "shape_functions",
+    ("method", "blend"): "lumped_fraction",
+    ("method", "full_region"): "consistent_region",
+    ("method", "full_lower"): "consistent_lower",
+    ("method", "full_upper"): "consistent_upper",
+}
 
 
-def column(name):
+def column(name: str) -> str:
     """The name that a column or an attribute has now."""
     base, tip, number = name.partition("_tip")
     return ATTRIBUTES.get(name, COLUMNS.get(base, base) + tip + number)
+
+
+def new_key(group: str, key: str) -> str:
+    """The name that a key has now."""
+    return KEYS.get((group, key), key)

@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .former_names import ATTRIBUTES, column
-from .stored import UNREADABLE, ResultError, opened, printable
+from .arrays import Array
+from .errors import UNREADABLE, ResultError, printable
+from .stored import Stored, opened
 from .tables import Table
 
 if TYPE_CHECKING:
@@ -28,24 +30,24 @@ STATIC = re.compile(r"^\s*time = 'static'", re.MULTILINE)
 REST = 0.01               # distance from rest above which last values are not taken for those at rest
 
 
-def matches(name, pattern):
+def matches(name: str, pattern: str) -> bool:
     """Whether a pattern (`*` and `?` as in a shell) means a column. Estimated errors are meant by `*` alone, and by patterns that
     end in _error, or in _error and a tip, so that G_* is all estimators."""
     return fnmatchcase(name, pattern) and (pattern == "*" or is_error(pattern) or not is_error(name))
 
 
-def error_name(name):
+def error_name(name: str) -> str:
     """The name that the column of the estimated error of a column has."""
-    tip = OF_TIP.search(name)[0]
-    return name.removesuffix(tip) + ERROR + tip
+    base = OF_TIP.sub("", name)
+    return base + ERROR + name.removeprefix(base)
 
 
-def is_rate(name):
+def is_rate(name: str) -> bool:
     """Whether a column is an energy release rate, which G_ref scales."""
     return name.split("_")[0] in ("G", "J")
 
 
-def is_error(name):
+def is_error(name: str) -> bool:
     """Whether the name is that of a column that holds the estimated error of another one."""
     return OF_TIP.sub("", name).endswith(ERROR)
 
@@ -69,7 +71,7 @@ class History:
         if self.times.size == 0 and not may_be_empty:
             raise ResultError(f"{path}: /history holds no samples yet")
 
-    def _read(self, stored):
+    def _read(self, stored: Stored) -> None:
         if not stored.has_group("history"):
             raise ResultError(f"{self.path}: has no group /history: not a result file", UNREADABLE)
         if not stored.has("history/time"):
@@ -89,14 +91,14 @@ class History:
         if np.any(np.diff(self.times) < 0):
             raise stored.wrong("history/time", "goes back in time")
 
-    def with_columns(self, columns: dict[str, np.ndarray]) -> History:
+    def with_columns(self, columns: dict[str, Array]) -> History:
         """The same history with other columns."""
         other = copy(self)
         other.columns = columns
         return other
 
     @property
-    def times(self) -> np.ndarray:
+    def times(self) -> Array:
         """Times of the samples [s]."""
         return self.columns["time"]
 
@@ -126,11 +128,11 @@ class History:
             raise ResultError(f"{self.path}: attribute G_ref of /history is {value}, not a positive number")
         return value
 
-    def g_scale(self):
+    def g_scale(self) -> float:
         """What energy release rates are divided by: G_ref where there is one."""
         return self.g_ref() if "G_ref" in self.attributes else 1.0
 
-    def g_ratio(self, name: str) -> np.ndarray:
+    def g_ratio(self, name: str) -> Array:
         """Column `name` divided by G_ref."""
         return self.columns[name] / self.g_ref()
 
@@ -151,12 +153,12 @@ class History:
         """Whether the last values are known not to be those at rest."""
         return (self.distance_to_equilibrium() or 0.0) > REST
 
-    def motion(self):
+    def motion(self) -> str:
         """What there is to say of a run that is moving."""
         return (f"not at rest: the last displacements differ from static ones by {self.distance_to_equilibrium():.2g} (relative, in the energy norm; G and J by about twice that), "
                 f"above the limit of {REST:g}")
 
-    def beam_ratio(self):
+    def beam_ratio(self) -> float | None:
         """The beam on an elastic foundation, eq. (33), divided by G_ref; None where it is not known."""
         value = self.attributes.get("G_beam_on_foundation")
         return None if value is None else value / self.g_ref()
@@ -177,7 +179,7 @@ class History:
         return xarray.Dataset({name: ("time", values, about[name]) for name, values in self.columns.items() if name != "time"},
                               coords={"time": ("time", self.times, about["time"])}, attrs=dict(self.attributes))
 
-    def __getitem__(self, name: str) -> np.ndarray:
+    def __getitem__(self, name: str) -> Array:
         """Samples of a column."""
         return self.columns[self.select([name])[0]]
 
@@ -186,7 +188,7 @@ class History:
         error = self.error_of(name)
         return float(self.late_mean(name, part)), float(self.late_mean(error, part)) if error else None
 
-    def table(self, part: float = 0.1) -> Table:
+    def table(self, part: float = 0.1) -> Table[list[str]]:
         """K, G and J with their estimated errors, as means over the last part of the run."""
         rows = []
         for name in self.columns:
@@ -196,18 +198,18 @@ class History:
             rows.append([name, f"{mean:.5g}", "" if error is None or math.isnan(error) else f"{error:.2g}", self.units[name], self.long_names[name]])
         return Table(("column", "value", "estimated error", "unit", "what it is"), rows)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         title = self.attributes.get("title", "")
         span = f"{self.times.size} samples, {self.times[0]:.4g} to {self.times[-1]:.4g} s" if self.times.size else "no samples"
         return f"{printable(self.path)}: {title + ', ' if title else ''}{span}\n{self.table() if self.times.size else ''}".rstrip()
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         head = escape(repr(self).partition("\n")[0])
         motion = f"<p>{escape(self.motion())}</p>" if self.is_moving() else ""
         return f"<p>{head}</p>{self.table()._repr_html_()}{motion}{small_picture(self)}" if self.times.size else f"<p>{head}</p>"
 
 
-def small_picture(history):
+def small_picture(history: History) -> str:
     """G over the time, or its K, as an SVG of a few lines; nothing of a single sample."""
     name = next((name for name in ("G", *history.columns) if name in history.columns and (is_rate(name) or name.startswith("K_"))), None)
     if name is None or history.times.size < 3:

@@ -1,7 +1,8 @@
 """Groups of a namelist and their keys."""
 
+from collections.abc import Iterator
 from difflib import get_close_matches
-from typing import TypeVar
+from typing import Any, SupportsIndex, TypeVar
 
 G = TypeVar("G", bound="Group")
 
@@ -14,7 +15,11 @@ class Group:
 
     __slots__ = ("_values", "_name", "_keys")
 
-    def __init__(self, name, keys, values):
+    _values: dict[str, Any]
+    _name: str
+    _keys: dict[str, Any]
+
+    def __init__(self, name: str, keys: dict[str, Any], values: dict[str, Any]):
         for slot, value in (("_name", name), ("_keys", keys), ("_values", values)):
             object.__setattr__(self, slot, value)
 
@@ -26,89 +31,91 @@ class Group:
             raise AttributeError(f"&{self._name} has no key '{key}'{meant}")
         return key
 
-    def __getattr__(self, key):
+    def __getattr__(self, key: str) -> Any:
         if key.startswith("_"):
             raise AttributeError(key)
         value = self._values.get(self._known(key))
         return None if is_null(value) else value
 
-    def __setattr__(self, key, value):
+    def __setattr__(self, key: str, value: Any) -> None:
         key = self._known(key)
         if is_null(value):
             self._values.pop(key, None)
         else:
             self._values[key] = plain(value)
 
-    def __getitem__(self, key):
+    def __getitem__(self, key: str) -> Any:
         try:
             return getattr(self, key)
         except AttributeError as error:
             raise KeyError(str(error)) from None
 
-    def __setitem__(self, key, value):
+    def __setitem__(self, key: str, value: Any) -> None:
         try:
             setattr(self, key, value)
         except AttributeError as error:
             raise KeyError(str(error)) from None
 
-    def __delattr__(self, key):
+    def __delattr__(self, key: str) -> None:
         self._values.pop(self._known(key), None)
 
-    def __dir__(self):
+    def __dir__(self) -> list[str]:
         return [*self._keys, "set", "items"]
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[str]:
         return iter(key for key, value in self._values.items() if not is_null(value))
 
-    def __eq__(self, other):
+    def __eq__(self, other: object) -> bool:
         return isinstance(other, Group) and self._name == other._name and dict(self.items()) == dict(other.items())
 
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]
 
-    def set(self, **values) -> "Group":
+    def set(self: G, **values: Any) -> G:
         """Set several keys. Returns the group."""
         for key, value in values.items():
             setattr(self, key, value)
         return self
 
-    def items(self) -> list[tuple[str, object]]:
+    def items(self) -> list[tuple[str, Any]]:
         """(key, value) of the keys that are set."""
         return [(key, self._values[key]) for key in self]
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"&{self._name} " + "  ".join(f"{key} = {shown(value)}" for key, value in self.items()) + " /"
 
 
 class GroupList(list[G]):
     """The groups of one name, in their order. `add(key=value, ...)` appends one."""
 
-    def __init__(self, scene, name: str, groups: list[G]):
+    def __init__(self, scene: Any, name: str, groups: list[G]):
         super().__init__(groups)
         self._scene, self._name = scene, name
 
-    def add(self, **values) -> G:
+    def add(self, **values: Any) -> G:
         """Append a group with these keys. Returns it."""
-        group = self._scene.add(self._name, **values)
+        group: G = self._scene.add(self._name, **values)
         self.append(group)
         return group
 
-    def __delitem__(self, index):
+    def __delitem__(self, index: SupportsIndex | slice) -> None:
         for group in self[index] if isinstance(index, slice) else [self[index]]:
             self._scene._remove(group)
         super().__delitem__(index)
 
 
-def is_null(value):
+def is_null(value: Any) -> bool:
+    """Whether a value leaves its key unset."""
     return value is None or isinstance(value, (list, tuple)) and all(item is None for item in value)
 
 
-def plain(value):
+def plain(value: Any) -> Any:
     """A value of numpy or a tuple as f90nml writes it."""
     value = value.tolist() if hasattr(value, "tolist") else value
     return [plain(item) for item in value] if isinstance(value, (list, tuple)) else value
 
 
-def shown(value):
+def shown(value: Any) -> str:
+    """A value as a namelist has it."""
     if isinstance(value, (list, tuple)):
         return ", ".join(map(shown, value))
     return f".{str(value).lower()}." if isinstance(value, bool) else repr(value)

@@ -11,6 +11,7 @@ import threading
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from .errors import HampmWarning, Message, ModelError, error_of
 from .history import History
@@ -21,7 +22,7 @@ PART = re.compile(r" *([\d.]+)% ")
 
 
 def run(scene: Scene | str | Path, *, output: str | Path | None = None, threads: int = 0, resume: bool = False,
-        progress: bool | Callable[[float], None] = True, force: bool = True, settings: dict | None = None, time_limit: float | None = None,
+        progress: bool | Callable[[float], None] = True, force: bool = True, settings: dict[str, Any] | None = None, time_limit: float | None = None,
         program: str | Path | None = None) -> History:
     """Run a model to its end, and read its history.
 
@@ -62,21 +63,20 @@ def run(scene: Scene | str | Path, *, output: str | Path | None = None, threads:
     return History(folder / name)
 
 
-def _follow(words, progress, errors):
+def _follow(words: list[str | Path], progress: bool | Callable[[float], None], errors: Path) -> tuple[int, str]:
     """Run to the end; exit code and standard error. Where progress is asked for, the program writes to what it takes for a terminal, on which
     it tells several times a second how far it is."""
-    if progress is True:
-        progress = _shown if sys.stderr.isatty() or "ipykernel" in sys.modules else None
-    reader, writer = pty.openpty() if progress else (None, subprocess.DEVNULL)
+    tell = progress if callable(progress) else _shown if progress and (sys.stderr.isatty() or "ipykernel" in sys.modules) else None
+    reader, writer = pty.openpty() if tell else (-1, subprocess.DEVNULL)
     with open(errors, "w+b") as file:
-        process = subprocess.Popen(words if progress else [*words, "--quiet"], stdin=subprocess.DEVNULL, stdout=writer, stderr=file,
+        process = subprocess.Popen(words if tell else [*words, "--quiet"], stdin=subprocess.DEVNULL, stdout=writer, stderr=file,
                                    start_new_session=True)
         stoppable = threading.current_thread() is threading.main_thread()
         before = signal.signal(signal.SIGINT, lambda number, frame: process.send_signal(signal.SIGTERM)) if stoppable else None
         try:
-            if progress:
+            if tell:
                 os.close(writer)
-                _read(reader, progress)
+                _read(reader, tell)
             code = process.wait()
         finally:
             if process.poll() is None:
@@ -84,13 +84,13 @@ def _follow(words, progress, errors):
                 process.wait()
             if stoppable:
                 signal.signal(signal.SIGINT, before)
-            if progress:
+            if tell:
                 os.close(reader)
         file.seek(0)
         return code, file.read().decode(errors="replace")
 
 
-def _read(terminal, progress):
+def _read(terminal: int, progress: Callable[[float], None]) -> None:
     """Take what the program writes, and hand on how far it is."""
     rest = ""
     while True:
@@ -106,7 +106,7 @@ def _read(terminal, progress):
                 progress(min(float(found[1]) / 100, 1.0))
 
 
-def _shown(part):
+def _shown(part: float) -> None:
     """A bar on the terminal, or in a notebook."""
     width = 40
     print(f"\r[{'#' * round(part * width):{width}}] {part:4.0%}", end="\n" if part >= 1 else "", file=sys.stderr, flush=True)

@@ -2,11 +2,13 @@
 
 import json
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from .errors import FileError, HampmWarning, Message, error_of
 from .groups import Groups
@@ -32,8 +34,11 @@ class Scene(Groups):
     def __init__(self, path: str | Path | None = None, *, text: str | None = None, program: str | Path | None = None):
         self.path = Path(path) if path is not None else None
         self.program = program
-        self._entries, self._implied = [], []   # all groups in their order, and those that have only been asked for
-        for name, values in _read(self.path.read_text() if text is None and path is not None else text or "", path or "text"):
+        self._entries: list[Group] = []   # all groups, in their order
+        self._implied: list[Group] = []   # those that have only been asked for
+        if text is None and self.path is not None:
+            text = self.path.read_text()
+        for name, values in _read(text or "", path or "text"):
             self.add(name, **values)
 
     @classmethod
@@ -41,7 +46,7 @@ class Scene(Groups):
         """The model that `hampm --template` prints, with every key."""
         return cls(text=call(["--template"], program)[1], program=program)
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
             raise AttributeError(name)
         known = key_table(self.program)
@@ -55,21 +60,21 @@ class Scene(Groups):
             self._implied.append(found[0])
         return found[0]
 
-    def __setattr__(self, name, value):
+    def __setattr__(self, name: str, value: Any) -> None:
         if name not in OWN:
             first = next(iter(getattr(self, name)._keys)) if not isinstance(getattr(self, name), GroupList) else "add(...)"
             raise AttributeError(f"&{name} is a group: set its keys, such as scene.{name}.{first}")
         object.__setattr__(self, name, value)
 
-    def __delattr__(self, name):
+    def __delattr__(self, name: str) -> None:
         self._entries = [group for group in self._entries if group._name != name.lower()]
 
-    def __dir__(self):
+    def __dir__(self) -> list[str]:
         return [*key_table(self.program), *object.__dir__(self)]
 
     __getitem__ = __getattr__
 
-    def add(self, name: str, /, **values) -> Group:
+    def add(self, name: str, /, **values: Any) -> Group:
         """Add a group with these keys. Returns it."""
         name = name.lower()
         known = key_table(self.program)
@@ -81,7 +86,7 @@ class Scene(Groups):
         self._entries.append(group)
         return group
 
-    def with_settings(self, settings: dict) -> "Scene":
+    def with_settings(self, settings: Mapping[str, Any]) -> "Scene":
         """A copy of the model with other values: {"grid.cell": 1e-3, "load(2).force": (0, 1)}, as `--set` takes them."""
         other = self.copy()
         for place, value in settings.items():
@@ -116,8 +121,9 @@ class Scene(Groups):
 
         Lines of messages are those of the file that was read, or where the model has been changed since those of its text, `print(scene)`."""
         with TemporaryDirectory() as place:
-            file = self.path if self._is_as_read() else Path(place) / "model"
-            if file != self.path:
+            file = self.path
+            if file is None or not self.is_as_read():
+                file = Path(place) / "model"
                 file.write_text(str(self))
             code, text, said = call(["--check", "--json", file], self.program)
         try:
@@ -134,12 +140,12 @@ class Scene(Groups):
                 warnings.warn(str(message), HampmWarning, stacklevel=2)
         return Check(**{name: told[name] for name in Check.__dataclass_fields__ if name in told})
 
-    def __eq__(self, other):
+    def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self._written() == other._written()
 
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]
 
-    def __str__(self):
+    def __str__(self) -> str:
         text = StringIO()
         written = _f90nml().Namelist()
         for group in self._written():
@@ -149,25 +155,25 @@ class Scene(Groups):
 
     __repr__ = __str__
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         rows = [[f"&{group._name}", key, shown(value), group._keys[key]["unit"]] for group in self._written() for key, value in group.items()]
         return Table(("group", "key", "value", "unit"), rows)._repr_html_()
 
-    def _written(self):
+    def _written(self) -> list[Group]:
         """The groups but those that have only been asked for."""
         return [group for group in self._entries if group.items() or not any(group is other for other in self._implied)]
 
-    def _groups_of(self, name):
+    def _groups_of(self, name: str) -> list[Group]:
         return [group for group in self._entries if group._name == name.lower()]
 
-    def _is_as_read(self):
+    def is_as_read(self) -> bool:
         """Whether the file that was read has the model as it is now."""
         try:
             return self.path is not None and Scene(self.path, program=self.program) == self
         except (OSError, FileError, AttributeError):
             return False
 
-    def _remove(self, group):
+    def _remove(self, group: Group) -> None:
         self._entries = [other for other in self._entries if other is not group]
 
 
@@ -200,16 +206,16 @@ class Check:
     results: float
     most_results: float
     most_particles: float
-    tips: list
+    tips: list[dict[str, Any]]
     threads: int
     namelist: str
     version: str
     seconds: float | None = None
     G_ref: float | None = None
-    warnings: list = field(default_factory=list)
-    notes: list = field(default_factory=list)
+    warnings: list[Message] = field(default_factory=list)
+    notes: list[Message] = field(default_factory=list)
 
-    def _table(self):
+    def _table(self) -> Table[list[str]]:
         rows = [["particles", f"{self.particles}"], ["cells", f"{self.cells}, of which occupied {self.occupied_cells}"],
                 ["steps", f"{self.steps}, of {self.time_step:.3g} s at most"], ["memory", f"{self.memory / 1e6:.3g} MB"],
                 ["results", f"{self.results / 1e6:.3g} MB: {self.samples} samples, {self.snapshots} snapshots"],
@@ -219,16 +225,16 @@ class Check:
             rows.append([f"tip {number}", f"({tip['x']:.6g}, {tip['y']:.6g}) m; expected errors: {errors or 'not known'}"])
         return Table(("", ""), [*rows, *([kind, str(message)] for kind in ("warning", "note") for message in getattr(self, kind + "s"))])
 
-    def __str__(self):
+    def __str__(self) -> str:
         return str(self._table())
 
     __repr__ = __str__
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         return self._table()._repr_html_()
 
 
-def _f90nml():
+def _f90nml() -> Any:
     try:
         import f90nml
     except ImportError as missing:
@@ -236,7 +242,7 @@ def _f90nml():
     return f90nml
 
 
-def _read(text, source):
+def _read(text: str, source: str | Path) -> list[tuple[str, dict[str, Any]]]:
     """(name, {key: value}) of the groups of a namelist, in their order."""
     try:
         return [(name, dict(values)) for name, values in _f90nml().Parser().reads(text).items()] if text.strip() else []
@@ -245,6 +251,6 @@ def _read(text, source):
                                  file=str(source))]) from error
 
 
-def _unknown_group(name, known):
+def _unknown_group(name: str, known: Mapping[str, Any]) -> str:
     close = get_close_matches(name.lower(), known, 1)
     return f"there is no group &{name}" + (f"; did you mean '{close[0]}'?" if close else f"; groups are {', '.join(known)}")

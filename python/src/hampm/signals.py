@@ -4,17 +4,23 @@
 averages over a window; `first_frequency` finds the first natural frequency of an oscillation of which only a few periods are known.
 """
 
-from collections import namedtuple
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from .stored import UNREADABLE, ResultError
+from .arrays import Array, Reals
+from .errors import UNREADABLE, ResultError
 
-Mode = namedtuple("Mode", "frequency decay amplitude")
-Mode.__doc__ = "amplitude * exp(-decay * t) * cos(2 pi frequency t + phase); frequency [Hz], decay [1/s]."
+class Mode(NamedTuple):
+    """amplitude * exp(-decay * t) * cos(2 pi frequency t + phase); frequency [Hz], decay [1/s]."""
+
+    frequency: float
+    decay: float
+    amplitude: float
 
 
-def read_curve(path, column=1):
+def read_curve(path: str | Path, column: int = 1) -> Reals:
     """Times [s] and values: the first and another column of a CSV file with # comments, perhaps with names above them."""
     try:
         with open(path) as file:
@@ -29,7 +35,7 @@ def read_curve(path, column=1):
     return curve
 
 
-def moving_mean(t, y, width):
+def moving_mean(t: Array, y: Array, width: float) -> Reals:
     """Mean of y(t), linear between the samples, over a window of this width around each t; near the ends over what there is
     of the window."""
     t, y = np.asarray(t, dtype=float), np.asarray(y, dtype=float)
@@ -41,7 +47,7 @@ def moving_mean(t, y, width):
     return (last - first) / (ends[1] - ends[0])
 
 
-def lowpass(t, y, cutoff, order=4):
+def lowpass(t: Array, y: Array, cutoff: float, order: int = 4) -> Reals:
     """Remove from y(t) what is above `cutoff` [Hz], without shifting the rest in time.
 
     The gain is that of a Butterworth filter of the given order run forwards and backwards,
@@ -67,7 +73,7 @@ def lowpass(t, y, cutoff, order=4):
     return np.interp(t, uniform, filtered)
 
 
-def first_frequency(t, y):
+def first_frequency(t: Array, y: Array) -> float:
     """First natural frequency [Hz] of y(t), undamped or decaying, from about three periods or more.
 
     The lowest mode of `fit_modes` that completes a period in the record and has at least 5 % of the strongest one's
@@ -82,7 +88,7 @@ def first_frequency(t, y):
     return float(np.hypot(mode.frequency, mode.decay / (2 * np.pi)))
 
 
-def fit_modes(t, y, most=8, accuracy=1e-6):
+def fit_modes(t: Array, y: Array, most: int = 8, accuracy: float = 1e-6) -> list[Mode]:
     """Fit y(t) by a constant and up to `most` decaying harmonics, by least squares.
 
     Modes are added one by one at the highest peak of the residual's spectrum, and after each addition all frequencies
@@ -93,7 +99,7 @@ def fit_modes(t, y, most=8, accuracy=1e-6):
     start, span = t[0], t[-1] - t[0]
     s = (t - start) / span  # the record on [0, 1]; rates below are per record
     signal = np.std(y)
-    rates = np.empty(0, dtype=complex)  # decay + i omega
+    rates: Array = np.empty(0, dtype=complex)  # decay + i omega
     residual = y - np.mean(y)
     while rates.size < most and np.std(residual) > accuracy * signal:
         rates = _refined(s, y, np.append(rates, 1j * _peak(s, residual)))
@@ -103,21 +109,21 @@ def fit_modes(t, y, most=8, accuracy=1e-6):
             for rate, pair in zip(rates, pairs)]
 
 
-def _without_rest(t, y):
+def _without_rest(t: Reals, y: Reals) -> tuple[Reals, Reals]:
     """The record up to where it stays within 2 % of its last value: a body at rest says nothing about frequencies."""
     moving = np.abs(y - y[-1]) > 0.02 * np.ptp(y)
     last = np.max(np.nonzero(moving)[0], initial=0) + 1
     return (t[: last + 1], y[: last + 1]) if last > 1 else (t, y)
 
 
-def _averaged(t, y, most=4000):
+def _averaged(t: Reals, y: Reals, most: int = 4000) -> tuple[Reals, Reals]:
     """Means over blocks of equal length: long records hold far more samples than a low mode needs."""
     block = -(-t.size // most)
     usable = t.size - t.size % block
     return t[:usable].reshape(-1, block).mean(axis=1), y[:usable].reshape(-1, block).mean(axis=1)
 
 
-def _peak(s, residual):
+def _peak(s: Reals, residual: Reals) -> float:
     """Angular frequency of the highest peak of the spectrum, at least half a period in the record."""
     uniform = np.interp(np.linspace(0, 1, s.size), s, residual)
     padding = 8
@@ -126,20 +132,20 @@ def _peak(s, residual):
     return 2 * np.pi * (lowest + np.argmax(spectrum[lowest:])) / padding * (s.size - 1) / s.size
 
 
-def _harmonics(s, rates):
+def _harmonics(s: Reals, rates: Array) -> Reals:
     """Columns exp(-d s) cos(w s), exp(-d s) sin(w s) of every rate d + i w, side by side."""
     waves = np.exp(np.outer(s, -rates.real + 1j * rates.imag))
     return np.stack([waves.real, waves.imag], axis=2).reshape(s.size, -1)
 
 
-def _solved(s, y, rates):
+def _solved(s: Reals, y: Reals, rates: Array) -> tuple[Reals, Reals]:
     """Coefficients of the constant and the harmonics that fit y best, and the residual."""
     basis = np.column_stack([np.ones_like(s), _harmonics(s, rates)])
-    coefficients = np.linalg.lstsq(basis, y, rcond=None)[0]
+    coefficients: Reals = np.linalg.lstsq(basis, y, rcond=None)[0].astype(float)
     return coefficients, y - basis @ coefficients
 
 
-def _refined(s, y, rates, iterations=30):
+def _refined(s: Reals, y: Reals, rates: Array, iterations: int = 30) -> Array:
     """Gauss-Newton on all rates at once, with the step halved until the residual falls."""
     coefficients, residual = _solved(s, y, rates)
     for _ in range(iterations):

@@ -3,38 +3,67 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .stored import UNREADABLE, ResultError, opened, printable
+from .errors import UNREADABLE, ResultError, printable
+from .stored import Stored, opened
+from .stored_model import FAR, StoredModel
 
 if TYPE_CHECKING:
     import pyvista
     import xarray
 
-BLOCKS = "particles", "mesh", "cracks"
-COUNTED = "id", "body", "level", "particles", "piece", "side", "crack", "tip"   # fields of whole numbers
+POINTS = {"particles": (1,), "mesh": (4, 9), "cracks": (2,)}   # of a cell
+COMPONENTS = {"displacement": 2, "velocity": 2, "deformation_gradient": 4}   # at least
+COUNTED = ("id", "body", "level", "particles", "crack", "tip", "piece")   # fields of whole numbers from 0 on
+DEEPEST = 40    # level of a cell
+
+
+class Block(NamedTuple):
+    """Positions [m] (n, 2), the corners of the cells as numbers of points (k, 9, 4, 2 or 1), and fields by name of points and cells."""
+
+    points: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    point_fields: Fields
+    cell_fields: Fields
 
 
 class Snapshots:
     """The snapshots of one result file.
 
-    path    of the file
-    times   of all snapshots [s]
-    blocks  names of what they show: particles, mesh and perhaps cracks
+    path             of the file
+    times            of all snapshots [s], shape (n)
+    blocks           names of what they show: particles, mesh and perhaps cracks
+    model            the namelist of the run
+    has_crack_lines  whether the snapshots hold the cracks as they are then: all but one on a symmetry plane that stays
     """
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
         with opened(self.path) as stored:
-            self.blocks = tuple(block for block in BLOCKS if stored.has(f"VTKHDF/{block}/Steps/Values"))
-            if not self.blocks:
-                raise ResultError(f"{self.path}: holds no snapshots (set `snapshot_interval` in &output)", UNREADABLE)
-            self.times = stored.numbers(f"VTKHDF/{self.blocks[0]}/Steps/Values", finite=True)
+            if not stored.has("input/namelist"):
+                raise ResultError(f"{path}: has no dataset /input/namelist: not a result file", UNREADABLE)
+            self.model = StoredModel(stored.text("input/namelist"), path)
+            if not all(stored.has(f"VTKHDF/{block}/Steps/Values") for block in ("mesh", "particles")):
+                raise ResultError(f"{path}: holds no snapshots (set `snapshot_interval` in &output)")
+            self.has_crack_lines = stored.has("VTKHDF/cracks/Points")
+            self.blocks = tuple(block for block in POINTS if block != "cracks" or self.has_crack_lines)
+            self.times: NDArray[np.float64] = stored.numbers("VTKHDF/mesh/Steps/Values", finite=True)
+        if self.times.size == 0:
+            raise ResultError(f"{path}: holds no snapshots yet")
+        if np.any(np.diff(self.times) < 0):
+            raise ResultError(f"{path}: /VTKHDF/mesh/Steps/Values goes back in time")
 
-    def __len__(self):
+    def __len__(self) -> int:
         return self.times.size
+
+    @property
+    def stem(self) -> str:
+        """File name without folder and suffix, for people."""
+        return printable(self.path.stem)
 
     def number(self, snapshot: int | None = None, time: float | None = None) -> int:
         """Number of a snapshot, counted from 0, from the end where negative, or of the one nearest to a time [s]; else of the last."""
@@ -45,29 +74,28 @@ class Snapshots:
             raise ResultError(f"{self.path}: has no snapshot {number}; there are {len(self)}, counted from 0")
         return number % len(self)
 
+    def block(self, name: str, number: int) -> Block:
+        """Particles, mesh or cracks of a snapshot, by its number from 0."""
+        if name not in self.blocks:
+            raise ResultError(f"{self.path}: has no {printable(name)} in its snapshots; they have {', '.join(self.blocks)}")
+        with opened(self.path) as stored:
+            return StoredBlock(stored, f"VTKHDF/{name}", number, self.model).read(POINTS[name])
+
     def to_xarray(self, block: str = "particles", snapshot: int | None = None, time: float | None = None) -> xarray.Dataset:
         """A block of a snapshot as an `xarray.Dataset`: positions `x`, `y` [m] and fields of its points over `point`, fields of its cells over
         `cell`, vectors over `axis` too, and of cells that have all as many points these, by number, as `corners`. Each has `units`."""
         import xarray
         number = self.number(snapshot, time)
-        if block not in self.blocks:
-            raise ResultError(f"{self.path}: has no {printable(block)} in its snapshots; they have {', '.join(self.blocks)}")
-        data = {}
-        with opened(self.path) as stored:
-            at, count = self._places(stored, block, number)
-            points = stored.numbers(f"VTKHDF/{block}/Points", dims=2, first=at["Point"], count=count["Points"])
-            for which, dimension, size in (("Point", "point", count["Points"]), ("Cell", "cell", count["Cells"])):
-                for name in stored.names(f"VTKHDF/{block}/{which}Data"):
-                    path = f"VTKHDF/{block}/{which}Data/{name}"
-                    values = stored.numbers(path, dims=stored.dims(path), first=at[which], count=size)
-                    dimensions = (dimension, "axis") if values.ndim == 2 else (dimension,)
-                    values = values[:, :2] if values.ndim == 2 else values.astype(int) if name in COUNTED else values
-                    unit = stored.attributes(path, texts=("units",)).get("units", "1")
-                    data[name if name not in data else f"{dimension}_{name}"] = (dimensions, values, {"units": unit})
-            if block != "particles" and count["Cells"] and count["ConnectivityIds"] % count["Cells"] == 0:
-                corners = stored.numbers(f"VTKHDF/{block}/Connectivity", whole=True, first=at["ConnectivityId"], count=count["ConnectivityIds"])
-                data["corners"] = (("cell", "corner"), corners.reshape(count["Cells"], -1), {"units": "1"})
-        return xarray.Dataset(data, coords={"x": ("point", points[:, 0], {"units": "m"}), "y": ("point", points[:, 1], {"units": "m"}),
+        found = self.block(block, number)
+        data: dict[str, Any] = {}
+        for dimension, fields in (("point", found.point_fields), ("cell", found.cell_fields)):
+            for name, values in fields.items():
+                vector = values[:, :2] if name in ("displacement", "velocity") else values
+                dimensions = (dimension, *([] if values.ndim == 1 else ["axis"] if vector is not values else [f"component_of_{name}"]))
+                data[name if name not in data else f"{dimension}_{name}"] = (dimensions, vector, {"units": fields.units[name]})
+        if block != "particles":
+            data["corners"] = (("cell", "corner"), found.cells, {"units": "1"})
+        return xarray.Dataset(data, coords={"x": ("point", found.points[:, 0], {"units": "m"}), "y": ("point", found.points[:, 1], {"units": "m"}),
                                             "axis": ["x", "y"], "time": ((), self.times[number], {"units": "s"})},
                               attrs={"block": block, "snapshot": number})
 
@@ -79,16 +107,66 @@ class Snapshots:
         reader.reader.UpdateTimeStep(float(self.times[self.number(snapshot, time)]))
         return reader.read()
 
-    def __repr__(self):
-        span = f", {self.times[0]:.4g} to {self.times[-1]:.4g} s" if len(self) else ""
-        return f"{printable(self.path)}: {len(self)} snapshots of {', '.join(self.blocks)}{span}"
+    def __repr__(self) -> str:
+        return f"{printable(self.path)}: {len(self)} snapshots of {', '.join(self.blocks)}, {self.times[0]:.4g} to {self.times[-1]:.4g} s"
 
-    @staticmethod
-    def _places(stored, block, number):
-        """Where the data of a snapshot begin, and how many they are."""
-        steps = f"VTKHDF/{block}/Steps"
-        at = {which: int(stored.numbers(f"{steps}/{which}Offsets", dims=stored.dims(f"{steps}/{which}Offsets"), whole=True, least=0)[number].flat[0])
-              for which in ("Point", "Cell", "ConnectivityId")}
-        part = int(stored.numbers(f"{steps}/PartOffsets", whole=True, least=0)[number])
-        return at, {which: int(stored.numbers(f"VTKHDF/{block}/NumberOf{which}", whole=True, least=0)[part])
-                    for which in ("Points", "Cells", "ConnectivityIds")}
+
+class Fields(dict[str, NDArray[Any]]):
+    """Fields by name, of which one that is asked for has to be there; `units` has the unit of each."""
+
+    def __init__(self, fields: dict[str, NDArray[Any]], units: dict[str, str], where: str):
+        super().__init__(fields)
+        self.units, self._where = units, where
+
+    def __missing__(self, name: str) -> NDArray[Any]:
+        raise ResultError(f"{self._where}/{name} is missing")
+
+
+class StoredBlock:
+    """Particles, mesh or cracks of a snapshot in a file that is open."""
+
+    def __init__(self, stored: Stored, name: str, number: int, model: StoredModel):
+        self._stored, self._name, self._number, self._model = stored, name, number, model
+
+    def read(self, points_of_cell: tuple[int, ...]) -> Block:
+        """The block, whose cells have one of these numbers of points."""
+        first_point, points = self._step("Steps/PointOffsets"), self._step("NumberOfPoints")
+        first_cell, cells = self._step("Steps/CellOffsets"), self._step("NumberOfCells")
+        first, count = self._step("Steps/ConnectivityIdOffsets"), self._step("NumberOfConnectivityIds")
+        if points == 0 or cells == 0:
+            raise self._stored.wrong(f"{self._name}/NumberOfPoints", f"says that snapshot {self._number} holds nothing")
+        if count % cells or count // cells not in points_of_cell:
+            raise self._stored.wrong(f"{self._name}/NumberOfConnectivityIds", f"is {count} in snapshot {self._number}, and {cells} cells have "
+                                     f"{' or '.join(map(str, points_of_cell))} each")
+        numbers = self._stored.numbers(f"{self._name}/Connectivity", whole=True, least=0, most=points - 1, first=first, count=count)
+        reach = FAR * max(self._model.numbers("grid", "cell"), default=FAR)
+        place = self._stored.numbers(f"{self._name}/Points", dims=2, finite=True, least=-reach, most=reach, first=first_point, count=points)
+        if place.shape[1] < 2:
+            raise self._stored.wrong(f"{self._name}/Points", f"has {place.shape[1]} coordinates")
+        return Block(place[:, :2], numbers.reshape(cells, -1), self._fields("PointData", first_point, points),
+                     self._fields("CellData", first_cell, cells))
+
+    def _step(self, name: str) -> int:
+        """Where something begins, or how many there are, in this snapshot."""
+        name = f"{self._name}/{name}"
+        values = self._stored.numbers(name, dims=max(self._stored.dims(name), 1), whole=True, least=0).reshape(-1)
+        if values.size <= self._number:
+            raise self._stored.wrong(name, f"has {values.size} rows, and there is a snapshot {self._number}")
+        return int(values[self._number])
+
+    def _fields(self, group: str, first: int, count: int) -> Fields:
+        """Fields by name."""
+        where = f"{self._name}/{group}"
+        found: dict[str, NDArray[Any]] = {}
+        units = {}
+        for name in self._stored.names(where):
+            dims = 2 if name in COMPONENTS else 1 if name in COUNTED else max(1, self._stored.dims(f"{where}/{name}"))
+            limits: dict[str, Any] = {"whole": True, "least": 0, "most": DEEPEST if name == "level" else 2**31} if name in COUNTED else {}
+            found[name] = self._stored.numbers(f"{where}/{name}", dims, finite=True, first=first, count=count, **limits)
+            units[name] = printable(self._stored.attributes(f"{where}/{name}", texts=("units",)).get("units", "1"))
+            if name in COMPONENTS and found[name].shape[1] < COMPONENTS[name]:
+                raise self._stored.wrong(f"{where}/{name}", f"has {found[name].shape[1]} components")
+        bodies = len(self._model.body_groups())
+        if "body" in found and not (found["body"].min() >= 1 and found["body"].max() <= bodies):
+            raise self._stored.wrong(f"{where}/body", f"is between {found['body'].min()} and {found['body'].max()}, and the scene has {bodies}")
+        return Fields(found, units, f"{self._stored.path}: /{where}")

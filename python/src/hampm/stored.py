@@ -3,30 +3,28 @@
 Whatever is not as hampm writes it is a `ResultError` that names the file, the dataset and what is wrong.
 """
 
+from __future__ import annotations
+
 import re
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 
-USAGE, UNREADABLE = 2, 4  # exit codes: the request makes no sense, or what a file holds; a file cannot be read or written
+from .arrays import Array
+from .errors import UNREADABLE, USAGE, ResultError, printable
+
 BEYOND = 1e200            # sizes from which numbers cannot be computed with
 LARGEST = 2**35           # bytes of one dataset
 NAME = re.compile(r"[A-Za-z0-9_]+")  # of a column or a field
 KINDS = {"O": "texts or references", "S": "texts", "U": "texts", "b": "truth values", "c": "complex numbers", "V": "compounds", "M": "dates"}
 
 
-class ResultError(Exception):
-    """What is wrong, in words for the user, and the exit code that goes with it."""
-
-    def __init__(self, message, exit_code=USAGE):
-        super().__init__(message)
-        self.exit_code = exit_code
-
-
 @contextmanager
-def opened(path):
+def opened(path: str | Path) -> Iterator[Stored]:
     """A result file, open for reading, as `Stored`."""
     if not Path(path).is_file():
         raise ResultError(f"{path}: no such file", UNREADABLE)
@@ -40,24 +38,25 @@ def opened(path):
 class Stored:
     """A result file that is open: its datasets and attributes, each as it has to be."""
 
-    def __init__(self, file, path):
+    def __init__(self, file: Any, path: str | Path):
         self._file, self.path = file, path
 
-    def wrong(self, name, what, exit_code=USAGE):
+    def wrong(self, name: str, what: str, exit_code: int = USAGE) -> ResultError:
         """The error of a dataset or group."""
         return ResultError(" ".join(f"{self.path}: /{name} {what}".split("\n")), exit_code)
 
-    def has(self, name):
+    def has(self, name: str) -> bool:
         """Whether there is something of this name."""
         try:
             return self._file.get(name) is not None
         except (KeyError, OSError, RuntimeError, TypeError):
             return False
 
-    def has_group(self, name):
+    def has_group(self, name: str) -> bool:
+        """Whether there is a group of this name."""
         return self.has(name) and isinstance(self._file[name], h5py.Group)
 
-    def names(self, group):
+    def names(self, group: str) -> list[str]:
         """Names of the datasets of a group; none where it is not there."""
         if not self.has(group):
             return []
@@ -70,7 +69,8 @@ class Stored:
                 raise self.wrong(group, f"has a column '{printable(name)[:40]}'; names are of letters, digits and _")
         return found
 
-    def numbers(self, name, dims=1, whole=False, finite=False, least=-BEYOND, most=BEYOND, first=0, count=None):
+    def numbers(self, name: str, dims: int = 1, whole: bool = False, finite: bool = False, least: float = -BEYOND, most: float = BEYOND,
+                first: int = 0, count: int | None = None) -> Array:
         """Real numbers with so many dimensions, or the part of them from a row on: finite ones in a range, if asked for, and whole numbers."""
         item = self._dataset(name, dims)
         if count is not None and not 0 <= first <= first + count <= item.shape[0]:
@@ -93,7 +93,7 @@ class Stored:
             raise self.wrong(name, "holds numbers that are not whole")
         return values.astype(np.int64) if whole else values
 
-    def _dataset(self, name, dims):
+    def _dataset(self, name: str, dims: int) -> Any:
         """A dataset with so many dimensions."""
         if not self.has(name) or not isinstance(self._file[name], h5py.Dataset):
             raise self.wrong(name, "is missing")
@@ -106,14 +106,14 @@ class Stored:
             raise self.wrong(name, f"has the shape {shape}, and {dims} dimension{'s' * (dims != 1)} are asked for")
         return item
 
-    def dims(self, name):
+    def dims(self, name: str) -> int:
         """Number of dimensions of a dataset."""
         try:
             return len(self._file[name].shape or ())
         except (TypeError, KeyError, OSError, ValueError, AttributeError):
             return 0
 
-    def text(self, name):
+    def text(self, name: str) -> str:
         """A text."""
         item = self._dataset(name, self.dims(name))
         if item.dtype.kind not in "OS" or item.size != 1 or h5py.check_string_dtype(item.dtype) is None:
@@ -123,7 +123,7 @@ class Stored:
         except (OSError, RuntimeError, ValueError) as error:
             raise self.wrong(name, f"cannot be read ({error})", UNREADABLE) from error
 
-    def attributes(self, name, texts=(), numbers=()):
+    def attributes(self, name: str, texts: Sequence[str] = (), numbers: Sequence[str] = ()) -> dict[str, Any]:
         """Attributes of a group or dataset as plain values; those named have to be texts or numbers where they are there."""
         found = {}
         try:
@@ -140,15 +140,10 @@ class Stored:
         return found
 
 
-def plain(value):
+def plain(value: Any) -> Any:
     """An attribute or a text as a plain value: Fortran writes arrays of one element and padded texts."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.reshape(-1)[0]
     value = value.item() if isinstance(value, np.generic) else value
     value = value.decode(errors="replace") if isinstance(value, bytes) else value
     return printable(value.encode(errors="replace").decode().rstrip("\0 "), keep="\n\t") if isinstance(value, str) else value
-
-
-def printable(text, keep=""):
-    """A text without what a terminal takes for a command: what does not print, such as an end of a line that is not to be kept, is a question mark."""
-    return "".join(letter if letter.isprintable() or letter in keep else "?" for letter in str(text))

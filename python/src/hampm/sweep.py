@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 import re
+import subprocess
 import sys
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from .errors import FileError, HampmError, Message
-from .history import History
-from .namelist import shown
-from .program import CHECKOUT, find_program, key_table
-from .running import run
+from .batch.case import failure_of, result_of
+from .batch.declaration import Declaration, named
+from .batch.progress import begin_to_count
+from .errors import HampmError, ResultError
+from .history import History, error_name
+from .namelist import plain, shown
+from .program import find_program, key_table
 from .scene import Scene
-from .stored import ResultError, opened
 from .tables import Table
 
 if TYPE_CHECKING:
     import pandas
+
+PACKAGES = str(Path(__file__).resolve().parents[1])
 
 
 class Sweep:
@@ -34,62 +36,82 @@ class Sweep:
         sweep.run(jobs=2)
         sweep.to_pandas()
 
-    Keys are those of `--set`; those that change together stand in a tuple, and so do their values. A case that has ended is not run again, one
-    that was stopped goes on. Batches of thousands of cases, on clusters, are for `batch/` (docs/how-to/batches.md).
+    Keys are those of `--set`; those that change together stand in a tuple, and so do their values. A list of {key: value} is one of cases. A case that
+    has ended is not run again, one that was stopped goes on. Cases, folders and what is written there are those of the batches of `batch/`
+    (docs/how-to/batches.md), which run thousands of cases, also on clusters.
 
+    scene     the model
     cases     name -> {key: value}
-    failures  name -> `HampmError`, of the cases of the last `run` that did not succeed
+    output    folder of the results
+    declared  the same as `batch/` has it
     """
 
-    def __init__(self, scene: Scene | str | Path, values: Mapping | Sequence[Mapping], output: str | Path, program: str | Path | None = None):
-        self.scene = scene if isinstance(scene, Scene) else Scene(scene, program=program)
-        self.output, self.program, self.failures = Path(output), program, {}
-        self.cases = {}
-        for settings in _combined(values) if isinstance(values, Mapping) else map(dict, values):
+    def __init__(self, scene: Scene | str | Path, values: Mapping[Any, Any] | Sequence[Mapping[str, Any]], output: str | Path,
+                 program: str | Path | None = None):
+        self.scene = scene.copy() if isinstance(scene, Scene) else Scene(scene, program=program)
+        self.output, self.program = Path(output).resolve(), program or self.scene.program
+        given = _combined(values) if isinstance(values, Mapping) else [dict(settings) for settings in values]
+        texts: list[dict[str, str]] = []
+        for settings in given:
             self.scene.with_settings(settings)   # raises where a key is not there
-            name = case_name(settings)
-            if name in self.cases:
+            texts.append({key.lower(): _text(value) for key, value in settings.items()})
+            if texts[-1] in texts[:-1]:
                 raise ValueError(f"the case {settings} is there already")
-            self.cases[name] = settings
+        cases, names, varying = named((settings, {}, settings) for settings in texts)
+        own = self.scene.path.resolve() if self.scene.path and self.scene.is_as_read() else None
+        namelist = own or self.output / "cases/model.nml"
+        self.cases: dict[str, dict[str, Any]] = dict(zip(cases, given))
+        self.declared = Declaration(path=namelist, namelist=namelist, output=self.output, cases=cases, names=names, varying=varying)
 
     @classmethod
     def read(cls, path: str | Path, program: str | Path | None = None) -> Sweep:
-        """The sweep that a YAML file declares (docs/how-to/batches.md), by `batch/` of the checkout in which this package is. Its results are where
-        `make sweep` leaves them, too."""
-        place = CHECKOUT / "batch"
-        if not (place / "sweep.py").exists():
-            raise FileError([Message("files of sweeps are read by batch/ of a checkout of hampm, where this package is not", file=str(path))])
-        sys.path.append(str(place))
-        try:
-            from sweep import read_sweep
-        finally:
-            sys.path.remove(str(place))
-        declared = read_sweep(path, find_program(program))
+        """The sweep that a YAML file declares (docs/how-to/batches.md). Its results are those of `make sweep`."""
+        from .batch.declaration import read_sweep
+        declared = read_sweep(path, program)
         sweep = cls(Scene(declared.namelist, program=program), [], declared.output, program)
+        sweep.declared = declared
         sweep.cases = {name: {str(key): _value(key, text, program) for key, text in settings.items()} for name, settings in declared.cases.items()}
         return sweep
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.cases)
+
+    @property
+    def failures(self) -> dict[str, HampmError]:
+        """Name -> `HampmError`, of the cases that were run and have not come to a result: refused, failed, or not finished."""
+        found = {name: failure_of(self._record(name)) for name in self.cases}
+        return {name: error for name, error in found.items() if error is not None}
 
     def result(self, name: str) -> Path:
         """Path of the result of a case."""
-        return self.output / "cases" / name / "result.h5"
+        return result_of(self.declared.folder(name))
 
-    def run(self, jobs: int | None = None, threads: int = 1, progress: bool = True) -> Sweep:
-        """Run the cases that have not ended, so many at a time (default: as there are processors for their threads). What goes wrong in one
-        does not stop the others: it is in `failures`."""
-        self.failures = {}
-        todo = [name for name in self.cases if not self._has_ended(name)]
-        done = len(self.cases) - len(todo)
-        with ThreadPoolExecutor(jobs or max(1, (os.cpu_count() or 1) // max(threads, 1))) as pool:
-            for name, error in pool.map(lambda name: (name, self._run(name, threads)), todo):
-                done += 1
-                if error is not None:
-                    self.failures[name] = error
-                if progress:
-                    print(f"{done} of {len(self)}: {name}{f': {error}' if error is not None else ''}", flush=True)
+    def run(self, jobs: int | None = None, threads: int | None = None, progress: bool = True) -> Sweep:
+        """Run the cases that have not ended, so many at a time (default: as there are processors for their threads), each on `threads` (default: 1, or as
+        declared). What goes wrong in one does not stop the others: it is in `failures`; those that were refused or failed would do so again, and are run
+        again only after `forget`. An interrupt stops the cases that run, with checkpoints."""
+        self._write_model()
+        self.declared.adopt()
+        todo = [name for name in self.cases if "outcome" not in self._record(name)]
+        begin_to_count(self.output, len(self), len(self) - len(todo))
+        threads = threads or self.declared.threads
+        running: list[subprocess.Popen[str]] = []
+        with ThreadPoolExecutor(jobs or max(1, (os.cpu_count() or 1) // threads)) as pool:
+            ends = [pool.submit(self._run, name, threads, running) for name in todo]
+            try:
+                for said in (end.result() for end in as_completed(ends)):
+                    if progress:
+                        print(said, flush=True)
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                for process in running:
+                    process.terminate()
+                raise
         return self
+
+    def forget(self, names: Iterable[str] | None = None) -> list[str]:
+        """Have the next `run` run cases again from their beginning: those that are named, or the ones that were refused or failed. Returns their names."""
+        return self.declared.forget(names)
 
     def histories(self) -> dict[str, History]:
         """Name -> history of the cases that have one."""
@@ -105,90 +127,81 @@ class Sweep:
         """A row for each case that has a result: its settings, and of the columns that match the means over the last part of its run, with
         their estimated errors as `..._error`; `attrs["units"]` has the units."""
         import pandas
-        rows, units = {}, {}
+        rows: dict[str, dict[str, Any]] = {}
+        units: dict[str, str] = {}
         for name, history in self.histories().items():
             rows[name] = {key: shown(value) if isinstance(value, (list, tuple)) else value for key, value in self.cases[name].items()}
             for column in _known(history, columns):
-                rows[name][column], error = history.value(column, part)
-                units[column] = history.units[column]
-                if error is not None:
-                    rows[name][history.error_of(column)] = error
-                    units[history.error_of(column)] = history.units[column]
+                for key, value in zip((column, error_name(column)), history.value(column, part)):
+                    if value is not None:
+                        rows[name][key], units[key] = value, history.units[column]
         frame = pandas.DataFrame.from_dict(rows, orient="index")
         frame.attrs["units"] = units
         return frame
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return str(self._table())
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         return self._table()._repr_html_()
 
-    def _table(self):
+    def _table(self) -> Table[list[str]]:
         keys = list(dict.fromkeys(key for settings in self.cases.values() for key in settings))
         return Table(("case", *keys, "state"),
                      [[name, *(shown(settings[key]) if key in settings else "" for key in keys), self._state(name)]
                       for name, settings in self.cases.items()])
 
-    def _state(self, name):
-        if name in self.failures:
-            return type(self.failures[name]).__name__
-        return "done" if self._has_ended(name) else "to do"
+    def _state(self, name: str) -> str:
+        record = self._record(name)
+        return str(record.get("outcome") or ("not finished" if record else "to do"))
 
-    def _model(self, name):
-        scene = self.scene.with_settings(self.cases[name])
-        scene.output.file = "result.h5"
-        return scene
+    def _record(self, name: str) -> dict[str, Any]:
+        """What is known of a case of this very model."""
+        namelist = self.declared.namelist
+        is_written = namelist.is_file() and (not self._is_own() or namelist.read_text() == str(self.scene))
+        return self.declared.record(name) if is_written else {}
 
-    def _has_ended(self, name):
-        """Whether a result is there, of this very model."""
-        model = self.result(name).with_name("model.nml")
-        try:
-            if History(self.result(name)).attributes.get("ended") != "done":
-                return False
-            if model.exists():
-                return model.read_text() == str(self._model(name))
-            with opened(self.result(name)) as stored:
-                return _without_checkpoints(stored.text("input/namelist")) == _without_checkpoints(self._model(name).check(warn=False).namelist)
-        except (ResultError, HampmError):
-            return False
+    def _is_own(self) -> bool:
+        """Whether the file of the model is one that this sweep writes: the model is not as it was read."""
+        return self.declared.namelist == self.output / "cases/model.nml"
 
-    def _run(self, name, threads):
-        scene, model = self._model(name), self.result(name).with_name("model.nml")
-        model.parent.mkdir(parents=True, exist_ok=True)
-        goes_on = model.exists() and model.read_text() == str(scene)
-        if not goes_on:
-            self.result(name).unlink(missing_ok=True)
-        scene.write(model)
-        try:
-            run(scene, output=model.parent, threads=threads, resume=goes_on, progress=False, program=self.program)
-        except HampmError as error:
-            return error
+    def _write_model(self) -> None:
+        (self.output / "cases").mkdir(parents=True, exist_ok=True)
+        if self._is_own():
+            self.scene.write(self.declared.namelist)
+
+    def _run(self, name: str, threads: int, running: list[subprocess.Popen[str]]) -> str:
+        """Run a case, as a batch does, in a process of its own. Returns what is said of its end."""
+        declared = self.declared
+        words = [declared.folder(name), declared.namelist, "--program", find_program(self.program), "--threads", threads,
+                 "--checkpoint", declared.checkpoint, "--set", *(f"{key}={value}" for key, value in declared.cases[name].items())]
+        process = subprocess.Popen([sys.executable, "-m", "hampm.batch", *map(str, words)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                   stderr=subprocess.STDOUT, text=True, errors="replace",
+                                   env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, [PACKAGES, os.environ.get("PYTHONPATH", "")]))})
+        running.append(process)
+        said = process.communicate()[0].strip()
+        running.remove(process)
+        return said
 
 
-def case_name(settings: Mapping) -> str:
-    """Name of a case: what it sets, as far as the name of a folder can say it, and a number that follows from it alone."""
-    words = "_".join(f"{key.rpartition('.')[2]}-{re.sub(', ', 'x', shown(value))}" for key, value in settings.items())
-    words = re.sub(r"[^A-Za-z0-9.+_-]", "", words)[:80]
-    digest = hashlib.sha256(json.dumps(sorted((key, shown(value)) for key, value in settings.items())).encode()).hexdigest()
-    return f"{words}_{digest[:8]}"
+def _text(value: Any) -> str:
+    """A value as `--set` takes it."""
+    value = "" if value is None else plain(value)
+    return ",".join(map(_text, value)) if isinstance(value, list) else value if isinstance(value, str) else shown(value)
 
 
-def _without_checkpoints(namelist):
-    """A namelist as used without what does not change the results."""
-    return re.sub(r"(?m)^ *checkpoint_\w+ = .*$", "", namelist)
-
-
-def _value(place, text, program):
+def _value(place: str, text: str, program: str | Path | None) -> Any:
     """The value of a key from its text, as --set takes it."""
     group, _, key = place.partition(".")
     about = key_table(program)[group.partition("(")[0]]["keys"][key]
-    one = {"integer": int, "real": lambda word: float(re.sub("[dD]", "e", word)), "logical": lambda word: word.strip(".").lower().startswith("t"),
-           "text": lambda word: word.strip().strip("'\"")}[about["type"]]
+    kinds: dict[str, Callable[[str], Any]] = {
+        "integer": int, "real": lambda word: float(re.sub("[dD]", "e", word)), "logical": lambda word: word.strip(".").lower().startswith("t"),
+        "text": lambda word: word.strip().strip("'\"")}
+    one = kinds[about["type"]]
     return [one(word) for word in text.split(",")] if about["most"] > 1 else one(str(text))
 
 
-def _combined(values):
+def _combined(values: Mapping[Any, Any]) -> list[dict[str, Any]]:
     """The settings of every combination."""
     axes = []
     for keys, choices in values.items():
@@ -200,9 +213,9 @@ def _combined(values):
     return [{key: value for part in parts for key, value in part.items()} for parts in product(*axes)]
 
 
-def _known(history, columns):
+def _known(history: History, columns: Sequence[str]) -> dict[str, None]:
     """Those of the columns that a history has, without estimated errors."""
-    names = []
+    names: list[str] = []
     for pattern in columns:
         try:
             names += history.select([pattern])

@@ -8,17 +8,21 @@ import ast
 import math
 import operator
 import re
+from collections.abc import Callable
+from typing import Any
+
+ValueOf = Callable[[str], str]  # what a name stands for, a number or a text
 
 EXPRESSION = re.compile(r"\$\{([^{}]*)\}")
 LONGEST = 300  # letters of an expression
-FUNCTIONS = {"sqrt": math.sqrt, "exp": math.exp, "log": math.log, "log2": math.log2, "log10": math.log10, "sin": math.sin, "cos": math.cos,
+FUNCTIONS: dict[str, Callable[..., Any]] = {"sqrt": math.sqrt, "exp": math.exp, "log": math.log, "log2": math.log2, "log10": math.log10, "sin": math.sin, "cos": math.cos,
              "tan": math.tan, "asin": math.asin, "acos": math.acos, "atan": math.atan, "atan2": math.atan2, "hypot": math.hypot,
              "radians": math.radians, "degrees": math.degrees, "abs": abs, "min": min, "max": max, "round": lambda number: round(number), "floor": math.floor,
              "ceil": math.ceil}
 CONSTANTS = {"pi": math.pi}
-BINARY = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv, ast.FloorDiv: operator.floordiv,
+BINARY: dict[type, Callable[[Any, Any], Any]] = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv, ast.FloorDiv: operator.floordiv,
           ast.Mod: operator.mod, ast.Pow: lambda base, exponent: float(base) ** exponent if abs(exponent) > 16 else base ** exponent}
-UNARY = {ast.UAdd: operator.pos, ast.USub: operator.neg}
+UNARY: dict[type, Callable[[Any], Any]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
 LARGEST_WHOLE = 10**15  # up to which numbers without a fraction are written without one
 
 
@@ -26,12 +30,12 @@ class ExpressionError(Exception):
     """What is wrong with an expression, in words."""
 
 
-def substitute(text, value_of):
+def substitute(text: str, value_of: ValueOf) -> str:
     """A text with the values of its expressions; `value_of(name)` is the number or the text that a name stands for, or raises ExpressionError."""
     return EXPRESSION.sub(lambda found: written(evaluate(found[1], value_of)), text)
 
 
-def evaluate(expression, value_of):
+def evaluate(expression: str, value_of: ValueOf) -> int | float:
     """The value of an expression, a finite number."""
     if len(expression) > LONGEST:
         raise ExpressionError(f"an expression has at most {LONGEST} letters")
@@ -48,14 +52,14 @@ def evaluate(expression, value_of):
     return value
 
 
-def written(value):
+def written(value: int | float) -> str:
     """A number as hampm reads it."""
     if float(value).is_integer() and abs(value) < LARGEST_WHOLE:
         return str(int(value))
     return repr(float(value))
 
 
-def _value(node, value_of):
+def _value(node: ast.AST, value_of: ValueOf) -> Any:
     """The value of a part of an expression."""
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
@@ -75,12 +79,12 @@ def _value(node, value_of):
     raise ExpressionError(f"numbers, names, + - * / // % ** and {', '.join(FUNCTIONS)} are known, and nothing else")
 
 
-def _short(value):
+def _short(value: int | float) -> int | float:
     """A number, whole ones only as long as they cannot grow for ever."""
     return value if not isinstance(value, int) or abs(value) < LARGEST_WHOLE else float(value)
 
 
-def _number(name, value_of):
+def _number(name: str, value_of: ValueOf) -> int | float:
     """What a name stands for, as a number."""
     text = value_of(name)
     try:

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Run one case of a sweep in its own folder and record how it ended.
 
     hampm.log                  what hampm said on its last start
@@ -23,10 +22,15 @@ import signal
 import subprocess
 import sys
 import time
+from argparse import Namespace
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
+from typing import Any
 
-from progress import count_end
+from ..errors import HampmError, Message, error_of
+from .progress import count_end
 
 OUTCOMES = {0: "done", 2: "refused", 3: "failed"}  # by exit code of hampm
 SIGNALS = signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGUSR1, signal.SIGXCPU
@@ -35,7 +39,7 @@ PR_SET_PDEATHSIG = 1
 NOTHING_SPENT = {"starts": 0, "cpu_seconds": 0.0, "wall_seconds": 0.0, "peak_megabytes": 0.0}
 
 
-def main(arguments=None):
+def main(arguments: list[str] | None = None) -> int:
     options = parse(arguments)
     options.folder.mkdir(parents=True, exist_ok=True)
     with locked(options.folder):
@@ -46,7 +50,7 @@ def main(arguments=None):
     return 0
 
 
-def has_ended(what, options):
+def has_ended(what: dict[str, Any], options: Namespace) -> bool:
     """Begin a case or go on with it; whether it came to an end, which is then recorded."""
     folder = options.folder
     for old in (folder / "outcome.json", *folder.glob("ended-*")):
@@ -62,7 +66,7 @@ def has_ended(what, options):
     message = messages((folder / "hampm.log").read_text(errors="replace"))
     behind = f": {message}" if message else ""
     if code not in OUTCOMES:
-        write(folder / "case.json", {"case": what, "spent": spent})
+        write(folder / "case.json", {"case": what, "spent": spent, "exit_code": code, "message": message})
         print(f"not finished: {folder.name}: {ending(code)}{behind}", file=sys.stderr)
         return False
     write(folder / "outcome.json", {"case": what, "outcome": OUTCOMES[code], "message": message, "spent": spent})
@@ -70,7 +74,7 @@ def has_ended(what, options):
     return True
 
 
-def parse(arguments):
+def parse(arguments: list[str] | None) -> Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", metavar="FOLDER", type=Path, help="of the case; made where there is none")
     parser.add_argument("namelist", metavar="CASE.nml", type=Path)
@@ -81,38 +85,55 @@ def parse(arguments):
     return parser.parse_args(arguments)
 
 
-def identity(namelist, settings):
+def identity(namelist: Path, settings: Mapping[str, str]) -> dict[str, Any]:
     """What makes a case the same case: the text of its namelist and what it sets."""
-    return {"namelist": digest(namelist), "settings": settings}
+    return {"namelist": digest(namelist), "settings": dict(settings)}
 
 
-def digest(path):
+def digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def own_result(folder):
+def record_of(folder: Path, what: Mapping[str, Any]) -> dict[str, Any]:
+    """What is known of a case in its folder: its `outcome` and `message` where it has ended, and what its starts have taken; empty where none is of
+    this very case."""
+    for file in ("outcome.json", "case.json"):
+        record = known(folder / file)
+        if record.get("case") == what:
+            return record
+    return {}
+
+
+def failure_of(record: Mapping[str, Any]) -> HampmError | None:
+    """The exception for how a case has ended, or for the last end of one that is not finished; None where it is done or was not begun."""
+    codes = {outcome: code for code, outcome in OUTCOMES.items()}
+    code = codes.get(record.get("outcome", ""), record.get("exit_code", 0))
+    return error_of(code, [Message(record.get("message") or ending(code))]) if code else None
+
+
+def own_result(folder: Path) -> Path:
     """What a case calls its result: as its folder."""
     return folder / f"{folder.resolve().name}.h5"
 
 
-def checkpoint_of(result):
+def checkpoint_of(result: Path) -> Path:
     return result.with_name(result.name + ".checkpoint")
 
 
-def result_of(folder):
+def result_of(folder: Path) -> Path:
     """The result of a case, which has another name where the case had one when it was begun."""
     own = own_result(folder)
     others = sorted({*folder.glob("*.h5"), *(path.with_suffix("") for path in folder.glob("*.h5.checkpoint"))})
     return own if own.exists() or checkpoint_of(own).exists() or not others else others[0]
 
 
-def marker(folder, text):
+def marker(folder: Path, text: str) -> Path:
     """The file that says that a case has ended, for a namelist whose text has this digest."""
     return folder / f"ended-{text[:8]}"
 
 
 @contextmanager
-def locked(folder):
+def locked(folder: Path) -> Iterator[None]:
     """Wait until nobody else runs this case; where the file system has no locks, hope so."""
     with open(folder / "lock", "w") as file:
         try:
@@ -122,22 +143,23 @@ def locked(folder):
         yield
 
 
-def known(path):
+def known(path: Path) -> dict[str, Any]:
     """A JSON file; empty where there is none or not a whole one."""
     try:
-        return json.loads(path.read_text())
+        found = json.loads(path.read_text())
     except (OSError, ValueError):
         return {}
+    return found if isinstance(found, dict) else {}
 
 
-def write(path, content):
+def write(path: Path, content: Mapping[str, Any]) -> None:
     """Write a JSON file under a partial name, and rename it."""
     part = path.with_name(path.name + ".part")
     part.write_text(json.dumps(content, indent=1) + "\n")
     part.replace(path)
 
 
-def command(options):
+def command(options: Namespace) -> list[str | Path]:
     """The command line that goes on from the checkpoint, or begins the case."""
     checkpoint = checkpoint_of(result_of(options.folder))
     interval = "--set", f"output.checkpoint_interval={options.checkpoint:g}"
@@ -148,7 +170,7 @@ def command(options):
     return [*common, options.namelist, "--output", options.folder, "--force", *settings]
 
 
-def start(words, options, before):
+def start(words: list[str | Path], options: Namespace, before: Mapping[str, float]) -> tuple[int, dict[str, float]]:
     """Run hampm to its end. Its exit code, negative for a signal, and what all starts of the case have taken."""
     environment = os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), str(options.threads))
     begin = time.monotonic()
@@ -166,14 +188,14 @@ def start(words, options, before):
         "peak_megabytes": round(max(before["peak_megabytes"], usage.ru_maxrss / 1024), 1)}
 
 
-def stop_with_parent():
+def stop_with_parent() -> None:
     """Have Linux send the calling process a signal when its parent dies, so that no run goes on without one."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, PASSED_ON)
 
 
-def pass_on_signals(process):
+def pass_on_signals(process: int) -> None:
     """Send the process one signal to stop for the first that comes."""
-    def stop(number, frame):
+    def stop(number: int, frame: FrameType | None) -> None:
         for each in SIGNALS:
             signal.signal(each, signal.SIG_IGN)
         os.kill(process, PASSED_ON)
@@ -181,15 +203,12 @@ def pass_on_signals(process):
         signal.signal(number, stop)
 
 
-def messages(text):
+def messages(text: str) -> str:
     """The messages of hampm in one line, without what a terminal would take for a command."""
     said = "; ".join(line.removeprefix("hampm: ").strip() for line in text.splitlines() if line.strip())
     return "".join(letter if letter.isprintable() else "?" for letter in said)
 
 
-def ending(code):
+def ending(code: int) -> str:
     return f"ended by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
 
-
-if __name__ == "__main__":
-    sys.exit(main())

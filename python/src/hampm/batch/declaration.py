@@ -1,5 +1,4 @@
-#!/usr/bin/env python3
-"""List the cases that a sweep declares, after looking for mistakes in it. Nothing is run.
+"""What a sweep declares: its cases, and what is wanted of them.
 
 A sweep is a YAML file; docs/how-to/batches.md explains its keys:
 
@@ -25,26 +24,27 @@ A sweep is a YAML file; docs/how-to/batches.md explains its keys:
     checkpoint: 600                   wall time between checkpoints [s]; 0: none
 """
 
-import argparse
 import fcntl
 import hashlib
 import json
 import math
 import os
 import re
-import subprocess
-from dataclasses import dataclass
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from itertools import product
 from pathlib import Path
+from typing import Any
 
-from arithmetic import EXPRESSION, ExpressionError, substitute
-from declaration import ROOT, UNREADABLE, ResultError, printable, read_yaml, run
-from derived import NAME, mistake
-from program import find_program
-from upgrade import new_key
+from ..errors import UNREADABLE, HampmError, ResultError, printable
+from ..former_names import new_key
+from ..program import key_table
+from .arithmetic import EXPRESSION, ExpressionError, substitute
+from .case import identity, record_of
+from .derived import NAME, mistake
 
-PROGRAM = find_program(ROOT)
 KEYS = ("namelist", "output", "product", "cases", "set", "columns", "derived", "mean", "threads", "memory", "runtime", "checkpoint")
 MOST_CASES = 100_000
 WRITTEN = "table.csv", "table.h5", "progress"  # files in the folder of a sweep
@@ -52,11 +52,11 @@ OWN_KEY = "output.file"  # the runs of a sweep name their results themselves
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Declaration:
     """A sweep as declared.
 
-    path, namelist, output   absolute paths
-    cases                    name -> {group.key: value}, both as text
+    path, namelist, output   absolute paths: of the file that declares it, of the model, of the folder of the results
+    cases                    name -> {group.key: value}, both as text, as `--set` takes them
     names                    name of a case -> {'$name': value} of the sweep's own names
     varying                  keys and own names that are not the same in all cases, without those of `set`
     columns                  patterns of columns of the history
@@ -70,33 +70,33 @@ class Sweep:
     path: Path
     namelist: Path
     output: Path
-    cases: dict
-    names: dict
-    varying: tuple
-    columns: tuple
-    derived: dict
-    mean: float | None
-    threads: int
-    memory: int | None
-    runtime: int
-    checkpoint: float
-    units: dict
+    cases: dict[str, dict[str, str]]
+    names: dict[str, dict[str, str]]
+    varying: tuple[str, ...]
+    columns: tuple[str, ...] = ("*",)
+    derived: dict[str, str] = field(default_factory=dict)
+    mean: float | None = None
+    threads: int = 1
+    memory: int | None = None
+    runtime: int = 60
+    checkpoint: float = 600.0
+    units: dict[str, str] = field(default_factory=dict)
 
     @property
-    def keys(self):
+    def keys(self) -> list[str]:
         """All own names and keys that any case sets, in the order of the file."""
         return list(dict.fromkeys(key for of in (self.names, self.cases) for settings in of.values() for key in settings))
 
-    def values(self, name):
+    def values(self, name: str) -> dict[str, str]:
         """Own names and keys of a case, each with its value."""
         return self.names[name] | self.cases[name]
 
-    def label(self, name):
+    def label(self, name: str) -> str:
         """What is different in a case, in words."""
         values = self.values(name)
         return " ".join(f"{word}={values[key]}" for key, word in short(self.varying).items() if key in values) or name
 
-    def adopt(self):
+    def adopt(self) -> None:
         """Cases are named by what varies: where that is other than it was, have their folders follow, unless somebody runs them."""
         folder = self.output / "cases"
         present = {path.name.rpartition("_")[2]: path for path in folder.iterdir()} if folder.is_dir() else {}
@@ -105,47 +105,56 @@ class Sweep:
             if old and old.name not in self.cases and not self.folder(name).exists() and is_free(old):
                 old.rename(self.folder(name))
 
-    def folder(self, name):
+    def folder(self, name: str) -> Path:
         """Where a case is run and leaves its result."""
         return self.output / "cases" / name
 
+    def record(self, name: str) -> dict[str, Any]:
+        """What is known of how a case has gone, of the model as it is now (`case.record_of`)."""
+        return record_of(self.folder(name), identity(self.namelist, self.cases[name]))
 
-def main(arguments=None):
-    options = parse(arguments)
-    sweep = read_sweep(options.sweep, options.program)
-    for name in sweep.cases:
-        print(name, *(f"{key}={value}" for key, value in sweep.values(name).items()))
+    def forget(self, names: Iterable[str] | None = None) -> list[str]:
+        """Forget how cases ended, and what they have computed, so that they are run again from their beginning: those that are named, or the ones that
+        were refused or failed. Returns their names."""
+        self.adopt()
+        if names is None:
+            names = [name for name in self.cases if self.record(name).get("outcome") in ("refused", "failed")]
+        names = list(names)
+        for name in names:
+            if name not in self.cases:
+                raise ResultError(f"the sweep has no case '{name}'{meant(name, self.cases)}")
+        for name in names:
+            shutil.rmtree(self.folder(name), ignore_errors=True)
+        return names
 
 
-def parse(arguments):
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("sweep", metavar="SWEEP.yaml", type=Path)
-    parser.add_argument("--program", metavar="FILE", type=Path, default=PROGRAM, help="hampm, whose keys are allowed")
-    return parser.parse_args(arguments)
-
-
-def read_sweep(path, program=PROGRAM):
+def read_sweep(path: str | Path, program: str | Path | None = None) -> Declaration:
     """The sweep that a file declares. ResultError names all mistakes, each with its line and what would be right."""
     path = Path(path).resolve()
     return Reader(path, namelist_keys(program)).sweep()
 
 
-def namelist_keys(program):
-    """'group' -> its keys, each with its unit, from the program's own reference, which has all that --set takes."""
+def namelist_keys(program: str | Path | None = None) -> dict[str, dict[str, str]]:
+    """'group' -> its keys, each with its unit, '1' where it has none."""
     try:
-        text = subprocess.run([program, "--keys"], check=True, capture_output=True, text=True).stdout
-    except (OSError, subprocess.CalledProcessError) as error:
-        raise ResultError(f"{program}: cannot be run ({error}); build it with make", UNREADABLE) from error
-    groups = {}
-    for name, key, unit in re.findall(r"^## &(\w+)|^\| `(\w+)` \|[^|]*\| *([^|]*?) *\|", text, re.MULTILINE):
-        if name:
-            keys = groups[name] = {}
-        else:
-            keys[key] = unit or "1"
-    return groups
+        table = key_table(program)
+    except (HampmError, OSError, ValueError) as error:
+        raise ResultError(f"{program or 'hampm'}: cannot be run ({error}); build it with make", UNREADABLE) from error
+    return {name: {key: about["unit"] or "1" for key, about in group["keys"].items()} for name, group in table.items()}
 
 
-def case_name(settings, values=None, varying=None):
+def named(found: Iterable[tuple[Mapping[str, str], Mapping[str, str], Mapping[str, str]]]) -> \
+        tuple[dict[str, dict[str, str]], dict[str, dict[str, str]], tuple[str, ...]]:
+    """Name -> settings and name -> own names of cases, and which keys vary. Of each case are given its settings, its own names, and those of both that
+    it has been declared by, in place of what all have in common."""
+    found = list(found)
+    keys = dict.fromkeys(key for _, _, declared in found for key in declared)
+    varying = tuple(key for key in keys if len({declared.get(key) for _, _, declared in found}) > 1)
+    named = {case_name(settings, declared, varying): (dict(settings), dict(own)) for settings, own, declared in found}
+    return {name: settings for name, (settings, _) in named.items()}, {name: own for name, (_, own) in named.items()}, varying
+
+
+def case_name(settings: Mapping[str, str], values: Mapping[str, str] | None = None, varying: Sequence[str] | None = None) -> str:
     """Name of a case: what varies of its values, as far as a file name can say it, and a number that follows from what it sets alone."""
     values = settings if values is None else values
     words = "_".join(f"{word}-{values[key].replace(',', 'x')}" for key, word in short(varying or values).items() if key in values)
@@ -154,13 +163,14 @@ def case_name(settings, values=None, varying=None):
     return f"{words}_{digest[:8]}"
 
 
-def short(keys):
+def short(keys: Iterable[str]) -> dict[str, str]:
     """Keys and own names -> the words for them: the last part, where it is that of one alone."""
+    keys = list(keys)
     last = [key.lstrip("$").rpartition(".")[2] for key in keys]
     return {key: word if last.count(word) == 1 else key for key, word in zip(keys, last)}
 
 
-def is_free(folder):
+def is_free(folder: Path) -> bool:
     """Whether nobody runs the case of a folder."""
     try:
         with open(folder / "lock", "a") as file:
@@ -173,19 +183,22 @@ def is_free(folder):
 class Reader:
     """Takes a declaration apart and notes what is wrong with it."""
 
-    def __init__(self, path, groups):
-        self.path, self.groups, self.mistakes, self.units = path, groups, [], {}
-        self.items = read_yaml(path)
+    def __init__(self, path: Path, groups: Mapping[str, Mapping[str, str]]):
+        self.path, self.groups = path, groups
+        self.mistakes: list[str] = []
+        self.units: dict[str, str] = {}
+        from .yaml_text import read_yaml   # which needs PyYAML
+        self.items: Any = read_yaml(path)
         if not isinstance(self.items, dict):
             raise ResultError(f"{path}:1: not keys and values; a sweep begins with 'namelist: FILE'")
 
-    def sweep(self):
+    def sweep(self) -> Declaration:
         for key in self.items:
             if key not in KEYS:
                 self.note(key, f"a sweep has no key '{key}'{meant(key, KEYS)}; it has {', '.join(KEYS)}")
         folder = self.path.parent
         cases, names, varying = self.cases()
-        sweep = Sweep(
+        sweep = Declaration(
             path=self.path, namelist=folder / self.file("namelist"), output=(folder / self.file("output")).resolve(),
             cases=cases, names=names, varying=varying, columns=self.columns(), derived=self.derived(), mean=self.number("mean", float, None),
             threads=self.number("threads", int, 1), memory=self.number("memory", int, None),
@@ -199,21 +212,21 @@ class Reader:
             raise ResultError("\n".join(self.mistakes))
         return sweep
 
-    def note(self, text, mistake):
+    def note(self, text: Any, mistake: str) -> None:
         self.mistakes.append(f"{self.path}:{getattr(text, 'line', 1)}: {printable(mistake)}")
 
-    def label(self, name):
+    def label(self, name: str) -> Any:
         """A key of the sweep as it stands in the file, with its line."""
         return next(key for key in self.items if key == name)
 
-    def file(self, name):
+    def file(self, name: str) -> str:
         value = self.items.get(name)
         if not isinstance(value, str) or not value or not value.isprintable():
             self.note(value, f"{name}: a path is needed, from the folder of this file: '{name}: FILE'")
             return ""
         return value
 
-    def number(self, name, kind, default, least=None):
+    def number(self, name: str, kind: type, default: Any, least: float | None = None) -> Any:
         if name not in self.items:
             return default
         text = self.items[name]
@@ -227,14 +240,14 @@ class Reader:
                                     f"{'above 0' if least is None else f'{least} or more'}")
         return default
 
-    def columns(self):
+    def columns(self) -> tuple[str, ...]:
         value = self.items.get("columns", ["*"])
         value = value if isinstance(value, list) else [value]
         if not value or not all(isinstance(item, str) and item for item in value):
             self.note(self.label("columns"), "columns: a list of names is needed, such as [G_vcct_I, J]")
         return tuple(map(str, value))
 
-    def derived(self):
+    def derived(self) -> dict[str, str]:
         """Name -> text of the derived columns."""
         items = self.items.get("derived", {})
         if not isinstance(items, dict):
@@ -247,7 +260,7 @@ class Reader:
                 self.note(name, f"derived: {name}: {what if isinstance(text, str) else f'{shown(text)} is no text'}")
         return {str(name): str(text) for name, text in items.items()}
 
-    def cases(self):
+    def cases(self) -> tuple[dict[str, dict[str, str]], dict[str, dict[str, str]], tuple[str, ...]]:
         """Name -> settings and name -> own names of all cases, the product's first; and what varies."""
         count = len(self.mistakes)
         common = self.settings("set", self.items.get("set", {}))
@@ -262,31 +275,29 @@ class Reader:
             found.append((settings, {key: values[key] for key in values if key.startswith("$")}, {key: values[key] for key in declared}))
         if not found and len(self.mistakes) == count:
             self.note(None, "there are no cases: 'product' or 'cases' is needed")
-        keys = dict.fromkeys(key for _, _, declared in found for key in declared)
-        varying = tuple(key for key in keys if len({declared.get(key) for _, _, declared in found}) > 1)
-        named = {case_name(settings, declared, varying): (settings, own) for settings, own, declared in found}
-        return {name: settings for name, (settings, _) in named.items()}, {name: own for name, (_, own) in named.items()}, varying
+        return named(found)
 
-    def settings(self, where, items):
+    def settings(self, where: str, items: Any) -> dict[str, str]:
         """Keys and own names with their values as texts, of a case or of all."""
         if not isinstance(items, dict):
             self.note(self.label(where), f"{where}: keys with values are needed, such as 'grid.cell: 1e-3'")
             return {}
         return {self.key(key, key): self.value(key, value, key) for key, value in items.items()}
 
-    def computed(self, values, line):
+    def computed(self, values: Mapping[str, str], line: Any) -> dict[str, str]:
         """Values with those of their expressions, which may name keys and own names of the same case."""
-        done = {}
+        done: dict[str, str] = {}
+        begun = set()
 
-        def value_of(name):
+        def value_of(name: str) -> str:
             key = f"${name}" if "." not in name else name.lower()
             if key not in values:
                 raise ExpressionError(f"the case has no {key}; it has {', '.join(values)}")
             if key not in done:
-                done[key] = None
+                if key in begun:
+                    raise ExpressionError(f"{key} depends on itself")
+                begun.add(key)
                 done[key] = substitute(values[key], value_of)
-            if done[key] is None:
-                raise ExpressionError(f"{key} depends on itself")
             return done[key]
         for key, value in values.items():
             try:
@@ -299,7 +310,7 @@ class Reader:
                 return dict(values)
         return {key: done[key] for key in values}
 
-    def combined(self):
+    def combined(self) -> list[tuple[Any, dict[str, str]]]:
         """(where it is declared, settings) of every combination of the product."""
         axes = self.items.get("product", {})
         if not isinstance(axes, dict):
@@ -315,7 +326,7 @@ class Reader:
         return [(self.label("product"), {key: value for part in parts for key, value in part.items()})
                 for parts in product(*axes)] if axes else []
 
-    def axis(self, label, values):
+    def axis(self, label: str, values: Any) -> list[dict[str, str]]:
         """The settings of each value of a key, or of keys that change together ('grid.cell, grid.cells')."""
         keys = [self.key(key, label) for key in label.split(",")]
         if not isinstance(values, list) or not values:
@@ -328,7 +339,7 @@ class Reader:
                 return []
         return [{key: self.value(key, value, label) for key, value in zip(keys, row)} for row in rows]
 
-    def listed(self):
+    def listed(self) -> list[tuple[Any, dict[str, str]]]:
         """(where it is declared, settings) of every case of the list."""
         cases = self.items.get("cases", [])
         if not isinstance(cases, list) or not all(isinstance(case, dict) and case for case in cases):
@@ -336,7 +347,7 @@ class Reader:
             return []
         return [(next(iter(case)), self.settings("cases", case)) for case in cases]
 
-    def key(self, key, where):
+    def key(self, key: str, where: Any) -> str:
         """A key of --set in lower case, or an own name; a mistake where hampm has none of this name."""
         key = str(key).strip()
         if key.startswith("$"):
@@ -360,7 +371,7 @@ class Reader:
             self.units[key] = self.groups[group][name]
         return key
 
-    def value(self, key, value, where):
+    def value(self, key: str, value: Any, where: Any) -> str:
         """A value as text for --set; a list of numbers or names becomes one with commas."""
         parts = value if isinstance(value, list) else [value]
         if not all(isinstance(part, str) for part in parts):
@@ -372,15 +383,12 @@ class Reader:
         return text
 
 
-def meant(word, known):
-    close = get_close_matches(word, known, 1)
+def meant(word: str, known: Iterable[str]) -> str:
+    """What may be meant by a word that is not known, as the end of a sentence."""
+    close = get_close_matches(word, list(known), 1)
     return f"; did you mean '{close[0]}'?" if close else ""
 
 
-def shown(value):
+def shown(value: object) -> str:
     """A value as YAML writes it."""
     return json.dumps(value, ensure_ascii=False).replace('"', "")
-
-
-if __name__ == "__main__":
-    run(main)

@@ -10,11 +10,15 @@
 import math
 import operator
 import re
+from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
-from arithmetic import EXPRESSION, ExpressionError, evaluate, substitute
-from history import ResultError
+from ..errors import ResultError
+from ..history import History
+from .arithmetic import EXPRESSION, ExpressionError, evaluate, substitute
+
 
 NAME = re.compile(r"[A-Za-z]\w*")
 NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?)"
@@ -25,7 +29,7 @@ OVER = re.compile(rf"(max|min|mean|last|first) (\w+)(?: between {NUMBER} and {NU
 AT = re.compile(rf"(\w+) at {NUMBER}")
 
 
-def mistake(text):
+def mistake(text: str) -> str:
     """What is wrong with the text of a derived column; '' where it is of one of the forms."""
     if EXPRESSION.fullmatch(text):
         return ""
@@ -36,9 +40,9 @@ def mistake(text):
     return f"'{text}' is none of: {'; '.join(FORMS)}"
 
 
-def derive(text, history, row):
+def derive(text: str, history: History, row: Mapping[str, object]) -> tuple[float | str, str]:
     """The value of a derived column and the unit that it has, or '' where there is none. ResultError where a column is missing."""
-    def known(name):
+    def known(name: str) -> str:
         for key in (name, f"${name}"):
             if row.get(key, "") != "":
                 return str(row[key])
@@ -56,22 +60,24 @@ def derive(text, history, row):
         inside = history.times[0] <= time <= history.times[-1]
         return float(np.interp(time, history.times, values)) if inside else "", history.units[found[1]]
     found = OVER.fullmatch(text)
+    if found is None:
+        raise ResultError(mistake(text))
     values = samples(history, found[2])
     between = tuple(map(number, found.groups()[2:])) if found[3] else (-math.inf, math.inf)
     return over(found[1], history.times, values, *between), history.units[found[2]]
 
 
-def samples(history, column):
+def samples(history: History, column: str) -> NDArray[np.float64]:
     if column not in history.columns:
         raise ResultError(f"no column '{column}'; it has {', '.join(history.columns)}")
     return history.columns[column].astype(float)
 
 
-def number(text):
+def number(text: str) -> float:
     return float(text.lower().replace("d", "e"))
 
 
-def first_time(times, values, sign, limit):
+def first_time(times: NDArray[np.float64], values: NDArray[np.float64], sign: str, limit: float) -> float | str:
     """When what is linear between samples is first beyond a limit [s]; '' where it never is."""
     beyond = np.flatnonzero(SIGNS[sign](values, limit))
     if not beyond.size:
@@ -82,7 +88,7 @@ def first_time(times, values, sign, limit):
     return float(times[k - 1] + (times[k] - times[k - 1]) * (limit - values[k - 1]) / (values[k] - values[k - 1]))
 
 
-def over(what, times, values, begin, end):
+def over(what: str, times: NDArray[np.float64], values: NDArray[np.float64], begin: float, end: float) -> float | str:
     """Maximum, minimum, mean over time, first or last value of what is linear between samples, in a span of time; '' outside of the run."""
     begin, end = max(begin, times[0]), min(end, times[-1])
     if begin > end:
@@ -92,4 +98,4 @@ def over(what, times, values, begin, end):
     y = np.concatenate([[np.interp(begin, times, values)], values[inside], [np.interp(end, times, values)]])
     if what == "mean":
         return float(np.sum((y[1:] + y[:-1]) / 2 * np.diff(t)) / (end - begin)) if end > begin else float(y[0])
-    return float({"max": np.max, "min": np.min, "first": lambda all: all[0], "last": lambda all: all[-1]}[what](y))
+    return float({"max": np.max(y), "min": np.min(y), "first": y[0], "last": y[-1]}[what])

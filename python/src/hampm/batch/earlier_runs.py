@@ -1,15 +1,18 @@
 """The beginning and the end of a run of a sweep: what it finds of earlier ones, and what hampm says of its cases before the first is run."""
 
 from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
 
-from collect import begun, by_reason, count_of
-from needs import refusals
-from progress import begin_to_count
+from .declaration import Declaration
+from .needs import refusals
+from .progress import begin_to_count
+from .table import begun, by_reason, count_of
 
 WORDS = {"refused": "are refused", "failed": "have failed"}
 
 
-def begin(sweep, program, strict=False):
+def begin(sweep: Declaration, program: str | Path, strict: bool = False) -> int:
     """Begin a run of a sweep: say how cases ended before, why those that are not done are not run again, and which will be refused;
     how many these are."""
     sweep.adopt()
@@ -32,7 +35,7 @@ def begin(sweep, program, strict=False):
     return len(refused) + ends["refused"]
 
 
-def unsuccessful(sweep, outcomes):
+def unsuccessful(sweep: Declaration, outcomes: Sequence[str]) -> str:
     """How many cases have ended in this way: '3 of 7 cases are refused'; '' where none has."""
     ends = Counter(begun(sweep, name)["outcome"] for name in sweep.cases)
     found = " and ".join(f"{ends[outcome]} of {len(sweep.cases)} cases {words}" for outcome, words in WORDS.items()

@@ -1,47 +1,56 @@
 """What hampm says of a case before it runs: whether it refuses it, and what it needs."""
 
+import json
 import os
 import re
 import subprocess
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from pathlib import Path
+from typing import Any
 
-from run_case import OUTCOMES, messages
+from .case import OUTCOMES, messages
+from .declaration import Declaration
 
 MEGABYTES = {"kB": 1e-3, "MB": 1, "GB": 1e3, "TB": 1e6}
 LEAST = 100
 
 
 @cache
-def checked(program, namelist, settings):
-    """Exit code and words of `hampm --check` for a case."""
+def checked(program: str | Path, namelist: Path, settings: tuple[tuple[str, str], ...]) -> tuple[int, dict[str, Any], str]:
+    """Exit code, what is told and words of `hampm --check --json --quiet` for a case."""
     words = [word for key, value in settings for word in ("--set", f"{key}={value}")]
-    run = subprocess.run([program, "--check", namelist, *words], capture_output=True, text=True, errors="replace",
+    run = subprocess.run([program, "--check", "--json", "--quiet", namelist, *words], capture_output=True, text=True, errors="replace",
                          env=os.environ | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"))
-    return run.returncode, run.stdout, run.stderr
+    try:
+        return run.returncode, json.loads(run.stdout), run.stderr
+    except ValueError:
+        return run.returncode, {}, run.stderr
 
 
-def check(sweep, name, program):
+def check(sweep: Declaration, name: str, program: str | Path) -> tuple[int, dict[str, Any], str]:
+    """`checked` of a case by its name."""
     return checked(program, sweep.namelist, tuple(sweep.cases[name].items()))
 
 
-def refusals(sweep, names, program):
+def refusals(sweep: Declaration, names: Iterable[str], program: str | Path) -> dict[str, str]:
     """Name -> why, of those of some cases that hampm refuses."""
+    names = list(names)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         found = dict(zip(names, pool.map(lambda name: check(sweep, name, program), names)))
     return {name: messages(said) for name, (code, _, said) in found.items() if OUTCOMES.get(code) == "refused"}
 
 
-def memory(sweep, name, program):
+def memory(sweep: Declaration, name: str, program: str | Path) -> int:
     """Memory to ask for [MB]: as declared, or twice the most that `hampm --check` says, and 100; 100 where it refuses the case."""
     if sweep.memory:
         return sweep.memory
-    _, out, said = check(sweep, name, program)
-    return LEAST + round(2 * most_memory(out + said))
+    _, told, said = check(sweep, name, program)
+    return LEAST + round(2 * (told["most_memory"] / 1e6 if "most_memory" in told else memory_refused(said)))
 
 
-def most_memory(text):
-    """The greatest memory [MB] that a scene is said to need, also where it is refused because this machine has not as much."""
-    said = re.search(r"^! memory .*|needs about \S+ \w+ of memory", text, re.MULTILINE)
-    amounts = re.findall(r"(\S+) ([kMGT]B)\b", said[0]) if said else []
-    return max((float(number) * MEGABYTES[unit] for number, unit in amounts), default=0)
+def memory_refused(said: str) -> float:
+    """The memory [MB] that a model needs which is refused because this machine has not as much; 0 where that is not why."""
+    found = re.search(r"needs about (\S+) ([kMGT]B) of memory", said)
+    return float(found[1]) * MEGABYTES[found[2]] if found else 0.0

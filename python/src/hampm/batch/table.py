@@ -1,31 +1,33 @@
-#!/usr/bin/env python3
-"""Make one table of all cases of a sweep, table.csv and table.h5 in its folder, and list those that have no result.
+"""One table of all cases of a sweep, table.csv and table.h5 in its folder, and what is said of those that have no result.
 
 A case is a row: its name, its own names and settings, its outcome (done; refused: a mistake in the scene; failed: in the computation; not
 finished), what hampm said, processor time, wall time and peak memory of its runs, and of those that are done the number of
 particles and the columns that the sweep asks for: the last value of each, and its mean over the time `mean` at the end as
 NAME_mean, and the columns that are derived. An attribute of the history, such as G_ref, is a column too. What a case does not have is blank, in table.h5 not a
 number.
-
-Cases that are refused or have failed are listed by the reason that hampm gave. It can be called at any time, also while cases run.
 """
 
-import argparse
 import csv
 import os
 import re
 from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
-
-from declaration import ResultError, run
-from derived import derive
-from history import History, moving_mean
-from run_case import NOTHING_SPENT, OUTCOMES, identity, known, result_of
-from sweep import PROGRAM, read_sweep
+from typing import Any
 
 import h5py
 import numpy as np
+
+from ..errors import ResultError
+from ..history import History
+from ..signals import moving_mean
+from .case import NOTHING_SPENT, OUTCOMES, result_of
+from .declaration import Declaration
+from .derived import derive
+
+Row = dict[str, Any]
+About = dict[str, tuple[str, str]]   # column -> unit, description
 
 COUNTS = "time", "step", "particles"  # of which there are no means
 OWN = {"case": ("1", "name of the case"), "outcome": ("1", "how it ended"), "message": ("1", "what hampm said"),
@@ -35,44 +37,27 @@ ATTRIBUTES = {"G_ref": ("J/m2", "reference value of G"), "G_beam_on_foundation":
               "distance_to_equilibrium": ("1", "how far the last values are from those at rest, relative to these")}
 
 
-def main(arguments=None):
-    options = parse(arguments)
-    sweep = read_sweep(options.sweep, options.program)
+def collect(sweep: Declaration) -> tuple[list[Row], About]:
+    """Write the table of a sweep as it is now. Returns its rows, and unit and description of each column of the results."""
     sweep.adopt()
-    rows, about = [], {}
+    about: About = {}
+    rows = [row | measured(sweep, row, about) if row["outcome"] == "done" else row for row in (begun(sweep, name) for name in sweep.cases)]
     settings = {key: (sweep.units.get(key, "1"), key) for key in sweep.keys}
-    for name in sweep.cases:
-        row = begun(sweep, name)
-        rows.append(row | measured(sweep, row, about) if row["outcome"] == "done" else row)
     sweep.output.mkdir(parents=True, exist_ok=True)
     columns = list(dict.fromkeys(key for row in rows for key in row))
     write_csv(sweep.output / "table.csv", columns, rows)
     write_hdf5(sweep.output / "table.h5", columns, rows, OWN | settings | about, sweep)
-    report(sweep, rows, about, options.brief)
-    return 1 if options.strict and any(row["outcome"] != "done" for row in rows) else 0
+    return rows, about
 
 
-def parse(arguments):
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("sweep", metavar="SWEEP.yaml", type=Path)
-    parser.add_argument("--program", metavar="FILE", type=Path, default=PROGRAM, help="hampm, whose keys are allowed")
-    parser.add_argument("--brief", action="store_true", help="count those that have no result, and do not list them")
-    parser.add_argument("--strict", action="store_true", help="exit code 1 where a case is not done")
-    return parser.parse_args(arguments)
-
-
-def begun(sweep, name):
+def begun(sweep: Declaration, name: str) -> Row:
     """The row of a case without what it has computed."""
-    values = sweep.values(name)
-    what = identity(sweep.namelist, sweep.cases[name])
-    record, start = (found if found.get("case") == what else {}
-                     for found in (known(sweep.folder(name) / file) for file in ("outcome.json", "case.json")))
-    end = {"outcome": record.get("outcome", "not finished"), "message": record.get("message", "")}
-    spent = record.get("spent") or start.get("spent") or NOTHING_SPENT
-    return {"case": name} | {key: values.get(key, "") for key in sweep.keys} | end | spent
+    values, record = sweep.values(name), sweep.record(name)
+    end = {"outcome": record.get("outcome", "not finished"), "message": record["message"] if "outcome" in record else ""}
+    return {"case": name} | {key: values.get(key, "") for key in sweep.keys} | end | (record.get("spent") or NOTHING_SPENT)
 
 
-def measured(sweep, row, about):
+def measured(sweep: Declaration, row: Row, about: About) -> Row:
     """What the table has of the result of a row; units and descriptions of all that it has go into `about`."""
     try:
         history = History(result_of(sweep.folder(row["case"])))
@@ -83,7 +68,7 @@ def measured(sweep, row, about):
     last |= {key: value for key, value in history.attributes.items() if isinstance(value, (int, float))}
     about |= {column: (history.units[column], history.long_names[column]) if column in history.columns
               else ATTRIBUTES.get(column, ("1", column)) for column in last}
-    values = {"particles": last["particles"]}
+    values: Row = {"particles": last["particles"]}
     for column in (column for pattern in sweep.columns for column in last if fnmatchcase(column, pattern)):
         values[column] = last[column]
         if sweep.mean and column in history.columns and column not in COUNTS:
@@ -102,7 +87,8 @@ def measured(sweep, row, about):
     return values
 
 
-def write_csv(path, columns, rows):
+def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Row]) -> None:
+    """The table as text with commas."""
     part = path.with_name(path.name + ".part")
     with open(part, "w", newline="") as file:
         table = csv.DictWriter(file, columns, restval="")
@@ -111,7 +97,7 @@ def write_csv(path, columns, rows):
     os.replace(part, path)
 
 
-def write_hdf5(path, columns, rows, about, sweep):
+def write_hdf5(path: Path, columns: Sequence[str], rows: Sequence[Row], about: About, sweep: Declaration) -> None:
     """/table: one dataset a column, as /history in a result; /input: the sweep and the namelist as they are now."""
     part = path.with_name(path.name + ".part")
     with h5py.File(part, "w") as file:
@@ -123,7 +109,7 @@ def write_hdf5(path, columns, rows, about, sweep):
     os.replace(part, path)
 
 
-def as_array(values):
+def as_array(values: Sequence[Any]) -> np.ndarray[Any, Any]:
     """Numbers where all values are numbers or blank, else texts."""
     try:
         return np.array([float(value) if value != "" else np.nan for value in values])
@@ -131,9 +117,9 @@ def as_array(values):
         return np.array([str(value) for value in values], dtype=h5py.string_dtype())
 
 
-def by_reason(what, reasons):
+def by_reason(what: str, reasons: Mapping[str, str]) -> Iterator[str]:
     """Lines that list cases, given as name -> reason, by the reason that hampm gave, whatever the numbers in it; the first stands for all."""
-    alike = {}
+    alike: dict[str, list[str]] = {}
     for name, reason in reasons.items():
         alike.setdefault(re.sub(r"[-+]?\d[\d.]*([eE][-+]?\d+)?", "#", reason), []).append(name)
     codes = {outcome: f" (exit code {code})" for code, outcome in OUTCOMES.items()}
@@ -144,12 +130,12 @@ def by_reason(what, reasons):
         yield from (f"  {name}" for name in names if len(names) > 1)
 
 
-def count_of(ends):
+def count_of(ends: Mapping[str, int]) -> str:
     """How many cases ended how."""
     return ", ".join(f"{ends[end]} {end}" for end in ("done", "refused", "failed", "not finished") if ends[end])
 
 
-def report(sweep, rows, about, brief):
+def report(sweep: Declaration, rows: Sequence[Row], about: About, brief: bool = False) -> None:
     """Print how many cases ended how, which columns no result has, and unless it is to be brief which have no result, and why."""
     for pattern in sweep.columns:
         if about and not any(fnmatchcase(name, pattern) for name in about):
@@ -159,7 +145,3 @@ def report(sweep, rows, about, brief):
             for line in by_reason(outcome, {row["case"]: row["message"] for row in rows if row["outcome"] == outcome}):
                 print(line)
     print(f"{len(rows)} cases: {count_of(Counter(row['outcome'] for row in rows))}; {sweep.output / 'table.csv'}, table.h5")
-
-
-if __name__ == "__main__":
-    run(main)

@@ -1,18 +1,11 @@
 """YAML as it is written: every value as its text, every text with the line where it stands."""
 
-import sys
 from pathlib import Path
+from typing import Any
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "postprocess"))
+import yaml
 
-from history import UNREADABLE, ResultError, printable, run  # noqa: F401  what the commands of this folder share
-
-try:
-    import yaml
-except ImportError as missing:
-    sys.exit(f"{missing}: run tools/setup.sh with a Python of 3.11 or later and use .venv/bin/python")
-
+from ..errors import UNREADABLE, ResultError, printable
 
 MOST = 100_000  # values and letters that a file may come to by its aliases, beside ten times its own
 
@@ -20,10 +13,10 @@ MOST = 100_000  # values and letters that a file may come to by its aliases, bes
 class Text(str):
     """A text of a file and its line: `1.25e-3` stays what it is, and `no` does not become a truth value."""
 
-    line = 0
+    line: int = 0
 
 
-def read_yaml(path):
+def read_yaml(path: str | Path) -> Any:
     """The file's content as dictionaries, lists and Text; ResultError where it is none, or a key stands twice."""
     try:
         text = Path(path).read_text(encoding="utf-8")
@@ -31,7 +24,7 @@ def read_yaml(path):
     except (OSError, UnicodeDecodeError) as error:
         raise ResultError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})", UNREADABLE) from error
     except yaml.YAMLError as error:
-        line = error.problem_mark.line + 1 if getattr(error, "problem_mark", None) else 1
+        line = getattr(getattr(error, "problem_mark", None), "line", 0) + 1
         cause = getattr(error, "problem", None) or str(error).partition("\n")[0]
         raise ResultError(f"{path}:{line}: no YAML: {printable(cause)}") from error
     except RecursionError as error:
@@ -46,10 +39,10 @@ class _Plain:
     """Nodes as dictionaries, lists and Text, as long as they have not more than so many values and letters together: an alias stands for all
     that it names, and a few lines of aliases of aliases would fill any memory."""
 
-    def __init__(self, path, most):
+    def __init__(self, path: str | Path, most: int):
         self._path, self._left = path, most
 
-    def of(self, node):
+    def of(self, node: yaml.Node) -> Any:
         self._left -= 1 + (len(node.value) if isinstance(node, yaml.ScalarNode) else 0)
         if self._left < 0:
             raise ResultError(f"{self._path}:{node.start_mark.line + 1}: aliases make too much of this file")
@@ -66,7 +59,7 @@ class _Plain:
         return _text(node)
 
 
-def _text(node):
+def _text(node: yaml.Node) -> Text:
     text = Text(node.value if isinstance(node, yaml.ScalarNode) else "?")
     text.line = node.start_mark.line + 1
     return text
