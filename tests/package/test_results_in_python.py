@@ -200,6 +200,53 @@ def test_a_sweep_of_a_file_has_its_cases_and_results(plate, tmp_path):
     assert repr(package.Sweep.read(tmp_path / "sweep.yaml")).count("to do") == 2
 
 
+WRONG = {   # what is asked of a plate's result, in a folder -> the error
+    "a part": (lambda plate, result, folder: package.History(result).value("K_I", part=5), package.ResultError, "above 0 and at most 1"),
+    "a column": (lambda plate, result, folder: package.History(result).value("K_III"), package.ResultError, "no column 'K_III'"),
+    "a tolerance": (lambda plate, result, folder: package.compare(result, result, rtol=-1), package.ResultError, "tolerances are numbers >= 0"),
+    "one value": (lambda plate, result, folder: package.Sweep(plate, {"grid.cell": 1e-3}, output=folder), ValueError, "grid.cell: 0.001: a list of values is needed"),
+    "a text": (lambda plate, result, folder: package.Sweep(plate, {"method.mass": "lumped"}, output=folder), ValueError, "a list of values is needed"),
+    "a name": (lambda plate, result, folder: package.Sweep(plate, {"output.file": ["a.h5"]}, output=folder), ValueError, "named by their folders"),
+    "a case": (lambda plate, result, folder: package.Sweep(plate, {"grid.cell": [1e-3]}, output=folder).forget(["x"]), package.ResultError, "no case 'x'"),
+    "a model": (lambda plate, result, folder: package.Scene(result), package.FileError, "not a text"),
+    "a program": (lambda plate, result, folder: package.key_table("/bin/true"), package.FileError, "is no hampm"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_makes_no_sense_is_told(plate, plate_result, tmp_path, name):
+    action, kind, said = WRONG[name]
+    with pytest.raises(kind, match=re.escape(said)):
+        action(plate, plate_result, tmp_path)
+
+
+def test_a_history_without_samples(plate_result, tmp_path):
+    """It can be looked at, and has no values."""
+    shutil.copy(plate_result, tmp_path / "empty.h5")
+    with h5py.File(tmp_path / "empty.h5", "a") as file:
+        for name in list(file["history"]):
+            del file["history"][name]
+            file["history"][name] = np.empty(0)
+    with pytest.raises(package.ResultError, match="no samples yet"):
+        package.History(tmp_path / "empty.h5")
+    empty = package.History(tmp_path / "empty.h5", may_be_empty=True)
+    assert "no samples" in repr(empty) and "no samples" in empty._repr_html_() and empty.to_pandas().empty and empty.to_xarray().sizes["time"] == 0
+    for action in (empty.table, lambda: empty.value("K_I"), lambda: package.extrapolate([empty, empty])):
+        with pytest.raises(package.ResultError, match="no samples yet"):
+            action()
+
+
+def test_computed_values_have_short_names(plate, tmp_path):
+    """Numbers of numpy as plain ones; names and tables in few digits, what is run in all."""
+    points = np.array([-4.1e-3, -1.3e-3, 3.7e-3, 2.2e-3]) * np.sqrt(0.9)
+    sweep = package.Sweep(plate, {"crack.points": [points], "material.poisson": np.array([0.2, 0.3])}, output=tmp_path)
+    name = next(iter(sweep.cases))
+    assert name.startswith("poisson-0.2_") and "np." not in repr(sweep) and "0.00351" in repr(sweep)
+    assert sweep.declared.cases[name]["crack.points"].split(",") == [repr(float(value)) for value in points]
+    other = package.Sweep(plate, {"crack.points": [points, 1.1 * points]}, output=tmp_path)
+    assert next(iter(other.cases)).startswith("points--0.00389x-0.001233x0.00351x0.002087_")
+
+
 def test_all_that_is_public_is_typed_and_explained():
     """Signatures and docstrings, which editors show."""
     missing = []

@@ -59,13 +59,17 @@ def compare(a: str | Path | History, b: str | Path | History, *, rtol: float = 1
     names, the last that matches counts. With `interpolate`, b is taken linearly at the times of a; it must cover them up to one sample.
     """
     a, b = (item if isinstance(item, History) else History(item, may_be_empty=True) for item in (a, b))
+    general = Tolerance("*", rtol, atol)
+    for item in (general, *tolerances):
+        if not (item.rtol >= 0 and item.atol >= 0):
+            raise ResultError(f"{item}: tolerances are numbers >= 0")
     names = compared(a, b, columns, ignore, tolerances)
     if exact:
         return Comparison([identical(a, b, name) for name in names])
     uncovered = ""
     if interpolate:
         a, b, uncovered = interpolated(a, b)
-    rows = [close(a, b, name, tolerance_of(name, tolerances, Tolerance("*", rtol, atol))) for name in names]
+    rows = [close(a, b, name, tolerance_of(name, tolerances, general)) for name in names]
     return Comparison([Row("(time span)", "-", "-", "-", "-", uncovered)] * bool(uncovered) + rows)
 
 

@@ -57,6 +57,8 @@ def cell_size(history: History) -> float:
     """Size of the smallest cell at the end of a run [m]."""
     if "finest_cell" not in history.columns:
         raise ResultError(f"{history.path}: has no column finest_cell: its size of cells is not known")
+    if history.times.size == 0:
+        raise ResultError(f"{history.path}: /history holds no samples yet")
     size = float(history.columns["finest_cell"][-1])
     if not 0 < size < math.inf:
         raise ResultError(f"{history.path}: /history/finest_cell ends with {size:g}, which is no size of cells")

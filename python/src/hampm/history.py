@@ -137,7 +137,12 @@ class History:
         return self.columns[name] / self.g_ref()
 
     def late_mean(self, name: str, part: float = 0.1) -> float:
-        """Mean of a column over the last part of the run, so that what still rings counts little."""
+        """Mean of a column over the last part of the run, above 0 and up to 1, so that what still rings counts little."""
+        if not 0 < part <= 1:
+            raise ResultError(f"part = {part}: a part of the run is above 0 and at most 1")
+        if self.times.size == 0:
+            raise ResultError(f"{self.path}: /history holds no samples yet")
+        name = name if name in self.columns else self.select([name])[0]
         return np.mean(self.columns[name][self.times >= (1 - part) * self.times[-1]])
 
     def error_of(self, name: str) -> str | None:

@@ -57,7 +57,10 @@ def _groups(program: Path) -> dict[str, Any]:
     code, text, said = call(["--keys", "--json"], program)
     if code != 0:
         raise error_of(code, messages_of(said)[0])
-    return {group["group"]: group | {"keys": {key["key"]: key for key in group["keys"]}} for group in json.loads(text)}
+    try:
+        return {group["group"]: group | {"keys": {key["key"]: key for key in group["keys"]}} for group in json.loads(text)}
+    except (ValueError, TypeError, KeyError) as error:
+        raise FileError([Message("is no hampm, or one of an earlier version: it does not tell its keys by --keys --json", file=str(program))]) from error
 
 
 def key_table(program: str | Path | None = None) -> dict[str, Any]:

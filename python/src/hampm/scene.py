@@ -37,7 +37,10 @@ class Scene(Groups):
         self._entries: list[Group] = []   # all groups, in their order
         self._implied: list[Group] = []   # those that have only been asked for
         if text is None and self.path is not None:
-            text = self.path.read_text()
+            try:
+                text = self.path.read_text()
+            except UnicodeDecodeError as error:
+                raise FileError([Message("not a text", file=str(self.path))]) from error
         for name, values in _read(text or "", path or "text"):
             self.add(name, **values)
 

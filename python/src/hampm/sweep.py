@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .batch.case import failure_of, result_of
-from .batch.declaration import Declaration, named
+from .batch.declaration import OWN_KEY, Declaration, named
 from .batch.progress import begin_to_count
 from .errors import HampmError, ResultError
 from .history import History, error_name
@@ -50,11 +50,13 @@ class Sweep:
                  program: str | Path | None = None):
         self.scene = scene.copy() if isinstance(scene, Scene) else Scene(scene, program=program)
         self.output, self.program = Path(output).resolve(), program or self.scene.program
-        given = _combined(values) if isinstance(values, Mapping) else [dict(settings) for settings in values]
+        given = [{key: plain(value) for key, value in settings.items()} for settings in (_combined(values) if isinstance(values, Mapping) else values)]
         texts: list[dict[str, str]] = []
         for settings in given:
             self.scene.with_settings(settings)   # raises where a key is not there
             texts.append({key.lower(): _text(value) for key, value in settings.items()})
+            if OWN_KEY in texts[-1]:
+                raise ValueError(f"{OWN_KEY}: the results of a sweep are named by their folders")
             if texts[-1] in texts[:-1]:
                 raise ValueError(f"the case {settings} is there already")
         cases, names, varying = named((settings, {}, settings) for settings in texts)
@@ -130,7 +132,7 @@ class Sweep:
         rows: dict[str, dict[str, Any]] = {}
         units: dict[str, str] = {}
         for name, history in self.histories().items():
-            rows[name] = {key: shown(value) if isinstance(value, (list, tuple)) else value for key, value in self.cases[name].items()}
+            rows[name] = {key: _brief(value) if isinstance(value, list) else value for key, value in self.cases[name].items()}
             for column in _known(history, columns):
                 for key, value in zip((column, error_name(column)), history.value(column, part)):
                     if value is not None:
@@ -148,7 +150,7 @@ class Sweep:
     def _table(self) -> Table[list[str]]:
         keys = list(dict.fromkeys(key for settings in self.cases.values() for key in settings))
         return Table(("case", *keys, "state"),
-                     [[name, *(shown(settings[key]) if key in settings else "" for key in keys), self._state(name)]
+                     [[name, *(_brief(settings[key]) if key in settings else "" for key in keys), self._state(name)]
                       for name, settings in self.cases.items()])
 
     def _state(self, name: str) -> str:
@@ -184,6 +186,11 @@ class Sweep:
         return said
 
 
+def _brief(value: Any) -> str:
+    """A value in six digits, for tables."""
+    return ", ".join(map(_brief, value)) if isinstance(value, list) else f"{value:.6g}" if isinstance(value, float) else shown(value)
+
+
 def _text(value: Any) -> str:
     """A value as `--set` takes it."""
     value = "" if value is None else plain(value)
@@ -206,6 +213,9 @@ def _combined(values: Mapping[Any, Any]) -> list[dict[str, Any]]:
     axes = []
     for keys, choices in values.items():
         together = keys if isinstance(keys, tuple) else (keys,)
+        choices = plain(choices)
+        if not isinstance(choices, list):
+            raise ValueError(f"{keys}: {choices!r}: a list of values is needed, such as [{choices!r}]")
         rows = [choice if isinstance(keys, tuple) else (choice,) for choice in choices]
         if any(len(row) != len(together) for row in rows):
             raise ValueError(f"{keys}: each value is a tuple of {len(together)}, one for each key")

@@ -138,7 +138,7 @@ def namelist_keys(program: str | Path | None = None) -> dict[str, dict[str, str]
     """'group' -> its keys, each with its unit, '1' where it has none."""
     try:
         table = key_table(program)
-    except (HampmError, OSError, ValueError) as error:
+    except (HampmError, OSError) as error:
         raise ResultError(f"{program or 'hampm'}: cannot be run ({error}); build it with make", UNREADABLE) from error
     return {name: {key: about["unit"] or "1" for key, about in group["keys"].items()} for name, group in table.items()}
 
@@ -158,7 +158,8 @@ def case_name(settings: Mapping[str, str], values: Mapping[str, str] | None = No
     """Name of a case: what varies of its values, as far as a file name can say it, and a number that follows from what it sets alone."""
     values = settings if values is None else values
     words = "_".join(f"{word}-{values[key].replace(',', 'x')}" for key, word in short(varying or values).items() if key in values)
-    words = re.sub(r"[^A-Za-z0-9.+_-]", "", words)[:80]
+    words = re.sub(r"\d+\.\d{5,}([eE][-+]?\d+)?", lambda found: f"{float(found[0]):.4g}", words)   # such as those that a program has computed
+    words = re.sub(r"[^A-Za-z0-9.+_-]", "", words)[:80] or "case"
     digest = hashlib.sha256(json.dumps(sorted(settings.items())).encode()).hexdigest()
     return f"{words}_{digest[:8]}"
 
