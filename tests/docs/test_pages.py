@@ -51,11 +51,12 @@ def test_links_lead_somewhere(page):
 
 @EVERY_PAGE
 def test_formulas_are_such_that_github_and_the_site_show_them(page):
-    """Blocks ```math and $`...`$: GitHub takes backslashes and asterisks out of formulas between bare dollars."""
+    """Blocks ```math and $`...`$: GitHub takes backslashes and asterisks out of formulas between bare dollars, and refuses some macros."""
     text = prose(page)
     rest = re.sub(r"(`+)[^`\n]*?\1", "", FORMULA.sub("", text))
     assert not re.search(r"\$\$|\$[^$\n]*[\\^_{][^$\n]*\$", rest)
     for formula in [*FORMULA.findall(text), *(block[2] for block in FENCE.findall(page.read_text()) if block[1] == "math")]:
+        assert not re.search(r"\\(operatorname|[hv]?phantom|mbox|def|newcommand)\b", formula), formula
         shown = mathml(formula, "inline")
         assert "\\" not in re.sub(r"<[^>]+>", "", shown).replace("&#x0005C;", ""), formula
 
