@@ -29,8 +29,8 @@ class Page:
 
     words: int
     sentences: list   # of words each, with the text
-    long_lines: int   # of prose
-    wide_lines: int   # of tables and code
+    long_lines: int   # of prose, but for pictures, whose words cannot be wrapped
+    wide_lines: int   # of tables, code and pictures
     old_words: list
 
     @property
@@ -89,7 +89,7 @@ def measure(path, old=None):
     prose = list(paragraphs(text))
     sentences = [sentence for paragraph in prose for sentence in sentences_of(paragraph)]
     outside = FENCE.sub("", text).splitlines()
-    long_lines = sum(len(line) > LONG_LINE for line in outside if not is_table(line))
+    long_lines = sum(len(line) > LONG_LINE for line in outside if not is_table(line) and not line.startswith("!["))
     wide = sum(len(line) > LONG_LINE for line in text.splitlines()) - long_lines
     found = [] if path.resolve() == GLOSSARY else (old or old_words()).findall(" ".join(prose))
     return Page(sum(map(words_in, sentences)), sentences, long_lines, wide, found)
