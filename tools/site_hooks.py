@@ -9,7 +9,7 @@ import re
 
 from latex2mathml.converter import convert
 
-FENCE = re.compile(r"^( *)(```+)(\w*)[^\n]*\n(.*?)^\1\2 *$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^( *)(```+)(\w*) *([^\n]*)\n(.*?)^\1\2 *$", re.MULTILINE | re.DOTALL)
 CODE = re.compile(r"\$`(?P<formula>[^`\n]+)`\$|`+[^`\n]*`+")
 BOLD = re.compile(r'<mi mathvariant="bold-italic">&#x0*([0-9A-F]+);</mi>')
 LINK = re.compile(r"(?<!!)\[([^\]\n]+)\]\(([^)\s]+)\)")
@@ -52,12 +52,20 @@ def outside(text, folder):
     return LINK.sub(name, text)
 
 
+def shown(indent, marks, language, title, text):
+    """A block between fences: a formula as MathML; what else the first line says of code, as the name of a file, is its title."""
+    if language == "math":
+        return f'{indent}<div class="formula">{mathml(text, "block")}</div>'
+    first = f'{language} title="{title}"' if title else language
+    return f"{indent}{marks}{first}\n{text}{indent}{marks}"
+
+
 def on_page_markdown(markdown, page, **_):
     """The Markdown of a page as MkDocs is to have it."""
     folder = os.path.dirname(page.file.src_uri)
     parts, end = [], 0
     for fence in FENCE.finditer(markdown):
         parts.append(spans(outside(markdown[end:fence.start()], folder)))
-        parts.append(f'{fence[1]}<div class="formula">{mathml(fence[4], "block")}</div>' if fence[3] == "math" else fence[0])
+        parts.append(shown(*fence.groups()))
         end = fence.end()
     return "".join([*parts, spans(outside(markdown[end:], folder))])
