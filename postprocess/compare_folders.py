@@ -20,13 +20,14 @@ import math
 from collections import namedtuple
 from fnmatch import fnmatchcase
 from pathlib import Path
+from textwrap import indent
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
 from history import UNREADABLE, History, ResultError
 
-from hampm.comparison import HEADER, Tolerance
+from hampm.comparison import Comparison, Tolerance
 
 KEYS = {"rtol", "atol", "columns", "ignore", "interpolate"}
 OF_CASE = KEYS | {"skip"}
@@ -187,16 +188,10 @@ def show(cases, options):
         print(f"{case.name}: {f'{len(differing)} of {len(case.rows)} columns differ' if case.verdict == 'differs' else case.verdict}")
         rows = differing if case.verdict == "differs" else []
         if rows:
-            print("\n".join(f"  {line}" for line in table(rows)))
+            print(indent(str(Comparison(rows)), "  "))
     counts = {"equal": sum(case.verdict == "equal" for case in cases), "different": sum(map(is_bad, cases)),
               "skipped": sum(case.verdict.startswith("skipped") for case in cases)}
     print(f"{len(cases)} cases: {', '.join(f'{count} {what}' for what, count in counts.items() if count)}")
-
-
-def table(rows):
-    """Rows as lines of aligned columns under a header."""
-    widths = [max(map(len, cells)) for cells in zip(HEADER, *rows)]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in (HEADER, *rows)]
 
 
 def as_json(cases, options):
@@ -216,7 +211,7 @@ def as_junit(cases):
         if case.verdict.startswith("skipped"):
             lines.append(f"    <skipped message={quoteattr(case.verdict.removeprefix('skipped: '))}/>")
         elif is_bad(case):
-            found = "\n".join(table([row for row in case.rows if row.verdict != "equal"])) if case.rows else case.verdict
+            found = str(Comparison([row for row in case.rows if row.verdict != "equal"])) if case.rows else case.verdict
             lines.append(f"    <failure message={quoteattr(case.verdict)}>{escape(found)}</failure>")
         lines.append("  </testcase>")
     return "\n".join([*lines, "</testsuite>", ""])

@@ -5,7 +5,7 @@ The files are of one scene on two cell sizes c or more. A crack tip and a load m
 smaller ones in c^2 and so on: at each time the polynomial in c through the values is taken at c = 0. Two sizes remove the term c,
 three also c^2. Printed are means over the last tenth of the runs (--part): the value on each size, the extrapolated one, and by
 how many percent of it the finest run, and the extrapolation without the coarsest run, differ from it: estimates of the errors of
-both. Where three sizes are halves of each other, the order that the errors show is printed too; about 1 is what the extrapolation
+both. Of three sizes the order that the errors show is printed too; about 1 is what the extrapolation
 takes for granted.
 
 Where all files hold the estimated error of a column, `their error [%]` is what those leave of the extrapolated value at most: the

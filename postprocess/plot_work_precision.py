@@ -12,10 +12,13 @@ import argparse
 import csv
 import sys
 from collections import Counter
+from textwrap import indent
 
 from history import UNREADABLE, ResultError, run
 from pareto import cheapest, front, measured, number, size
 from pictures import COLOURS, add_picture_options, plt, verbatim, write
+
+from hampm.tables import Table
 
 MARKERS = "osD^vP*X<>"
 LIMITS = (5, 2, 1, 0.5, 0.3)  # of the error [%]
@@ -98,10 +101,7 @@ def words(row, options):
 
 
 def print_table(title, heading, rows):
-    widths = [max(map(len, column)) for column in zip(heading, *rows)]
-    print(f"{title}:")
-    for row in [heading, *rows]:
-        print("  " + "  ".join(word.ljust(width) for word, width in zip(row, widths)).rstrip())
+    print(f"{title}:\n{indent(str(Table(heading, rows)), '  ')}")
 
 
 def draw(rows, options):

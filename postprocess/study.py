@@ -18,10 +18,14 @@ import csv
 import math
 import sys
 from pathlib import Path
+from textwrap import indent
 
 import plot_work_precision
 from history import UNREADABLE, ResultError, run
 from pareto import number
+
+from hampm.extrapolation import observed, richardson
+from hampm.tables import Table
 
 OWN = ("case", "outcome", "message", "starts")
 
@@ -133,12 +137,9 @@ def study(label, group, options):
     errors = [100 * (value / exact - 1) if exact else math.nan for value, exact in zip(values, references)]
     orders = [math.nan, *(observed(sizes[k - 1:k + 1], errors[k - 1:k + 1]) for k in range(1, len(group)))]
     print(f"{label}:")
-    lines = [[options.by, options.error, "error [%]", "order", "particles", "processor time [s]"]]
-    lines += [[f"{number(row, options.by):.6g}", f"{value:.6g}", shown(error, "+.3g"), shown(p, ".2f"), row.get("particles") or "-", row.get("cpu_seconds") or "-"]
-              for row, value, error, p in zip(group, values, errors, orders)]
-    widths = [max(map(len, column)) for column in zip(*lines)]
-    for line in lines:
-        print("  " + "  ".join(word.ljust(width) for word, width in zip(line, widths)).rstrip())
+    lines = [[f"{number(row, options.by):.6g}", f"{value:.6g}", shown(error, "+.3g"), shown(p, ".2f"), row.get("particles") or "-", row.get("cpu_seconds") or "-"]
+             for row, value, error, p in zip(group, values, errors, orders)]
+    print(indent(str(Table([options.by, options.error, "error [%]", "order", "particles", "processor time [s]"], lines)), "  "))
     print(f"  {extrapolation(order, limit, references[-1], options)}\n")
     before = f"{label} " if label != "all cases" else ""
     return [{"name": f"{before}{options.by.lstrip('$').rpartition('.')[2]}={number(row, options.by):.6g}", "family": label,
@@ -154,34 +155,6 @@ def reference(row, limit, options):
         return limit
     value = number({"": options.reference}, "")
     return value if math.isfinite(value) else number(row, options.reference)
-
-
-def observed(sizes, errors):
-    """The order that two errors show; not a number where they differ in sign or one is zero."""
-    if not errors[0] * errors[1] > 0:
-        return math.nan
-    return math.log(errors[0] / errors[1]) / math.log(sizes[0] / sizes[1])
-
-
-def richardson(sizes, values):
-    """The order p, and the limit f, of three values f + c h^p; not numbers where they are fewer or do not tend to one.
-
-    p is that of (f1 - f2)/(f2 - f3) = (h1^p - h2^p)/(h2^p - h3^p), which rises with p, by bisection (Roache 1998, unequal ratios).
-    """
-    if len(values) < 3 or values[1] == values[2] or not (values[0] - values[1]) / (values[1] - values[2]) > 0:
-        return math.nan, math.nan
-    coarse, fine = math.log(sizes[0] / sizes[1]), math.log(sizes[1] / sizes[2])
-    wanted = (values[0] - values[1]) / (values[1] - values[2])
-
-    def ratio(p):
-        return math.exp(p * fine) * math.expm1(p * coarse) / math.expm1(p * fine)
-    low, high = 1e-3, 20.0
-    if not ratio(low) < wanted < ratio(high):
-        return math.nan, math.nan
-    for _ in range(100):
-        middle = (low + high) / 2
-        low, high = (middle, high) if ratio(middle) < wanted else (low, middle)
-    return low, values[2] + (values[2] - values[1]) / math.expm1(low * fine)
 
 
 def extrapolation(order, limit, exact, options):

@@ -111,7 +111,8 @@ def summary(cells: Sequence[float], values: Sequence[float]) -> list[str]:
     at_zero = limit(cells, values)
     words = [*(f"{value:.6g}" for value in values), f"{at_zero:.6g}", percent(values[-1], at_zero)]
     if len(values) > 2:
-        words += [percent(limit(cells[1:], values[1:]), at_zero), order(cells[-3:], values[-3:])]
+        order, _ = richardson(cells[-3:], values[-3:])
+        words += [percent(limit(cells[1:], values[1:]), at_zero), "-" if math.isnan(order) else f"{order:.2f}"]
     return words
 
 
@@ -126,8 +127,29 @@ def percent(value: float, at_zero: float) -> str:
     return f"{100 * (value / at_zero - 1):+.3f}" if at_zero else "-"
 
 
-def order(cells: Sequence[float], values: Sequence[float]) -> str:
-    """The order that three values show, as text; '-' where cells are not halves, or values do not approach a limit."""
-    halves = all(math.isclose(a, 2 * b, rel_tol=1e-6) for a, b in zip(cells, cells[1:]))
-    ratio = (values[1] - values[0]) / (values[2] - values[1]) if values[2] != values[1] else 0.0
-    return f"{math.log2(ratio):.2f}" if halves and ratio > 0 else "-"
+def observed(sizes: Sequence[float], errors: Sequence[float]) -> float:
+    """The order that two errors show; not a number where they differ in sign or one is zero."""
+    if not errors[0] * errors[1] > 0:
+        return math.nan
+    return math.log(errors[0] / errors[1]) / math.log(sizes[0] / sizes[1])
+
+
+def richardson(sizes: Sequence[float], values: Sequence[float]) -> tuple[float, float]:
+    """The order p, and the limit f, of three values f + c h^p; not numbers where they are fewer or do not tend to one.
+
+    p is that of (f1 - f2)/(f2 - f3) = (h1^p - h2^p)/(h2^p - h3^p), which rises with p, by bisection (Roache 1998, unequal ratios).
+    """
+    if len(values) < 3 or values[1] == values[2] or not (values[0] - values[1]) / (values[1] - values[2]) > 0:
+        return math.nan, math.nan
+    coarse, fine = math.log(sizes[0] / sizes[1]), math.log(sizes[1] / sizes[2])
+    wanted = (values[0] - values[1]) / (values[1] - values[2])
+
+    def ratio(p: float) -> float:
+        return math.exp(p * fine) * math.expm1(p * coarse) / math.expm1(p * fine)
+    low, high = 1e-3, 20.0
+    if not ratio(low) < wanted < ratio(high):
+        return math.nan, math.nan
+    for _ in range(100):
+        middle = (low + high) / 2
+        low, high = (middle, high) if ratio(middle) < wanted else (low, middle)
+    return low, values[2] + (values[2] - values[1]) / math.expm1(low * fine)
