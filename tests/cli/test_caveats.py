@@ -34,7 +34,7 @@ def with_second(lower, upper, text=PLAIN):
 def check(hampm, tmp_path, text):
     """--check of a scene."""
     (tmp_path / "scene.nml").write_text(text)
-    return hampm("--check", "scene.nml")
+    return hampm("--check", "--quiet", "scene.nml")
 
 
 def notes(result):

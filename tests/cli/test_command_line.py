@@ -14,7 +14,7 @@ def check(hampm, tmp_path):
 
     def run(text, *arguments, idle=(), late=False):
         (tmp_path / "case.nml").write_bytes(text if isinstance(text, bytes) else text.encode())
-        result = hampm("case.nml", "--check", *arguments)
+        result = hampm("case.nml", "--check", "--quiet", *arguments)
         assert result.returncode == 0, result.stderr
         assert re.findall(r"^hampm: warning: &(?:refine|method) (\w+) = .* has no effect with.*$", result.stderr, re.MULTILINE) == list(idle)
         assert ("and the run ends at" in result.stderr) == late

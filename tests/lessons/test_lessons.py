@@ -184,7 +184,7 @@ def test_a_lesson_has_its_parts(name):
 @each_lesson
 def test_the_namelist_is_valid(hampm, name):
     """Without a warning, but for those that the lesson tells of."""
-    result = hampm("--check", FOLDER / f"{name}.nml")
+    result = hampm("--check", "--quiet", FOLDER / f"{name}.nml")
     warned = [check["warned"] for check in checks_of(name).values() if "warned" in check]
     lines = result.stderr.splitlines()
     assert result.returncode == 0 and len(lines) == len(warned)

@@ -71,6 +71,9 @@ def test_a_model_is_checked(plate, hampm):
     assert len(check.tips) == 2 and 0 < check.tips[0]["expected_errors"]["K"] < 1 and check.tips[0]["x"] == pytest.approx(3.7e-3)
     assert f"J {100 * check.tips[0]['expected_errors']['J']:.1f} %" in text and text.startswith(check.namelist)
     assert "expected errors" in str(check) and "<table>" in check._repr_html_()
+    last = re.compile(r"! wall time +about \S+ s on this machine: 1 thread, .*\n$")
+    quiet = hampm("--check", "--quiet", plate.path).stdout
+    assert last.search(text) and last.sub("", text) == quiet and "seconds" not in json.loads(hampm("--check", "--json", "--quiet", plate.path).stdout)
 
 
 def test_the_time_of_a_run_is_about_what_it_takes(hampm):
