@@ -34,6 +34,7 @@ VALUES = ["run", "quantity", "asked", "tolerance", "measured", "part_of_toleranc
 TESTS = ["file", "tests", "failed", "seconds"]
 SIZE = re.compile(r"(\d+(?:\.\d+)?)\s?mm")
 EXACT = 1e-7  # what is asked to within this is an identity, such as an energy balance: it has rounding, and no order
+SMALL = 0.05  # part of a tolerance below which an error says nothing
 
 
 def read(paths):
@@ -77,16 +78,21 @@ def table(rows):
     return [lines[0], "|---" * len(rows[0]) + "|", *lines[1:]]
 
 
-def summary(values, others):
-    """What a page has of both tables: a row for each case, with the value that is nearest to its tolerance, and one for each folder of tests."""
-    cases, folders = defaultdict(list), defaultdict(list)
+def worst_of(values):
+    """Each case, its values and that of them which is nearest to its tolerance."""
+    cases = defaultdict(list)
     for row in values:
         cases[case_of(row)].append(row)
+    return [(case, found, max(found, key=lambda row: float(row["part_of_tolerance"]))) for case, found in cases.items()]
+
+
+def summary(values, others):
+    """What a page has of both tables: a row for each case, with the value that is nearest to its tolerance, and one for each folder of tests."""
+    folders = defaultdict(list)
     for file, tests in others.items():
         folders[file.rpartition("/")[0]].append(tests)
     rows = [("case", "runs", "values", "failed", "value nearest to its tolerance", "asked", "measured")]
-    for case, found in cases.items():
-        worst = max(found, key=lambda row: float(row["part_of_tolerance"]))
+    for case, found, worst in worst_of(values):
         rows.append((f"`{case}`", len({row["run"] for row in found}), len(found), sum(row["passed"] == "no" for row in found),
                      f"{worst['run'].partition(' ')[2]}: {worst['quantity']}".removeprefix(": "), f"{worst['asked']} ± {worst['tolerance']}", worst["measured"]))
     tests = [("other tests that take long", "files", "tests", "failed", "seconds")]
@@ -119,15 +125,17 @@ def write_page(values, others, page):
 def orders(values):
     """(case, quantity) -> (sizes of cells, errors, observed orders), where runs of a case differ in the size of their cells only, and are asked the
     same. The name of a run has the size, as in `0.1mm`."""
-    groups = defaultdict(dict)
+    groups, parts = defaultdict(dict), defaultdict(list)
     for row in values:
         sizes = SIZE.findall(row["run"])
         if len(sizes) == 1 and float(row["tolerance"]) > EXACT * max(1, abs(float(row["asked"]))):
-            groups[SIZE.sub("", row["run"]).strip(" -"), row["quantity"], row["asked"]][float(sizes[0])] = float(row["measured"]) - float(row["asked"])
+            run = SIZE.sub("", row["run"]).strip(" -")
+            groups[run, row["quantity"], row["asked"]][float(sizes[0])] = float(row["measured"]) - float(row["asked"])
+            parts[run, row["quantity"]].append(float(row["part_of_tolerance"]))
     found = {}
     for (run, quantity, _), errors in groups.items():
         sizes = sorted(errors, reverse=True)
-        if len(sizes) > 1 and all(errors.values()):
+        if len(sizes) > 1 and all(errors.values()) and max(parts[run, quantity]) > SMALL:
             found[run, quantity] = (sizes, [errors[size] for size in sizes],
                                     [f"{math.log(errors[a] / errors[b]) / math.log(a / b):.1f}" if errors[a] * errors[b] > 0 else "–" for a, b in zip(sizes, sizes[1:])])
     return found
@@ -168,7 +176,7 @@ def stamp(seconds):
 STYLE = """body{font:15px/1.45 system-ui,sans-serif;max-width:75em;margin:2em auto;padding:0 1em;color:#222}h2{margin-top:2em;border-bottom:1px solid #bbb}
 table{border-collapse:collapse;width:100%;font-size:13px;margin:1em 0}th{text-align:left;border-bottom:2px solid #555}td,th{padding:.2em .6em;vertical-align:top}
 tr{border-bottom:1px solid #ddd;break-inside:avoid}td.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}.fails{background:#fbd5d0}
-.bar{display:inline-block;width:5em;height:.7em;background:#e4e4e4;vertical-align:middle;margin-right:.4em;print-color-adjust:exact;-webkit-print-color-adjust:exact}
+.part{white-space:nowrap}.bar{display:inline-block;width:5em;height:.7em;background:#e4e4e4;vertical-align:middle;margin-right:.4em;print-color-adjust:exact;-webkit-print-color-adjust:exact}
 .bar i{display:block;height:100%;background:#2b6cb0;print-color-adjust:exact;-webkit-print-color-adjust:exact}.fails .bar i{background:#b3261e}
 @media print{body{margin:0;max-width:none;font-size:11px}table{font-size:9px}h2{break-after:avoid}@page{margin:12mm}}"""
 
@@ -191,6 +199,10 @@ def report(values, others, missing, paths):
              f"<p>{len(values)} values of {len({case_of(row) for row in values})} cases were measured and compared with references: {failed} are outside of their "
              f"tolerance. {len(tests)} other tests ran: {bad} failed. {len(missing)} values were not measured in these runs; they are listed at the end.</p>",
              rows_of(("what", "which"), [(False, row) for row in machine() + [("results", f"{path}, {stamp(path.stat().st_mtime)}") for path in paths]]),
+             rows_of(("case", "values", "outside", "nearest to its tolerance", "part"), [
+                 (any(row["passed"] == "no" for row in found), (f"<a href='#{case}'>{case}</a>", len(found), sum(row["passed"] == "no" for row in found),
+                                                                f"{worst['run'].partition(' ')[2]}: {worst['quantity']}".removeprefix(": "), bar(worst)))
+                 for case, found, worst in worst_of(values)], (1, 2)),
              "<h2>Errors against claims</h2><p>Claimed is that the measured value lies within the tolerance of the asked one. The bar is the part of the "
              "tolerance that the error takes. The source says where the asked value and its tolerance come from.</p>"]
     for case in dict.fromkeys(map(case_of, values)):
@@ -213,7 +225,8 @@ def report(values, others, missing, paths):
 
 def bar(row):
     """The part of its tolerance that a value takes, as a bar and a number."""
-    return f"<span class='bar'><i style='width:{min(100, 100 * float(row['part_of_tolerance'])):.0f}%'></i></span>{row['part_of_tolerance']}"
+    return (f"<span class='part'><span class='bar'><i style='width:{min(100, 100 * float(row['part_of_tolerance'])):.0f}%'></i></span>"
+            f"{row['part_of_tolerance']}</span>")
 
 
 def main():

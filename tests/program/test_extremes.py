@@ -11,6 +11,7 @@ from paths import BENCH, PROGRAM
 sys.path.insert(0, str(BENCH))
 
 import extreme_paths  # noqa: E402
+import extremes  # noqa: E402
 import extreme_scenes as scenes  # noqa: E402
 
 
@@ -131,3 +132,22 @@ def test_a_loaded_body_is_let_go(runner, frame):
 def test_a_cracked_body_that_flies(runner):
     """Up to a million times as fast as waves: G is that of a body that does not."""
     assert {cell.outcome for cell in extreme_paths.speeds(runner)} == {"stable"}
+
+
+def test_tables_of_an_atlas():
+    """The page has a row for each part and the most frequent beginnings of messages; files have all quantities and messages."""
+    refused = "hampm: case.nml:3: &method courant = 2.0: must be at most {}, not 2.0"
+    results = {"bars": [scenes.Cell("a", "stable", "frequency", 0.002, 0.01), scenes.Cell("b", "stable", "energy", 0.09, 0.1), scenes.Cell("c", "defect", "energy", 0.2, 0.1),
+                        scenes.Cell("d", "refused", message=refused.format(1.5)), scenes.Cell("e", "refused", message=refused.format(1.2))],
+               "none": [scenes.Cell("f", "stopped", message="hampm: step 3, t = 1.0 s: the energy has grown by 2 J. Likely cause: the run is unstable")]}
+    assert extremes.atlas(results)[1:] == [("bars", 5, 2, 0, 2, 0, 1, "0.9", "energy"), ("none", 1, 0, 0, 0, 1, 0, "", "")]
+    assert extremes.quantities(results)[1:] == [("bars", "frequency", "2.0e-03", "0.01"), ("bars", "energy", "9.0e-02", "0.1")]
+    table = extremes.messages(results)
+    assert [row[:4] for row in table[1:]] == [("bars", "refused", 2, "d"), ("none", "stopped", 1, "f")]
+    assert extremes.common(table)[1:] == [("refused", 2, "bars", "`&method courant = #`"), ("stopped", 1, "none", "`the energy has grown by # J`")]
+    assert extremes.markdown(extremes.atlas(results))[2] == "| bars | 5 | 2 | | 2 | | 1 | 0.9 | energy |"
+
+
+def test_that_keys_have_no_effect_is_no_warning_of_numbers(runner):
+    end = runner.outcome(extreme_paths.square([extreme_paths.LINE], extreme_paths.REST))  # which has an interval of samples
+    assert (end.code, end.message) == (0, "")
