@@ -60,11 +60,11 @@ def curves(rows):
 
 def answer(tables):
     """The first table of the page, as Markdown: of each study (name -> table of advice) and accuracy the cheapest setting of all."""
-    lines = ["| study | within | cheapest setting | estimator | particles | CPU s | times cheaper |", "|---|---|---|---|---|---|---|"]
+    lines = ["| study | within | cheapest setting | particles | CPU s | times cheaper |", "|---|---|---|---|---|---|"]
     for study, table in tables.items():
         for row in (dict(zip(table[0], row)) for row in table[1:]):
             if row["cheapest"]:
-                lines.append(f"| {study} | {row['within_percent']} % | {row['setting']} | {row['estimator']} | {row['particles']} | {row['cpu_seconds']} | "
+                lines.append(f"| {study} | {row['within_percent']} % | {row['setting']} | {row['particles']} | {row['cpu_seconds']} | "
                              f"{row['times_cheaper'] or '–'} |")
     return lines
 

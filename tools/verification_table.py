@@ -91,9 +91,10 @@ def summary(values, others):
     folders = defaultdict(list)
     for file, tests in others.items():
         folders[file.rpartition("/")[0]].append(tests)
-    rows = [("case", "runs", "values", "failed", "value nearest to its tolerance", "asked", "measured")]
+    rows = [("case", "values", "value nearest to its tolerance", "asked", "measured")]
     for case, found, worst in worst_of(values):
-        rows.append((f"`{case}`", len({row["run"] for row in found}), len(found), sum(row["passed"] == "no" for row in found),
+        runs, failed = len({row["run"] for row in found}), sum(row["passed"] == "no" for row in found)
+        rows.append((f"`{case}`", f"{len(found)} of {runs} run{'s' * (runs > 1)}" + f", **{failed} outside**" * bool(failed),
                      f"{worst['run'].partition(' ')[2]}: {worst['quantity']}".removeprefix(": "), f"{worst['asked']} ± {worst['tolerance']}", worst["measured"]))
     tests = [("other tests that take long", "files", "tests", "failed", "seconds")]
     for folder, files in folders.items():

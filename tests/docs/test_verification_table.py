@@ -47,7 +47,8 @@ def test_the_page_has_a_row_for_each_case_and_files_have_all(tmp_path):
     result = write(tmp_path, "before\n<!-- make verify: begin -->\nold\n<!-- make verify: end -->\nafter\n")
     assert result.returncode == 0, result.stderr
     page = (tmp_path / "page.md").read_text()
-    assert "| `dcb` | 1 | 1 | 1 | refined: \\|J\\| | 1.287 ± 0.01 | 1.5 |\n| `plate` | 3 | 3 | 0 | 2mm: \\|J\\| | 0 ± 0.05 | 0.04 |\n" in page
+    assert "| `dcb` | 1 of 1 run, **1 outside** | refined: \\|J\\| | 1.287 ± 0.01 | 1.5 |\n" in page
+    assert "| `plate` | 3 of 3 runs | 2mm: \\|J\\| | 0 ± 0.05 | 0.04 |\n" in page
     assert "| `tests/program` | 1 | 1 | 0 | 2 |\n" in page
     assert page.startswith("before\n") and page.endswith("after\n") and "old" not in page
     assert (tmp_path / "page_values.csv").read_text().splitlines()[:2] == [
