@@ -160,7 +160,7 @@ def written(tables, page, folder):
     for name, table in tables.items():
         with open(folder / f"stability_{name}.csv", "w", newline="") as file:
             csv.writer(file, lineterminator="\n").writerows(table)
-    page = rewrite("atlas", markdown(tables["atlas"]), page, DOCUMENT)
+    page = rewrite("atlas", markdown([row[:-1] for row in tables["atlas"]]), page, DOCUMENT)
     return rewrite("messages", markdown(common(tables["messages"])), page, DOCUMENT)
 
 
