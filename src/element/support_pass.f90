@@ -20,14 +20,15 @@
 !> do not share what they write: the result has the same bytes on any number of threads.
 module hampm_support_pass
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: inside_cell, edge_margin
+   use hampm_basis, only: inside_cell, edge_margin, points_of_quadratic
    use hampm_audit_kernels, only: work_of_change, work_of_hoop
-   use hampm_cell_blocks, only: support_t, of_mass, of_momentum, of_force
+   use hampm_cell_blocks, only: support_t, lanes, of_mass, of_momentum, of_force
    use hampm_mass_matrix, only: mass_matrix_t, prepare_cell, floor_of_quadratic
    use hampm_material, only: material_t
    use hampm_matter, only: matter_t
    use hampm_state_update, only: update_particle_state, hoop_resistance
    use hampm_nodal_fields, only: nodal_fields_t
+   use hampm_particle_kernels, only: anisotropic_forces
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
    use hampm_tensors, only: identity, trace, determinant, inverse_transpose, product_of
@@ -36,6 +37,14 @@ module hampm_support_pass
    public :: pass_by_supports, mass_of_cell
 
    real(dp), parameter :: rounding = 1e-12_dp    !! of masses of points, over that of a cell
+
+   !> Some particles of a cell side by side, and the functions of its points where they are.
+   type :: group_t
+      integer :: n = 0                           !! number of particles
+      integer :: particle(lanes) = 0             !! these, and the last one again behind them
+      real(dp) :: functions(lanes, points_of_quadratic)
+      real(dp) :: gradients(lanes, points_of_quadratic, ndim) !! by which they are strained: those of their frame or, above, F^-T times these [1/m]
+   end type group_t
 
 contains
 
@@ -67,7 +76,8 @@ contains
       end do
    end subroutine pass_by_supports
 
-   !> Do the pass with the particles of one cell. Those that share their dilatation are all strained before any of them acts on the points.
+   !> Do the pass with the particles of one cell, some of them side by side. Those that share their dilatation are all strained before any of them
+   !> acts on the points.
    subroutine pass_cell(pass, dt, m, cell, acceleration, new_velocity, strain_velocity, f, audit, has_left)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                 !! [s]
@@ -77,120 +87,255 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(out) :: audit(2)          !! [J]
       logical, intent(out) :: has_left           !! whether a particle is no longer in the cell
+      real(dp), dimension(ndim, cell%n) :: kick_by, move_by, strain_by ! of the points [m/s, m, m]
+      real(dp) :: mass(lanes, cell%n), momentum(lanes, cell%n, ndim), force(lanes, cell%n, ndim) ! sums [kg, kg m/s, N]
+      real(dp) :: mean(cell%n, ndim)
+      integer :: particles(sum(m%blocks%count_in(cell%first:cell%last))), k
       logical :: all_updated_first
-      real(dp) :: mass(cell%n), momentum(ndim, cell%n), force(ndim, cell%n) ! sums [kg, kg m/s, N]
-      real(dp) :: n(cell%n), gradient(cell%n, ndim), mean(cell%n, ndim)
-      integer :: e, i
+      type(group_t) :: group
+      particles = particles_of(m, cell, size(particles))
       mass = 0
       momentum = 0
       force = 0
       audit = 0
       has_left = .false.
-      all_updated_first = shares_dilatation(m, cell)
-      if (all_updated_first) mean = mean_gradients(m, cell)
-      do e = cell%first, cell%last
-         do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-            call find_particle_support(m%particles, cell, i, n, gradient)
-            call update_particle(i)
-            if (all_updated_first) cycle
-            if (pass%move .and. .not. m%particles%total_frame) call find_particle_support(m%particles, cell, i, n, gradient)
-            call give(i)
-         end do
+      if (pass%kick) kick_by = dt*acceleration(:, cell%points(:cell%n))
+      if (pass%move) move_by = dt*new_velocity(:, cell%points(:cell%n))
+      if (pass%strain_fraction > 0) strain_by = pass%strain_fraction*dt*strain_velocity(:, cell%points(:cell%n))
+      all_updated_first = any(m%materials%mean_dilatation)
+      if (all_updated_first) all_updated_first = any(m%materials(m%particles%material(particles))%mean_dilatation)
+      if (all_updated_first) mean = mean_gradients(m, cell, particles)
+      do k = 1, size(particles), lanes
+         call take_group(m, cell, particles(k:), group)
+         call update_particles()
+         if (all_updated_first) cycle
+         if (pass%move .and. .not. m%particles%total_frame) call take_group(m, cell, particles(k:), group)
+         call give()
       end do
       if (all_updated_first) then
-         mean = mean_gradients(m, cell)
-         do e = cell%first, cell%last
-            do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-               call find_particle_support(m%particles, cell, i, n, gradient)
-               call give(i)
-            end do
+         mean = mean_gradients(m, cell, particles)
+         do k = 1, size(particles), lanes
+            call take_group(m, cell, particles(k:), group)
+            call give()
          end do
       end if
-      if (m%particles%thickness%is_ring .and. cell%n > corners) where (abs(mass) <= rounding*sum(mass)) mass = 0 ! on the axis
-      call store(pass, cell, mass, momentum, force, f)
+      call store(pass, cell, m%particles%thickness%is_ring, mass, momentum, force, f)
    contains
 
-      !> Give a particle what the points do to it (G2P).
-      subroutine update_particle(i)
-         integer, intent(in) :: i
-         real(dp) :: dv(ndim), v(ndim, cell%n), change(ndim, ndim), xi(ndim), hoop, missing
-         associate (material => m%materials(m%particles%material(i)))
-            if (pass%kick) then
-               dv = dt*matmul(acceleration(:, cell%points(:cell%n)), n)
-               if (pass%audit) audit(1) = audit(1) + 0.5_dp*m%particles%mass(i)*sum(dv**2)
-               m%particles%velocity(i, :) = m%particles%velocity(i, :) + dv
-            end if
-            if (pass%move) then
-               m%particles%displacement(i, :) = m%particles%displacement(i, :) + dt*matmul(new_velocity(:, cell%points(:cell%n)), n)
-               xi = (m%particles%place_in_grid(i) - cell%lower)*cell%inverse_size
-               has_left = has_left .or. .not. all(abs(xi - inside_cell(xi)) <= edge_margin)
-            end if
-            if (pass%strain_fraction > 0) then
-               v = pass%strain_fraction*dt*strain_velocity(:, cell%points(:cell%n))
-               if (material%is_ring) then
-                  hoop = m%particles%hoop_of(i)
-                  m%particles%widening(i) = m%particles%widening(i) + dot_product(v(1, :), n)
-                  if (pass%audit) audit(2) = audit(2) + m%particles%volume(i)*work_of_hoop(material, hoop, m%particles, i)
-               end if
-               change = matmul(v, gradients_by_place(material, m%particles, i, gradient))
-               if (material%mean_dilatation) then
-                  missing = sum(v*transpose(mean)) - trace(change)
-                  if (material%is_ring) missing = missing - dot_product(v(1, :), n)/radius_of(material, m%particles, i)
-                  change = change + missing/2*identity
-               end if
-               if (.not. m%particles%total_frame .or. is_by_place(material, m%particles)) &
-                  change = change + product_of(change, m%particles%gradient_of(i))
-               if (pass%audit) &
-                  audit(2) = audit(2) + m%particles%volume(i)*work_of_change(material, m%particles%gradient_of(i), change, &
-                                                                             pass%strain_fraction*dt, m%particles, i, &
-                                                                             m%particles%hoop_of(i))
-               m%particles%gradient(i, :, :) = m%particles%gradient(i, :, :) + change
-               if (pass%updates_state) call update_particle_state(material, pass%strain_fraction*dt, m%particles, i)
-            end if
-         end associate
-      end subroutine update_particle
-
-      !> Give the points what a particle does to them (P2G).
-      subroutine give(i)
-         integer, intent(in) :: i
-         real(dp) :: t(ndim, ndim), g(cell%n, ndim), v(ndim)
-         integer :: c
-         if (pass%map_mass) mass = mass + m%particles%mass(i)*n
-         if (pass%map_momentum) then
-            v = m%particles%mass(i)*m%particles%velocity(i, :)
-            do c = 1, cell%n
-               momentum(:, c) = momentum(:, c) + n(c)*v
+      !> Give the particles what the points do to them (G2P).
+      subroutine update_particles()
+         real(dp) :: change(lanes, ndim, ndim), x(lanes, ndim), xi(ndim)
+         integer :: l
+         if (pass%kick) then
+            call interpolate(cell%n, group%functions, kick_by, x)
+            do l = 1, group%n
+               associate (i => group%particle(l), v => m%particles%velocity)
+                  if (pass%audit) audit(1) = audit(1) + 0.5_dp*m%particles%mass(i)*(x(l, 1)**2 + x(l, 2)**2)
+                  v(i, 1) = v(i, 1) + x(l, 1)
+                  v(i, 2) = v(i, 2) + x(l, 2)
+               end associate
             end do
          end if
-         if (.not. pass%map_force) return
-         associate (material => m%materials(m%particles%material(i)))
-            t = m%particles%volume(i)*material%mapped_stress(m%particles%gradient_of(i), m%particles%total_frame &
-                                                             .and. .not. is_by_place(material, m%particles), &
-                                                             m%particles%history_of(i), m%particles%hoop_of(i))
-            g = gradients_by_place(material, m%particles, i, gradient)
-            force = force - matmul(t, transpose(g))
-            if (material%is_ring) force(1, :) = force(1, :) - m%particles%volume(i)*hoop_resistance(material, m%particles, i)*n
-            if (.not. material%mean_dilatation) return
-            if (material%is_ring) g(:, 1) = g(:, 1) + n/radius_of(material, m%particles, i)
-         end associate
-         do c = 1, cell%n
-            force(:, c) = force(:, c) - trace(t)/2*(mean(c, :) - g(c, :))
+         if (pass%move) then
+            call interpolate(cell%n, group%functions, move_by, x)
+            do l = 1, group%n
+               associate (i => group%particle(l), u => m%particles%displacement)
+                  u(i, 1) = u(i, 1) + x(l, 1)
+                  u(i, 2) = u(i, 2) + x(l, 2)
+                  if (m%particles%total_frame) cycle
+                  xi = (m%particles%place_in_grid(i) - cell%lower)*cell%inverse_size
+                  has_left = has_left .or. .not. all(abs(xi - inside_cell(xi)) <= edge_margin)
+               end associate
+            end do
+         end if
+         if (.not. pass%strain_fraction > 0) return
+         call interpolate(cell%n, group%functions, strain_by, x)
+         do l = 1, ndim
+            call interpolate(cell%n, group%gradients(:, :, l), strain_by, change(:, :, l))
          end do
+         do l = 1, group%n
+            call strain_particle(m%materials(m%particles%material(group%particle(l))), group%particle(l), x(l, 1), change(l, :, :))
+         end do
+      end subroutine update_particles
+
+      !> Strain a particle.
+      subroutine strain_particle(material, i, along_radius, change_of_points)
+         type(material_t), intent(in) :: material
+         integer, intent(in) :: i
+         real(dp), intent(in) :: along_radius    !! displacement along x [m]
+         real(dp), intent(in) :: change_of_points(ndim, ndim) !! gradient of the displacement of the points
+         real(dp) :: change(ndim, ndim), hoop, missing
+         change = change_of_points
+         if (material%is_ring) then
+            hoop = m%particles%hoop_of(i)
+            m%particles%widening(i) = m%particles%widening(i) + along_radius
+            if (pass%audit) audit(2) = audit(2) + m%particles%volume(i)*work_of_hoop(material, hoop, m%particles, i)
+         end if
+         if (material%mean_dilatation) then
+            missing = sum(strain_by*transpose(mean)) - trace(change)
+            if (material%is_ring) missing = missing - along_radius/radius_of(material, m%particles, i)
+            change = change + missing/2*identity
+         end if
+         if (.not. m%particles%total_frame .or. is_by_place(material, m%particles)) &
+            change = change + product_of(change, m%particles%gradient_of(i))
+         if (pass%audit) &
+            audit(2) = audit(2) + m%particles%volume(i)*work_of_change(material, m%particles%gradient_of(i), change, &
+                                                                       pass%strain_fraction*dt, m%particles, i, &
+                                                                       m%particles%hoop_of(i))
+         m%particles%gradient(i, :, :) = m%particles%gradient(i, :, :) + change
+         if (pass%updates_state) call update_particle_state(material, pass%strain_fraction*dt, m%particles, i)
+      end subroutine strain_particle
+
+      !> Give the points what the particles do to them (P2G).
+      subroutine give()
+         real(dp), dimension(lanes) :: m_p, hoop, half, radius
+         real(dp) :: t(lanes, ndim, ndim)
+         integer :: l, c, d
+         associate (p => m%particles, n => group%n, particle => group%particle)
+            if (pass%map_mass .or. pass%map_momentum) then
+               m_p = 0
+               m_p(:n) = p%mass(particle(:n))
+               if (pass%map_mass) call add_to_points(cell%n, group%functions, m_p, mass)
+               if (pass%map_momentum) then
+                  call add_to_points(cell%n, group%functions, m_p*p%velocity(particle, 1), momentum(:, :, 1))
+                  call add_to_points(cell%n, group%functions, m_p*p%velocity(particle, 2), momentum(:, :, 2))
+               end if
+            end if
+            if (.not. pass%map_force) return
+            call find_forces(m, group, t)
+            do c = 1, ndim
+               do d = 1, ndim
+                  call add_to_points(cell%n, group%gradients(:, :, c), -t(:, d, c), force(:, :, d))
+               end do
+            end do
+            if (p%thickness%is_ring) then
+               hoop = 0
+               do l = 1, n
+                  if (m%materials(p%material(particle(l)))%is_ring) &
+                     hoop(l) = -p%volume(particle(l))*hoop_resistance(m%materials(p%material(particle(l))), p, particle(l))
+               end do
+               call add_to_points(cell%n, group%functions, hoop, force(:, :, 1))
+            end if
+            if (.not. all_updated_first) return
+            half = 0
+            radius = 1
+            do l = 1, n
+               associate (material => m%materials(p%material(particle(l))))
+                  if (.not. material%mean_dilatation) cycle
+                  half(l) = (t(l, 1, 1) + t(l, 2, 2))/2
+                  radius(l) = radius_of(material, p, particle(l))
+               end associate
+            end do
+            do d = 1, ndim
+               do c = 1, cell%n
+                  force(:, c, d) = force(:, c, d) - half*(mean(c, d) - group%gradients(:, c, d))
+               end do
+            end do
+            if (.not. p%thickness%is_ring) return
+            call add_to_points(cell%n, group%functions, half/radius, force(:, :, 1))
+         end associate
       end subroutine give
    end subroutine pass_cell
 
-   !> Functions of the points of a cell, and their gradients, where a particle stands.
-   pure subroutine find_particle_support(p, cell, i, n, gradient)
-      type(particles_t), intent(in) :: p
+   !> The particles of a cell.
+   pure function particles_of(m, cell, n) result(particles)
+      type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
-      integer, intent(in) :: i
-      real(dp), intent(out) :: n(:)              !! (points)
-      real(dp), intent(out) :: gradient(:, :)    !! [1/m], (points, ndim)
-      real(dp) :: xi(ndim)
-      xi = inside_cell((p%place_in_grid(i) - cell%lower)*cell%inverse_size)
-      n = cell%functions(xi)
-      gradient = cell%gradients(xi)
-   end subroutine find_particle_support
+      integer, intent(in) :: n                   !! their number
+      integer :: particles(n)
+      integer :: e, i, k
+      k = 0
+      do e = cell%first, cell%last
+         do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
+            k = k + 1
+            particles(k) = i
+         end do
+      end do
+   end function particles_of
+
+   !> Take the first of some particles of a cell, as many as stand side by side, with the functions of the points where they are.
+   pure subroutine take_group(m, cell, particles, group)
+      type(matter_t), intent(in) :: m
+      type(support_t), intent(in) :: cell
+      integer, intent(in) :: particles(:)
+      type(group_t), intent(out) :: group
+      real(dp) :: xi(lanes, ndim)
+      integer :: l
+      group%n = min(lanes, size(particles))
+      group%particle = particles(group%n)
+      group%particle(:group%n) = particles(:group%n)
+      do l = 1, lanes
+         xi(l, :) = inside_cell((m%particles%place_in_grid(group%particle(l)) - cell%lower)*cell%inverse_size)
+      end do
+      call cell%find_functions(xi, group%functions, group%gradients)
+      if (.not. (any(m%materials%mean_dilatation) .and. m%particles%total_frame)) return
+      do l = 1, group%n
+         associate (i => group%particle(l), g => group%gradients)
+            if (is_by_place(m%materials(m%particles%material(i)), m%particles)) &
+               g(l, :cell%n, :) = matmul(g(l, :cell%n, :), transpose(inverse_transpose(identity + m%particles%gradient_of(i))))
+         end associate
+      end do
+   end subroutine take_group
+
+   !> Values of a field of the points at particles or, by the gradients of the functions in one direction, its derivatives.
+   pure subroutine interpolate(points, functions, field, at)
+      integer, intent(in) :: points
+      real(dp), intent(in) :: functions(lanes, points), field(ndim, points)
+      real(dp), intent(out) :: at(lanes, ndim)
+      real(dp), dimension(lanes) :: x, y
+      integer :: c, l
+      x = 0
+      y = 0
+      do c = 1, points
+         !$omp simd
+         do l = 1, lanes
+            x(l) = x(l) + functions(l, c)*field(1, c)
+            y(l) = y(l) + functions(l, c)*field(2, c)
+         end do
+      end do
+      at(:, 1) = x
+      at(:, 2) = y
+   end subroutine interpolate
+
+   !> Add what particles have, by the functions of the points or their gradients, to sums by lane at these.
+   pure subroutine add_to_points(points, functions, x, sums)
+      integer, intent(in) :: points
+      real(dp), intent(in) :: functions(lanes, points), x(lanes)
+      real(dp), intent(inout) :: sums(lanes, points)
+      integer :: c, l
+      do c = 1, points
+         !$omp simd
+         do l = 1, lanes
+            sums(l, c) = sums(l, c) + functions(l, c)*x(l)
+         end do
+      end do
+   end subroutine add_to_points
+
+   !> Volume times stress of particles [N m], 0 behind the last.
+   pure subroutine find_forces(m, group, t)
+      type(matter_t), intent(in) :: m
+      type(group_t), intent(in) :: group
+      real(dp), intent(out) :: t(lanes, ndim, ndim)
+      real(dp) :: volume(lanes), h(lanes, ndim, ndim)
+      integer :: l
+      associate (p => m%particles, particle => group%particle, material => m%materials(m%particles%material(group%particle(1))))
+         volume = 0
+         volume(:group%n) = p%volume(particle(:group%n))
+         if (material%linear .and. .not. material%is_ring .and. all(p%material(particle) == p%material(particle(1)))) then
+            do l = 1, lanes
+               h(l, :, :) = p%gradient(particle(l), :, :) - material%free
+            end do
+            call anisotropic_forces(1, lanes, material%stiffness, volume, h, t)
+            return
+         end if
+      end associate
+      do l = 1, lanes
+         associate (p => m%particles, i => group%particle(l), material => m%materials(m%particles%material(group%particle(l))))
+            t(l, :, :) = volume(l)*material%mapped_stress(p%gradient_of(i), p%total_frame .and. .not. is_by_place(material, p), &
+                                                          p%history_of(i), p%hoop_of(i))
+         end associate
+      end do
+   end subroutine find_forces
 
    !> Whether a material is strained by gradients with respect to the present position although the frame is total.
    pure logical function is_by_place(material, p)
@@ -198,17 +343,6 @@ contains
       type(particles_t), intent(in) :: p
       is_by_place = material%mean_dilatation .and. p%total_frame .and. material%is_finite
    end function is_by_place
-
-   !> The gradients by which a particle is strained [1/m], (points, ndim): those of its frame or, above, F^-T times these.
-   pure function gradients_by_place(material, p, i, gradient) result(g)
-      type(material_t), intent(in) :: material
-      type(particles_t), intent(in) :: p
-      integer, intent(in) :: i
-      real(dp), intent(in) :: gradient(:, :)     !! those of the frame
-      real(dp) :: g(size(gradient, 1), ndim)
-      g = gradient
-      if (is_by_place(material, p)) g = matmul(g, transpose(inverse_transpose(identity + p%gradient_of(i))))
-   end function gradients_by_place
 
    !> The radius that goes with these gradients [m].
    pure real(dp) function radius_of(material, p, i) result(radius)
@@ -219,38 +353,27 @@ contains
       if (.not. p%total_frame .or. is_by_place(material, p)) radius = radius + p%displacement(i, 1)
    end function radius_of
 
-   !> Whether particles of a cell share their dilatation.
-   pure logical function shares_dilatation(m, cell) result(shares)
-      type(matter_t), intent(in) :: m
-      type(support_t), intent(in) :: cell
-      integer :: e
-      shares = .false.
-      if (.not. any(m%materials%mean_dilatation)) return
-      do e = cell%first, cell%last
-         associate (first => m%blocks%first_in(e), last => m%blocks%last_in(e), stride => m%blocks%stride_in(e))
-            shares = shares .or. any(m%materials(m%particles%material(first:last:stride))%mean_dilatation)
-         end associate
-      end do
-   end function shares_dilatation
-
    !> Means of the gradients over the particles of a cell that share their dilatation, weighted by present volume [1/m], (points, ndim).
-   pure function mean_gradients(m, cell) result(mean)
+   pure function mean_gradients(m, cell, particles) result(mean)
       type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
-      real(dp) :: mean(cell%n, ndim), n(cell%n), gradient(cell%n, ndim), weight, total
-      integer :: e, i
+      integer, intent(in) :: particles(:)        !! those of the cell
+      real(dp) :: mean(cell%n, ndim), weight, total
+      type(group_t) :: group
+      integer :: k, l
       mean = 0
       total = 0
-      do e = cell%first, cell%last
-         do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-            associate (material => m%materials(m%particles%material(i)))
+      do k = 1, size(particles), lanes
+         call take_group(m, cell, particles(k:), group)
+         do l = 1, group%n
+            associate (i => group%particle(l), material => m%materials(m%particles%material(group%particle(l))))
                if (.not. material%mean_dilatation) cycle
-               call find_particle_support(m%particles, cell, i, n, gradient)
                weight = m%particles%volume(i)
                if (material%is_finite) &
                   weight = weight*determinant(identity + m%particles%gradient_of(i))*(1 + m%particles%hoop_of(i))
-               mean = mean + weight*gradients_by_place(material, m%particles, i, gradient)
-               if (material%is_ring) mean(:, 1) = mean(:, 1) + weight*n/radius_of(material, m%particles, i)
+               mean = mean + weight*group%gradients(l, :cell%n, :)
+               if (material%is_ring) &
+                  mean(:, 1) = mean(:, 1) + weight*group%functions(l, :cell%n)/radius_of(material, m%particles, i)
                total = total + weight
             end associate
          end do
@@ -262,14 +385,16 @@ contains
    pure function mass_of_cell(m, cell) result(own)
       type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
-      real(dp) :: n(cell%n), gradient(cell%n, ndim), own(cell%n, cell%n)
-      integer :: e, i, c
+      real(dp) :: own(cell%n, cell%n)
+      type(group_t) :: group
+      integer :: particles(sum(m%blocks%count_in(cell%first:cell%last))), k, l, c
+      particles = particles_of(m, cell, size(particles))
       own = 0
-      do e = cell%first, cell%last
-         do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-            call find_particle_support(m%particles, cell, i, n, gradient)
+      do k = 1, size(particles), lanes
+         call take_group(m, cell, particles(k:), group)
+         do l = 1, group%n
             do c = 1, cell%n
-               own(:, c) = own(:, c) + m%particles%mass(i)*n(c)*n
+               own(:, c) = own(:, c) + m%particles%mass(group%particle(l))*group%functions(l, c)*group%functions(l, :cell%n)
             end do
          end do
       end do
@@ -293,13 +418,15 @@ contains
       end associate
    end subroutine find_matrix
 
-   !> Store what a cell gives to its points as contributions of its elements.
-   pure subroutine store(pass, cell, mass, momentum, force, f)
+   !> Store what a cell gives to its points, added up over the lanes, as contributions of its elements. Points on an axis have no mass.
+   pure subroutine store(pass, cell, is_ring, mass, momentum, force, f)
       type(pass_t), intent(in) :: pass
       type(support_t), intent(in) :: cell
-      real(dp), intent(in) :: mass(:), momentum(:, :), force(:, :)
+      logical, intent(in) :: is_ring             !! whether there may be such points
+      real(dp), intent(in) :: mass(:, :), momentum(:, :, :), force(:, :, :)
       type(nodal_fields_t), intent(inout) :: f
-      integer :: e, k
+      real(dp) :: of_point
+      integer :: e, k, d
       do e = 1, cell%last - cell%first + 1
          associate (given => f%contribution(cell%lane(e), :, :, cell%block(e)))
             if (pass%map_mass) given(:, of_mass) = 0
@@ -309,9 +436,15 @@ contains
       end do
       do k = 1, cell%n
          associate (given => f%contribution(cell%lane(cell%element_of(k)), cell%corner_of(k), :, cell%block(cell%element_of(k))))
-            if (pass%map_mass) given(of_mass) = mass(k)
-            if (pass%map_momentum) given(of_momentum:of_momentum + ndim - 1) = momentum(:, k)
-            if (pass%map_force) given(of_force:of_force + ndim - 1) = force(:, k)
+            if (pass%map_mass) then
+               of_point = sum(mass(:, k))
+               if (is_ring .and. cell%n > corners) of_point = merge(0.0_dp, of_point, abs(of_point) <= rounding*sum(mass))
+               given(of_mass) = of_point
+            end if
+            do d = 1, ndim
+               if (pass%map_momentum) given(of_momentum + d - 1) = sum(momentum(:, k, d))
+               if (pass%map_force) given(of_force + d - 1) = sum(force(:, k, d))
+            end do
          end associate
       end do
    end subroutine store

@@ -8,8 +8,7 @@
 !> at a stride of `stride_in(e)`, and nothing outside the kernels needs to know more.
 module hampm_cell_blocks
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point, shape_functions, shape_gradients, &
-                          quadratic_functions, quadratic_gradients
+   use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point
    use hampm_failure, only: failure_t, exit_computation
    use hampm_forest, only: deepest
    use hampm_dofs, only: element_of_slot, corner_of_slot
@@ -44,8 +43,7 @@ module hampm_cell_blocks
       logical :: is_cut = .false.                       !! by a crack or the edge of a body
       real(dp) :: correction(points_of_quadratic, ndim) = 0 !! of the gradients of its functions, where it is cut [1/m]
    contains
-      procedure :: functions
-      procedure :: gradients
+      procedure :: find_functions
    end type support_t
 
    !> The cells with particles, in blocks.
@@ -340,29 +338,38 @@ contains
       end do
    end subroutine place_supports
 
-   !> Shape functions of the points of a cell.
-   pure function functions(self, xi) result(n)
+   !> Shape functions of the points of a cell at some places, side by side, and their gradients: products of functions along x and y.
+   pure subroutine find_functions(self, xi, n, gradient)
       class(support_t), intent(in) :: self
-      real(dp), intent(in) :: xi(ndim)                  !! place in the cell, 0 to 1
-      real(dp) :: n(self%n)
-      if (self%n == corners) then
-         n = shape_functions(xi)
-      else
-         n = quadratic_functions(xi)
-      end if
-   end function functions
-
-   !> And their gradients [1/m].
-   pure function gradients(self, xi) result(gradient)
-      class(support_t), intent(in) :: self
-      real(dp), intent(in) :: xi(ndim)                  !! place in the cell, 0 to 1
-      real(dp) :: gradient(self%n, ndim)
-      if (self%n == corners) then
-         gradient = shape_gradients(xi, self%inverse_size)
-      else
-         gradient = quadratic_gradients(xi, self%inverse_size) + self%correction
-      end if
-   end function gradients
+      real(dp), intent(in) :: xi(lanes, ndim)           !! places in the cell, 0 to 1
+      real(dp), intent(out) :: n(lanes, points_of_quadratic), gradient(lanes, points_of_quadratic, ndim) !! [1/m]
+      real(dp) :: along(lanes, 3, ndim), slope(lanes, 3, ndim)
+      integer :: i, j, c, d
+      do d = 1, ndim
+         if (self%n == corners) then
+            along(:, 1, d) = 1 - xi(:, d)
+            along(:, 2, d) = xi(:, d)
+            slope(:, 1, d) = -1
+            slope(:, 2, d) = 1
+         else
+            along(:, 1, d) = (1 - xi(:, d))*(1 - 2*xi(:, d))
+            along(:, 2, d) = 4*xi(:, d)*(1 - xi(:, d))
+            along(:, 3, d) = xi(:, d)*(2*xi(:, d) - 1)
+            slope(:, 1, d) = 4*xi(:, d) - 3
+            slope(:, 2, d) = 4 - 8*xi(:, d)
+            slope(:, 3, d) = 4*xi(:, d) - 1
+         end if
+      end do
+      c = 0
+      do j = 1, merge(2, 3, self%n == corners)
+         do i = 1, merge(2, 3, self%n == corners)
+            c = c + 1
+            n(:, c) = along(:, i, 1)*along(:, j, 2)
+            gradient(:, c, 1) = slope(:, i, 1)*along(:, j, 2)*self%inverse_size + self%correction(c, 1)
+            gradient(:, c, 2) = along(:, i, 1)*slope(:, j, 2)*self%inverse_size + self%correction(c, 2)
+         end do
+      end do
+   end subroutine find_functions
 
    !> Room for where the blocks and the points around them are.
    subroutine resize_to_grid(blocks, n_points, failure)
