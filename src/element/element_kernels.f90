@@ -8,7 +8,7 @@ module hampm_element_kernels
    implicit none
    private
    public :: n_masses, n_moments, add_mass_line, add_stiffness_line, mass_by_lines, stiffness_by_lines, apply_mass, &
-             isotropic_stress, anisotropic_stress, add_divergence, add_to_sum, add_scaled, copy_points
+             isotropic_stress, anisotropic_stress, add_divergence, add_to_sum, copy_points
 
    integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
    integer, parameter :: n_moments = 6           !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2
@@ -204,18 +204,6 @@ contains
          total(:, points(k)) = total(:, points(k)) + factor*field(:, points(k))
       end do
    end subroutine add_to_sum
-
-   !> total <- total + factor x.
-   pure subroutine add_scaled(n, factor, x, total)
-      integer, intent(in) :: n
-      real(dp), intent(in) :: factor, x(n)
-      real(dp), intent(inout) :: total(n)
-      integer :: k
-      !$omp simd
-      do k = 1, n
-         total(k) = total(k) + factor*x(k)
-      end do
-   end subroutine add_scaled
 
    !> Copy a nodal field at some points.
    pure subroutine copy_points(n, points, from, to)

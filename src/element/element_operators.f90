@@ -23,7 +23,7 @@ module hampm_element_operators
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: cell_blocks_t, lanes, of_mass
-   use hampm_element_kernels, only: n_masses, n_moments, add_to_sum, add_scaled, copy_points
+   use hampm_element_kernels, only: n_masses, n_moments, add_to_sum, copy_points
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t, assemble_at, v_next
@@ -34,6 +34,7 @@ module hampm_element_operators
    use hampm_stencils, only: stencils_t, run_t, find_stencils, runs_of, apply_stencils
    use hampm_support_operators, only: support_operators_t, find_support_operators, apply_support_operators, least_part
    use hampm_support_pass, only: pass_by_supports
+   use hampm_vectors, only: add_scaled
    implicit none
    private
    public :: element_operators_t, find_operators, sum_masses, sum_moments, keeps_sums, add_up, add_up_from, apply_to_runs, &

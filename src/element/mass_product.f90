@@ -60,7 +60,9 @@ contains
          end do
          call grid%dofs%condense(all, ndim, y)
          do k = 1, all%n_nodes
-            y(:, all%nodes(k)) = y(:, all%nodes(k)) + mass(all%nodes(k))*x(:, all%nodes(k))
+            do c = 1, ndim
+               y(c, all%nodes(k)) = y(c, all%nodes(k)) + mass(all%nodes(k))*x(c, all%nodes(k))
+            end do
          end do
          if (allocated(matrix%ghosts)) call add_mass_product(matrix%ghosts, x, y, unused)
       end associate

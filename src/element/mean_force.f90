@@ -24,9 +24,9 @@ module hampm_mean_force
    use hampm_mass_matrix, only: nodes_per_chunk
    use hampm_material, only: material_t
    use hampm_particle_pass, only: blocks_per_task
-   use hampm_element_kernels, only: n_masses, n_moments, apply_mass, isotropic_stress, anisotropic_stress, add_divergence, &
-                                    add_scaled
+   use hampm_element_kernels, only: n_masses, n_moments, apply_mass, isotropic_stress, anisotropic_stress, add_divergence
    use hampm_particle_kernels, only: take_corners
+   use hampm_vectors, only: add_scaled
    implicit none
    private
    public :: mean_force_t, make_room, add_mean_change, theta

@@ -9,6 +9,7 @@ module hampm_nodal_state
    use hampm_particle_pass, only: pass_report_t
    use hampm_pass, only: pass_t
    use hampm_interface_points, only: add_interface_forces
+   use hampm_vectors, only: multiply, add_scaled
    implicit none
    private
    public :: nodal_state_t, find_nodal_state, find_external_force, internal_force, external_force, unbalanced_force
@@ -48,7 +49,7 @@ contains
       call sum_stress(m)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       call find_external_force(m, .false., 1)
-      m%fields%force = m%fields%force + m%fields%external
+      call add_scaled(size(m%fields%force), 1.0_dp, m%fields%external, m%fields%force)
       state%divergence = m%fields%acceleration
       call solve(m, m%fields%force, state%divergence, failure)
       if (keeps_velocity(m) .and. m%scheme%map_at_start%map_force .and. m%interfaces%n == 0 .and. .not. any(m%loads%by_mass)) then
@@ -82,7 +83,8 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: force(:, :)  !! (ndim, n_points)
       call gather_stress(m)
-      allocate (force, source=m%fields%force)
+      allocate (force, mold=m%fields%force)
+      call multiply(size(force), 1.0_dp, m%fields%force, force)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
    end subroutine internal_force
 

@@ -4,6 +4,7 @@ module hampm_outer_forces
    use hampm_mass_product, only: multiply_by_mass
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: external_force
+   use hampm_vectors, only: add_scaled, correct
    implicit none
    private
    public :: outer_forces_t, loading_t, find_loading
@@ -23,7 +24,7 @@ module hampm_outer_forces
       real(dp), allocatable :: rest(:, :)        !! [m/s2], (ndim, n_points)
       real(dp), allocatable :: mass(:)           !! what of M is on its diagonal beside the matrices of cells [kg], (n_points)
    contains
-      procedure :: at
+      procedure :: add_to
    end type outer_forces_t
 
 contains
@@ -37,15 +38,18 @@ contains
       loading%shift = m%constraints%prescribed_at(time)
    end subroutine find_loading
 
-   !> The forces with a displacement of the nodes, condensed [N].
-   function at(self, m, u) result(force)
+   !> Add the forces with a displacement of the nodes to condensed ones [N].
+   subroutine add_to(self, m, u, force)
       class(outer_forces_t), intent(in) :: self
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
-      real(dp), allocatable :: force(:, :)       !! (ndim, n_points)
-      allocate (force, source=self%applied)
+      real(dp), intent(in), contiguous :: u(:, :) !! [m], (ndim, n_points)
+      real(dp), intent(inout), contiguous :: force(:, :) !! (ndim, n_points)
+      real(dp), allocatable :: a(:, :), inertia(:, :)
+      call add_scaled(size(force), 1.0_dp, self%applied, force)
       if (.not. self%mass_factor > 0) return
-      call multiply_by_mass(m%grid, m%fields%mass_matrix, self%mass, self%mass_factor*(u - self%given) + self%rest, force)
-      force = self%applied - force
-   end function at
+      allocate (a, inertia, mold=self%applied)
+      call correct(size(u), self%mass_factor, u, self%given, self%rest, a)
+      call multiply_by_mass(m%grid, m%fields%mass_matrix, self%mass, a, inertia)
+      call add_scaled(size(force), -1.0_dp, inertia, force)
+   end subroutine add_to
 end module hampm_outer_forces

@@ -28,6 +28,7 @@ module hampm_stiffness
    use hampm_tensors, only: identity
    use hampm_element_stiffness, only: change_of_stress, derivatives_at, element_stiffness, forces_by, mean_gradient_in, &
                                       n_derivatives, strain_by
+   use hampm_vectors, only: multiply
    implicit none
    private
    public :: stiffness_t, stiffness_kind_t, kind_at_rest, is_larger, new_stiffness, factorise_stiffness, forces_of, full_loads
@@ -311,12 +312,13 @@ contains
    subroutine solve(self, m, force, u, failure)
       class(stiffness_t), intent(inout) :: self
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: force(:, :)        !! [N], (ndim, n_points)
+      real(dp), intent(in), contiguous :: force(:, :) !! [N], (ndim, n_points)
       real(dp), allocatable, intent(out) :: u(:, :)  !! (ndim, n_points)
       type(failure_t), intent(inout), optional :: failure !! without it there is no iteration
       real(dp), allocatable :: condensed(:, :), x(:)
-      allocate (condensed, source=force)
+      allocate (condensed, mold=force)
       allocate (u(ndim, m%grid%n_points), source=0.0_dp)
+      call multiply(size(force), 1.0_dp, force, condensed)
       allocate (x(self%unknowns%n))
       associate (all => m%fields%mass_matrix%all)
          call m%grid%dofs%condense(all, ndim, condensed)

@@ -55,6 +55,7 @@ module hampm_newmark
    use hampm_interface_points, only: stretch_interfaces, open_interfaces, kick_interfaces, interface_energy, ease_faces, &
                                      forces_of_firm_faces
    use hampm_supports, only: lift_by
+   use hampm_vectors, only: multiply, add_scaled, combine, correct, difference_over, product_with_sum
    implicit none
    private
    public :: newmark_t
@@ -175,10 +176,13 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), allocatable, intent(out) :: r(:, :) !! condensed [N], (ndim, n_points)
       real(dp), allocatable :: inertia(:, :), of_faces(:, :)
-      allocate (of_faces, source=forces_of_firm_faces(m%interfaces, m%grid%n_points))
       call internal_force(m, r)
-      r = r - of_faces
+      if (have_firm_faces(m)) then
+         allocate (of_faces, source=forces_of_firm_faces(m%interfaces, m%grid%n_points))
+         r = r - of_faces
+      end if
       if (.not. self%is_carried) return
+      if (.not. allocated(of_faces)) allocate (of_faces, source=0*r)
       if (self%layout /= m%fields%layout) call find_mass(self, m) ! in a run that is resumed
       allocate (inertia, mold=r)
       call multiply_by_mass(m%grid, m%fields%mass_matrix, self%outer%mass, &
@@ -237,7 +241,8 @@ contains
       is_rough = .false.
       call self%begin(m, part%end, part%length, loading, failure)
       if (failure%failed()) return
-      allocate (shift, source=loading%shift - self%now%shift)
+      allocate (shift, mold=loading%shift)
+      call difference_over(size(shift), loading%shift, self%now%shift, 1.0_dp, shift)
       if (is_linear(m)) then
          call self%newton%solve_at_once(m, self%outer, self%r, shift, self%moved, failure)
       else
@@ -272,6 +277,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp) :: beta, gamma, dt
       real(dp), allocatable :: a(:, :)           ! at the start, by all forces but those of firm faces [m/s2]
+      real(dp), allocatable :: inertia(:, :)     ! forces from outside with it [N]
       if (self%layout /= m%fields%layout) call find_mass(self, m)
       beta = (1 - self%alpha)**2/4
       gamma = 0.5_dp - self%alpha
@@ -289,17 +295,25 @@ contains
       call find_loading(m, time, loading)
       call find_prescribed(m, self%now%shift, time, dt, self%prescribed)
       associate (v => m%state%velocity, alpha => self%alpha, rate => m%damping_rate, outer => self%outer)
-         self%by_v = (1 - gamma/beta)*v + dt*(1 - gamma/(2*beta))*m%state%acceleration
-         self%by_a = -v/(beta*dt) - (1/(2*beta) - 1)*a
+         if (allocated(self%by_v)) deallocate (self%by_v, self%by_a, outer%rest, outer%given, outer%applied)
+         allocate (self%by_v, self%by_a, outer%rest, outer%given, outer%applied, mold=v)
+         call combine(size(v), 1 - gamma/beta, v, dt*(1 - gamma/(2*beta)), m%state%acceleration, self%by_v)
+         call combine(size(v), -1/(beta*dt), v, 1 - 1/(2*beta), a, self%by_a)
          call give(m, self%prescribed%v, self%by_v, .false.)
          call give(m, self%prescribed%a, self%by_a, .false.)
          outer%mass_factor = self%a_du/(1 + alpha) + rate*self%v_du
-         outer%given = 0*v
+         outer%given = 0
          call give(m, self%prescribed%du, outer%given, .false.)
-         outer%rest = (self%by_a + rate*((1 + alpha)*self%by_v - alpha*v))/(1 + alpha)
-         outer%applied = loading%force - alpha/(1 + alpha)*(self%previous%r + self%now%force)
-         self%fixed = m%constraints%fixed
-         if (.not. is_linear(m)) outer%inertia = maxval(abs(outer%at(m, outer%given) - outer%applied))
+         call combine(size(v), 1/(1 + alpha), self%by_a, rate, self%by_v, outer%rest)
+         call add_scaled(size(v), -rate*alpha/(1 + alpha), v, outer%rest)
+         call combine(size(v), 1.0_dp, loading%force, -alpha/(1 + alpha), self%previous%r, outer%applied)
+         call add_scaled(size(v), -alpha/(1 + alpha), self%now%force, outer%applied)
+         if (m%audit .or. m%constraints%move()) self%fixed = m%constraints%fixed
+         if (.not. is_linear(m)) then
+            allocate (inertia, source=0*v)
+            call outer%add_to(m, outer%given, inertia)
+            outer%inertia = maxval(abs(inertia - outer%applied))
+         end if
       end associate
    end subroutine begin
 
@@ -307,18 +321,19 @@ contains
    subroutine finish_step(self, m, du, loading, have_moved, failure)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
+      real(dp), intent(in), contiguous :: du(:, :) !! [m], (ndim, n_points)
       type(loading_t), intent(inout) :: loading  !! at its end; it is taken
       logical, intent(in) :: have_moved          !! whether the particles have been moved and strained, and only lack their velocity
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: v(:, :), a(:, :)
-      allocate (v, source=self%v_du*(du - self%outer%given) + self%by_v)
-      allocate (a, source=self%a_du*(du - self%outer%given) + self%by_a)
+      allocate (v, a, mold=self%by_v)
+      call correct(size(v), self%v_du, du, self%outer%given, self%by_v, v)
+      call correct(size(a), self%a_du, du, self%outer%given, self%by_a, a)
       if (m%constraints%only_push()) then
          call give(m, self%prescribed%v, v, .true.)
          call give(m, self%prescribed%a, a, .true.)
       end if
-      call move_particles(m, self%dt, du, v - m%state%velocity, have_moved)
+      call move_particles(m, self%dt, du, v, have_moved)
       call book(self, m, loading, du, v)
       m%interfaces%weight = 1
       call less_that_of_firm_faces(m, a, 0.5_dp*self%a_du*self%dt**2 - 1, failure)
@@ -326,7 +341,7 @@ contains
       call move_alloc(a, m%state%acceleration)
       call move_alloc(loading%force, self%now%force)
       call move_alloc(loading%shift, self%now%shift)
-      m%state%displacement = m%state%displacement + du
+      call add_scaled(size(du), 1.0_dp, du, m%state%displacement)
       self%previous%is_now = .false.
       self%is_carried = .false.
       if (m%audit) self%kinetic = kinetic_energy(m)
@@ -339,11 +354,17 @@ contains
       real(dp), intent(in) :: times
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: by_faces(:, :)
-      if (m%interfaces%n_contact == 0) return
-      if (.not. any(m%interfaces%list(:m%interfaces%n)%is_firm)) return
+      if (.not. have_firm_faces(m)) return
       call solve_mass_equation(m, forces_of_firm_faces(m%interfaces, m%grid%n_points), 0*a, by_faces, failure)
       a = a - times*by_faces
    end subroutine less_that_of_firm_faces
+
+   !> Whether any faces that may touch are firm.
+   pure logical function have_firm_faces(m) result(have)
+      type(problem_t), intent(in) :: m
+      have = m%interfaces%n_contact > 0
+      if (have) have = any(m%interfaces%list(:m%interfaces%n)%is_firm)
+   end function have_firm_faces
 
    !> What fixed components do in the step that ends at a time: central differences of the displacement that is prescribed.
    subroutine find_prescribed(m, shift, time, dt, prescribed)
@@ -385,29 +406,36 @@ contains
    subroutine give(m, given, x, on_supports)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: given(:, :)        !! (ndim, n_points)
-      real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
+      real(dp), intent(inout), contiguous :: x(:, :) !! (ndim, n_points)
       logical, intent(in), optional :: on_supports !! which; without both are given
-      logical, allocatable :: some(:, :)
-      allocate (some(ndim, m%grid%n_nodes))
-      some = m%constraints%fixed
-      if (present(on_supports)) some = some .and. (m%constraints%supported .eqv. on_supports)
-      where (some) x(:, :m%grid%n_nodes) = given(:, :m%grid%n_nodes)
+      logical :: is_given
+      integer :: k, d
+      associate (c => m%constraints)
+         do k = 1, size(c%node)
+            do d = 1, ndim
+               is_given = c%fixed(d, c%node(k))
+               if (present(on_supports)) is_given = is_given .and. (c%supported(d, c%node(k)) .eqv. on_supports)
+               if (is_given) x(d, c%node(k)) = given(d, c%node(k))
+            end do
+         end do
+      end associate
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine give
 
    !> Move, strain and accelerate the particles by what the nodes gain, and map them; cells with operators without their particles.
-   subroutine move_particles(m, dt, du, dv, have_moved)
+   subroutine move_particles(m, dt, du, v, have_moved)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp), intent(in) :: du(:, :), dv(:, :) !! [m], [m/s], (ndim, n_points)
+      real(dp), intent(in), contiguous :: du(:, :) !! [m], (ndim, n_points)
+      real(dp), intent(in), contiguous :: v(:, :) !! velocity at the end [m/s], (ndim, n_points)
       logical, intent(in) :: have_moved          !! whether they are only to be accelerated
       type(pass_t), parameter :: advance_to = pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next, move=.true., &
                                                      map_momentum=.true., map_force=.true.)
       type(pass_t), parameter :: kick = pass_t(kick=.true., map_momentum=.true.)
       type(pass_report_t) :: report
       real(dp) :: unused
-      m%fields%acceleration = dv/dt
-      m%fields%velocity(:, :, v_next) = du/dt
+      call difference_over(size(v), v, m%state%velocity, dt, m%fields%acceleration)
+      call multiply(size(du), 1/dt, du, m%fields%velocity(:, :, v_next))
       if (have_moved) then
          call pass_over_all(kick, dt, m%matter_t, m%fields, report)
       else if (m%cache%operators%is_active) then
@@ -433,18 +461,17 @@ contains
       class(newmark_t), intent(in) :: self
       type(problem_t), intent(inout) :: m
       type(loading_t), intent(in) :: loading     !! at the end
-      real(dp), intent(in) :: du(:, :)           !! [m], (ndim, n_points)
+      real(dp), intent(in), contiguous :: du(:, :) !! [m], (ndim, n_points)
       real(dp), intent(in) :: v(:, :)            !! velocity at the end [m/s], (ndim, n_points)
       real(dp), allocatable, dimension(:, :) :: drag, momentum_change, work, r ! of damping, of momentum, of R, mean of internal forces
       real(dp) :: taken                          ! by cohesive points that have failed [J]
       integer :: n
       n = m%grid%n_nodes
-      allocate (drag, mold=du)
       associate (v_0 => m%state%velocity, matrix => m%fields%mass_matrix, mean => (self%now%force + loading%force)/2, &
                  fixed => m%constraints%fixed)
-         m%energies%external_work = m%energies%external_work + sum(du(:, :n)*mean(:, :n))
-         drag = 0
+         m%energies%external_work = m%energies%external_work + product_with_sum(ndim*n, du, self%now%force, loading%force)/2
          if (m%damping_rate > 0) then
+            allocate (drag, mold=du)
             call multiply_by_mass(m%grid, matrix, self%outer%mass, m%damping_rate*(v_0 + v)/2, drag)
             m%energies%damping_loss = m%energies%damping_loss + sum(du(:, :n)*drag(:, :n))
          end if
@@ -453,6 +480,7 @@ contains
                                                                     self%previous%instant%interfaces))/2
          m%energies%fracture_energy = m%energies%fracture_energy + taken
          if (.not. (m%audit .or. m%constraints%move())) return
+         if (.not. allocated(drag)) allocate (drag, source=0*du)
          allocate (momentum_change, mold=du)
          call internal_force(m, r)
          r = (self%previous%r + r)/2

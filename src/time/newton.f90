@@ -29,6 +29,7 @@ module hampm_newton
    use hampm_rigid_motions, only: rigid_constraint_t, check_rigid_constraints, turn_with
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
    use hampm_text, only: to_text, three_digits
+   use hampm_vectors, only: multiply
    implicit none
    private
    public :: newton_t, residual, largest_force, displace, work_of
@@ -165,7 +166,7 @@ contains
       class(newton_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
-      real(dp), intent(in) :: internal(:, :)     !! internal forces, condensed [N], (ndim, n_points)
+      real(dp), intent(in), contiguous :: internal(:, :) !! internal forces, condensed [N], (ndim, n_points)
       real(dp), intent(in) :: shift(:, :)        !! by which fixed components move [m], (ndim, n_nodes)
       real(dp), allocatable, intent(out) :: moved(:, :) !! [m], (ndim, n_points)
       type(failure_t), intent(inout) :: failure
@@ -175,11 +176,13 @@ contains
       allocate (none(0))
       call factorise_now(self, m, outer, none, failure)
       if (failure%failed()) return
-      allocate (r, source=internal)
-      call less_offset(m, outer, shift, 0*r, r, offset, has_offset)
+      allocate (r, moved, mold=internal)
+      moved = 0
+      call multiply(size(r), 1.0_dp, internal, r)
+      call less_offset(m, outer, shift, moved, r, offset, has_offset)
       call self%k%solve(m, r, moved, failure)
       self%solutions = self%solutions + 1
-      moved = moved + offset
+      if (has_offset) moved = moved + offset
    end subroutine solve_at_once
 
    !> Turn the pieces of material whose rigid-body constraints feel how they turn, and what the tangent at the start of the load step, where there may be no stress
@@ -294,10 +297,10 @@ contains
    subroutine residual(m, outer, moved, r)
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
-      real(dp), intent(in) :: moved(:, :)        !! by which they have been [m], (ndim, n_points)
+      real(dp), intent(in), contiguous :: moved(:, :) !! by which they have been [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: r(:, :) !! (ndim, n_points)
       call internal_force(m, r)
-      r = r + outer%at(m, moved)
+      call outer%add_to(m, moved, r)
    end subroutine residual
 
    !> Add to internal forces those from outside, less what it takes to move nodes as they have to by `offset`.
@@ -305,14 +308,15 @@ contains
       type(problem_t), intent(in) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       real(dp), intent(in) :: shift(:, :)        !! by which fixed components move in this load step [m], (ndim, n_nodes)
-      real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved in it [m], (ndim, n_points)
-      real(dp), intent(inout) :: r(:, :)         !! condensed [N], (ndim, n_points)
+      real(dp), intent(in), contiguous :: moved(:, :) !! by which nodes have moved in it [m], (ndim, n_points)
+      real(dp), intent(inout), contiguous :: r(:, :) !! condensed [N], (ndim, n_points)
       real(dp), allocatable, intent(out) :: offset(:, :) !! [m], (ndim, n_points)
       logical, intent(out) :: has_offset
       real(dp), allocatable :: resisting(:, :)
-      call find_offset(m, shift - moved(:, :m%grid%n_nodes), offset, has_offset)
-      r = r + outer%at(m, moved + offset)
+      call find_offset(m, shift, moved, offset, has_offset)
+      if (.not. has_offset) call outer%add_to(m, moved, r)
       if (.not. has_offset) return
+      call outer%add_to(m, moved + offset, r)
       call forces_of(m, offset, resisting)
       call add_interface_resistance(m%interfaces, offset, resisting)
       r = r - resisting
@@ -352,17 +356,26 @@ contains
    end function largest_force
 
    !> By how much nodes are to move whatever the forces: held ones with their constraints.
-   subroutine find_offset(m, left, offset, has_offset)
+   subroutine find_offset(m, shift, moved, offset, has_offset)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: left(:, :)         !! of the displacement of fixed components [m], (ndim, n_nodes)
+      real(dp), intent(in) :: shift(:, :)        !! by which fixed components move in this load step [m], (ndim, n_nodes)
+      real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved in it [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: offset(:, :) !! (ndim, n_points)
       logical, intent(out) :: has_offset
+      integer :: k, d
       allocate (offset(ndim, m%grid%n_points), source=0.0_dp)
-      where (m%constraints%fixed) offset(:, :m%grid%n_nodes) = left
-      if (m%constraints%only_push()) then
-         where (m%constraints%fixed .and. m%constraints%supported) offset(:, :m%grid%n_nodes) = -m%constraints%lift
-      end if
-      has_offset = any(abs(offset) > 0)
+      has_offset = .false.
+      associate (c => m%constraints)
+         do k = 1, size(c%node)
+            do d = 1, ndim
+               associate (i => c%node(k))
+                  if (.not. c%fixed(d, i)) cycle
+                  offset(d, i) = merge(-c%lift(d, i), shift(d, i) - moved(d, i), c%supported(d, i))
+                  has_offset = has_offset .or. abs(offset(d, i)) > 0
+               end associate
+            end do
+         end do
+      end associate
       if (has_offset) call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, offset)
    end subroutine find_offset
 
