@@ -220,7 +220,10 @@ contains
       type(matter_t), intent(inout) :: m
       type(nodal_fields_t), intent(inout) :: f
       type(pass_report_t) :: unused
+      type(pass_t) :: by_operators
       integer :: k
+      by_operators = pass
+      by_operators%kick = pass%kick .and. .not. pass%momentum_later
       if (.not. operators%is_active) then
          call pass_over_all(pass, dt, m, f, unused)
          return
@@ -232,14 +235,14 @@ contains
          end do
       end associate
       if (allocated(m%blocks%supports)) then
-         call apply_support_operators(operators%cells, pass, dt, m%blocks, f)
+         call apply_support_operators(operators%cells, by_operators, dt, m%blocks, f)
          call pass_by_supports(pass, dt, m, f, operators%cells%without, f%acceleration, f%velocity(1, 1, v_next), &
                                f%velocity(1, 1, pass%strain_by))
          return
       end if
       !$omp parallel do schedule(static)
       do k = 1, size(operators%runs), runs_per_task
-         call apply_to_runs(operators, operators%runs(k:min(k + runs_per_task - 1, size(operators%runs))), pass, dt, f)
+         call apply_to_runs(operators, operators%runs(k:min(k + runs_per_task - 1, size(operators%runs))), by_operators, dt, f)
       end do
       !$omp parallel do schedule(static)
       do k = 1, size(operators%without), blocks_per_task

@@ -23,6 +23,7 @@ module hampm_pass
       logical :: move = .false.                  !! u <- u + v^(n+1) dt
       logical :: map_mass = .false.              !! lumped mass to the grid
       logical :: map_momentum = .false.          !! momentum to the grid
+      logical :: momentum_later = .false.        !! but not by element operators: it is not asked for before particles are up to date
       logical :: map_matrix = .false.            !! mass matrix to the cells
       logical :: map_force = .false.             !! internal force to the grid
       logical :: audit = .false.                 !! sum what the energy balance asks for

@@ -8,7 +8,7 @@
 module hampm_support_operators
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic
-   use hampm_cell_blocks, only: cell_blocks_t, support_t, of_momentum, of_force
+   use hampm_cell_blocks, only: cell_blocks_t, support_t, lanes, of_momentum, of_force
    use hampm_element_stiffness, only: element_stiffness
    use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t
@@ -18,7 +18,8 @@ module hampm_support_operators
    private
    public :: support_operators_t, find_support_operators, apply_support_operators, least_part
 
-   integer, parameter :: most_points = points_of_quadratic, most_dofs = ndim*most_points
+   integer, parameter :: most_dofs = ndim*points_of_quadratic
+   integer, parameter :: rows = most_dofs + modulo(-most_dofs, lanes) !! of matrices: full vectors
    !> Part of the mass of a bilinear cell that each of its corners needs to have: a particle then is no smaller than about this part of the
    !> nodal sums that it is found from, so that it keeps ten of their sixteen digits.
    real(dp), parameter :: least_part = 1.0e-6_dp
@@ -29,8 +30,9 @@ module hampm_support_operators
       logical :: is_own = .false.                !! of one cell only, which is cut
       integer :: material = 0, particles = 0
       real(dp) :: volume = 0                     !! of their particles over the square of their size: the thickness [m]
-      real(dp) :: mass(most_points, most_points) = 0   !! over the mass of a cell [-]
-      real(dp) :: stiffness(most_dofs, most_dofs) = 0  !! of (x, y) of each point, one after the other [N/m]
+      ! Of (x, y) of each point, one after the other
+      real(dp) :: mass(rows, most_dofs) = 0      !! over the mass of a cell [-]
+      real(dp) :: stiffness(rows, most_dofs) = 0 !! [N/m]
    end type kind_t
 
    !> The kinds, and the kind of each cell, 0 where it is passed particle by particle.
@@ -61,14 +63,14 @@ contains
             if (kind%material == 0) cycle
             if (.not. m%materials(kind%material)%linear) cycle
             if (cell%n == corners) then
-               kind%mass(:corners, :corners) = mass_of_cell(m, cell)/operators%cell_mass(k)
-               if (minval(sum(kind%mass(:corners, :corners), dim=2)) < least_part) cycle
+               call find_mass(m, cell, operators%cell_mass(k), kind)
+               if (minval(sum(kind%mass(:ndim*cell%n, :ndim*cell%n), dim=2)) < least_part) cycle
             end if
             do j = merge(n + 1, 1, kind%is_own), n
                if (is_alike(kind, operators%kinds(j))) exit
             end do
             if (j > n) then
-               if (cell%n > corners) kind%mass(:cell%n, :cell%n) = mass_of_cell(m, cell)/operators%cell_mass(k)
+               if (cell%n > corners) call find_mass(m, cell, operators%cell_mass(k), kind)
                do e = cell%first, cell%last
                   call element_stiffness(m, [e], .true., 0.0_dp, stiffness)
                   kind%stiffness(:ndim*cell%n, :ndim*cell%n) = kind%stiffness(:ndim*cell%n, :ndim*cell%n) + stiffness
@@ -83,6 +85,20 @@ contains
       operators%with = pack([(k, k=1, size(operators%kind_of))], operators%kind_of > 0)
       operators%without = pack([(k, k=1, size(operators%kind_of))], operators%kind_of == 0)
    end subroutine find_support_operators
+
+   !> Find the mass matrix of cells of a kind, by that of one of them.
+   pure subroutine find_mass(m, cell, cell_mass, kind)
+      type(matter_t), intent(in) :: m
+      type(support_t), intent(in) :: cell
+      real(dp), intent(in) :: cell_mass          !! [kg]
+      type(kind_t), intent(inout) :: kind
+      real(dp) :: own(cell%n, cell%n)
+      integer :: d
+      own = mass_of_cell(m, cell)/cell_mass
+      do d = 1, ndim
+         kind%mass(d:ndim*cell%n:ndim, d:ndim*cell%n:ndim) = own
+      end do
+   end subroutine find_mass
 
    !> The material, 0 where there are several, the number of particles and the volume that make the kind of a cell, and its mass [kg].
    pure subroutine find_cell_kind(m, cell, kind, mass)
@@ -136,48 +152,42 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       type(support_t), intent(in) :: cell
       type(nodal_fields_t), intent(inout) :: f
-      real(dp) :: change(ndim*cell%n), by_point(ndim, cell%n), factor
-      integer :: c
       associate (kind => operators%kinds(operators%kind_of(k)))
-         if (pass%kick) then
-            factor = dt*operators%cell_mass(k)
-            by_point = 0
-            do c = 1, cell%n
-               associate (a => factor*f%acceleration(:, cell%points(c)))
-                  by_point(1, :) = by_point(1, :) + kind%mass(:cell%n, c)*a(1)
-                  by_point(2, :) = by_point(2, :) + kind%mass(:cell%n, c)*a(2)
-               end associate
-            end do
-            call add_to(cell, of_momentum, by_point, f)
-         end if
-         if (pass%strain_fraction > 0) then
-            factor = -pass%strain_fraction*dt
-            change = 0
-            do c = 1, cell%n
-               associate (v => factor*f%velocity(:, cell%points(c), pass%strain_by))
-                  change = change + (kind%stiffness(:ndim*cell%n, ndim*c - 1)*v(1) + kind%stiffness(:ndim*cell%n, ndim*c)*v(2))
-               end associate
-            end do
-            call add_to(cell, of_force, reshape(change, [ndim, cell%n]), f)
-         end if
+         if (pass%kick) call add_product(cell, dt*operators%cell_mass(k), kind%mass, f%acceleration, of_momentum, f%contribution)
+         if (pass%strain_fraction > 0) call add_product(cell, -pass%strain_fraction*dt, kind%stiffness, &
+                                                        f%velocity(:, :, pass%strain_by), of_force, f%contribution)
       end associate
    end subroutine apply_to_cell
 
-   !> Add to what a cell gives to its points, which is kept as contributions of its elements.
-   pure subroutine add_to(cell, first, by_point, f)
+   !> Add a factor times the product of a matrix with a field of the points to what a cell gives to these, which is kept as contributions of its
+   !> elements.
+   pure subroutine add_product(cell, factor, matrix, field, first, contribution)
       type(support_t), intent(in) :: cell
+      real(dp), intent(in) :: factor
+      real(dp), intent(in) :: matrix(rows, most_dofs)
+      real(dp), intent(in), contiguous :: field(:, :) !! (ndim, n_points)
       integer, intent(in) :: first               !! of_momentum or of_force
-      real(dp), intent(in) :: by_point(:, :)
-      type(nodal_fields_t), intent(inout) :: f
-      integer :: c, d
+      real(dp), intent(inout), contiguous :: contribution(:, :, :, 0:) !! see `nodal_fields_t`
+      real(dp) :: x, change(rows)
+      integer :: c, d, i
+      change = 0
+      do c = 1, cell%n
+         do d = 1, ndim
+            x = factor*field(d, cell%points(c))
+            !$omp simd
+            do i = 1, rows
+               change(i) = change(i) + matrix(i, ndim*(c - 1) + d)*x
+            end do
+         end do
+      end do
       do c = 1, cell%n
          associate (q => cell%element_of(c))
             do d = 1, ndim
-               associate (sum => f%contribution(cell%lane(q), cell%corner_of(c), first + d - 1, cell%block(q)))
-                  sum = sum + by_point(d, c)
+               associate (sum => contribution(cell%lane(q), cell%corner_of(c), first + d - 1, cell%block(q)))
+                  sum = sum + change(ndim*(c - 1) + d)
                end associate
             end do
          end associate
       end do
-   end subroutine add_to
+   end subroutine add_product
 end module hampm_support_operators

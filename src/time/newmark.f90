@@ -430,7 +430,7 @@ contains
       real(dp), intent(in), contiguous :: v(:, :) !! velocity at the end [m/s], (ndim, n_points)
       logical, intent(in) :: have_moved          !! whether they are only to be accelerated
       type(pass_t), parameter :: advance_to = pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next, move=.true., &
-                                                     map_momentum=.true., map_force=.true.)
+                                                     map_momentum=.true., momentum_later=.true., map_force=.true.)
       type(pass_t), parameter :: kick = pass_t(kick=.true., map_momentum=.true.)
       type(pass_report_t) :: report
       real(dp) :: unused
