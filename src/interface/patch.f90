@@ -35,7 +35,7 @@ contains
       logical, intent(in), optional :: at_reference
       logical, allocatable :: wanted(:)
       integer, allocatable :: elements(:), members(:)
-      integer :: k, i, room, local(grid%n_functions)
+      integer :: k, i, room, local(grid%n_functions), together, numbered
       real(dp) :: place(ndim)
       logical :: is_now
       is_now = .true.
@@ -48,7 +48,10 @@ contains
             elements = whole_cells(grid, pack(around, wanted))
          end if
       end associate
-      room = sum([(size(members_of(elements(k))), k=1, size(elements))])
+      room = sum(blocks%count_in(elements))
+      if (.not. is_now) room = p%n
+      together = merge(corners, 1, grid%is_quadratic()) ! elements with the same nodes
+      numbered = -1
       associate (nodes => 1 + (grid%n_functions - 1)*size(elements))
          allocate (patch%node(nodes), patch%particle(room), patch%gradient(ndim, room))
          allocate (patch%shape(nodes, room), source=0.0_dp)
@@ -58,7 +61,8 @@ contains
       do k = 1, size(elements)
          members = members_of(elements(k))
          if (size(members) == 0) cycle
-         call number_nodes(grid, elements(k), patch, local)
+         if ((k - 1)/together /= numbered) call number_nodes(grid, elements(k), patch, local)
+         numbered = (k - 1)/together
          do i = 1, size(members)
             place = p%reference(members(i), :)
             if (is_now) place = p%place_in_grid(members(i))
@@ -191,26 +195,29 @@ contains
       type(patch_t), intent(in) :: patch
       type(particles_t), intent(in) :: p
       real(dp) :: u(ndim)
-      real(dp) :: matrix(patch%n_nodes, patch%n_nodes), lumped(patch%n_nodes), rhs(patch%n_nodes)
-      integer :: a, b, d
-      associate (shape => patch%shape(:patch%n_nodes, :), m => p%mass(patch%particle))
-         do b = 1, patch%n_nodes
-            do a = 1, patch%n_nodes
-               matrix(a, b) = sum(m*shape(a, :)*shape(b, :))
+      real(dp) :: matrix(patch%n_nodes, patch%n_nodes), rhs(patch%n_nodes, ndim)
+      integer :: k, b, d
+      matrix = 0
+      rhs = 0
+      do k = 1, patch%n
+         associate (shape => patch%shape(:patch%n_nodes, k), i => patch%particle(k))
+            do b = 1, patch%n_nodes
+               if (abs(shape(b)) > 0) matrix(:, b) = matrix(:, b) + (p%mass(i)*shape(b))*shape
             end do
-         end do
-         lumped = sum(matrix, dim=2)
-         do d = 1, ndim
-            rhs = matmul(shape, m*p%displacement(patch%particle, d))
-            u(d) = first_unknown(matrix, lumped, rhs)
-         end do
-      end associate
+            do d = 1, ndim
+               rhs(:, d) = rhs(:, d) + (p%mass(i)*p%displacement(i, d))*shape
+            end do
+         end associate
+      end do
+      do d = 1, ndim
+         u(d) = first_unknown(matrix, sum(matrix, dim=2), rhs(:, d))
+      end do
    end function fitted_displacement
 
    !> First unknown of a small positive semi-definite system by conjugate gradients, preconditioned by the row sums. They end well above
    !> rounding: what that leaves of directions that the matrix does not see, a small residual over no curvature, would be a long way.
    pure real(dp) function first_unknown(matrix, row_sum, rhs) result(first)
-      real(dp), intent(in) :: matrix(:, :), row_sum(:), rhs(:)
+      real(dp), intent(in), contiguous :: matrix(:, :), row_sum(:), rhs(:)
       real(dp), dimension(size(rhs)) :: x, r, z, direction, image
       real(dp), parameter :: solved = 1e-13_dp   ! residual, over the right side
       real(dp), parameter :: unseen = 1e-10_dp   ! curvature along such a direction, over that of the row sums

@@ -4,7 +4,7 @@ module hampm_nodal_state
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads, add_loads
    use hampm_mass_solver, only: solve_aside
-   use hampm_problem, only: problem_t, refresh_grid, keeps_velocity, do_pass, assemble_sums, pass_on
+   use hampm_problem, only: problem_t, map_to_grid, refresh_grid, keeps_velocity, do_pass, assemble_sums, pass_on
    use hampm_nodal_fields, only: v_next, v_mapped
    use hampm_particle_pass, only: pass_report_t
    use hampm_pass, only: pass_t
@@ -34,27 +34,37 @@ contains
    !> equal to a + alpha v - b. The run goes on with the same bytes. Fails where the nodal equations cannot be solved.
    !>
    !> Where the next step solves for the same velocity and acceleration it takes these: forces are summed in the order in which it sums them.
-   subroutine find_nodal_state(m, state, failure)
+   subroutine find_nodal_state(m, state, failure, reactions_only)
       type(problem_t), intent(inout) :: m
       type(nodal_state_t), intent(inout) :: state
       type(failure_t), intent(inout) :: failure
+      logical, intent(in), optional :: reactions_only
       real(dp), allocatable :: reactions(:, :)
-      call refresh_grid(m)
-      state%velocity = m%fields%velocity(:, :, merge(v_mapped, v_next, m%scheme%remaps))
-      if (m%cache%velocity_after /= m%state%steps) call solve(m, m%fields%momentum, state%velocity, failure)
-      if (keeps_velocity(m)) then
-         m%fields%velocity(:, :, v_mapped) = state%velocity
-         m%cache%velocity_after = m%state%steps
+      logical :: with_fields
+      with_fields = .true.
+      if (present(reactions_only)) with_fields = .not. reactions_only
+      if (.not. m%cache%mapped) call map_to_grid(m)
+      if (with_fields) then
+         call refresh_grid(m)
+         state%velocity = m%fields%velocity(:, :, merge(v_mapped, v_next, m%scheme%remaps))
+         if (m%cache%velocity_after /= m%state%steps) call solve(m, m%fields%momentum, state%velocity, failure)
+         if (keeps_velocity(m)) then
+            m%fields%velocity(:, :, v_mapped) = state%velocity
+            m%cache%velocity_after = m%state%steps
+         end if
       end if
       call sum_stress(m)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       call find_external_force(m, .false., 1)
       call add_scaled(size(m%fields%force), 1.0_dp, m%fields%external, m%fields%force)
-      state%divergence = m%fields%acceleration
-      call solve(m, m%fields%force, state%divergence, failure)
-      if (keeps_velocity(m) .and. m%scheme%map_at_start%map_force .and. m%interfaces%n == 0 .and. .not. any(m%loads%by_mass)) then
-         m%fields%acceleration = state%divergence
-         m%cache%acceleration_after = m%state%steps
+      if (with_fields) then
+         state%divergence = m%fields%acceleration
+         call solve(m, m%fields%force, state%divergence, failure)
+         if (keeps_velocity(m) .and. m%scheme%map_at_start%map_force .and. m%interfaces%n == 0 .and. &
+             .not. any(m%loads%by_mass)) then
+            m%fields%acceleration = state%divergence
+            m%cache%acceleration_after = m%state%steps
+         end if
       end if
       call gather_loads(m, by_mass=.true.)
       allocate (reactions(ndim, m%constraints%number()), source=0.0_dp)

@@ -204,6 +204,7 @@ contains
       type(nodal_state_t) :: state
       real(dp), parameter :: rounding = 1e-12_dp ! of displacements
       real(dp) :: least, largest
+      logical :: has_domain
       integer :: k, tip
       m%kinetic_energy = kinetic_energy(problem)
       m%strain_energy = stored_energy(problem)
@@ -212,8 +213,9 @@ contains
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(problem%energies%external_work))
       m%largest_inner_energy = max(m%largest_inner_energy, abs(problem%energies%external_work), &
                                    m%kinetic_energy + m%strain_energy - energy_of_flight(problem))
-      if (any(model%energy_release%chosen%name == 'domain_integral') .or. any(model%constraints%name /= '') &
-          .or. (size(model%paths) > 0 .and. size(model%constraints) > 0)) call find_nodal_state(problem, state, failure)
+      has_domain = any(model%energy_release%chosen%name == 'domain_integral')
+      if (has_domain .or. any(model%constraints%name /= '') .or. (size(model%paths) > 0 .and. size(model%constraints) > 0)) &
+         call find_nodal_state(problem, state, failure, reactions_only=.not. has_domain)
       if (failure%failed()) return
       m%reaction = state%reaction
       if (any(model%constraints%name /= '')) m%reactions = state%reactions

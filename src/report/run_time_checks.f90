@@ -66,10 +66,8 @@ contains
       type(measurements_t), intent(in) :: measurements
       character(:), allocatable, intent(inout) :: warning
       type(failure_t), intent(inout) :: failure
-      character(:), allocatable :: now
       real(dp) :: gain, stored, largest
       integer :: crushed
-      now = problem%state%when()
       stored = measurements%kinetic_energy + measurements%strain_energy
       gain = stored + measurements%plastic_dissipation + measurements%viscous_dissipation + problem%energies%damping_loss &
              - problem%energies%external_work - measurements%initial_energy &
@@ -80,36 +78,37 @@ contains
       crushed = most_crushed_particle(problem%particles, problem%materials)
       if (crushed > 0) then
          if (.not. determinant_of(problem%particles, crushed) > 0) then
-            call failure%report(exit_computation, now//'the material that started at '// &
+            call failure%report(exit_computation, problem%state%when()//'the material that started at '// &
                                 origin(problem%grid, problem%particles, crushed)// &
                                 ' is turned inside out (det F = '//to_text(determinant_of(problem%particles, crushed))// &
                                 '). Likely cause: a load is too large for the material: reduce it'//or_unstable(time))
             return
          end if
       end if
-      if (problem%has_domains()) call check_domains(problem, time, now, failure)
+      if (problem%has_domains()) call check_domains(problem, time, failure)
       if (failure%failed()) return
       if (.not. stored <= huge(stored)) then
-         call failure%report(exit_computation, now//'the energy of the material that started at '//liveliest(problem)// &
+         call failure%report(exit_computation, problem%state%when()// &
+                             'the energy of the material that started at '//liveliest(problem)// &
                              ' is no longer a number'//of_step(problem, time))
       else if (time == 'explicit' .and. gain > max(largest*max(measurements%largest_energy, measurements%initial_energy), &
                                                    measurements%rounding_energy)) then
-         call failure%report(exit_computation, now//'the energy has grown by '//to_text(gain)// &
+         call failure%report(exit_computation, problem%state%when()//'the energy has grown by '//to_text(gain)// &
                              ' J more than the loads have done work; most of it is near the particle that started at '// &
                              liveliest(problem)//of_step(problem, time))
       else
-         call check_energy_gain(problem, time, measurements, now, gain, warning)
-         call check_energy_balance(problem, time, measurements, now, warning)
-         call check_strain(problem, now, warning)
-         call check_stretch(problem, measurements, now, warning)
-         call check_travel(problem, measurements, now, warning)
-         call check_angular_momentum(problem, measurements, now, warning)
+         call check_energy_gain(problem, time, measurements, gain, warning)
+         call check_energy_balance(problem, time, measurements, warning)
+         call check_strain(problem, warning)
+         call check_stretch(problem, measurements, warning)
+         call check_travel(problem, measurements, warning)
+         call check_angular_momentum(problem, measurements, warning)
          if (any(measurements%crack%has_left_node)) &
-            call warn(now//'the material has carried '//carried//': ''vcct'' and ''stress_closure'' '// &
+            call warn(problem%state%when()//'the material has carried '//carried//': ''vcct'' and ''stress_closure'' '// &
                       'are not numbers from now on. Use &energy_release estimators = ''domain_integral'' or '// &
                       '''series_fit'', or &method frame = ''total''', carried, warning)
       end if
-      if (.not. problem%interfaces%are_bounded .and. .not. failure%failed()) call check_pieces(problem, now, failure)
+      if (.not. problem%interfaces%are_bounded .and. .not. failure%failed()) call check_pieces(problem, failure)
    end subroutine check_state
 
    !> Fail where a time step is too small to be added to the time.
@@ -125,11 +124,10 @@ contains
 
    !> Warn, once, where energy has grown without work by a notable part of what the material stores. The motion of the bodies as a
    !> whole is no measure: it would hide in its own energy whatever the material in flight does.
-   subroutine check_energy_gain(problem, time, measurements, now, gain, warning)
+   subroutine check_energy_gain(problem, time, measurements, gain, warning)
       type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time
       type(measurements_t), intent(in) :: measurements
-      character(*), intent(in) :: now
       real(dp), intent(in) :: gain               !! [J]
       character(:), allocatable, intent(inout) :: warning
       character(:), allocatable :: cause
@@ -143,36 +141,35 @@ contains
                  'the load steps are too long for the law: the state is in balance, and external_work is not its work. '// &
                  'Give boxes of a &constraint that end on nodes, or more &method load_steps'
       end if
-      call warn(now//gained//to_text(gain)//' J more than the loads have done work, '//three_digits(100*gain &
+      call warn(problem%state%when()//gained//to_text(gain)//' J more than the loads have done work, '//three_digits(100*gain &
                 /measurements%largest_inner_energy)//' % of what the material stores. Likely cause: '//cause, gained, warning)
    end subroutine check_energy_gain
 
    !> Warn, once, where the energy balance has an error of a notable part of the energy: the work on a particle in a step is that of the mean of
    !> its stresses before and after, which is wrong where one step strains it by much, as a node with next to no mass does with usl.
-   subroutine check_energy_balance(problem, time, measurements, now, warning)
+   subroutine check_energy_balance(problem, time, measurements, warning)
       type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time
       type(measurements_t), intent(in) :: measurements
-      character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: residual
       if (.not. problem%audit .or. time /= 'explicit') return ! at rest what is missing is booked as the loss
       residual = abs(energy_residual(problem, measurements))
       if (residual <= noticed_residual) return
-      call warn(now//unbalanced//three_digits(100*residual)//' % of the largest energy. Likely cause: a step was '// &
+      call warn(problem%state%when()// &
+                unbalanced//three_digits(100*residual)//' % of the largest energy. Likely cause: a step was '// &
                 'too long for some material; reduce &method courant'//other_scheme(problem), unbalanced, warning)
    end subroutine check_energy_balance
 
    !> Fail where the domain of a particle is turned over at a corner: its material would be in two places, and in one twice.
-   subroutine check_domains(problem, time, now, failure)
+   subroutine check_domains(problem, time, failure)
       type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time
-      character(*), intent(in) :: now
       type(failure_t), intent(inout) :: failure
       integer :: i
       do i = 1, problem%particles%n
          if (.not. is_tangled(problem%particles, i)) cycle
-         call failure%report(exit_computation, now//'the domain of the particle that started at '// &
+         call failure%report(exit_computation, problem%state%when()//'the domain of the particle that started at '// &
                              origin(problem%grid, problem%particles, i)//' is turned over at a corner. Likely cause: the '// &
                              'material is sheared further than its domains follow: give &body more points_per_cell'// &
                              or_unstable(time))
@@ -184,10 +181,9 @@ contains
    !> Its particles carry the stress to the nodes, however many of them stand in a cell: that number is now one too large and now
    !> one too small for the stretch, and as the force that passes is the same everywhere, the stress jumps from cell to cell. With n
    !> particles in a row of a cell the energy of a stretch s is off by up to 4 (s - 1)/n (docs/evidence/stability.md).
-   subroutine check_stretch(problem, measurements, now, warning)
+   subroutine check_stretch(problem, measurements, warning)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
-      character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: uncertain, off                 ! energy that may be wrong [J], and by which part a particle's is [-]
       real(dp) :: start(ndim)                    ! where a particle started [m]
@@ -208,7 +204,8 @@ contains
          end do
       end associate
       if (.not. crosses .or. uncertain <= noticed_error*measurements%strain_energy) return
-      call warn(now//crossed//', and its stresses and energies may be wrong by more than a tenth. Likely cause: cells hold too '// &
+      call warn(problem%state%when()// &
+                crossed//', and its stresses and energies may be wrong by more than a tenth. Likely cause: cells hold too '// &
                 'many or too few particles for the stretch; use &method frame = ''total'' or more &body points_per_cell', &
                 crossed, warning)
    end subroutine check_stretch
@@ -218,10 +215,9 @@ contains
    !> carries its stress over at once. The measure is the mean of strain times cells, weighted with the strain energy: a cantilever
    !> that bends by 0.6 of its length sank too far by 30 and 35 % at 0.10 and 0.18 (4 and 8 cells over its depth); a bar was off by
    !> 3.7 % at 0.6.
-   subroutine check_travel(problem, measurements, now, warning)
+   subroutine check_travel(problem, measurements, warning)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
-      character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: product, cells
       integer :: i
@@ -238,7 +234,8 @@ contains
          end do
       end associate
       if (product <= far_and_strained*measurements%strain_energy) return
-      call warn(now//travelled//', '//three_digits(product/measurements%strain_energy)//' cells times strain in the mean: '// &
+      call warn(problem%state%when()// &
+                travelled//', '//three_digits(product/measurements%strain_energy)//' cells times strain in the mean: '// &
                 'forces that are lost and gained at the edges of cells may make stresses, energies and displacements wrong by '// &
                 'several percent or more, and finer cells make it worse. Use &method frame = ''total'' where bodies '// &
                 'do not have to come into contact', travelled, warning)
@@ -338,9 +335,8 @@ contains
    end subroutine check_faces
 
    !> Warn, once, where the small-strain law is used beyond what it is meant for.
-   subroutine check_strain(problem, now, warning)
+   subroutine check_strain(problem, warning)
       type(problem_t), intent(in) :: problem
-      character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
       character(:), allocatable :: advice
       real(dp) :: largest
@@ -351,23 +347,23 @@ contains
       advice = ''
       if (problem%materials(law)%linear) advice = '. Use law = ''neo_hookean'''
       if (largest > absurd_gradient) advice = '. Likely cause: a load, a length or a modulus in other units than m, N and Pa'
-      call warn(now//strained//three_digits(largest)//'; the law '''//trim(problem%materials(law)%law_name)// &
+      call warn(problem%state%when()//strained//three_digits(largest)//'; the law '''//trim(problem%materials(law)%law_name)// &
                 ''' is for small strains and rotations (below '//to_text(small_gradient)//')'//advice, strained, warning)
    end subroutine check_strain
 
    !> Warn, once, where the angular momentum of bodies that nothing acts on has changed. The lumped mass matrix keeps it only as
    !> far as particles stand evenly around nodes: at free edges they do not.
-   subroutine check_angular_momentum(problem, measurements, now, warning)
+   subroutine check_angular_momentum(problem, measurements, warning)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
-      character(*), intent(in) :: now
       character(:), allocatable, intent(inout) :: warning
       real(dp) :: total, largest
       if (size(problem%loads) > 0 .or. problem%damping_rate > 0 .or. size(problem%constraints%node) > 0) return
       if (problem%particles%thickness%is_ring) return ! rings have none
       call angular_momentum(problem%particles, total, largest)
       if (abs(total - measurements%initial_angular_momentum) <= noticed_turn*largest) return
-      call warn(now//slowed//to_text(total - measurements%initial_angular_momentum)//' kg m2/s without external forces, '// &
+      call warn(problem%state%when()// &
+                slowed//to_text(total - measurements%initial_angular_momentum)//' kg m2/s without external forces, '// &
                 'more than a tenth of what the motion allows. Likely cause: a turning body has few cells for its '// &
                 'mass matrix; use smaller &grid cell or &method mass = ''consistent''', slowed, warning)
    end subroutine check_angular_momentum
@@ -454,13 +450,13 @@ contains
    end function other_scheme
 
    !> Fail where a piece is loose, and name the place.
-   subroutine check_pieces(m, now, failure)
+   subroutine check_pieces(m, failure)
       type(problem_t), intent(in) :: m
-      character(*), intent(in) :: now            !! time, in words
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: fill(:), strain(:)
       real(dp) :: beside
       integer :: i, e
+      if (.not. any([(m%grid%is_cut(i), i=1, m%grid%forest%leaf_count())])) return
       allocate (fill(m%grid%n_elements), strain(m%grid%n_elements))
       fill = fills_of_pieces(m%matter_t)
       strain = 0
@@ -474,7 +470,8 @@ contains
          beside = largest_beside(m, e, fill, strain)
          if (.not. (beside > 0 .and. strain(e) > most*beside)) cycle
          associate (x => m%grid%element_lower(:, e) + m%grid%leaf_size(e)/2)
-            call failure%report(exit_computation, now//'material in the cell around ('//to_text(x(1))//', '//to_text(x(2))// &
+            call failure%report(exit_computation, m%state%when()// &
+                                'material in the cell around ('//to_text(x(1))//', '//to_text(x(2))// &
                                 ') m, of which a crack or an edge leaves '//three_digits(100*fill(e))//' %, has a strain of '// &
                                 three_digits(strain(e))//', '//three_digits(strain(e)/beside)//' times that of the cells '// &
                                 'beside it: the material there is almost unsupported. Move the crack, the edge or the load, '// &
