@@ -35,10 +35,11 @@ contains
 
    !> Build the grid of another forest, and make the particles fit it. Fails where the memory does not suffice or a particle has
    !> left the grid.
-   subroutine adopt_forest(m, forest, failure)
+   subroutine adopt_forest(m, forest, failure, new_lines)
       type(problem_t), intent(inout) :: m
       type(forest_t), intent(in) :: forest
       type(failure_t), intent(inout) :: failure
+      type(line_t), allocatable, intent(in), optional :: new_lines(:) !! along which its cells are cut; those of before where it is absent
       type(line_t), allocatable :: lines(:)
       real(dp) :: energy
       call start_families(m%particles)
@@ -47,7 +48,11 @@ contains
       if (failure%failed()) return
       call split_marked(m, are_on_cracks(m), failure) ! both halves are to know of which side of the mesh that is left they are
       if (failure%failed()) return
-      if (m%grid%cut_cells%are_there()) lines = m%grid%cut_cells%lines
+      if (present(new_lines)) then
+         lines = new_lines
+      else if (m%grid%cut_cells%are_there()) then
+         lines = m%grid%cut_cells%lines
+      end if
       call change_grid(m, forest, lines, failure)
       if (failure%failed()) return
       m%energies%numerical_loss = m%energies%numerical_loss + (energy - total_energy(m))

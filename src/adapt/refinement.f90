@@ -3,6 +3,7 @@
 module hampm_refinement
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
+   use hampm_crack_lines, only: line_t
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t, outside
    use hampm_indicator, only: refinement_t, indicator_row_t
@@ -43,13 +44,15 @@ contains
       if (.not. m%grid%forest%is_uniform() .or. m%has_domains()) call match_particles(m, failure)
    end subroutine follow_particles
 
-   !> Look at the indicator and adapt the grid by one level where it asks for it. `adapted` tells whether anything changed.
-   subroutine refine(r, m, tips, adapted, failure)
+   !> Look at the indicator and adapt the grid by one level where it asks for it. `adapted` tells whether anything changed; only then cells are cut along
+   !> other lines.
+   subroutine refine(r, m, tips, adapted, failure, lines)
       type(refinement_t), intent(inout) :: r
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: tips(:, :)
       logical, intent(out) :: adapted
       type(failure_t), intent(inout) :: failure
+      type(line_t), allocatable, intent(in), optional :: lines(:) !! where cells are to be cut along others than before
       type(forest_t) :: forest
       type(indicator_row_t), allocatable :: rows(:)
       integer, allocatable :: change(:)
@@ -67,7 +70,7 @@ contains
       call even_out(tips, forest)
       if (forest%same_leaves(m%grid%forest)) return
       if (would_exceed(r, m, forest)) return
-      call adopt_forest(m, forest, failure)
+      call adopt_forest(m, forest, failure, lines)
       adapted = .true.
    end subroutine refine
 

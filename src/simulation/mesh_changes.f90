@@ -74,8 +74,9 @@ contains
       type(line_t), allocatable :: lines(:)
       logical :: adapted
       allocate (lines, source=s%cracks%lines())
-      call adopt_lines(s%problem, lines, failure)
       adapted = s%refinement%by%is_of_places
+      if (adapted) call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure, lines)
+      if (.not. adapted) call adopt_lines(s%problem, lines, failure)
       do while (adapted .and. .not. failure%failed())
          call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure)
       end do
