@@ -272,7 +272,7 @@ contains
       if (.not. any(marked)) return
       allocate (gradients(ndim, ndim, count(marked)), hourglass(ndim, count(marked)), source=0.0_dp)
       if (.not. (m%has_domains() .or. m%grid%is_quadratic() .or. m%cache%is_provisional)) then ! they have fields of their own, or none
-         gradients = velocity_gradients(m, marked)
+         if (any(abs(m%particles%velocity(:m%particles%n, :)) > 0)) gradients = velocity_gradients(m, marked)
          hourglass = hourglasses(m, marked)
       end if
       if (has_whole_cells(m) .and. .not. m%cache%is_provisional) values = values_of_children(m, marked)

@@ -55,6 +55,7 @@ module hampm_problem
       type(load_t), allocatable :: loads(:)
       real(dp) :: damping_rate = 0               !! alpha of the force -alpha m v [1/s]
       logical :: audit = .false.                 !! whether to book the numerical loss
+      logical :: is_static = .false.             !! whether it goes from equilibrium to equilibrium, without steps
       type(scheme_t) :: scheme
       type(mass_choice_t) :: mass                !! which mass matrix
       type(mass_solver_t) :: solver
@@ -301,7 +302,7 @@ contains
       integer :: k
       if (m%cache%operators%is_active) m%cache%tiling = tiling_t()
       m%cache%operators = none
-      if (m%audit .or. .not. m%particles%total_frame .or. m%particles%thickness%is_ring) return
+      if (m%is_static .or. m%audit .or. .not. m%particles%total_frame .or. m%particles%thickness%is_ring) return
       allocate (is_loaded(m%grid%n_elements), source=.false.)
       do k = 1, size(m%loads)
          is_loaded(m%particles%cell(m%loads(k)%particle)) = .true.

@@ -79,6 +79,7 @@ contains
       problem%interfaces%thickness = model%run%thickness
       problem%interfaces%cohesion = [(model%cohesive(k)%law(), k=1, size(model%cohesive))]
       problem%interfaces%are_bounded = model%method%time == 'explicit'
+      problem%is_static = model%method%time == 'static'
       problem%interfaces%are_moving = model%method%time /= 'static'
       call place_particles(model, problem, failure)
       if (failure%failed()) return
