@@ -38,6 +38,7 @@ module hampm_dofs
       procedure :: elements_at
       procedure :: corners_at
       procedure :: masters_of
+      procedure :: a_master_of
       procedure :: every_node
       procedure :: distribute
       procedure :: condense
@@ -147,6 +148,18 @@ contains
          end if
       end do
    end subroutine masters_of
+
+   !> A node with degrees of freedom at a point: itself or, of a hanging node, the first of its masters; 0 where it has none.
+   pure integer function a_master_of(self, point) result(master)
+      class(dofs_t), intent(in) :: self
+      integer, intent(in) :: point
+      master = point
+      if (point <= self%n_nodes) return
+      associate (k => point - self%n_nodes)
+         master = 0
+         if (self%first_master(k + 1) > self%first_master(k)) master = self%master(self%first_master(k))
+      end associate
+   end function a_master_of
 
    !> The place of a node in a list; a new node gets the next one.
    pure subroutine enter(node, n, list, place)

@@ -3,10 +3,9 @@
 !> where they do not, nothing can come to rest. Loads that keep their direction balance each other on the deformed material, where it has
 !> turned until they do: how far is no matter of the rigid-body constraints.
 module hampm_rigid_motions
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
-   use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t, exit_computation
    use hampm_lapack, only: dposv
    use hampm_problem, only: problem_t
@@ -284,25 +283,37 @@ contains
    pure integer function first_master(m, e) result(node)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: e
-      integer :: masters(most_nodes_of_leaf), n
-      real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf)
-      call m%grid%dofs%masters_of(m%grid%support_of(e), n, masters, weight)
-      node = masters(1)
+      integer :: c
+      do c = 1, corners
+         node = m%grid%dofs%a_master_of(m%grid%element_nodes(c, e))
+         if (node > 0) return
+      end do
    end function first_master
 
    !> Number of the piece of each node: that of the nodes with which it has an element in common, from element to element.
    subroutine find_pieces(m, piece)
       type(problem_t), intent(in) :: m
       integer, allocatable, intent(out) :: piece(:)
-      integer :: masters(most_nodes_of_leaf), n, k, j
-      real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf)
       type(disjoint_sets_t) :: sets
+      integer :: first, master, k, j
       call singletons(m%grid%n_nodes, sets)
-      do k = 1, m%blocks%n_occupied
-         call m%grid%dofs%masters_of(m%grid%support_of(m%blocks%occupied(k)), n, masters, weight)
-         do j = 2, n
-            call sets%join(masters(1), masters(j))
+      associate (dofs => m%grid%dofs, all => m%fields%mass_matrix%all)
+         do k = all%n_nodes + 1, all%n_points    ! those that hang
+            associate (hanging => all%nodes(k) - m%grid%n_nodes)
+               do j = dofs%first_master(hanging) + 1, dofs%first_master(hanging + 1) - 1
+                  call sets%join(dofs%master(j - 1), dofs%master(j))
+               end do
+            end associate
          end do
+      end associate
+      do k = 1, m%blocks%n_occupied
+         first = first_master(m, m%blocks%occupied(k))
+         associate (at => m%grid%support_of(m%blocks%occupied(k)))
+            do j = 1, size(at)
+               master = m%grid%dofs%a_master_of(at(j))
+               if (master > 0) call sets%join(first, master)
+            end do
+         end associate
       end do
       do k = 1, m%interfaces%n
          do j = 2, count(m%interfaces%list(k)%node > 0)
