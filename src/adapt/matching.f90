@@ -211,9 +211,9 @@ contains
       type(problem_t), intent(in) :: m
       integer, intent(in) :: body
       real(dp), parameter :: rounding = 1e-6_dp
-      associate (number => m%grid%forest%cell/m%particles%spacing(:, body))
-         is_odd = .not. m%has_domains() .and. any(mod(nint(number), 2) == 1 .and. abs(number - nint(number)) < rounding)
-      end associate
+      real(dp) :: number(ndim)
+      number = m%grid%forest%cell/m%particles%spacing(:, body)
+      is_odd = .not. m%has_domains() .and. any(mod(nint(number), 2) == 1 .and. abs(number - nint(number)) < rounding)
    end function is_odd
 
    !> How often a particle in the leaf in which it stands is to be split: once for each of its levels, and once more where that is a quadratic one that

@@ -74,7 +74,7 @@ contains
       real(dp), allocatable, intent(inout) :: fields(:, :) !! (components, n_points)
       real(dp), parameter :: alike = 1e-9_dp     ! part of a distance by which others are as near
       real(dp), allocatable :: carried(:, :)
-      real(dp) :: value(size(fields, 1)), least
+      real(dp) :: value(size(fields, 1)), least, place(ndim)
       integer, allocatable :: times(:)
       integer :: k, c, i, n
       allocate (times(m%grid%n_points))
@@ -84,20 +84,19 @@ contains
          associate (e => m%blocks%occupied(k), at => m%grid%support_of(m%blocks%occupied(k)), b => m%blocks)
             if (b%count_in(e) == 0) cycle        ! a quarter of a quadratic cell without particles, whose nodes those of the others have
             do c = 1, size(at)
-               associate (place => m%grid%node_position(:, at(c)))
-                  least = huge(least)
-                  do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-                     least = min(least, norm2(m%particles%place_in_grid(i) - place))
-                  end do
-                  value = 0
-                  n = 0
-                  do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-                     if (norm2(m%particles%place_in_grid(i) - place) > least*(1 + alike)) cycle
-                     call add_values(old%cell(i), place)
-                     n = n + 1
-                  end do
-                  carried(:, at(c)) = carried(:, at(c)) + value/n
-               end associate
+               place = m%grid%node_position(:, at(c))
+               least = huge(least)
+               do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+                  least = min(least, norm2(m%particles%place_in_grid(i) - place))
+               end do
+               value = 0
+               n = 0
+               do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+                  if (norm2(m%particles%place_in_grid(i) - place) > least*(1 + alike)) cycle
+                  call add_values(old%cell(i), place)
+                  n = n + 1
+               end do
+               carried(:, at(c)) = carried(:, at(c)) + value/n
                times(at(c)) = times(at(c)) + 1
             end do
          end associate

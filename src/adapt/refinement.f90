@@ -99,25 +99,20 @@ contains
       type(forest_t), intent(in) :: forest
       integer, intent(inout) :: change(:)        !! by leaf: 1 where it is to be refined
       integer :: leaf, finest
-      real(dp) :: reach, tolerance
+      real(dp) :: distance(size(change)), reach, tolerance
       tolerance = forest%tolerance()
       reach = 0
       finest = 0
-      do leaf = 1, forest%leaf_count()           ! the coarsest cell at the tip, and the finest at the cells at the tip
-         if (distance_to(leaf) <= tolerance) reach = max(reach, forest%size_of(leaf))
-      end do
-      do leaf = 1, forest%leaf_count()
-         if (distance_to(leaf) <= reach + tolerance) finest = max(finest, forest%level_of(leaf))
+      do leaf = 1, size(change)                  ! the coarsest cell at the tip, and the finest at the cells at the tip
+         distance(leaf) = maxval(abs(forest%middle_of(leaf) - tip)) - 0.5_dp*forest%size_of(leaf)
+         if (distance(leaf) <= tolerance) reach = max(reach, forest%size_of(leaf))
       end do
       do leaf = 1, size(change)
-         if (distance_to(leaf) <= tolerance .and. forest%level_of(leaf) < finest) change(leaf) = 1
+         if (distance(leaf) <= reach + tolerance) finest = max(finest, forest%level_of(leaf))
       end do
-   contains
-      !> Distance of the tip from a leaf [m].
-      pure real(dp) function distance_to(leaf) result(distance)
-         integer, intent(in) :: leaf
-         distance = maxval(abs(forest%middle_of(leaf) - tip)) - 0.5_dp*forest%size_of(leaf)
-      end function distance_to
+      do leaf = 1, size(change)
+         if (distance(leaf) <= tolerance .and. forest%level_of(leaf) < finest) change(leaf) = 1
+      end do
    end subroutine mark_coarse_at_tip
 
    !> Whether a forest would need more particles than allowed; refinement then ends.

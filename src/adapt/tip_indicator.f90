@@ -1,6 +1,6 @@
 !> Refinement around the tips of cracks.
 module hampm_tip_indicator
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
    use hampm_indicator, only: refinement_t, may_refine
    use hampm_key_rows, only: key_t, type_integer
    use hampm_law, only: value_of
@@ -23,11 +23,15 @@ contains
       real(dp), intent(in) :: tips(:, :)
       integer, intent(inout) :: change(:)
       real(dp), parameter :: rounding = 1e-9_dp  ! of distances, in cells: that of a tip in the middle of one from others is a whole number
-      real(dp) :: distance, edge
+      real(dp) :: distance, edge, middle(ndim)
       integer :: leaf, k, rings
       rings = nint(value_of(r%constants, 'rings', 0.0_dp))
       do leaf = 1, size(change)
-         distance = minval([(maxval(abs(m%grid%forest%middle_of(leaf) - tips(:, k))), k=1, size(tips, 2))])
+         middle = m%grid%forest%middle_of(leaf)
+         distance = huge(distance)
+         do k = 1, size(tips, 2)
+            distance = min(distance, maxval(abs(middle - tips(:, k))))
+         end do
          edge = m%grid%forest%size_of(leaf)
          if (r%tips_move .and. distance > (rings + 1)*2*edge*(1 + rounding)) change(leaf) = -1
          if (distance >= rings*edge*(1 - rounding) .or. m%grid%forest%level_of(leaf) >= r%max_level) cycle

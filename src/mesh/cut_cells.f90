@@ -309,10 +309,12 @@ contains
       real(dp), contiguous, intent(in) :: points(:, :) !! [m], (ndim, 2 or more)
       real(dp), intent(in) :: p(ndim), q(ndim)   !! [m]
       real(dp), intent(in) :: slack              !! [m]
+      real(dp) :: along(ndim)
       integer :: k
       divides = .false.
       do k = 2, size(points, 2)
-         divides = runs_between(points(:, k - 1), points(:, k), p, q, slack*side_of_ties(points(:, k) - points(:, k - 1)))
+         along = points(:, k) - points(:, k - 1)
+         divides = runs_between(points(:, k - 1), points(:, k), p, q, slack*side_of_ties(along))
          if (divides) return
       end do
    end function divides

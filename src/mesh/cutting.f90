@@ -203,13 +203,24 @@ contains
       integer, intent(in) :: leaf
       type(cut_cells_t), intent(inout) :: cut
       type(disjoint_sets_t) :: sets
+      real(dp) :: x(ndim, samples, samples)      ! places of the samples [m]
       integer :: number(samples*samples)
       integer :: i, j, k
-      call singletons(size(number), sets)
       do j = 1, samples
          do i = 1, samples
-            if (i < samples) call link(cut, forest, leaf, [i, j], [i + 1, j], sets)
-            if (j < samples) call link(cut, forest, leaf, [i, j], [i, j + 1], sets)
+            x(:, i, j) = sample(forest, leaf, i, j)
+         end do
+      end do
+      call singletons(size(number), sets)
+      do j = 1, samples
+         do i = 1, samples                       ! neighbours are connected, unless a line runs between them
+            k = i + samples*(j - 1)
+            if (i < samples) then
+               if (.not. is_between(cut, leaf, x(:, i, j), x(:, i + 1, j))) call sets%join(k, k + 1)
+            end if
+            if (j < samples) then
+               if (.not. is_between(cut, leaf, x(:, i, j), x(:, i, j + 1))) call sets%join(k, k + samples)
+            end if
          end do
       end do
       number = 0
@@ -227,15 +238,4 @@ contains
          end do
       end associate
    end subroutine find_pieces
-
-   !> Connect two samples, unless a line runs between them.
-   pure subroutine link(cut, forest, leaf, a, b, sets)
-      type(cut_cells_t), intent(in) :: cut
-      type(forest_t), intent(in) :: forest
-      integer, intent(in) :: leaf
-      integer, intent(in) :: a(ndim), b(ndim)
-      type(disjoint_sets_t), intent(inout) :: sets
-      if (.not. is_between(cut, leaf, sample(forest, leaf, a(1), a(2)), sample(forest, leaf, b(1), b(2)))) &
-         call sets%join(a(1) + samples*(a(2) - 1), b(1) + samples*(b(2) - 1))
-   end subroutine link
 end module hampm_cutting

@@ -203,7 +203,9 @@ contains
       class(forest_t), intent(in) :: self
       integer, intent(in) :: leaf
       real(dp) :: x(ndim)
-      x = self%position(self%place_of(leaf)) + self%size_of(leaf)/2
+      integer(long) :: lower(ndim)
+      lower = self%place_of(leaf)
+      x = self%position(lower) + self%size_of(leaf)/2
    end function middle_of
 
    !> The finest level of any leaf.

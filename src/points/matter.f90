@@ -53,7 +53,8 @@ contains
    pure function gradients_of(self, i) result(gradient)
       class(matter_t), intent(in) :: self
       integer, intent(in) :: i
-      real(dp) :: gradient(self%grid%n_functions, ndim)
-      gradient = self%grid%gradients_in(self%particles%cell(i), self%local_of(i))
+      real(dp) :: gradient(self%grid%n_functions, ndim), xi(ndim)
+      xi = self%local_of(i)
+      gradient = self%grid%gradients_in(self%particles%cell(i), xi)
    end function gradients_of
 end module hampm_matter
