@@ -87,4 +87,4 @@ def test_a_run_that_is_to_come_to_rest_and_does_not_is_named(script, tmp_path, r
     result = script("report.py", path, "--dpi", 20, *arguments)
     assert result.returncode == code and (f"{path}: not at rest" in result.stderr) == told
     text = unescape((tmp_path / "a_report.html").read_text())
-    assert ("Not at rest: the last values differ" in text) == (rate != "0.0") and "distance to equilibrium, relative" in text
+    assert ("Not at rest: the last displacements differ" in text) == (rate != "0.0") and "distance to equilibrium, relative" in text
