@@ -160,7 +160,7 @@ class History:
 
     def motion(self) -> str:
         """What there is to say of a run that is moving."""
-        return (f"not at rest: the last displacements differ from static ones by {self.distance_to_equilibrium():.2g} (relative, in the energy norm; G and J by about twice that), "
+        return (f"not at rest: the last displacements differ from static ones by {self.distance_to_equilibrium():.2g} (relative, in the energy norm; energy release rates by about twice that), "
                 f"above the limit of {REST:g}")
 
     def beam_ratio(self) -> float | None:
