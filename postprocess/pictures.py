@@ -27,7 +27,7 @@ LINE_OF_TEXT = 0.165  # height [inch]
 STYLE = {
     "font.size": 10, "axes.titlesize": 11, "legend.fontsize": 9, "axes.spines.top": False, "axes.spines.right": False,
     "axes.grid": True, "grid.color": "0.9", "grid.linewidth": 0.6, "axes.axisbelow": True, "lines.linewidth": 1.4,
-    "svg.fonttype": "none", "pdf.fonttype": 42,
+    "svg.fonttype": "none", "svg.hashsalt": "hampm", "pdf.fonttype": 42,
 }
 TIME_UNITS = {"s": (1.0, "s"), "ms": (1e3, "ms"), "us": (1e6, "µs"), "ns": (1e9, "ns")}
 PREFIXES = {-4: "p", -3: "n", -2: "µ", -1: "m", 0: "", 1: "k", 2: "M", 3: "G"}  # by powers of 1000

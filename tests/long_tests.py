@@ -103,6 +103,7 @@ CASES = {
                     "test_a_sudden_pressure_on_a_free_polygon_is_no_instability": 1, "test_a_tube_that_yields": 1,
                     "test_a_turned_square_under_tension_has_the_same_stress_everywhere": 6, "test_cells_refine_and_recombine_at_slanted_edges": 1,
                     "test_the_gallery": 2},
+    "test_sketch": {"test_every_model_has_a_sketch_whose_labels_are_in_it": 12},
     "test_snakemake": {"test_a_sweep_with_failures_and_kills": 0},
     "test_speed_count": {"test_in_the_total_frame_a_step_of_linear_cells_takes_less_than_a_quarter": 0},
     "test_static": {"test_two_columns_that_buckle_at_once": 0, "test_a_cantilever_that_bends_by_most_of_its_length": 0,
