@@ -3,7 +3,7 @@
 #
 #     tools/figures.sh PROGRAM PYTHON [--docs] [FIGURE...]
 #
-# With --docs the pictures in the docs are replaced by them, with at most 256 colours. FIGURE is a name of the second column of the
+# With --docs the pictures in the docs are replaced by them, a .png with at most 256 colours. FIGURE is a name of the second column of the
 # table; the others are listed by --list. One that no function below draws is left to `make` by that name, if what it draws is missing.
 set -eu
 
@@ -55,7 +55,10 @@ draw() {
 # replace FIGURE: its pictures in the docs
 replace() {
     rows | awk -v figure="$1" '$2 == figure && $1 != "-" {print $3, $1}' | while read -r drawn picture; do
-        "$python" tools/palette.py "$drawn" "$picture"
+        case $drawn in
+            *.svg) cp "$drawn" "$picture" ;;
+            *) "$python" tools/palette.py "$drawn" "$picture" ;;
+        esac
     done
 }
 
@@ -192,6 +195,14 @@ draw_gallery() {
         esac
         case $scene in bimetal | laminate_dcb | dcb_cohesive) scale=3 ;; dcb) scale=1000 ;; dcb_growth) scale=50 ;; *) scale=1 ;; esac
         "$python" tools/thumbnail.py $out/$scene.h5 "$picture" $field $scale
+    done
+}
+
+# Models of lessons and specimens before a run; without the date, so that the same sketch is the same file
+draw_sketches() {
+    for picture in $(rows | awk '$2 == "sketches" {print $3}'); do
+        model=$(basename "$picture" .svg)
+        SOURCE_DATE_EPOCH=0 "$python" postprocess/sketch.py "$(find input docs/lessons -name "$model.nml")" --output "$picture"
     done
 }
 
