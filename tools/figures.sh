@@ -56,7 +56,7 @@ draw() {
 replace() {
     rows | awk -v figure="$1" '$2 == figure && $1 != "-" {print $3, $1}' | while read -r drawn picture; do
         case $drawn in
-            *.svg) cp "$drawn" "$picture" ;;
+            *.svg) sed '/^<svg/s/pt"/px"/g' "$drawn" >"$picture" ;; # letters as large as those of the text
             *) "$python" tools/palette.py "$drawn" "$picture" ;;
         esac
     done

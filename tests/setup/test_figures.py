@@ -73,12 +73,13 @@ def copy(tmp_path):
     for file in (FIGURES, PALETTE):
         (tmp_path / "tools" / file.name).write_bytes(file.read_bytes())
     (tmp_path / "tools/figures.sh").chmod(0o755)
-    (tmp_path / "tools/figures.txt").write_text("# a comment\ndocs/new/a.png  square  results/a.png  # another\n-  square  results/b\n")
-    (tmp_path / "Makefile").write_text("square:\n\t@mkdir -p results; cp source.png results/a.png; touch results/b; echo made\n")
+    (tmp_path / "tools/figures.txt").write_text("# a comment\ndocs/new/a.png  square  results/a.png  # another\ndocs/new/b.svg  square  results/b.svg\n-  square  results/b\n")
+    (tmp_path / "Makefile").write_text("square:\n\t@mkdir -p results; cp source.png results/a.png; cp source.svg results/b.svg; touch results/b; echo made\n")
     pixels = np.zeros((40, 40, 4), dtype=np.uint8)
     pixels[..., 3] = 255
     pixels[10:30, 10:30, 1] = 200
     Image.fromarray(pixels).save(tmp_path / "source.png")
+    (tmp_path / "source.svg").write_text('<svg width="3pt" height="2pt">\n<text>1 pt</text></svg>\n')
     return tmp_path
 
 
@@ -90,6 +91,7 @@ def test_a_target_is_made_once_and_its_picture_goes_into_the_docs(copy):
     with Image.open(copy / "docs/new/a.png") as image, Image.open(copy / "source.png") as source:
         assert image.mode == "P"
         np.testing.assert_array_equal(np.array(image.convert("RGB")), np.array(source.convert("RGB")))
+    assert (copy / "docs/new/b.svg").read_text() == '<svg width="3px" height="2px">\n<text>1 pt</text></svg>\n'
 
 
 ADVICE = """study,within_percent,group,setting,estimator,particles,cpu_seconds,error_percent,sustained_percent,times_cheaper,cheapest
