@@ -28,8 +28,8 @@ from hampm.scene import Scene
 from hampm.stored_model import StoredModel
 
 LOAD, CRACK, SUPPORT, MOTION = COLOURS[:4]
-LOOK = {"font.size": 17, "axes.titlesize": 17, "axes.grid": False, "lines.linewidth": 2.5, "axes.linewidth": 1.2, "figure.dpi": 72, "savefig.bbox": "tight",
-        "savefig.pad_inches": 0.1}
+LOOK = {"font.size": 17, "axes.titlesize": 17, "axes.grid": False, "lines.linewidth": 2.5, "axes.linewidth": 1.2, "figure.dpi": 72,
+        "savefig.bbox": "tight", "savefig.pad_inches": 0.1}
 LARGEST, MARGIN = np.array([580.0, 430.0]), 92.0  # of the bodies, and around them [points]
 ARROW, GAP, SYMBOL, SPACING = 38.0, 6.0, 15.0, 44.0  # lengths of arrows, beside edges, of supports, and between either [points]
 AXES = {"x": np.array([1.0, 0.0]), "y": np.array([0.0, 1.0])}
@@ -268,7 +268,8 @@ def draw_body(sheet, body, has_materials):
     if words:
         sheet.label(middle_of(line), ", ".join(words), AXES["y"])
     if any(body.velocity):
-        sheet.label(sheet.arrow(middle_of(line), np.array(body.velocity), MOTION), f"$v$ = {quantity(np.hypot(*body.velocity), 'm/s')}", np.array(body.velocity))
+        end = sheet.arrow(middle_of(line), np.array(body.velocity), MOTION)
+        sheet.label(end, f"$v$ = {quantity(np.hypot(*body.velocity), 'm/s')}", np.array(body.velocity))
 
 
 def draw_planes(sheet, scene):
@@ -352,7 +353,8 @@ def draw_load(sheet, load, cracks):
         ends = [(sheet.arrow(place, force, LOAD), force) for place in places]
     if load.kind == "body":
         sheet.box(lower, upper, color=LOAD, linewidth=1.5)
-    name, value, of = {"gravity": ("g", np.hypot(*force), "m/s2"), "pressure": ("p", load.pressure, "Pa")}.get(load.kind, ("F", np.hypot(*force), "N"))
+    size = np.hypot(*force)
+    name, value, of = {"gravity": ("g", size, "m/s2"), "pressure": ("p", load.pressure, "Pa")}.get(load.kind, ("F", size, "N"))
     place, outward = ends[len(ends) // 2]
     sheet.label(place, f"${name}$ = {quantity(value, of)}{OF_HISTORY[load.history]}", outward)
 
