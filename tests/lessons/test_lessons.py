@@ -169,11 +169,10 @@ def test_the_course_lists_the_lessons_in_order():
 def test_a_lesson_has_its_parts(name):
     text = (FOLDER / f"{name}.md").read_text()
     parts = re.findall(r"^## (.*)", text, flags=re.M)
-    assert parts[:3] == ["Commands", "What to see", "Question"] and parts[3:] in ([], ["Exercises"])
-    if parts[3:]:
-        assert all(f"**{word}**" in text for word in ("Aims", "Time", "Needs")) and text.count("*(points: ") == 2
-        number, solutions = number_of(name), (FOLDER / f"solutions/{number_of(name)}.md").read_text()
-        assert f"(solutions/{number}.md)" in text and "**1.**" in solutions and "**2.**" in solutions
+    assert parts == ["Commands", "What to see", "Question", "Exercises"]
+    assert all(f"**{word}**" in text for word in ("Aims", "Time", "Needs")) and text.count("*(points: ") == 2
+    number, solutions = number_of(name), (FOLDER / f"solutions/{number_of(name)}.md").read_text()
+    assert f"(solutions/{number}.md)" in text and "**1.**" in solutions and "**2.**" in solutions
     assert text.startswith(f"# Lesson {number_of(name)}: ") and f"({name}.nml)" in text and f"({name}.png)" in text
     question = text[text.index("## Question"):].partition("## Exercises")[0]
     assert "?" in question[:question.index("<details>")] and question.rstrip().endswith("</details>")
