@@ -1,5 +1,5 @@
 #!/bin/sh
-# Print the version of these sources, with the commit where it is known: 1.0.0 (e4e7d71f1c05), and "modified" where files differ from it.
+# Print the version of these sources, with the commit where it is known: 2.0.0 (e4e7d71f1c05), and "modified" where files differ from it.
 #
 # The number is the first line of VERSION. The commit is that of the checkout, else the second line of VERSION, which `git archive` fills in.
 set -eu

@@ -27,8 +27,8 @@ contains
    !> Distance from rest: the square root of the energy that is to be given away on the way there, over the strain energy at rest,
    !> which is |u + w|**2 K/2 with w the way: E - f . w + r . w/2, f being the internal forces. It is that of displacements,
    !> relative; G, J and the energies are off by about twice as much, K by as much. Where no load is left at the end the strain
-   !> energy at rest is none, and a part of the present one stands for it. Negative where it is not known: nothing is strained, the
-   !> model is too large, or memory does not suffice.
+   !> energy at rest is none, and a part of the present one stands for it. Negative where it is not known: nothing is strained but by
+   !> rounding, the model is too large, or memory does not suffice.
    subroutine find_distance_to_equilibrium(m, distance)
       type(problem_t), intent(inout) :: m
       real(dp), intent(out) :: distance
@@ -41,7 +41,7 @@ contains
       if (m%body_contact%wanted) return          ! where bodies rest on each other is not known beforehand
       call update_particles(m)
       stored = stored_energy(m)
-      if (.not. stored > 0) return
+      if (.not. stored > epsilon(1.0_dp)*kinetic_energy(m)) return
       call unbalanced_force(m, force, internal)
       call new_stiffness(m, merge(most_unknowns, most_unasked, m%damping_rate > 0), k, done)
       if (done) then

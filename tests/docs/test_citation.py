@@ -1,5 +1,6 @@
 """The version is the same everywhere, and the citation file has what its format asks for."""
 
+import json
 import re
 
 from paths import ROOT
@@ -22,6 +23,14 @@ def test_citation_has_the_required_keys():
 def test_citation_names_this_version_and_its_licence():
     assert value("version") == VERSION
     assert value("license") == (ROOT / "LICENSE").read_text().split()[0] == "MIT"
+
+
+def test_metadata_of_the_software_agree_with_the_citation():
+    """codemeta.json, which catalogues of software read."""
+    found = json.loads((ROOT / "codemeta.json").read_text())
+    assert (found["version"], found["dateModified"]) == (VERSION, value("date-released")) and found["license"].endswith("/MIT")
+    assert f'version = "{VERSION}"' in (ROOT / "python/pyproject.toml").read_text()
+    assert all((ROOT / found[name]).exists() for name in ("readme", "buildInstructions", "softwareHelp"))
 
 
 def test_changelog_begins_with_this_version():

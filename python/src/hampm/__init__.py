@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .snapshots import Snapshots as Snapshots
     from .sweep import Sweep as Sweep
 
-__version__ = "1.0.0"
+__version__ = "2.0.0"
 
 # Modules are read when something of them is asked for first: scripts that run thousands of cases have no time for what they do not use
 _MODULES = {"comparison": ("Comparison", "Tolerance", "compare"),
