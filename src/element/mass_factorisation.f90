@@ -14,6 +14,7 @@ module hampm_mass_factorisation
    use hampm_mass_product, only: find_concentrated_mass
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_sparse, only: sparse_t
+   use hampm_text, only: to_text
    implicit none
    private
    public :: mass_factorisation_t
@@ -128,7 +129,7 @@ contains
          do k = 1, merge(0, size(self%factors), archive%failure%failed())
             associate (factor => self%factors(k))
                if (factor%unknowns%n == 0) cycle
-               call archive%archive_reals('values', size(factor%matrix%value), factor%matrix%value)
+               call archive%archive_reals('values_'//to_text(k), size(factor%matrix%value), factor%matrix%value)
                if (archive%is_read .and. .not. archive%failure%failed()) call factorise_numbers(factor, archive%failure)
             end associate
          end do
