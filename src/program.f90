@@ -127,7 +127,8 @@ contains
             call print_text(check_report(model, simulation, resources), failure)
             report = warnings(simulation)
             if (len(report) > 0) call print_message(report, kind='warning: ')
-            if (.not. options%quiet) call print_text(duration_report(measured_duration(simulation, resources%rows)), failure)
+            if (.not. (options%quiet .or. failure%failed())) &
+               call print_text(duration_report(measured_duration(simulation, resources%rows)), failure)
          end if
          call simulation%integrator%finish()
       else
