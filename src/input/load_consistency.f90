@@ -145,7 +145,7 @@ contains
                found = found .or. is_part_of(load%lower, body, tol)
              case ('traction', 'pressure')
                if (body%outline%is_there()) then
-                  found = found .or. size(body%outline%parts_in_box(load%lower - tol, load%upper + tol, model%grid%lower, &
+                  found = found .or. size(body%outline%parts_in_box(load%lower, load%upper, tol, model%grid%lower, &
                                                                     model%grid%cell)) > 0
                else
                   found = found .or. on_face(load%lower, load%upper, body, tol)

@@ -280,9 +280,10 @@ contains
    end function moments
 
    !> The parts of the edges of an outline whose middle is in a box, each within one cell of a lattice: what a traction acts on.
-   pure function parts_in_box(self, lower, upper, origin, spacing) result(parts)
+   pure function parts_in_box(self, lower, upper, tolerance, origin, spacing) result(parts)
       class(outline_t), intent(in) :: self
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
+      real(dp), intent(in) :: tolerance          !! below which two positions are the same place [m]
       real(dp), intent(in) :: origin(ndim)       !! of the lattice [m]
       real(dp), intent(in) :: spacing            !! of the lattice [m]
       type(edge_part_t), allocatable :: parts(:)
@@ -290,21 +291,23 @@ contains
       allocate (parts(0))
       do k = 1, size(self%rings)
          if (self%rings(k)%is_circle) then
-            call add_arcs(self%rings(k), k > 1, lower, upper, spacing, parts)
+            call add_arcs(self%rings(k), k > 1, lower - tolerance, upper + tolerance, spacing, parts)
          else
-            call add_sides(self%rings(k), k > 1, lower, upper, origin, spacing, parts)
+            call add_sides(self%rings(k), k > 1, lower, upper, tolerance, origin, spacing, parts)
          end if
       end do
    end function parts_in_box
 
-   !> Add the sides of a polygon, parted where they cross the lines of a lattice and the box.
-   pure subroutine add_sides(ring, is_hole, lower, upper, origin, spacing, parts)
+   !> Add the sides of a polygon, parted where they cross the lines of a lattice and the box. The tolerance is for sides along those of the box: one
+   !> that leaves it at a small angle would stay within the tolerance for a way, and a traction on its neighbour would act there too.
+   pure subroutine add_sides(ring, is_hole, lower, upper, tolerance, origin, spacing, parts)
       type(ring_t), intent(in) :: ring
       logical, intent(in) :: is_hole
-      real(dp), intent(in) :: lower(ndim), upper(ndim), origin(ndim), spacing
+      real(dp), intent(in) :: lower(ndim), upper(ndim), tolerance, origin(ndim), spacing
       type(edge_part_t), allocatable, intent(inout) :: parts(:)
       real(dp), allocatable :: corner(:, :), cut(:)
       real(dp) :: a(ndim), b(ndim), normal(ndim), at
+      real(dp) :: beyond(ndim)                   ! the box, where a side still is in it [m]
       type(edge_part_t) :: part
       integer :: i, d, k
       allocate (corner, source=ring%corners(0))
@@ -314,9 +317,10 @@ contains
          if (.not. norm2(b - a) > 0) cycle
          normal = [b(2) - a(2), a(1) - b(1)]/norm2(b - a)
          if (is_hole) normal = -normal
+         beyond = merge(tolerance, 0.0_dp, abs(b - a) <= tolerance)
          cut = [0.0_dp, 1.0_dp]
          do d = 1, ndim
-            if (.not. abs(b(d) - a(d)) > 1e-9_dp*spacing) cycle
+            if (abs(b(d) - a(d)) <= tolerance) cycle
             do k = ceiling((min(a(d), b(d)) - origin(d))/spacing), floor((max(a(d), b(d)) - origin(d))/spacing)
                cut = [cut, (origin(d) + k*spacing - a(d))/(b(d) - a(d))]
             end do
@@ -326,9 +330,9 @@ contains
          call sort_few(cut)
          do k = 2, size(cut)
             at = (cut(k - 1) + cut(k))/2
-            if ((cut(k) - cut(k - 1))*norm2(b - a) <= 1e-9_dp*spacing) cycle
+            if ((cut(k) - cut(k - 1))*norm2(b - a) <= tolerance) cycle
             part%middle = a + at*(b - a)
-            if (any(part%middle < lower - 1e-9_dp*spacing .or. part%middle > upper + 1e-9_dp*spacing)) cycle
+            if (any(part%middle < lower - beyond .or. part%middle > upper + beyond)) cycle
             part%half = (cut(k) - cut(k - 1))/2*(b - a)
             part%normal = normal
             parts = [parts, part]

@@ -52,10 +52,10 @@ contains
       integer :: k
       allocate (parts(0))
       do k = 1, size(model%bodies)
-         associate (body => model%bodies(k), tol => tolerance(model%grid))
-            if (body%outline%is_there()) &
-               parts = [parts, body%outline%parts_in_box(spec%lower - tol, spec%upper + tol, model%grid%lower, &
-                                                         model%grid%cell/body%points_per_cell)]
+         associate (body => model%bodies(k))
+            if (body%outline%is_there()) parts = [parts, body%outline%parts_in_box(spec%lower, spec%upper, tolerance(model%grid), &
+                                                                                   model%grid%lower, &
+                                                                                   model%grid%cell/body%points_per_cell)]
          end associate
       end do
    end function loaded_parts

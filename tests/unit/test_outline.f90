@@ -7,6 +7,7 @@ program test_outline
    implicit none
 
    real(dp), parameter :: pi = acos(-1.0_dp)
+   real(dp), parameter :: tol = 1e-10_dp         !! below which two positions are the same place
    type(outline_t) :: star, ring
    integer :: turn
 
@@ -26,6 +27,9 @@ program test_outline
    call check_half_disc()
    call check_cap()
    call check_edges()
+   do turn = -9, 0
+      call check_tilted(10.0_dp**turn)
+   end do
    call check(star%covers([0.0_dp, 0.0_dp]) .and. .not. star%covers([0.8_dp, 0.8_dp]), 'a star covers its middle')
    call check(ring%covers([-0.5_dp, -0.5_dp]) .and. .not. ring%covers([0.2_dp, 0.1_dp]), 'a ring does not cover its hole')
    call check_close(ring%distance([0.2_dp, 0.1_dp]), 0.4_dp, 1e-14_dp, 'the middle of the hole is its radius away')
@@ -108,14 +112,37 @@ contains
       type(edge_part_t), allocatable :: parts(:)
       real(dp) :: twice
       integer :: k
-      allocate (parts, source=star%parts_in_box([-2.0_dp, -2.0_dp], [2.0_dp, 2.0_dp], [0.013_dp, 0.017_dp], 0.1_dp))
+      allocate (parts, source=star%parts_in_box([-2.0_dp, -2.0_dp], [2.0_dp, 2.0_dp], tol, [0.013_dp, 0.017_dp], 0.1_dp))
       twice = sum([(2*norm2(parts(k)%half)*dot_product(parts(k)%middle, parts(k)%normal), k=1, size(parts))])
       call check_close(twice/2, star%area(), 1e-13_dp, 'edges of a polygon')
-      parts = ring%parts_in_box([-2.0_dp, -2.0_dp], [2.0_dp, 2.0_dp], [0.0_dp, 0.0_dp], 0.1_dp)
+      parts = ring%parts_in_box([-2.0_dp, -2.0_dp], [2.0_dp, 2.0_dp], tol, [0.0_dp, 0.0_dp], 0.1_dp)
       twice = sum([(2*norm2(parts(k)%half)*dot_product(parts(k)%middle, parts(k)%normal), k=1, size(parts))])
       call check_close(twice/2, ring%area(), 1e-13_dp, 'edges of circles')
-      parts = star%parts_in_box([0.0_dp, -1.0_dp], [0.3_dp, -0.2_dp], [0.0_dp, 0.0_dp], 0.1_dp)
+      parts = star%parts_in_box([0.0_dp, -1.0_dp], [0.3_dp, -0.2_dp], tol, [0.0_dp, 0.0_dp], 0.1_dp)
       twice = sum([(2*norm2(parts(k)%half), k=1, size(parts))])
       call check_close(twice, norm2([0.3_dp, 0.8_dp]), 1e-13_dp, 'a box around a side has this side')
    end subroutine check_edges
+
+   !> A box around a side of a strip has this side, however little it is tilted, and nothing of the neighbours that leave the box at that angle.
+   subroutine check_tilted(angle)
+      real(dp), intent(in) :: angle              !! [rad]
+      type(outline_t) :: strip
+      type(edge_part_t), allocatable :: parts(:)
+      real(dp), parameter :: left = 1e-8_dp      ! square root of the rounding of coordinates: neighbours by which they leave the box [m]
+      real(dp) :: length, off(ndim)
+      integer :: k
+      allocate (strip%rings(1))
+      strip%rings(1) = polygon_ring(matmul(reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [ndim, ndim]), &
+                                           reshape([-4, -1, 4, -1, 4, 1, -4, 1]/2.0_dp, [ndim, 4])))
+      associate (a => strip%rings(1)%points(:, 2), b => strip%rings(1)%points(:, 3))
+         allocate (parts, source=strip%parts_in_box(min(a, b), max(a, b), tol, [0.013_dp, 0.017_dp], 0.1_dp))
+         length = sum([(2*norm2(parts(k)%half), k=1, size(parts))])
+         off = -(a + b)/2
+         do k = 1, size(parts)
+            off = off + 2*norm2(parts(k)%half)/length*parts(k)%middle
+         end do
+         call check_close(length, 1.0_dp, left, 'a box around a side of a tilted strip has this side')
+         call check(norm2(off) < left, 'and its middle is that of the side')
+      end associate
+   end subroutine check_tilted
 end program test_outline
