@@ -18,7 +18,7 @@ module hampm_newton
    use hampm_cell_blocks, only: of_force
    use hampm_energy, only: determinant_of, most_crushed_particle
    use hampm_interface_points, only: stretch_interfaces, add_interface_forces, add_interface_resistance, have_friction, &
-                                     hold_friction
+                                     hold_friction, interface_states, contact
    use hampm_failure, only: failure_t, exit_computation
    use hampm_problem, only: problem_t
    use hampm_outer_forces, only: outer_forces_t
@@ -77,9 +77,10 @@ contains
       real(dp), intent(inout) :: moved(:, :)     !! by which nodes have moved in this load step [m], (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: r(:, :), offset(:, :), du(:, :)
-      logical :: has_offset, rubs, jumps, done, turned
+      logical :: has_offset, rubs, jumps, done, turned, touch_otherwise
       real(dp) :: largest, scale, at_first, when_held
       real(dp) :: last(size(rigid_constraints))  ! forces on these constraints before they were turned last [N]
+      integer, allocatable :: predicted_states(:) ! what interface points did where `predicted` has been found
       integer :: iteration, most, n_jumps
       most = merge(most_with_contact, most_iterations, m%interfaces%n_contact + m%interfaces%n_cohesive > 0)
       rubs = have_friction(m%interfaces)
@@ -132,7 +133,10 @@ contains
          if (failure%failed()) exit
          self%solutions = self%solutions + 1
          du = du + offset
-         if (iteration == 1 .and. .not. any(abs(moved) > 0)) self%predicted = du
+         if (iteration == 1 .and. .not. any(abs(moved) > 0)) then
+            self%predicted = du
+            predicted_states = interface_states(m%interfaces)
+         end if
          if (jumps) then
             if (allocated(self%predicted)) deallocate (self%predicted)
             call jump(m, outer, moved, has_offset, du, failure)
@@ -146,6 +150,12 @@ contains
          moved = moved + du
          if (m%constraints%only_push()) m%constraints%lift = m%constraints%lift + du(:, :m%grid%n_nodes)
       end do
+      if (allocated(predicted_states) .and. m%interfaces%n_contact > 0) then
+         associate (points => m%interfaces%list(:m%interfaces%n))
+            touch_otherwise = any(interface_states(m%interfaces) /= predicted_states .and. points%law == contact)
+         end associate
+         if (touch_otherwise .and. allocated(self%predicted)) deallocate (self%predicted)
+      end if
       if (m%interfaces%n > 0) m%interfaces%list%most_held = -1  ! what friction holds follows the pressure again
       m%interfaces%caution = 0
       if (failure%failed()) return

@@ -232,6 +232,16 @@ def test_all_solvers_find_the_same(hampm, scene):
         assert rows["strain_energy"][-1] == pytest.approx(found[0]["strain_energy"][-1], rel=1e-9)
 
 
+def test_faces_that_open_and_close_with_a_law_of_finite_strain(hampm, tmp_path):
+    """Faces in touch answer a load, however small, otherwise than their tangent: some of them open."""
+    text = re.sub(r"kind = 'line'.*", "kind = 'line'  contact = 'frictionless'", (INPUT / "mixed_mode.nml").read_text())
+    (tmp_path / "case.nml").write_text(text)
+    linear, finite = (run(hampm, "case.nml", *STATIC, f"material.law={law}", "method.load_steps=2", "output.snapshot_interval=0")
+                      for law in ("linear_elastic", "neo_hookean"))
+    for name in ("G", "G_domain_I", "G_domain_II", "strain_energy"):
+        assert finite[name][-1] == pytest.approx(linear[name][-1], rel=1e-5), name
+
+
 # --- where there is none ----------------------------------------------------------------------------------------------
 
 PLATE = """
