@@ -417,16 +417,18 @@ contains
    end function slope_at_face
 
    !> Mean of a,1 over a segment of the upper face, in the axes of the crack: that of a face is half of the sliding and of the opening
-   !> [1/(Pa sqrt(m))].
+   !> [1/(Pa sqrt(m))]. A segment that ends at the tip begins there, whatever rounding says: the opening there goes as the root of the distance.
    pure function mean_slope_of_face(domain, mode, r, half) result(mean)
       type(tip_domain_t), intent(in) :: domain
       integer, intent(in) :: mode
       real(dp), intent(in) :: r                  !! distance of its middle behind the tip [m]
       real(dp), intent(in) :: half               !! half of its length [m]
       real(dp) :: mean(ndim)
+      real(dp), parameter :: same = 1e-9_dp      ! part of a segment that is none
       real(dp) :: near, far
       integer :: d
-      near = max(r - half - domain%tip_offset_of(mode), 0.0_dp)
+      near = r - half - domain%tip_offset_of(mode)
+      if (near <= same*half) near = 0
       far = max(r + half - domain%tip_offset_of(mode), 0.0_dp)
       mean = 0
       if (.not. half > 0) return

@@ -151,3 +151,11 @@ def test_tables_of_an_atlas():
 def test_that_keys_have_no_effect_is_no_warning_of_numbers(runner):
     end = runner.outcome(extreme_paths.square([extreme_paths.LINE], extreme_paths.REST))  # which has an interval of samples
     assert (end.code, end.message) == (0, "")
+
+
+@pytest.mark.parametrize("unit", [(1e-9, 1.0, 1.0), (1.0, 1e-6, 1e-20), (1e3, 1.0, 1.0)])
+def test_units_of_a_crack_across_cells_with_contact(runner, unit):
+    """A segment of the faces ends at the tip, where the opening goes as the root of the distance: K_I made 1e-8 of the rounding of that."""
+    reference = runner.outcome(scenes.in_units(scenes.PATH, (1.0, 1.0, 1.0)))
+    columns = runner.outcome(scenes.in_units(scenes.PATH, unit)).columns
+    assert scenes.columns_differ(reference.columns, columns, reference.units, unit) < 1e-11
