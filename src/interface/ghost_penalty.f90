@@ -255,9 +255,10 @@ contains
       real(dp), intent(in) :: heaviness          !! g rho [kg/m3]
       integer, intent(in) :: e, other            !! cells as in `beyond`
       integer, intent(in) :: side                !! of the first
-      real(dp) :: xi(ndim)
+      real(dp) :: xi(ndim), way
       integer :: p, k, i
       p = merge(2, 1, grid%is_quadratic())
+      way = merge(1.0_dp, -1.0_dp, mod(side, 2) == 0) ! jumps are of the lower cell less the upper one, whichever is the first
       associate (h => size_of_cell(grid, e), of_other => size_of_cell(grid, other), direction => (side + 1)/2)
          do i = 1, p + 1
             xi(direction) = mod(side - 1, 2)
@@ -266,10 +267,11 @@ contains
                call add_interface_point(interfaces, ghost)
                associate (point => interfaces%list(interfaces%n))
                   point%place = grid%element_lower(:, e) + xi*h
-                  call add_derivatives(point, grid, e, direction, k, xi, 1.0_dp)
+                  point%origin = point%place
+                  call add_derivatives(point, grid, e, direction, k, xi, way)
                   point%n_left = count(point%node > 0)
                   call add_derivatives(point, grid, other, direction, k, (point%place - grid%element_lower(:, other))/of_other, &
-                                       -(h/of_other)**k)
+                                       -way*(h/of_other)**k)
                   associate (factor => part_of_jump(k)*weight(i, p)*interfaces%thickness%at(point%place))
                      point%stiffness = factor*firmness
                      point%mass = factor*heaviness*h**ndim

@@ -60,7 +60,7 @@ module hampm_interface_points
       real(dp) :: stiffness = 0                  !! s [N/m]
       real(dp) :: place(ndim) = 0                !! on the line [m]
       real(dp) :: middle(ndim) = 0               !! of the part of the line that it stands for [m]
-      real(dp) :: origin(ndim) = 0               !! that in the reference configuration, of faces that touch or hold each other [m]
+      real(dp) :: origin(ndim) = 0               !! that in the reference configuration, of faces; of `ghost` its place in the grid [m]
       real(dp) :: length = 0                     !! of the line that it stands for [m]
       real(dp) :: area = 0                       !! of faces that it stands for [m2]
       real(dp) :: normal(ndim) = [1, 0]          !! from the right to the left face
