@@ -10,6 +10,7 @@ module hampm_gradient_indicator
    use hampm_indicator, only: refinement_t, may_refine, is_in_box
    use hampm_key_rows, only: key_t, type_real, positive, not_negative
    use hampm_law, only: value_of
+   use hampm_loads, only: largest_factors
    use hampm_problem, only: problem_t, refresh_grid
    use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms, are_corners, gather_at_corners, spread_from_corners, &
                              sides_of_cell, middle_of_cell
@@ -58,16 +59,18 @@ contains
       end do
    end subroutine mark_by_gradient
 
-   !> What rounding of where particles have moved to, and of strains without stress, makes of a field of the gradient indicator: cells are not to refine by
-   !> that, as those of a body that falls freely would.
+   !> What rounding of where particles have moved to, of strains without stress and of loads makes of a field of the gradient indicator: cells are not to refine
+   !> by that, as those of a body that falls freely, or of one that is held where all of the load is, would.
    pure real(dp) function rounding_of(m, field) result(value)
       type(problem_t), intent(in) :: m
       character(*), intent(in) :: field
       real(dp), parameter :: rounding = 1e-12_dp ! over many steps
-      real(dp) :: strain, speed
+      real(dp) :: strain, speed, stiffness, loads
       integer :: k
       associate (p => m%particles)
-         strain = rounding*(maxval(abs(p%displacement(:p%n, :)))/m%grid%finest_cell &
+         stiffness = minval([(m%materials(k)%plane_modulus(), k=1, size(m%materials))])*maxval(p%volume(:p%n))/m%grid%finest_cell
+         loads = sum(abs(largest_factors(m%loads))*[(norm2(m%loads(k)%force), k=1, size(m%loads))])
+         strain = rounding*(maxval(abs(p%displacement(:p%n, :)))/m%grid%finest_cell + loads/stiffness &
                             + maxval([(maxval(abs(m%materials(k)%free)), k=1, size(m%materials))]))
          speed = maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])
          value = strain*speed

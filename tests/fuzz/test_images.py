@@ -91,6 +91,19 @@ SCENES = {
         ["energy_release", {"energy_balance": True}],
         ["output", {"file": "case.h5", "history_interval": 0.3235764092695176}],
     ]),
+    "a load on a support, before anything else moves": ("quarter turn", [
+        ["run", {"plane": "strain", "end_time": 5.854825050692838e-05, "thickness": 1.0}],
+        ["grid", {"lower": [0.0, -0.22499999999999998], "cell": 0.03, "cells": [10, 11], "order": 2}],
+        ["material", {"name": "m0", "law": "orthotropic", "young_1": 70000000000.0, "young_2": 28000000000.0, "young_3": 21000000000.0, "shear_12": 14000000000.0, "poisson_12": 0.3, "poisson_13": 0.2, "poisson_23": 0.25, "angle": 90.0, "density": 2700.0}],
+        ["body", {"material": "m0", "points_per_cell": 4, "lower": [0.0, -0.22499999999999998], "upper": [0.3, 0.105]}],
+        ["constraint", {"lower": [0.12, -0.22499999999999998], "upper": [0.3, -0.22499999999999998], "fix": "y", "name": "plane"}],
+        ["constraint", {"lower": [0.0, 0.105], "upper": [0.3, 0.105], "fix": "y", "displacement": [0.0, -3.4663808344308807e-06], "history": "sine", "frequency": 17079.92965360534, "start": 1.7564475152078514e-05, "name": "a"}],
+        ["load", {"kind": "point", "force": [0.0, 259114.60461909478], "lower": [0.15, 0.105], "upper": [0.15, 0.105]}],
+        ["method", {"time": "explicit", "scheme": "usl"}],
+        ["refine", {"indicator": "zz", "max_level": 1, "max_particles": 4000, "interval": 5, "tolerance": 0.1}],
+        ["energy_release", {"estimators": [], "energy_balance": True}],
+        ["output", {"file": "case.h5", "history_interval": 1.4637062626732095e-05}],
+    ]),
 }
 
 
