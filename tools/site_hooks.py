@@ -33,10 +33,8 @@ def bold(match):
 
 
 def spans(text):
-    """What lies between fences: formulas of a line, and links that leave the pages."""
-    def formula(match):
-        return f'<span>{mathml(match["formula"], "inline")}</span>' if match["formula"] else match[0]
-    return CODE.sub(formula, text)
+    """What lies between fences, with its formulas as MathML; other code in a line stays as it is."""
+    return CODE.sub(lambda match: f'<span>{mathml(match["formula"], "inline")}</span>' if match["formula"] else match[0], text)
 
 
 def outside(text, folder):
