@@ -236,6 +236,14 @@ def test_a_history_without_samples(plate_result, tmp_path):
             action()
 
 
+def test_the_unfinished_file_of_a_run_names_the_whole_one(plate_result, tmp_path):
+    """A run that is killed leaves a file that HDF5 cannot open beside the one that was whole last."""
+    shutil.copy(plate_result, tmp_path / "a.h5")
+    (tmp_path / "a.h5.part").write_bytes(plate_result.read_bytes()[:4096])
+    with pytest.raises(package.ResultError, match="a.h5.part: .* a.h5 is what was whole last"):
+        package.History(tmp_path / "a.h5.part")
+
+
 def test_computed_values_have_short_names(plate, tmp_path):
     """Numbers of numpy as plain ones; names and tables in few digits, what is run in all."""
     points = np.array([-4.1e-3, -1.3e-3, 3.7e-3, 2.2e-3]) * np.sqrt(0.9)

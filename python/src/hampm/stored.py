@@ -32,7 +32,9 @@ def opened(path: str | Path) -> Iterator[Stored]:
         with h5py.File(path, "r") as file:
             yield Stored(file, path)
     except (OSError, RuntimeError) as error:
-        raise ResultError(f"{path}: cannot be read as HDF5 ({' '.join(str(error).split())})", UNREADABLE) from error
+        whole = Path(path).with_suffix("")
+        hint = f": it is the unfinished file of a run, {whole.name} is what was whole last" if Path(path).suffix == ".part" and whole.is_file() else ""
+        raise ResultError(f"{path}: cannot be read as HDF5{hint} ({' '.join(str(error).split())})", UNREADABLE) from error
 
 
 class Stored:
