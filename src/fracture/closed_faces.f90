@@ -35,6 +35,7 @@ module hampm_closed_faces
       real(dp) :: tip(ndim) = 0                  !! [m]
       real(dp) :: direction(ndim) = 0            !! unit vector out of the crack
       real(dp) :: cell = 0                       !! size of the cells at the tip [m]
+      real(dp) :: normal(ndim) = 0               !! of the line of the faces
       real(dp) :: mean(ndim) = 0                 !! force by which the faces resist being parted, over their length [N/m]
       real(dp) :: slope(ndim) = 0                !! its change with the distance behind the tip [N/m2]
       real(dp) :: middle = 0                     !! distance at which it is the mean [m]
@@ -73,6 +74,7 @@ contains
          if (r < merge(0.0_dp, from*cell, interfaces%list(n)%is_firm)) cycle
          if (r > merge(1.0_dp, sampled, interfaces%list(n)%is_firm)*cell) cycle
          there = there + interfaces%list(n)%length
+         faces%normal = interfaces%list(n)%normal
          stiffness = stiffness + interfaces%list(n)%stiffness
          parted = parted + interfaces%list(n)%length*dot_product(interfaces%list(n)%normal, interfaces%list(n)%opening)
       end do
@@ -120,7 +122,7 @@ contains
          r = faces%distance_of(interfaces%list(n))
          if (r < from*faces%cell .or. r > last) cycle
          associate (l => interfaces%list(n)%length, d => faces%direction)
-            off = force_of(interfaces%list(n)) - l*faces%traction_at(interfaces%list(n))
+            off = force_of(interfaces%list(n)) - l*faces%traction_at(r)
             off = [dot_product(off, d), d(1)*off(2) - d(2)*off(1)]/2
             bears = bears + off                  ! up to the middle of the point: alike from either end
             way = way + l
@@ -181,19 +183,19 @@ contains
    end function work_at_tip
 
    !> That traction, the force over the length [N/m].
-   pure function traction_at(self, point) result(traction)
+   pure function traction_at(self, distance) result(traction)
       class(closed_faces_t), intent(in) :: self
-      type(interface_point_t), intent(in) :: point
+      real(dp), intent(in) :: distance           !! behind the tip [m]
       real(dp) :: traction(ndim)
-      traction = self%mean + self%slope*(self%distance_of(point) - self%middle)
+      traction = self%mean + self%slope*(distance - self%middle)
    end function traction_at
 
    !> By how much the line may be off there, along the direction and across it, in nineteen of twenty cases [N/m].
-   pure function uncertainty_at(self, point) result(uncertainty)
+   pure function uncertainty_at(self, distance) result(uncertainty)
       class(closed_faces_t), intent(in) :: self
-      type(interface_point_t), intent(in) :: point
+      real(dp), intent(in) :: distance           !! behind the tip [m]
       real(dp) :: uncertainty(ndim)
-      uncertainty = sqrt(self%uncertainty_of_mean**2 + (self%uncertainty_of_slope*(self%distance_of(point) - self%middle))**2 &
+      uncertainty = sqrt(self%uncertainty_of_mean**2 + (self%uncertainty_of_slope*(distance - self%middle))**2 &
                          + (self%swing/(2*replaced*self%cell))**2)
    end function uncertainty_at
 end module hampm_closed_faces

@@ -176,6 +176,12 @@ contains
                               'estimated error of G_domain', v%errors%domain)
             call record_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral', v%intensity, &
                               'estimated error of K', v%errors%intensity)
+            if (allocated(v%t_stress)) then
+               call history%record('T_stress', 'Pa', 'stress along the crack at its tip beside the singular ones', &
+                                   sum(v%t_stress)/size(v%t_stress))
+               if (v%errors%are_known) call history%record('T_stress_error', 'Pa', 'estimated error of T_stress', &
+                                                           v%error_of_t_stress(tip%radii))
+            end if
             if (recorded > 1) &
                call history%record('mode_mixity', 'rad', 'angle of (K_I, K_II)', atan2(v%intensity(2), v%intensity(1)))
          end associate

@@ -43,7 +43,10 @@ module hampm_crack_tip_field
       real(dp) :: rate(modes, modes) = 0         !! Y [1/Pa]
    contains
       procedure :: gradient
+      procedure :: gradient_of_force
       procedure :: stress
+      procedure :: opening_of_force
+      procedure :: stress_along
       procedure :: opening
       procedure :: rate_of
       procedure :: modes_couple
@@ -146,6 +149,34 @@ contains
       end if
    end function gradient
 
+   !> Displacement gradient of a unit force over the thickness that acts on the tip along the crack, the faces being free: of w_i z,j/z the divided
+   !> difference, or the derivative (Lekhnitskii 1963). In an isotropic material its stress is -cos(theta)/(pi r) along the radius [m/N].
+   pure function gradient_of_force(self, x) result(gradient)
+      class(tip_field_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! place, not the tip itself [m]
+      real(dp) :: gradient(ndim, ndim)
+      complex(dp) :: z(2), f(ndim, 2), difference(ndim)
+      integer :: k
+      z = cmplx(x(1) + real(self%root, dp)*x(2), aimag(self%root)*x(2), dp)
+      do k = 1, 2
+         f(:, k) = cmplx(0, 1/sqrt(2*pi), dp)*self%w(:, 2, k)/z(k)
+      end do
+      if (self%apart) then
+         gradient(:, 1) = real(f(:, 1) - f(:, 2), dp)
+         gradient(:, 2) = real(self%root(1)*f(:, 1) - self%root(2)*f(:, 2), dp)
+      else
+         difference = (cmplx(0, 1/sqrt(2*pi), dp)*self%dw(:, 2) - f(:, 1)*x(2))/z(1)
+         gradient(:, 1) = real(difference, dp)
+         gradient(:, 2) = real(self%root(1)*difference + f(:, 1), dp)
+      end if
+   end function gradient_of_force
+
+   !> Opening of the faces by that force, the same everywhere: the body ahead turns [m2/N].
+   pure real(dp) function opening_of_force(self)
+      class(tip_field_t), intent(in) :: self
+      opening_of_force = self%compliance(2, 2)*real(1/(self%root(1)*self%root(2)), dp) - self%compliance(1, 2)
+   end function opening_of_force
+
    !> Stress of a displacement gradient at small strain [Pa].
    pure function stress(self, h)
       class(tip_field_t), intent(in) :: self
@@ -153,6 +184,16 @@ contains
       real(dp) :: stress(ndim, ndim)
       stress = voigt_stress(self%stiffness, h)
    end function stress
+
+   !> Stress along the crack of a strain along it and the stresses s_12 and s_22 of its faces [Pa].
+   pure elemental real(dp) function stress_along(self, strain, s_12, s_22)
+      class(tip_field_t), intent(in) :: self
+      real(dp), intent(in) :: strain             !! [-]
+      real(dp), intent(in) :: s_12, s_22         !! [Pa]
+      associate (a => self%compliance)
+         stress_along = (strain - a(1, 2)*s_22 - a(1, 3)*s_12)/a(1, 1)
+      end associate
+   end function stress_along
 
    !> Opening (1) or sliding (2) behind the tip for a unit stress intensity factor of a mode [sqrt(m)/Pa].
    pure real(dp) function opening(self, component, mode, r)

@@ -22,12 +22,15 @@ module hampm_crack_values
       real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains; of closed tips with all uncertainties [Pa sqrt(m)]
       real(dp) :: uncertainty_of_j = 0           !! by what K and J differ at a closed tip [J/m2]
       real(dp), allocatable :: j(:)              !! J integral of each domain, by the radii of the tip [J/m2]; none where it is not chosen
+      real(dp), allocatable :: t_stress(:)       !! of each domain [Pa]; none where it is not asked for
+      real(dp) :: uncertainty_of_t_stress = 0    !! by the tractions behind a closed tip [Pa]
       type(places_t) :: places                   !! of its domains
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
       real(dp) :: mouth(modes) = 0               !! the same at the mouth [m]
       type(estimated_errors_t) :: errors         !! of what the domain integral gives
    contains
       procedure :: best
+      procedure :: error_of_t_stress
    end type crack_values_t
 
    !> G by the best of the chosen estimators.
@@ -40,8 +43,9 @@ module hampm_crack_values
 contains
 
    !> Nothing measured yet.
-   subroutine new_crack_values(chosen, tip, cells_divide, values)
+   subroutine new_crack_values(chosen, t_stress, tip, cells_divide, values)
       type(estimator_t), intent(in) :: chosen(:) !! estimators, the best one first
+      logical, intent(in) :: t_stress            !! whether the T-stress is measured
       type(crack_tip_t), intent(in) :: tip
       logical, intent(in) :: cells_divide        !! in motion
       type(crack_values_t), intent(out) :: values
@@ -50,6 +54,7 @@ contains
       allocate (values%estimates(count([(associated(chosen(k)%find), k=1, size(chosen))])))
       values%estimates%by = pack(chosen, [(associated(chosen(k)%find), k=1, size(chosen))])
       if (size(values%estimates) < size(chosen)) allocate (values%j(size(tip%radii)), source=0.0_dp)
+      if (allocated(values%j) .and. t_stress) allocate (values%t_stress(size(tip%radii)), source=0.0_dp)
    end subroutine new_crack_values
 
    !> G of both modes together by the estimator that is nearest to the truth of those that are chosen: at a tip inside a cell K is less off than J.
@@ -71,6 +76,17 @@ contains
          end associate
       end if
    end function best
+
+   !> Estimated error of the T-stress [Pa]: what the domains differ by, the same part of T as K is off by, and the stress by the errors of K where
+   !> the largest domain ends.
+   pure real(dp) function error_of_t_stress(self, radii) result(error)
+      class(crack_values_t), intent(in) :: self
+      real(dp), intent(in) :: radii(:)           !! of the domains, ascending [m]
+      error = maxval(self%t_stress) - minval(self%t_stress) + self%uncertainty_of_t_stress &
+              + norm2(self%errors%intensity%now)/sqrt(2*acos(-1.0_dp)*radii(size(radii)))
+      if (norm2(self%intensity) > 0) error = error + min(1.0_dp, norm2(self%errors%intensity%now)/norm2(self%intensity)) &
+                                                     *abs(sum(self%t_stress)/size(self%t_stress))
+   end function error_of_t_stress
 
    !> Energy release rate of both modes together by the domain integral: by K at a tip inside a cell, where that is less off than J, else
    !> J [J/m2].

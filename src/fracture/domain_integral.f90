@@ -17,7 +17,7 @@ module hampm_domain_integral
    use hampm_tip_domain, only: tip_domain_t, place_t, places_t, list_places, fill_places
    implicit none
    private
-   public :: domain_integrals, shares_of_modes
+   public :: domain_integrals, shares_of_modes, sample_t, find_mean_slope, take_sample
 
    !> What a particle brings to the integrals, in the axes of the crack, which turn with the material: the first is its direction.
    type :: sample_t
@@ -312,9 +312,9 @@ contains
          is_closed = closed%has(interfaces%list(n))
          if (is_there .and. .not. is_closed) j = j + dot_product(force, slope)*at_point
          if (is_closed) then
-            force = interfaces%list(n)%length*closed%traction_at(interfaces%list(n))
+            force = interfaces%list(n)%length*closed%traction_at(closed%distance_of(interfaces%list(n)))
             j = j + dot_product(force, closed%slope_across())*at_point
-            uncertainty = interfaces%list(n)%length*closed%uncertainty_at(interfaces%list(n))
+            uncertainty = interfaces%list(n)%length*closed%uncertainty_at(closed%distance_of(interfaces%list(n)))
          else if (.not. is_there) then
             cycle
          end if

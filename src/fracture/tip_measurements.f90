@@ -15,6 +15,7 @@ module hampm_tip_measurements
    use hampm_particles, only: particles_t
    use hampm_quadratic_tip_offset, only: quadratic_tip_offset
    use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
+   use hampm_t_stress, only: t_stresses
    use hampm_tip_domain, only: tip_domain_t
    implicit none
    private
@@ -81,6 +82,12 @@ contains
       if (tip%may_close) closed = sample_behind_tip(problem%interfaces, tip%now, tip%direction, tip%nodes%spacing)
       call domain_integrals(domain, problem, factors, p, state, closed, values%places, values%j, k, k_uncertainty)
       field = new_tip_field(domain%material, domain%direction)
+      domain%field = field
+      if (allocated(values%t_stress)) then
+         values%t_stress = t_stresses(domain, problem, factors, p, state, closed, values%places)
+         values%uncertainty_of_t_stress = 0
+         if (closed%are_closed) values%uncertainty_of_t_stress = norm2(closed%uncertainty_at(0.0_dp))/domain%thickness
+      end if
       if (domain%cell > 0 .and. .not. domain%material%isotropic) then
          do i = 1, size(values%j)
             k(:, i) = field%of_rate(k(:, i), values%j(i))

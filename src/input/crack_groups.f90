@@ -111,6 +111,8 @@ module hampm_crack_groups
             default='.false.', example='.true.'), &
       key_t('radii', type_real, 'of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more', &
             example='4.0e-3, 6.0e-3, 8.0e-3', unit='m', allowed=positive, fewest=0, most=most_radii), &
+      key_t('t_stress', type_logical, 'whether the history records the T-stress, by domain_integral', default='.false.', &
+            example='.true.'), &
       key_t('reference', type_name, &
             'where the reference value G_ref comes from: nowhere, double cantilever beam theory, or a key', default='none', &
             example='dcb', allowed='none|dcb|value'), &
@@ -121,6 +123,7 @@ module hampm_crack_groups
    type :: energy_release_t
       type(estimator_t), allocatable :: chosen(:) !! estimators of G and K, the best one first
       logical :: energy_balance = .false.        !! whether the loss of the method is recorded
+      logical :: t_stress = .false.              !! whether the T-stress is
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending [m]
       character(name_len) :: reference = ''      !! 'none', 'dcb' or 'value'
       real(dp) :: reference_value = 0            !! G_ref where reference = 'value' [J/m2]
@@ -211,6 +214,7 @@ contains
       end associate
       energy_release%radii = settings%numbers(entry, 'radii')
       energy_release%energy_balance = settings%flag(entry, 'energy_balance')
+      energy_release%t_stress = settings%flag(entry, 't_stress')
       energy_release%reference = settings%text(entry, 'reference')
       energy_release%reference_value = settings%number(entry, 'reference_value')
    end subroutine fill_energy_release

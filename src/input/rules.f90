@@ -421,6 +421,16 @@ module hampm_rules
       rule_t("&energy_release estimators = 'domain_integral'", warned_with, with_history, mechanics, &
              "J depends on its domain where material yields or creeps; K, modes and errors are not recorded; J_near_tip and "// &
              "J_far_field are those of the smallest and the largest one"), &
+      rule_t("&energy_release t_stress = .true.", requires, "&energy_release estimators = 'domain_integral'", mechanics, &
+             "the T-stress is an interaction integral"), &
+      rule_t("&energy_release t_stress = .true.", not_with, with_history, mechanics, &
+             "the fields that the integral is with are those of elastic material"), &
+      rule_t("&energy_release t_stress = .true.", not_with, "&run plane = 'axisymmetric'", not_built, &
+             "the strain around the axis has a part in the T-stress"), &
+      rule_t("&energy_release t_stress = .true.", not_with, "&cohesive", not_built, &
+             "faces that are held ahead of the tip have tractions there"), &
+      rule_t("&energy_release t_stress = .true.", not_with, "&growth law = {growth laws in motion}", not_built, &
+             "the fields that the integral is with are those of a tip at rest"), &
       rule_t("&energy_release radii", no_effect_without, "&energy_release estimators = {estimators by radii}"), &
       rule_t("&energy_release reference = 'value'", requires, "&energy_release reference_value > 0"), &
       rule_t("&energy_release reference_value", requires, "&energy_release reference = 'value'"), &

@@ -93,8 +93,8 @@ contains
       call angular_momentum(problem%particles, m%initial_angular_momentum, largest)
       allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
       do k = 1, size(m%crack)
-         call new_crack_values(model%energy_release%chosen, cracks%tips(k), model%method%time /= 'static' .and. &
-                               model%refine%looks_at_motion(), m%crack(k))
+         call new_crack_values(model%energy_release%chosen, model%energy_release%t_stress, cracks%tips(k), &
+                               model%method%time /= 'static' .and. model%refine%looks_at_motion(), m%crack(k))
       end do
       select case (model%energy_release%reference)
       case ('value')

@@ -166,7 +166,7 @@ def natural_scales(scene, run):
     given.append(free)
     energy = max(energy, thickness * area * young * (HARDLY * max(given))**2)
     stress = max(np.sqrt(energy * young / (thickness * area)), young * free)
-    return {"J": energy, "J/m2": stress**2 / young * 10 * cell, "Pa m^0.5": stress * np.sqrt(10 * cell), "N": stress * thickness * 10 * cell,
+    return {"J": energy, "J/m2": stress**2 / young * 10 * cell, "Pa m^0.5": stress * np.sqrt(10 * cell), "Pa": stress, "N": stress * thickness * 10 * cell,
             "kg m/s": np.sqrt(2 * energy * density * area * thickness), "kg m2/s": np.sqrt(2 * energy * density * area * thickness) * 10 * cell,
             "m": stress / young * 10 * cell, "m/s": stress / np.sqrt(young * density), "largest_R": 1.0}
 

@@ -29,7 +29,7 @@ CHOICES = {
     "growth": {"law": ["quasi_static", "prescribed", "toughness"], "direction": ["straight", "hoop_stress", "local_symmetry", "max_energy"],
                "tips": ["all", "largest", "last", "first"]},
     "energy_release": {"estimators": [["domain_integral"], ["vcct"], ["stress_closure"], ["series_fit"], [],
-                                      ["domain_integral", "vcct"]], "energy_balance": [False, True]},
+                                      ["domain_integral", "vcct"]], "energy_balance": [False, True], "t_stress": [False, True]},
 }
 REQUIRED = {"run", "grid", "material", "body"}
 
@@ -430,6 +430,8 @@ class Drawing:
         keys = {"estimators": names} | ({"energy_balance": True} if chance.random() < 0.5 else {})
         if "domain_integral" in names and chance.random() < 0.2:
             keys["radii"] = [2.0 * self.cell, 2.5 * self.cell]
+        if "domain_integral" in names and chance.random() < 0.4:
+            keys["t_stress"] = True
         return keys
 
     def scene(self):

@@ -27,7 +27,7 @@ DIMENSIONS = {
 }
 for _name in ("constraint", "load"):
     DIMENSIONS[_name] |= {"start": TIME, "rise_time": TIME, "times": TIME, "frequency": RATE}
-UNITS = {"s": TIME, "1": NOTHING, "m": LENGTH, "J": (1, 2, -2), "kg m/s": (1, 1, -1), "kg m2/s": (1, 2, -1), "N": FORCE, "J/m2": TOUGHNESS, "Pa m^0.5": (1, -0.5, -2),
+UNITS = {"s": TIME, "1": NOTHING, "m": LENGTH, "J": (1, 2, -2), "kg m/s": (1, 1, -1), "kg m2/s": (1, 2, -1), "N": FORCE, "J/m2": TOUGHNESS, "Pa m^0.5": (1, -0.5, -2), "Pa": (1, -1, -2),
          "rad": NOTHING, "deg": NOTHING, "m/s": SPEED}
 BOXES = {"body", "constraint", "load"}
 LOADS = {"load": ("force", "pressure", "acceleration"), "constraint": ("displacement", "velocity"), "body": ("velocity", "spin", "eigenstrain")}
@@ -162,7 +162,7 @@ def times_loads_columns(row, units, factor):
     """Of a linear scene: what is quadratic, what is linear, and what stays. Where a crack grows at rest, its drive is the toughness: the load factor changes."""
     if "load_factor" in row:
         return {column: values / factor if column == "load_factor" else values for column, values in row.items()}
-    power = {"J": 2, "J/m2": 2, "kg m/s": 1, "kg m2/s": 1, "N": 1, "Pa m^0.5": 1}
+    power = {"J": 2, "J/m2": 2, "kg m/s": 1, "kg m2/s": 1, "N": 1, "Pa m^0.5": 1, "Pa": 1}
     found = {}
     for column, values in row.items():
         n = power.get(units[column], 0)

@@ -1,0 +1,115 @@
+!> The T-stress: the stress along a crack at its tip beside the singular ones (Williams 1957; Rice 1974), in elastic material at small strain.
+!>
+!> It follows from the interaction of the motion with the field of a force that acts on the tip along the crack (Kfouri 1986), with the
+!> mass of the material in it as J and K have it. With the displacement a and stress s of a unit force over the thickness,
+!>
+!>    I = (1/B) [ sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + rho d_i a_i,1 q } - sum_points f_i a_i,1 q ],   w = u,1 - c,
+!>    e_11 = c_1 + I - P_22 b
+!>
+!> is the strain along the crack without what the singular fields have of it. The constant c has a part in I here, since s is not in balance
+!> at the tip; P_22 is the stress across the faces at the tip, where they press on each other or are loaded, and b the opening of the
+!> faces by the force, which is the same everywhere: forces between the faces, as many on either, have no other part in I.
+!>
+!> With the compliances a_ij in the axes of the crack, the stresses s_22 and s_12 of the faces at the tip and the stresses s0 which an
+!> eigenstrain leaves in material that does not move,
+!>
+!>    T = s0_11 + { e_11 - a_12 (s_22 - s0_22) - a_16 (s_12 - s0_12) }/a_11.
+module hampm_t_stress
+   use hampm_kinds, only: dp, ndim
+   use hampm_closed_faces, only: closed_faces_t
+   use hampm_crack_tip, only: frame_along
+   use hampm_domain_integral, only: sample_t, find_mean_slope, take_sample
+   use hampm_loads, only: load_t
+   use hampm_nodal_state, only: nodal_state_t
+   use hampm_particles, only: particles_t
+   use hampm_problem, only: problem_t
+   use hampm_tip_domain, only: tip_domain_t, places_t
+   implicit none
+   private
+   public :: t_stresses
+
+contains
+
+   !> T of each disc [Pa].
+   function t_stresses(unturned, problem, factors, p, state, closed, places) result(t)
+      type(tip_domain_t), intent(in) :: unturned !! with its field
+      type(problem_t), intent(in) :: problem
+      real(dp), intent(in) :: factors(:)         !! of the loads [-]
+      type(particles_t), intent(in) :: p
+      type(nodal_state_t), intent(in) :: state   !! of these particles
+      type(closed_faces_t), intent(in) :: closed !! what the faces behind a closed tip carry
+      type(places_t), intent(in) :: places       !! in the discs
+      real(dp), allocatable :: t(:)              !! by radius
+      real(dp), parameter :: nothing(ndim, ndim) = 0
+      real(dp) :: c(ndim), on_faces(ndim), idle(ndim, ndim), axes(ndim, ndim)
+      type(sample_t) :: s
+      type(tip_domain_t) :: domain
+      integer :: n
+      domain = unturned
+      call find_mean_slope(domain, p, places, c)
+      allocate (t(size(domain%radius)), source=0.0_dp)
+      do n = 1, size(places%list)
+         associate (place => places%list(n))
+            call take_sample(domain, problem%grid, p, place, problem%materials(p%material(place%particle)), state, c, s)
+            call add_interaction(s, domain, domain%from_tip(p%place_in_grid(place%particle), p%total_frame), places%q(:, n), &
+                                 places%dq(:, :, n), t)
+         end associate
+      end do
+      on_faces = 0
+      if (closed%are_closed) on_faces = domain%in_axes(sign(1.0_dp, dot_product(closed%normal, [-closed%direction(2), &
+                                                                                                closed%direction(1)])) &
+                                                       *closed%traction_at(0.0_dp))/domain%thickness
+      do n = 1, size(problem%loads)
+         if (problem%loads(n)%by_mass .or. problem%loads(n)%line > 0) cycle
+         call add_loaded_faces(domain, p, problem%loads(n), factors(n), places%nodal, t, on_faces)
+      end do
+      t = c(1) + merge(2, 1, domain%half)*t/domain%thickness - on_faces(2)*domain%field%opening_of_force()
+      on_faces(2) = on_faces(2) - domain%pressure ! which is taken off the stress of the particles
+      axes = frame_along(domain%direction)
+      idle = matmul(transpose(axes), matmul(domain%material%first_piola_stress(nothing), axes))
+      t = idle(1, 1) + domain%field%stress_along(t, on_faces(1) - idle(1, 2), on_faces(2) - idle(2, 2))
+   end function t_stresses
+
+   !> Add what a particle contributes to the interaction with a unit force.
+   pure subroutine add_interaction(s, domain, x, q, dq, sums)
+      type(sample_t), intent(in) :: s
+      type(tip_domain_t), intent(in) :: domain
+      real(dp), intent(in) :: x(ndim)            !! from the tip, in the axes of the crack [m]
+      real(dp), intent(in) :: q(:), dq(:, :)     !! at the particle, by radius, and its gradient [1/m], (ndim, radii)
+      real(dp), intent(inout) :: sums(:)
+      real(dp) :: a(ndim, ndim), stress(ndim, ndim), flux(ndim)
+      if (.not. norm2(x) > 0) return
+      a = domain%field%gradient_of_force(x)
+      stress = domain%field%stress(a)
+      flux = matmul(a(:, 1), s%stress) + matmul(s%slope, stress)
+      flux(1) = flux(1) - sum(s%stress*a)
+      sums = sums + s%volume*(matmul(flux, dq) + dot_product(s%divergence, a(:, 1))*q)
+   end subroutine add_interaction
+
+   !> Add what the tractions of a load on the faces contribute, and find those at the tip.
+   pure subroutine add_loaded_faces(domain, p, load, factor, q, sums, on_faces)
+      type(tip_domain_t), intent(in) :: domain
+      type(particles_t), intent(in) :: p
+      type(load_t), intent(in) :: load
+      real(dp), intent(in) :: factor             !! of the load [-]
+      real(dp), intent(in) :: q(:, :)            !! at the points of the grid [-], (radii, n_points)
+      real(dp), intent(inout) :: sums(:)
+      real(dp), intent(inout) :: on_faces(ndim)  !! stresses s_12 and s_22 of the faces at the tip [Pa]
+      real(dp), parameter :: at_tip = 1 + 1e-6_dp
+      real(dp) :: force(ndim), x(ndim), a(ndim, ndim), at_point(size(sums)), half
+      integer :: n
+      do n = 1, size(load%particle)
+         at_point = matmul(q(:, load%node(:, n)), load%shape(:, n))
+         if (.not. any(abs(at_point) > 0)) cycle
+         force = domain%in_axes(load%fraction(n)*factor*load%force)
+         x = domain%from_tip(p%place_in_grid(load%particle(n)) + load%offset(:, n), p%total_frame)
+         half = norm2(load%half(:, n))
+         if (.not. norm2(x) > 0) cycle
+         a = domain%field%gradient_of_force(x)
+         sums = sums - dot_product(force, a(:, 1))*at_point
+         if (.not. (half > 0 .and. norm2(x) <= at_tip*half)) cycle
+         x = domain%from_tip(p%place_in_grid(load%particle(n)), p%total_frame)
+         on_faces = on_faces - sign(merge(1.0_dp, 0.5_dp, domain%half), x(2))*force/(2*half*domain%thickness)
+      end do
+   end subroutine add_loaded_faces
+end module hampm_t_stress
