@@ -5,7 +5,9 @@ module hampm_text
    implicit none
    private
    public :: string_t, to_text, lower_case, nearest_name, printable, did_you_mean, is_letter, is_digit, decimal, &
-             line, add_line, three_digits, digits_text, without_rounding, length_text
+             line, paragraph, add_line, three_digits, digits_text, without_rounding, length_text
+
+   integer, parameter :: widest = 118              !! characters in a line of a paragraph
 
    !> Text of any length, so that arrays may hold texts of different lengths.
    type :: string_t
@@ -25,6 +27,33 @@ contains
       character(:), allocatable :: line
       line = text//new_line('a')
    end function line
+
+   !> A text as lines that are no longer than `widest` where it has blanks outside of code, which is between backticks.
+   pure function paragraph(text, indent) result(lines)
+      character(*), intent(in) :: text
+      integer, intent(in) :: indent                !! blanks before every line but the first
+      character(:), allocatable :: lines
+      integer :: from, last, k, margin
+      logical :: in_code
+      lines = ''
+      from = 1
+      last = 0                                     ! the last blank at which the line may end
+      margin = 0
+      in_code = .false.
+      do k = 1, len(text) + 1
+         if (k <= len(text)) then
+            if (text(k:k) == '`') in_code = .not. in_code
+            if (in_code .or. text(k:k) /= ' ') cycle
+         end if
+         if (k - from + margin > widest .and. last > from) then
+            lines = lines//line(repeat(' ', margin)//text(from:last - 1))
+            from = last + 1
+            margin = indent
+         end if
+         last = k
+      end do
+      lines = lines//line(repeat(' ', margin)//text(from:))
+   end function paragraph
 
    !> An integer as text, without blanks.
    pure function integer_text(number) result(text)

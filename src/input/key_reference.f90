@@ -5,7 +5,7 @@ module hampm_key_reference
    use hampm_keys, only: groups, keys, first_key, key_count, allowed_text, choices, default_count, default_value, is_text
    use hampm_kinds, only: name_len
    use hampm_namelist_text, only: example_list
-   use hampm_text, only: line, to_text
+   use hampm_text, only: line, paragraph, to_text
    implicit none
    private
    public :: reference_text, keys_json
@@ -18,13 +18,13 @@ contains
       character(:), allocatable :: text
       integer :: g, k
       text = line('# Groups and keys of a model')//line('') &
-             //line('The output of `hampm --keys`, from the table by which models are validated. Units are SI. A real number is') &
-             //line('0 or in size from 1e-100 to 1e100. How keys depend on each other is in [key_rules.md](key_rules.md). The') &
-             //line('examples together, but for those of groups marked as requiring other choices, are a model that runs;') &
-             //line('`hampm --template` prints one with every key.')
+             //paragraph('The output of `hampm --keys`, from the table by which models are validated. Units are SI. '// &
+                         'A real number is 0 or in size from 1e-100 to 1e100. How keys depend on each other is in '// &
+                         '[key_rules.md](key_rules.md). The examples together, but for those of groups marked as requiring '// &
+                         'other choices, are a model that runs; `hampm --template` prints one with every key.', 0)
       do g = 1, size(groups)
          text = text//line('')//line('## &'//trim(groups(g)%name))//line('') &
-                //line(sentence(trim(groups(g)%meaning))//' '//presence(groups(g)))//line('') &
+                //paragraph(sentence(trim(groups(g)%meaning))//' '//presence(groups(g)), 0)//line('') &
                 //example(g)//line('')//line('| key | values | unit | default | allowed | meaning |') &
                 //line('|---|---|---|---|---|---|')
          do k = first_key(g), first_key(g) + key_count(g) - 1

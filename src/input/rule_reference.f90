@@ -7,7 +7,7 @@ module hampm_rule_reference
    use hampm_rules, only: rule_t, rules, not_with, requires, no_effect_with, no_effect_without, warned_with, noted_with, &
                           mechanics, not_built, by_meaning
    use hampm_rule_check, only: required_text, with_or, words
-   use hampm_text, only: line, to_text
+   use hampm_text, only: line, paragraph, to_text
    implicit none
    private
    public :: rules_text, rules_json
@@ -23,22 +23,24 @@ contains
       character(:), allocatable :: text
       integer :: g
       text = line('# How keys depend on each other')//line('') &
-             //line('The output of `hampm --rules`, from the table by which models are validated (`src/input/rules.f90`);') &
-             //line('`hampm --rules --json` has it for programs. [keys.md](keys.md) has what each key allows by itself,') &
-             //line('[places.md](places.md) where things have to be and which numbers go together. All errors are reported at') &
-             //line('once, and `hampm --check` looks for them without a run.')//line('') &
-             //line('A model that breaks a rule with "requires" or "is not allowed with" is refused; one with "has no effect" or') &
-             //line('"warning:" runs, and says so. A key has no effect only where it is given, and says something else than its') &
-             //line('default. Where a rule is about another group of which there may be several, "requires" means all of these,') &
-             //line('and every other word any of them. Only materials of which there is a body') &
-             //line('and bodies that are no holes count there.')//line('') &
-             //line('Of '//to_text(size(rules))//' rules '//to_text(number(not_with) + number(requires))//' refuse a model, '// &
-                    to_text(number(no_effect_with) + number(no_effect_without))//' are about keys without effect, and '// &
-                    to_text(number(warned_with) + number(noted_with))//' warn.') &
-             //line('The reason of '//to_text(count(rules%basis == mechanics))//' is one of mechanics, '// &
-                    to_text(count(rules%basis == by_meaning))//' follow from what keys mean, and '// &
-                    to_text(count(rules%basis == not_built))) &
-             //line('say "(not built)": there is none but that the program cannot do it yet.')
+             //paragraph('The output of `hampm --rules`, from the table by which models are validated '// &
+                         '(`src/input/rules.f90`); `hampm --rules --json` has it for programs. [keys.md](keys.md) has what '// &
+                         'each key allows by itself, [places.md](places.md) where things have to be and which numbers go '// &
+                         'together. All errors are reported at once, and `hampm --check` looks for them without a run.', 0) &
+             //line('') &
+             //paragraph('A model that breaks a rule with "requires" or "is not allowed with" is refused; one with "has no '// &
+                         'effect" or "warning:" runs, and says so. A key has no effect only where it is given, and says '// &
+                         'something else than its default. Where a rule is about another group of which there may be several, '// &
+                         '"requires" means all of these, and every other word any of them. Only materials of which there is a '// &
+                         'body and bodies that are no holes count there.', 0) &
+             //line('') &
+             //paragraph('Of '//to_text(size(rules))//' rules '//to_text(number(not_with) + number(requires))// &
+                         ' refuse a model, '//to_text(number(no_effect_with) + number(no_effect_without))// &
+                         ' are about keys without effect, and '//to_text(number(warned_with) + number(noted_with))// &
+                         ' warn. The reason of '//to_text(count(rules%basis == mechanics))//' is one of mechanics, '// &
+                         to_text(count(rules%basis == by_meaning))//' follow from what keys mean, and '// &
+                         to_text(count(rules%basis == not_built))//' say "(not built)": there is none but that the program '// &
+                         'cannot do it yet.', 0)
       do g = 1, size(groups)
          text = text//section('## &'//trim(groups(g)%name), trim(groups(g)%name))
       end do
@@ -59,7 +61,7 @@ contains
       do k = 1, size(rules)
          if (rules(k)%subject(2:index(rules(k)%subject, ' ') - 1) /= group) cycle
          if (text == '') text = line('')//line(title)//line('')
-         text = text//line('- '//sentence(rules(k)))
+         text = text//paragraph('- '//sentence(rules(k)), 2)
       end do
    end function section
 

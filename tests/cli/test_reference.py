@@ -48,7 +48,9 @@ def test_page_of_the_rules_is_what_the_program_prints(hampm):
 def test_rules_are_counted_and_the_same_for_programs(hampm):
     """As many sentences as rows; those whose reason is that something is not built are counted."""
     page, table = hampm("--rules").stdout, json.loads(hampm("--rules", "--json").stdout)
+    assert max(map(len, page.splitlines())) <= 118
     assert len(re.findall(r"^- ", page, re.MULTILINE)) == len(table)
+    page = " ".join(page.split())
     assert f"Of {len(table)} rules {sum(row['verdict'] in ('not allowed with', 'requires') for row in table)} refuse a model" in page
     assert page.count("(not built)") - 1 == sum(row["basis"] == "not built" for row in table) > 0
     assert {row["basis"] for row in table} == {"mechanics", "not built", "meaning of the keys"}

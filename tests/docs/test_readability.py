@@ -13,17 +13,13 @@ from readability import LONG_LINE, measure, old_words, pages, paragraphs, senten
 
 MEAN, IN_ALL = 20, 20  # words in a sentence: of a page that one follows, of all pages
 FOLLOWED = [path for path in pages() if path.parent.name in ("tutorials", "how-to") or path.name in ("README.md", "CONTRIBUTING.md", "index.md")]
-# Pages with lines of prose that are longer, as the program prints them: a debt
-LONG = {"docs/reference/key_rules.md", "docs/reference/keys.md"}
-DEBT = pytest.mark.xfail(reason="a page that is not rewritten yet", strict=False)
 
 
-def each(paths, debt=()):
-    names = {path: str(path.relative_to(ROOT)) for path in paths}
-    return [pytest.param(path, id=name, marks=DEBT if name in debt else ()) for path, name in names.items()]
+def each(paths):
+    return [pytest.param(path, id=str(path.relative_to(ROOT))) for path in paths]
 
 
-@pytest.mark.parametrize("page", each(pages(), LONG))
+@pytest.mark.parametrize("page", each(pages()))
 def test_lines_of_prose_are_short(page):
     assert measure(page).long_lines == 0, f"lines of more than {LONG_LINE} characters"
 
@@ -36,10 +32,6 @@ def test_sentences_of_pages_that_one_follows_are_short(page):
 def test_sentences_of_all_pages_are_short():
     measured = [measure(page) for page in pages()]
     assert sum(page.words for page in measured) / sum(len(page.sentences) for page in measured) < IN_ALL
-
-
-def test_the_debt_names_pages():
-    assert LONG <= {str(page.relative_to(ROOT)) for page in pages()}
 
 
 @pytest.mark.parametrize(("text", "sentences"), [

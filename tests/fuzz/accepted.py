@@ -33,7 +33,8 @@ def keys_in(text):
 
 def not_built(program):
     """Of the rows that are not built the reasons and, where there is none, the keys that they name."""
-    lines = subprocess.run([program, "--rules"], capture_output=True, text=True, check=True).stdout.splitlines()
+    page = subprocess.run([program, "--rules"], capture_output=True, text=True, check=True).stdout
+    lines = page.replace("\n  ", " ").splitlines()  # a row may have several
     rows = [line.removeprefix("- ").partition(NOT_BUILT) for line in lines if line.startswith("- ") and NOT_BUILT in line]
     return [shortened(rest.removeprefix(": ")) if rest.startswith(":") else keys_in(subject) for subject, _, rest in rows]
 

@@ -2,7 +2,7 @@
 program test_text
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf, ieee_negative_inf
    use hampm_kinds, only: dp, long
-   use hampm_text, only: to_text, lower_case, nearest_name, did_you_mean, printable
+   use hampm_text, only: to_text, lower_case, nearest_name, did_you_mean, paragraph, printable
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    implicit none
 
@@ -13,9 +13,22 @@ program test_text
    call forms_of_numbers()
    call misspelt_names()
    call plain_text()
+   call lines_of_paragraphs()
    call finish()
 
 contains
+
+   subroutine lines_of_paragraphs()
+      character, parameter :: end = new_line('a')
+      character(*), parameter :: word = repeat('w', 59)
+      call check(paragraph('one line', 2) == 'one line'//end, 'a short paragraph is a line')
+      call check(paragraph(word//' '//word(2:), 2) == word//' '//word(2:)//end, 'of at most 118 characters')
+      call check(paragraph(word//' '//word, 2) == word//end//'  '//word//end, 'what is more begins a line')
+      call check(paragraph(word//' '//word//' w', 58) == word//end//repeat(' ', 58)//word//end//repeat(' ', 58)//'w'//end, &
+                 'whose blanks count')
+      call check(paragraph('a `'//word//' > '//word//'` b', 0) == 'a'//end//'`'//word//' > '//word//'`'//end//'b'//end, &
+                 'code stays together')
+   end subroutine lines_of_paragraphs
 
    subroutine round_trips()
       real(dp) :: mantissa, power, number, back
