@@ -3,12 +3,12 @@
 module hampm_cohesive_zone
    use hampm_kinds, only: dp
    use hampm_cracks, only: cracks_t, last_point
-   use hampm_interface_points, only: interfaces_t, cohesive
+   use hampm_interface_points, only: interfaces_t, cohesive, is_half
    use hampm_problem, only: problem_t
    use hampm_text, only: add_line, to_text
    implicit none
    private
-   public :: follow_zones, zone_length, check_zones
+   public :: follow_zones, zone_length, root_opening, check_zones
 
 contains
 
@@ -43,6 +43,27 @@ contains
          length = sum(all%length, mask=all%law == cohesive .and. all%line == line .and. all%damage > 0 .and. all%damage < 1)
       end associate
    end function zone_length
+
+   !> Opening of the faces of a crack where its cohesion begins, along the normal: a line through the first two points of that [m].
+   pure real(dp) function root_opening(interfaces, line) result(opening)
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: line                !! number of the crack
+      real(dp) :: gap(2), half(2), behind
+      integer :: k, next
+      gap = 0
+      half = 1
+      behind = -huge(behind)
+      associate (all => interfaces%list(:interfaces%n))
+         do k = 1, 2
+            next = minloc(all%way, dim=1, mask=all%law == cohesive .and. all%line == line .and. all%way > behind)
+            if (next == 0) exit
+            gap(k:) = dot_product(all(next)%opening, all(next)%normal)*merge(2, 1, is_half(all(next)))
+            half(k:) = 0.5_dp*all(next)%length
+            behind = all(next)%way
+         end do
+      end associate
+      opening = gap(1) + (gap(1) - gap(2))*half(1)/sum(half)
+   end function root_opening
 
    !> Say once where a zone is longer than the smallest disc around its tip: J leaves out what it takes beyond.
    pure subroutine check_zones(cracks, interfaces, message)

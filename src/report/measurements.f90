@@ -13,7 +13,7 @@ module hampm_measurements
    use hampm_crack_placement, only: distance_in_material
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t, new_crack_values, keep_crack_values
-   use hampm_cohesive_zone, only: zone_length
+   use hampm_cohesive_zone, only: zone_length, root_opening
    use hampm_cracks, only: cracks_t
    use hampm_energy, only: linear_momentum, angular_momentum, dissipation
    use hampm_failure, only: failure_t
@@ -295,6 +295,8 @@ contains
                if (.not. growing%are_there()) call record_place(cracks, cracks%tips(k), history)
                call history%record('zone_length', 'm', 'length of the faces ahead of the tip that are damaged', &
                                    zone_length(problem%interfaces, cracks%tips(k)%crack))
+               call history%record('root_opening', 'm', 'opening of the faces where cohesion begins', &
+                                   root_opening(problem%interfaces, cracks%tips(k)%crack))
             end if
          end do
          history%of_tip = ''
