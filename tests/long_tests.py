@@ -126,7 +126,7 @@ CASES = {
 }
 
 # Of these files all that has to do with a part, by the beginning of the name of the case
-PARTS = {"test_lessons": ("6_", "7_", "8_", "9_", "10_", "13_", "14_"),
+PARTS = {"test_lessons": ("6_", "7_", "8_", "9_", "10_", "13_", "14_", *(f"solutions/{k}-" for k in (6, 7, 8, 9, 10, 13, 14, 15, 16))),
          "test_regression": ("dcb_dynamic-alpha10000", "dcb_dynamic-undamped", "chen-0.2mm", "local_time_steps-static",
                              "figure_10-unlumped")}
 

@@ -13,13 +13,24 @@ The lessons themselves have no marks. `<lesson>.toml` says what a number is and 
                 said      some words of the lesson, once there, with {} in the place of the number that gives `measured`; or a list of such
                 said_asked  the same of numbers that give `asked`
 
+`solutions/<number>.toml` says the same of the solutions of the exercises, which are apart. Their runs are
+
+    [runs]                    name = what `--set` overrides in the namelist of the lesson
+    half = ["grid.cell=0.5"]
+    [edits]                   optional: name = [pattern, text] or several, by which the namelist of that run differs
+    [forced]                  optional: name = time step, for runs by forced_step
+    [checked]                 optional: name = what `--set` overrides in `--check`
+
+A run is made where an expression first reads it; a number may be `measured` and `said` without what theory asks.
+
 Expressions know numpy as `np`, the attributes and the
 last value of a column of results/lessons/<number>/RESULT.h5 as `last('RESULT', 'column')`, all values as `history(...)`, and the
-functions that `Lesson` lists.
+functions that `Runs` lists.
 """
 
 import functools
 import re
+import subprocess
 import sys
 from types import SimpleNamespace
 
@@ -43,44 +54,29 @@ except ImportError:  # Python 3.10
 
 FOLDER = ROOT / "docs/lessons"
 NAMES = sorted((path.stem for path in FOLDER.glob("[0-9]*_*.md")), key=lambda name: int(name.partition("_")[0]))
+SOLUTIONS = [f"solutions/{name.partition('_')[0]}" for name in NAMES]
+TABLES = "runs", "edits", "forced", "checked"
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
 LARGEST_PICTURE = 80_000  # bytes
 
 
-class Lesson:
-    """A lesson, its notebook run in a folder that looks like the repository but for its results."""
+class Runs:
+    """Results, and the expressions that know them."""
 
     def __init__(self, name, folder):
         self.name, self.folder, self.number = name, folder, number_of(name)
-        self.text = (FOLDER / f"{name}.md").read_text()
         self.checks = checks_of(name)
         self.names = {"np": np, "last": self.last, "history": self.history, "profile": self.profile,
                       "wave_number": wave_number, "output": self.output}
-        for item in ("docs", "postprocess", "tests", ".venv"):
-            (folder / item).symlink_to(ROOT / item)
-        (folder / "build/release").mkdir(parents=True)
-        (folder / "build/release/hampm").symlink_to(PROGRAM)
-        (folder / "build/release/forced_step").symlink_to(PROGRAM.with_name("forced_step"))
-        self.notebook = notebook_of(self.text, folder)
-        nbclient.NotebookClient(self.notebook, kernel_name="python3", allow_errors=True, timeout=120, resources={"metadata": {"path": str(folder)}}).execute()
-        self.cells = [cell for cell in self.notebook.cells if cell.cell_type == "code"]
-        results = iter([self._result(cell) for cell in self.cells if cell.source.startswith("%%bash\n")])
-        self.blocks = [SimpleNamespace(results=[(command, next(results)) for command in commands], shown=shown) for commands, shown in blocks(self.text)]
+
+    def name_expressions(self):
+        """Give names to what stands under [let]."""
         for key, value in self.checks.pop("let", {}).items():
             self.names[key] = self.value(value)
 
-    @staticmethod
-    def _result(cell):
-        """What a cell of a command printed, and why it failed, if it did."""
-        printed = {name: "".join(item.text for item in cell.outputs if item.output_type == "stream" and item.name == name) for name in ("stdout", "stderr")}
-        return SimpleNamespace(**printed, source=cell.source, error="".join(item.evalue for item in cell.outputs if item.output_type == "error"))
-
     def value(self, expression):
         """The value of an expression, or a number as it is."""
-        return eval(expression, dict(self.names)) if isinstance(expression, str) else expression
-
-    def path(self, result):
-        return self.folder / f"results/lessons/{self.number}/{result}.h5"
+        return eval(expression, self.names) if isinstance(expression, str) else expression
 
     @functools.cache
     def columns(self, result):
@@ -100,20 +96,82 @@ class Lesson:
         frames = Frames(self.path(result))
         return plot_profile.profile(frames, result, frames.number(), plot_profile.parse([str(frames.path), *arguments]))
 
+
+class Lesson(Runs):
+    """A lesson, its notebook run in a folder that looks like the repository but for its results."""
+
+    def __init__(self, name, folder):
+        super().__init__(name, folder)
+        self.text = (FOLDER / f"{name}.md").read_text()
+        for item in ("docs", "postprocess", "tests", ".venv"):
+            (folder / item).symlink_to(ROOT / item)
+        (folder / "build/release").mkdir(parents=True)
+        (folder / "build/release/hampm").symlink_to(PROGRAM)
+        (folder / "build/release/forced_step").symlink_to(PROGRAM.with_name("forced_step"))
+        self.notebook = notebook_of(self.text, folder)
+        nbclient.NotebookClient(self.notebook, kernel_name="python3", allow_errors=True, timeout=120, resources={"metadata": {"path": str(folder)}}).execute()
+        self.cells = [cell for cell in self.notebook.cells if cell.cell_type == "code"]
+        results = iter([self._result(cell) for cell in self.cells if cell.source.startswith("%%bash\n")])
+        self.blocks = [SimpleNamespace(results=[(command, next(results)) for command in commands], shown=shown) for commands, shown in blocks(self.text)]
+        self.name_expressions()
+
+    @staticmethod
+    def _result(cell):
+        """What a cell of a command printed, and why it failed, if it did."""
+        printed = {name: "".join(item.text for item in cell.outputs if item.output_type == "stream" and item.name == name) for name in ("stdout", "stderr")}
+        return SimpleNamespace(**printed, source=cell.source, error="".join(item.evalue for item in cell.outputs if item.output_type == "error"))
+
+    def path(self, result):
+        return self.folder / f"results/lessons/{self.number}/{result}.h5"
+
     def output(self, pattern):
         """The number that a pattern finds in what the commands print, messages too."""
         printed = "".join(result.stdout + result.stderr for block in self.blocks for _, result in block.results)
         return float(re.search(pattern, printed)[1])
 
 
-def wave_number(shown, last):
-    """Wave number of the sine that fits a profile up to a place best, together with a constant [1/m]."""
+class Solutions(Runs):
+    """The solutions of the exercises of a lesson, whose runs are made when they are asked for."""
+
+    def __init__(self, name, folder):
+        super().__init__(name, folder)
+        self.scene = next(FOLDER.glob(f"{self.number}_*.nml")).read_text()
+        self.runs, self.edits, self.forced, self.checked = (self.checks.pop(key, {}) for key in TABLES)
+        self.name_expressions()
+
+    def path(self, result):
+        path = self.folder / f"{result}.h5"
+        if not path.exists():
+            program = [PROGRAM.with_name("forced_step"), str(self.forced[result])] if result in self.forced else [PROGRAM]
+            self.run(result, [*program, f"{result}.nml", "--quiet", "--set", f"output.file={result}.h5"], self.runs[result])
+        return path
+
+    def run(self, result, command, settings):
+        """What the program prints for the namelist of a run."""
+        text, edits = self.scene, self.edits.get(result, [])
+        for pattern, new in [edits] if edits and isinstance(edits[0], str) else edits:
+            text, count = re.subn(pattern, new, text, flags=re.DOTALL)
+            assert count, pattern
+        (self.folder / f"{result}.nml").write_text(text)
+        words = [word for setting in settings for word in ("--set", setting)]
+        done = subprocess.run([*map(str, command), *words], cwd=self.folder, capture_output=True, text=True, timeout=300)
+        return done.stdout + done.stderr
+
+    @functools.cache
+    def output(self, name, pattern):
+        """The number that a pattern finds in what `--check` prints."""
+        printed = self.run(name, [PROGRAM, "--check", f"{name}.nml"], self.checked[name])
+        return float(re.search(pattern, printed)[1])
+
+
+def wave_number(shown, last, least=0.6, most=1.0):
+    """Wave number of the sine that fits a profile up to a place best, together with a constant, between two bounds [1/m]."""
     here = shown.place < last
 
     def misfit(k):
         waves = np.column_stack([np.sin(k * shown.place[here]), np.cos(k * shown.place[here]), np.ones(np.count_nonzero(here))])
         return np.linalg.lstsq(waves, shown.value[here], rcond=None)[1][0]
-    return min(np.linspace(0.6, 1.0, 801), key=misfit)
+    return min(np.linspace(least, most, 801), key=misfit)
 
 
 def blocks(text):
@@ -125,11 +183,11 @@ def blocks(text):
 @pytest.fixture(scope="session")
 def lesson_of(tmp_path_factory):
     """`lesson_of(name)`: that lesson, run once."""
-    return functools.cache(lambda name: Lesson(name, tmp_path_factory.mktemp("lesson")))
+    return functools.cache(lambda name: (Solutions if name in SOLUTIONS else Lesson)(name, tmp_path_factory.mktemp("lesson")))
 
 
 def number_of(name):
-    return name.partition("_")[0]
+    return name.removeprefix("solutions/").partition("_")[0]
 
 
 def checks_of(name):
@@ -140,7 +198,7 @@ def checks_of(name):
 def said(name):
     """The numbers of a lesson: name, whether measured or asked, the words around it."""
     for key, check in checks_of(name).items():
-        for kind, words in (("measured", check.get("said", [])), ("asked", check.get("said_asked", []))) if key != "let" else ():
+        for kind, words in (("measured", check.get("said", [])), ("asked", check.get("said_asked", []))) if key not in ("let", *TABLES) else ():
             yield from ((key, kind, place) for place in ([words] if isinstance(words, str) else words))
 
 
@@ -247,8 +305,8 @@ def unit_of(number):
 
 
 @pytest.mark.parametrize(("name", "key"), parameters(
-    (name, key) for name in NAMES
-    for key, check in checks_of(name).items() if "measured" in check))
+    (name, key) for name in NAMES + SOLUTIONS
+    for key, check in checks_of(name).items() if "measured" in check and (name in NAMES or "asked" in check)))
 def test_what_is_measured_is_what_theory_asks(lesson_of, name, key):
     lesson = lesson_of(name)
     check = lesson.checks[key]
@@ -259,7 +317,7 @@ def test_what_is_measured_is_what_theory_asks(lesson_of, name, key):
     assert abs(measured - asked) <= tolerance, report
 
 
-@pytest.mark.parametrize(("name", "key", "kind", "words"), parameters((name, *place) for name in NAMES for place in said(name)))
+@pytest.mark.parametrize(("name", "key", "kind", "words"), parameters((name, *place) for name in NAMES + SOLUTIONS for place in said(name)))
 def test_the_text_gives_that_number(lesson_of, name, key, kind, words):
     lesson, number = lesson_of(name), number_at(name, words)
     value = lesson.value(lesson.checks[key][kind])
