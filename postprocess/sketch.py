@@ -33,7 +33,7 @@ LOOK = {"font.size": 17, "axes.titlesize": 17, "axes.grid": False, "lines.linewi
 LARGEST, MARGIN = np.array([580.0, 430.0]), 92.0  # of the bodies, and around them [points]
 ARROW, GAP, SYMBOL, SPACING = 38.0, 6.0, 15.0, 44.0  # lengths of arrows, beside edges, of supports, and between either [points]
 AXES = {"x": np.array([1.0, 0.0]), "y": np.array([0.0, 1.0])}
-OF_HISTORY = {"step": "", "ramp": " (ramp)", "sine": " (sine)", "table": " (table)"}
+OF_HISTORY = {"step": "", "ramp": " (ramp)", "smooth_ramp": " (smooth ramp)", "sine": " (sine)", "table": " (table)"}
 
 # A roller and a triangle that touch what they hold at the origin, from below, one unit deep
 GROUND = Path([(-0.7, -0.85), (0.7, -0.85)])

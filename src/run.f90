@@ -19,6 +19,7 @@ module hampm_run
    use hampm_problem, only: update_particles
    use hampm_recording, only: open_results, next_output, is_due, record, record_end, show_progress
    use hampm_simulation, only: simulation_t, measure_state
+   use hampm_static_start, only: begin_at_rest
    implicit none
    private
    public :: run, measured_duration
@@ -103,7 +104,7 @@ contains
       end function seconds
    end function measured_duration
 
-   !> Find the equilibrium, or the motion of the nodes, with which a run begins that is not one of explicit steps, and record the start.
+   !> Find the equilibrium, or the motion of the nodes, with which a run begins, and record the start.
    subroutine begin(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -112,7 +113,9 @@ contains
          time = min(output%history_interval, s%model%run%end_time)
          if (output%snapshot_interval > 0) time = min(time, output%snapshot_interval)
       end associate
-      call s%integrator%initialise(s%problem, time/steps_for(time, s%longest_step), failure)
+      call begin_at_rest(s, failure)
+      if (.not. failure%failed()) &
+         call s%integrator%initialise(s%problem, time/steps_for(time, s%longest_step), failure)
       if (failure%failed()) return
       call note_initial_energy(s%problem, s%measurements)
       call adapt_static(s, failure)

@@ -9,9 +9,9 @@ module hampm_time_history
 
    !> A factor as a function of time.
    type :: time_history_t
-      character(name_len) :: kind = 'step'       !! 'step', 'ramp', 'sine' or 'table'
+      character(name_len) :: kind = 'step'       !! 'step', 'ramp', 'smooth_ramp', 'sine' or 'table'
       real(dp) :: start = 0                      !! before this time the factor is zero [s]
-      real(dp) :: rise_time = 0                  !! time in which a ramp rises from 0 to 1 [s]
+      real(dp) :: rise_time = 0                  !! time in which a ramp, of either kind, rises from 0 to 1 [s]
       real(dp) :: frequency = 0                  !! of a sine [Hz]
       real(dp), allocatable :: times(:)          !! of a table, after `start`, ascending [s]
       real(dp), allocatable :: factors(:)        !! of a table [-]
@@ -38,6 +38,8 @@ contains
          factor = 1
       case ('ramp')
          factor = min(t/self%rise_time, 1.0_dp)
+      case ('smooth_ramp')
+         factor = smooth_step(min(t/self%rise_time, 1.0_dp))
       case ('sine')
          factor = sin(2*pi*self%frequency*t)
       case ('table')
@@ -61,6 +63,8 @@ contains
          integral = t - early
       case ('ramp')
          integral = ramp_integral(self%rise_time, t) - ramp_integral(self%rise_time, early)
+      case ('smooth_ramp')
+         integral = smooth_integral(self%rise_time, t) - smooth_integral(self%rise_time, early)
       case ('sine')
          integral = (cos(2*pi*self%frequency*early) - cos(2*pi*self%frequency*t))/(2*pi*self%frequency)
       case ('table')
@@ -82,12 +86,26 @@ contains
       ramp_integral = min(t, rise_time)**2/(2*rise_time) + max(0.0_dp, t - rise_time)
    end function ramp_integral
 
+   !> From 0 at 0 to 1 at 1, with first and second derivatives of 0 at both: 10 x**3 - 15 x**4 + 6 x**5.
+   pure real(dp) function smooth_step(x)
+      real(dp), intent(in) :: x                  !! 0 to 1
+      smooth_step = x**3*(10 - x*(15 - 6*x))
+   end function smooth_step
+
+   !> Integral of a smooth ramp from 0 [s].
+   pure real(dp) function smooth_integral(rise_time, t)
+      real(dp), intent(in) :: rise_time, t       !! [s]
+      real(dp) :: x
+      x = min(t/rise_time, 1.0_dp)
+      smooth_integral = rise_time*x**4*(2.5_dp - x*(3 - x)) + max(0.0_dp, t - rise_time)
+   end function smooth_integral
+
    !> The time from which on the factor stays the same; huge where there is none [s].
    pure real(dp) function time_to_constant(self) result(time)
       class(time_history_t), intent(in) :: self
       time = self%start
       select case (self%kind)
-      case ('ramp')
+      case ('ramp', 'smooth_ramp')
          time = time + self%rise_time
       case ('sine')
          time = huge(time)

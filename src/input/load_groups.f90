@@ -14,11 +14,12 @@ module hampm_load_groups
              load_group, load_keys, load_spec_t, fill_loads
 
    type(key_t), parameter :: history_keys(*) = [ &
-      key_t('history', type_name, 'factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start', &
-            default='step', allowed='step|ramp|sine|table'), &
+      key_t('history', type_name, &
+            'factor over time: 1, rising to 1 by a line or smoothly, sin(2 pi frequency t), or a table; t counts from start', &
+            default='step', allowed='step|ramp|smooth_ramp|sine|table'), &
       key_t('start', type_real, 'time at which the history begins; before it the factor is 0', default='0.0', unit='s', &
             allowed=any_number), &
-      key_t('rise_time', type_real, 'of a ramp: time in which the factor rises from 0 to 1; needed there', default='0.0', &
+      key_t('rise_time', type_real, 'of both ramps: time in which the factor rises from 0 to 1; needed there', default='0.0', &
             unit='s', allowed=not_negative), &
       key_t('frequency', type_real, 'of a sine: its frequency; needed there', default='0.0', unit='Hz', allowed=not_negative), &
       key_t('times', type_real, 'of a table: increasing, counted from start; linear between, constant outside', unit='s', &

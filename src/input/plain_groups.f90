@@ -115,6 +115,9 @@ module hampm_plain_groups
       key_t('hht_alpha', type_real, &
             'of time = ''implicit'': 0 for average acceleration; below it steps damp what they do not resolve', default='0.0', &
             allowed='[-0.33334, 0]'), &
+      key_t('start', type_name, &
+            'of motion: from undeformed bodies, or from the static equilibrium of what acts at time 0', default='undeformed', &
+            allowed='undeformed|static'), &
       key_t('load_steps', type_integer, 'of time = ''static'': equal steps of the time, by which loads vary, up to end_time', &
             default='1', allowed='[1, 100000]'), &
       key_t('scheme', type_name, 'when a step updates the stress: first, last, half and half, or last by velocities mapped anew', &
@@ -155,6 +158,7 @@ module hampm_plain_groups
       character(name_len) :: time = 'explicit'   !! 'explicit', 'implicit' or 'static'
       real(dp) :: time_step = 0                  !! of 'implicit': longest, 0 where courant gives it [s]
       real(dp) :: hht_alpha = 0                  !! of 'implicit' [-]
+      character(name_len) :: start = 'undeformed' !! of motion: 'undeformed' or 'static'
       integer :: load_steps = 1                  !! of 'static'
       character(name_len) :: scheme = ''         !! 'usf', 'usl', 'usavg' or 'musl'
       character(name_len) :: path = 'fastest'    !! 'fastest' or 'reference'

@@ -132,6 +132,7 @@ module hampm_rules
              "fewer than 3 leave hourglass motions of the nodes without strain of a particle", use="&body points_per_cell = 3"), &
       rule_t("&body velocity", not_with, "&method time = 'static'", mechanics, "a static model has no velocity"), &
       rule_t("&body spin", not_with, "&method time = 'static'", mechanics, "a static model has no velocity"), &
+      rule_t("&body spin", not_with, "&method start = 'static'", mechanics, "a body that rotates is not in static equilibrium"), &
       rule_t("&body eigenstrain and a shear of the eigenstrain", not_with, "&crack kind = 'symmetry'", mechanics, &
              "the other half would have the opposite shear, the third value"), &
       rule_t("&body eigenstrain", not_with, "&energy_release reference = 'dcb'", mechanics, "the closed form is for forces"), &
@@ -139,11 +140,11 @@ module hampm_rules
              "the fourth value has no effect, as the thickness is free")]
 
    type(rule_t), parameter :: of_histories(*) = [ &
-      (rule_t(trim(acting(k))//" rise_time", requires, trim(acting(k))//" history = 'ramp'"), &
+      (rule_t(trim(acting(k))//" rise_time", requires, trim(acting(k))//" history = 'ramp' | 'smooth_ramp'"), &
        rule_t(trim(acting(k))//" frequency", requires, trim(acting(k))//" history = 'sine'"), &
        rule_t(trim(acting(k))//" times", requires, trim(acting(k))//" history = 'table'"), &
        rule_t(trim(acting(k))//" factors", requires, trim(acting(k))//" history = 'table'"), &
-       rule_t(trim(acting(k))//" history = 'ramp'", requires, trim(acting(k))//" rise_time > 0"), &
+       rule_t(trim(acting(k))//" history = 'ramp' | 'smooth_ramp'", requires, trim(acting(k))//" rise_time > 0"), &
        rule_t(trim(acting(k))//" history = 'sine'", requires, trim(acting(k))//" frequency > 0"), &
        rule_t(trim(acting(k))//" history = 'table'", requires, &
               trim(acting(k))//" times and "//trim(acting(k))//" factors"), k=1, size(acting))]
@@ -151,8 +152,12 @@ module hampm_rules
    type(rule_t), parameter :: of_constraints(*) = [ &
       (rule_t("&constraint "//of_factor(k), no_effect_without, "&constraint displacement or &constraint velocity", &
               reason="the factor applies to a prescribed motion, and none is given"), k=1, 2), &
-      rule_t("&constraint displacement and &constraint history = 'step'", not_with, "&method time = 'explicit' | 'implicit'", &
-             mechanics, "prescribed nodes would jump", use="history = 'ramp', or a velocity"), &
+      rule_t("&constraint displacement and &constraint history = 'step'", not_with, &
+             "&method time = 'explicit' | 'implicit' and &method start = 'undeformed'", mechanics, &
+             "prescribed nodes would jump", use="history = 'smooth_ramp', or a velocity"), &
+      rule_t("&constraint displacement and &constraint history = 'step' and &constraint start > 0", not_with, &
+             "&method time = 'explicit' | 'implicit' and &method start = 'static'", mechanics, &
+             "prescribed nodes would jump", use="history = 'smooth_ramp', or a velocity"), &
       (rule_t("&constraint "//moved_by(k), not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, &
               use="&method time_steps = 'global'"), k=1, 2), &
       rule_t("&constraint unilateral = .true.", not_with, "&method time = 'explicit'", not_built, &
@@ -275,6 +280,13 @@ module hampm_rules
       rule_t("&method wave_speed and &method time = 'explicit' | 'implicit'", no_effect_without, &
              "&method courant or &method frame = 'updated'", reason="the step is a fraction of the largest stable one"), &
       rule_t("&method load_steps", no_effect_without, "&method time = 'static'"), &
+      rule_t("&method start = 'static'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
+             "contact of bodies is found step by step in explicit steps", use="&method start = 'undeformed'"), &
+      rule_t("&method start = 'static'", not_with, "&material volumetric = 'b_bar' and &material law = {laws of any strain}", &
+             not_built, "the mean of large strains has no tangent yet", use="&material volumetric = 'standard'"), &
+      rule_t("&method start", no_effect_with, "&method time = 'static'", mechanics, "all states are in static equilibrium"), &
+      rule_t("&method start", no_effect_without, "&load or &constraint displacement or &body eigenstrain", &
+             reason="nothing acts at time 0"), &
       rule_t("&method time = 'static'", no_effect_without, &
              "&load or &constraint displacement or &constraint velocity or &body eigenstrain", &
              reason="nothing loads the model, and all displacements stay 0"), &

@@ -353,7 +353,9 @@ contains
       allocate (distance(old%n))
       begins = .false.
       distance = [(abs(old%list(k)%way - point%way) + norm2(old%list(k)%place - point%place), k=1, old%n)]
-      nearest = minloc(distance, dim=1, mask=[(old%list(k)%tip == point%tip, k=1, old%n)])
+      nearest = minloc(distance, dim=1, mask=[(old%list(k)%tip == point%tip .or. & ! or that of a tip which did not move, at rest
+                                               .not. m%particles%total_frame .and. old%list(k)%tip == 0 .and. &
+                                               old%list(k)%law == bonded, k=1, old%n)])
       if (nearest > 0) then
          if (distance(nearest) > max(old%list(nearest)%length, point%length)) nearest = 0
       end if

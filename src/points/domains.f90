@@ -15,7 +15,7 @@ module hampm_domains
    use hampm_particles, only: particles_t, spacing_of
    implicit none
    private
-   public :: start_domains, edges_of_domain, corner_gradients, reference_corners, corner_places, follow_corners, &
+   public :: start_domains, displace_corners, edges_of_domain, corner_gradients, reference_corners, corner_places, follow_corners, &
              weights_in_domain, longest_edge, is_tangled, kinetic_energy_of, spin_of
 
    !> Least edge of a domain over that of a particle that no edge of the body cuts: a sliver would need steps that are as short.
@@ -29,6 +29,19 @@ contains
       allocate (p%corner_displacement(p%n, ndim, corners), source=0.0_dp)
       p%corner_velocity = spread(p%velocity(:p%n, :), 3, corners)
    end subroutine start_domains
+
+   !> Displace the corners as the strain of their particles has it, by u + H dX.
+   subroutine displace_corners(p)
+      type(particles_t), intent(inout) :: p
+      real(dp) :: x(ndim, corners)
+      integer :: i, c
+      do i = 1, p%n
+         x = reference_corners(p, i)
+         do c = 1, corners
+            p%corner_displacement(i, :, c) = p%displacement(i, :) + matmul(p%gradient_of(i), x(:, c) - p%reference(i, :))
+         end do
+      end do
+   end subroutine displace_corners
 
    !> Edges of the reference domain of a particle [m]: of one that an edge of the body cuts those of a smaller rectangle.
    pure function edges_of_domain(p, i) result(edges)

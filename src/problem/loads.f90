@@ -184,10 +184,10 @@ contains
       do l = 1, size(loads)
          associate (load => loads(l))
             n = size(load%particle)
-            if (allocated(load%node)) then
-               if (size(load%node, 2) /= n) deallocate (load%node, load%shape)
-            end if
             nodes = merge(corners**2, grid%n_functions, allocated(p%corner_velocity))
+            if (allocated(load%node)) then
+               if (any(shape(load%node) /= [nodes, n])) deallocate (load%node, load%shape)
+            end if
             if (.not. allocated(load%node)) allocate (load%node(nodes, n), load%shape(nodes, n))
             if (.not. load%begun) load%particle_velocity = velocity_of_particles(load, p)
             load%begun = .true.

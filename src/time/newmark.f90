@@ -159,7 +159,7 @@ contains
             call multiply_by_mass(m%grid, matrix, mass, first%v, product)
             allocate (b, source=m%fields%momentum - product)
             call solve_mass_equation(m, b, first%v, m%state%velocity, failure)
-            allocate (m%state%displacement, source=0*m%state%velocity)
+            if (.not. allocated(m%state%displacement)) allocate (m%state%displacement, source=0*m%state%velocity)
             call internal_force(m, r)
             call multiply_by_mass(m%grid, matrix, mass, m%damping_rate*m%state%velocity + first%a, product)
             b = r + self%now%force - product

@@ -53,6 +53,7 @@ HARDLY = 1e-4          # of the strain that loads make at their largest: what is
 NEARLY_NONE = 1e-3     # of a load that stays, so that domains of J are as large as with it
 MANY = 1e5             # particles times steps of a run that may be made again with steps of a twentieth or less
 SETTLED_MANY = 2e6     # and of one that may be made again with springs as at rest
+STILL = 1e-12          # part of the strain energy that may be in motion where all forces are in balance at the start
 SLOW = 0.02            # between what a motion has settled at and the answer at rest
 
 
@@ -385,8 +386,10 @@ def factor(keys, time):
     t = time - keys.get("start", 0.0)
     kind = keys.get("history", "step")
     value = np.ones_like(t)
-    if kind == "ramp":
+    if kind in ("ramp", "smooth_ramp"):
         value = np.clip(t / keys["rise_time"], 0.0, 1.0)
+        if kind == "smooth_ramp":
+            value = value**3 * (10 - 15 * value + 6 * value**2)
     elif kind == "sine":
         value = np.sin(2 * np.pi * keys["frequency"] * t)
     elif kind == "table":
@@ -665,6 +668,26 @@ def damped(case):
     settled(case, 400 * tick, {"time": "explicit"}, {"history": "ramp", "rise_time": 100 * tick}, 0.1 / tick)
 
 
+def still(case):
+    """From the static equilibrium of what stays as it is nothing ever moves."""
+    case.need(case.time != "static" and case.frame == "total" and not (case.meets or case.grows or "viscoelastic" in case.laws))
+    scene = copy_of(case.scene)
+    for keys in groups(scene, "load") + groups(scene, "constraint"):
+        for key in ("history", "start", "rise_time", "frequency", "times", "factors", "velocity"):
+            keys.pop(key, None)
+    for keys in groups(scene, "body"):
+        keys.pop("velocity", None)
+        keys.pop("spin", None)
+    if not groups(scene, "method"):
+        scene.append(["method", {}])
+    group(scene, "method")["start"] = "static"
+    run = case.bench.run(scene)
+    case.need(run.code == 0 and run.row["strain_energy"][0] > 1e-6 * np.max(case.base.row["strain_energy"]))
+    moved = np.max(run.row["kinetic_energy"]) / run.row["strain_energy"][0]
+    if not moved <= STILL:
+        raise Fault(f"from static equilibrium: {moved:.1e} of the strain energy comes into motion")
+
+
 def finer(case):
     """Cells of half the size: J within three times what both say of their errors."""
     case.need(case.time == "static" and not case.grows and "J_error" in case.base.row and case.indicator in ("none", "tip"))
@@ -737,7 +760,7 @@ def builds(case):
 OWN = {"finite": finite, "energies": energies, "forces": forces}
 SECOND = {"mirror in x": isometry(maps.MIRROR_X), "mirror in y": isometry(maps.MIRROR_Y), "quarter turn": isometry(maps.TURN), "units": units, "thickness": thickness,
           "halved": halved, "order": order, "reverse": reverse, "split": split, "motion": motion, "superposed": superposed, "reciprocal": reciprocal,
-          "slow": slow, "damped": damped, "finer": finer, "reference": reference, "threads": threads, "resume": resume, "check": check, "builds": builds}
+          "slow": slow, "damped": damped, "still": still, "finer": finer, "reference": reference, "threads": threads, "resume": resume, "check": check, "builds": builds}
 IMAGES = ["mirror in x", "mirror in y", "quarter turn", "order", "reverse"]
 
 

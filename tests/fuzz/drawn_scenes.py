@@ -18,7 +18,7 @@ CHOICES = {
     "constraint": {"unilateral": [False, True], "fix": ["x", "y", "xy"]},
     "load": {"face": ["none", "left", "right"]},
     "contact": {"bodies": ["bonded", "stick", "frictionless", "friction"]},
-    "method": {"time": ["explicit", "implicit", "static"], "scheme": ["musl", "usf", "usl", "usavg"], "wave_speed": ["shear", "dilatational"],
+    "method": {"time": ["explicit", "implicit", "static"], "start": ["undeformed", "static"], "scheme": ["musl", "usf", "usl", "usavg"], "wave_speed": ["shear", "dilatational"],
                "time_steps": ["global", "global", "local"], "path": ["fastest", "reference"], "frame": ["total", "updated"], "shape_functions": ["linear", "linear", "cpdi"],
                "mass": ["lumped", "lumped", "consistent", "partial", "fmpm", "weighted"], "solver": ["auto", "cg", "direct"],
                "consistent_region": ["box", "refined"], "order": [1, 2, 3], "lumped_fraction": [0.2778, 0.5], "hht_alpha": [0.0, -0.1], "courant": [0.0, 0.05, 0.1]},
@@ -188,9 +188,9 @@ class Drawing:
     def history(self, motion=False):
         """Keys of a history."""
         chance = self.chance
-        kind = chance.choice(["ramp", "sine", "table"] if motion and self.time != "static" else ["step", "step", "ramp", "sine", "table"])
+        kind = chance.choice(["ramp", "smooth_ramp", "sine", "table"] if motion and self.time != "static" else ["step", "step", "ramp", "smooth_ramp", "sine", "table"])
         keys = {"history": kind} if kind != "step" else {}
-        if kind == "ramp":
+        if kind in ("ramp", "smooth_ramp"):
             keys["rise_time"] = chance.choice([0.3, 1.0, 2.0]) * self.end
         if kind == "sine":
             keys["frequency"] = chance.choice([0.3, 1.0]) / self.end
@@ -374,6 +374,8 @@ class Drawing:
             keys["time_step"] = self.end / chance.choice([20, 40])
             if chance.random() < 0.3:
                 keys["hht_alpha"] = -0.1
+        if self.time != "static" and chance.random() < 0.25:
+            keys["start"] = "static"
         if self.time == "explicit" and chance.random() < 0.6:
             keys["scheme"] = chance.choice(["musl", "usf", "usl", "usavg"])
         if self.frame == "updated" and self.crack == "none" and chance.random() < 0.3:

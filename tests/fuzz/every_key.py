@@ -148,7 +148,7 @@ SCENES = {
 
 # Other values of keys, for the scenes above, with keys of the same group that they require; those with a choice take each of it, and what is
 # not here a number that is a little different.
-HISTORIES = ["step", "ramp;rise_time=1e-6", "sine;frequency=1e4", "table;times=0.0,2e-6;factors=0.0,0.5"]
+HISTORIES = ["step", "ramp;rise_time=1e-6", "smooth_ramp;rise_time=1e-6", "sine;frequency=1e4", "table;times=0.0,2e-6;factors=0.0,0.5"]
 VALUES = {
     "run.title": ["another"], "run.end_time": ["0.9*"], "grid.lower": ["-10e-3,-14e-3", "-0.1,0.0"], "grid.cell": ["1.1*"], "grid.cells": ["22,4", "10,14", "18,12"],
     "material.name": ["b"], "material.moduli": ["1e10", "15e9,20e9"], "material.relaxation_times": ["0.1", "0.2,2.0"], "material.yield_stress": ["1.1*", "1e8"],

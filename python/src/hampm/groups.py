@@ -125,12 +125,12 @@ class Constraint(Group):
     """By which they are moved where its factor is 1 [m]; (-inf, inf); default [0.0, 0.0]"""
     velocity: float | Sequence[float] | None
     """With which they are moved where its factor is 1 [m/s]; (-inf, inf); default [0.0, 0.0]"""
-    history: Literal['step', 'ramp', 'sine', 'table'] | None
-    """Factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start; default 'step'"""
+    history: Literal['step', 'ramp', 'smooth_ramp', 'sine', 'table'] | None
+    """Factor over time: 1, rising to 1 by a line or smoothly, sin(2 pi frequency t), or a table; t counts from start; default 'step'"""
     start: float | None
     """Time at which the history begins; before it the factor is 0 [s]; (-inf, inf); default 0.0"""
     rise_time: float | None
-    """Of a ramp: time in which the factor rises from 0 to 1; needed there [s]; [0, inf); default 0.0"""
+    """Of both ramps: time in which the factor rises from 0 to 1; needed there [s]; [0, inf); default 0.0"""
     frequency: float | None
     """Of a sine: its frequency; needed there [Hz]; [0, inf); default 0.0"""
     times: float | Sequence[float] | None
@@ -164,12 +164,12 @@ class Load(Group):
     """Of gravity: force on each mass where its factor is 1 [m/s2]; (-inf, inf); default [0.0, 0.0]"""
     face: Literal['none', 'left', 'right'] | None
     """Of a point or traction on a line or path: its face, as one walks to its tip or last point; default 'none'"""
-    history: Literal['step', 'ramp', 'sine', 'table'] | None
-    """Factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start; default 'step'"""
+    history: Literal['step', 'ramp', 'smooth_ramp', 'sine', 'table'] | None
+    """Factor over time: 1, rising to 1 by a line or smoothly, sin(2 pi frequency t), or a table; t counts from start; default 'step'"""
     start: float | None
     """Time at which the history begins; before it the factor is 0 [s]; (-inf, inf); default 0.0"""
     rise_time: float | None
-    """Of a ramp: time in which the factor rises from 0 to 1; needed there [s]; [0, inf); default 0.0"""
+    """Of both ramps: time in which the factor rises from 0 to 1; needed there [s]; [0, inf); default 0.0"""
     frequency: float | None
     """Of a sine: its frequency; needed there [Hz]; [0, inf); default 0.0"""
     times: float | Sequence[float] | None
@@ -205,6 +205,8 @@ class Method(Group):
     """Of time = 'implicit': longest time step; 0: by courant, and 1/1000 of end_time where that is 0 [s]; [0, inf); default 0.0"""
     hht_alpha: float | None
     """Of time = 'implicit': 0 for average acceleration; below it steps damp what they do not resolve; [-0.33334, 0]; default 0.0"""
+    start: Literal['undeformed', 'static'] | None
+    """Of motion: from undeformed bodies, or from the static equilibrium of what acts at time 0; default 'undeformed'"""
     load_steps: int | None
     """Of time = 'static': equal steps of the time, by which loads vary, up to end_time; [1, 100000]; default 1"""
     scheme: Literal['usf', 'usl', 'usavg', 'musl'] | None
