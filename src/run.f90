@@ -11,7 +11,6 @@ module hampm_run
    use hampm_failure, only: failure_t
    use hampm_file_moves, only: partial_name, remove_file
    use hampm_growth, only: start_growth, prepare_growth, advance_in_pace, follow_growth
-   use hampm_static_growth, only: note_drive
    use hampm_run_time_checks, only: check_step
    use hampm_integrator, only: steps_for
    use hampm_measurements, only: note_initial_energy
@@ -141,7 +140,6 @@ contains
             call s%integrator%advance(s%problem, s%dt, failure)
          end if
          if (size(s%model%cohesive) > 0 .and. .not. failure%failed()) call follow_zones(s%cracks, s%problem)
-         if (s%growing%is_static) call note_drive(s%growing, s%problem)
          call adapt_static(s, failure)
          call follow_growth(s, failure)
          call carry_cracks(s, failure)

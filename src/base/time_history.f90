@@ -16,7 +16,9 @@ module hampm_time_history
       real(dp), allocatable :: times(:)          !! of a table, after `start`, ascending [s]
       real(dp), allocatable :: factors(:)        !! of a table [-]
       real(dp) :: scale = 1                      !! by which all of it is multiplied
+      logical :: held = .false.                  !! whether it keeps this scale where cracks that grow at rest scale what drives them
    contains
+      procedure :: scale_to
       procedure :: factor
       procedure :: integral
       procedure :: time_to_constant
@@ -24,6 +26,13 @@ module hampm_time_history
    end type time_history_t
 
 contains
+
+   !> Multiply all of it from now on, unless it is held.
+   elemental subroutine scale_to(self, scale)
+      class(time_history_t), intent(inout) :: self
+      real(dp), intent(in) :: scale              !! of what the model has, not of what is [-]
+      if (.not. self%held) self%scale = scale
+   end subroutine scale_to
 
    !> The factor at a time [-].
    pure real(dp) function factor(self, time)

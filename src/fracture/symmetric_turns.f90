@@ -11,7 +11,7 @@ module hampm_symmetric_turns
    use hampm_kinds, only: dp
    implicit none
    private
-   public :: symmetric_turns_t, begin_turns
+   public :: symmetric_turns_t, begin_turns, is_symmetric
 
    real(dp), parameter :: enough = 0.9e-3_dp     !! mixity that counts as none [rad]: K_II is below 0.1 % of K_I, also when it is measured again
    integer, parameter :: most_trials = 16
@@ -74,6 +74,12 @@ contains
       class(symmetric_turns_t), intent(in) :: self
       have_found = self%least <= enough .or. size(self%tip) == 0
    end function have_found
+
+   !> Whether tips with such mixities have no K_II.
+   pure logical function is_symmetric(mixity)
+      real(dp), intent(in) :: mixity(:)          !! [rad]
+      is_symmetric = all(abs(mixity) <= enough)
+   end function is_symmetric
 
    !> Whether it has none at the k-th.
    pure logical function has_found(self, k)

@@ -6,6 +6,7 @@ module hampm_growing
    use hampm_crack_tip_field, only: modes
    use hampm_cracks, only: cracks_t
    use hampm_history, only: history_t
+   use hampm_load_work, only: load_state_t, archive_load_state
    use hampm_model, only: model_t
    use hampm_text, only: add_line, to_text
    implicit none
@@ -55,11 +56,9 @@ module hampm_growing
       type(growing_tip_t), allocatable :: tips(:) !! all tips of the run; not allocated without any &growth
       logical :: is_static = .false.             !! whether tips advance by increments, under loads that are scaled
       ! At rest
-      real(dp) :: load_factor = 1                !! by which all loads and prescribed motions are scaled
-      real(dp) :: work = 0                       !! of the loads and stored energy at the end of the step before [J]
-      real(dp) :: stored = 0
-      real(dp) :: stored_grown = 0               !! of this step, after the tips have advanced and before the loads change [J]
-      real(dp) :: drive = 1                      !! by which the loads change then, without the scaling that follows
+      real(dp) :: load_factor = 1                !! by which loads and prescribed motions that are not held are scaled
+      real(dp) :: work = 0                       !! of the loads at the end of the step before [J]
+      type(load_state_t) :: loads                !! what they were then
       ! In motion
       logical :: is_paced = .false.              !! whether tips of law = toughness keep pace with G, in implicit steps
       real(dp) :: integral = 0                   !! of G over the new area [J]
@@ -286,7 +285,7 @@ contains
       call archive%section('growth')
       call archive%serialise('load_factor', growing%load_factor)
       call archive%serialise('work', growing%work)
-      call archive%serialise('stored', growing%stored)
+      if (growing%is_static) call archive_load_state(growing%loads, archive)
       call archive%serialise('integral', growing%integral)
       call archive%archive_logicals('has_stopped', n, growing%tips%has_stopped)
       call archive%archive_logicals('is_running', n, growing%tips%is_running)

@@ -1,27 +1,28 @@
-!> Cracks that grow at rest, by increments: in each load step tips advance, and all loads and prescribed motions are scaled so that the
-!> largest energy release rate over its toughness is 1. What is left of the loads by themselves is how they are shared.
+!> Cracks that grow at rest, by increments: in each load step tips advance, and loads and prescribed motions that are not held are scaled so that the
+!> largest energy release rate over its toughness is 1 (`hampm_load_search`). What is left of these by themselves is how they are shared.
 module hampm_static_growth
    use hampm_kinds, only: dp, ndim
    use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_crack_placement, only: least_radius
    use hampm_crack_tip, only: crack_tip_t
+   use hampm_failure, only: failure_t
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t, fitting, part_of_crack
    use hampm_growth_room, only: update_model_path, room_for, why_no_room
    use hampm_kinks, only: kink_angle, is_opened, slope_of_mixity
-   use hampm_problem, only: problem_t, stored_energy
+   use hampm_load_work, only: load_state_t, find_load_state, work_between
+   use hampm_problem, only: problem_t
    use hampm_path_placement, only: path_radius
    use hampm_model, only: model_t
    use hampm_symmetric_turns, only: symmetric_turns_t, begin_turns
    use hampm_text, only: three_digits, length_text
    implicit none
    private
-   public :: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, factor_to_toughness, &
-             note_drive, freed, correct_work, scale_loads
+   public :: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, ratios_of, has_held_drive, &
+             has_scaled_drive, book_work
 
 
    real(dp), parameter :: to_and_fro = 0.2_dp    !! kinks in turn to both sides that are too large [rad]
-   real(dp), parameter :: nothing = 1e-20_dp     !! G over the toughness that is none but by rounding, as of a crack that is closed
    real(dp), parameter :: small = 0.01_dp        !! atan(K_II/K_I) with which a tip may go on where less is not to be had [rad]
 
 contains
@@ -235,64 +236,60 @@ contains
       first_of_largest = findloc(some .and. rates >= largest - rounding*abs(largest), .true., dim=1)
    end function first_of_largest
 
-   !> By what loads are to be multiplied so that the largest G of a tip that still grows, over its toughness, is 1; 1 where none has any.
-   pure real(dp) function factor_to_toughness(growing, model, cracks, values) result(factor)
+   !> G over the toughness of each tip that still grows.
+   pure function ratios_of(growing, model, cracks, values) result(ratios)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
-      real(dp) :: largest
+      real(dp), allocatable :: ratios(:)
+      real(dp) :: of_all(size(values))
       integer :: k
-      largest = 0
+      of_all = 0
       do k = 1, size(values)
          if (.not. growing%is_growing(k)) cycle
          associate (law => model%growth(law_of(model, cracks%tips(k))), crack => cracks%crack(cracks%tips(k)%crack))
-            largest = max(largest, best_rate(values(k), cracks%tips(k))/law%toughness_at(0.0_dp, crack%length()))
+            of_all(k) = best_rate(values(k), cracks%tips(k))/law%toughness_at(0.0_dp, crack%length())
          end associate
       end do
-      factor = 1
-      if (largest > nothing) factor = 1/sqrt(largest)
-   end function factor_to_toughness
+      ratios = pack(of_all, [(growing%is_growing(k), k=1, size(values))])
+   end function ratios_of
 
-   !> Note by what the loads have changed since tips have advanced by their own history: where all change alike, by the root of what is stored.
-   subroutine note_drive(growing, m)
-      type(growing_t), intent(inout) :: growing
+   !> Whether held loads and prescribed motions, or eigenstrains, drive a body beside what is scaled.
+   pure logical function has_held_drive(m)
       type(problem_t), intent(in) :: m
-      growing%drive = 0                          ! where there was no load before, tips that advanced have freed nothing
-      if (growing%stored_grown > 0) growing%drive = sqrt(stored_energy(m)/growing%stored_grown)
-   end subroutine note_drive
+      has_held_drive = any(m%materials%has_eigenstrain) .or. m%constraints%have_held_ways()
+      if (size(m%loads) > 0) has_held_drive = has_held_drive .or. any(m%loads%history%held)
+   end function has_held_drive
 
-   !> The energy that tips which have advanced at constant drive have freed in a load step so far [J].
-   real(dp) function freed(growing, m)
-      type(growing_t), intent(in) :: growing
+   !> Whether anything that is scaled drives a body now.
+   pure logical function has_scaled_drive(m)
       type(problem_t), intent(in) :: m
-      freed = (m%energies%external_work - growing%work) - (stored_energy(m) - growing%stored)
-   end function freed
-
-   !> Before all that drives the material is multiplied by a factor: correct the work that it does in a load step. Tips have advanced at
-   !> constant drive, and the loads follow, by their history and by the factor; what they do on the way is that of the mean of the
-   !> forces at both ends of the step, as if all had gone on together. In a linear body the difference is the energy that the advance has
-   !> freed, times by what the drive changes less 1.
-   subroutine correct_work(growing, factor, by_advance, change, m)
-      type(growing_t), intent(in) :: growing
-      real(dp), intent(in) :: factor             !! since the tips have advanced, of all times that loads are scaled together
-      real(dp), intent(in) :: by_advance         !! `freed` before the first of these [J]
-      real(dp), intent(inout) :: change          !! of the drive, for which the work is corrected; 1 at first
-      type(problem_t), intent(inout) :: m
-      m%energies%external_work = m%energies%external_work + (growing%drive*factor - change)*by_advance
-      change = growing%drive*factor
-   end subroutine correct_work
-
-   !> Scale all loads and prescribed motions.
-   pure subroutine scale_loads(growing, m)
-      type(growing_t), intent(in) :: growing
-      type(problem_t), intent(inout) :: m
       integer :: k
+      has_scaled_drive = m%constraints%have_scaled_ways(m%state%time)
       do k = 1, size(m%loads)
-         m%loads(k)%history%scale = growing%load_factor
+         has_scaled_drive = has_scaled_drive .or. .not. m%loads(k)%history%held .and. &
+                            abs(m%loads(k)%history%factor(m%state%time)) > 0
       end do
-      call m%constraints%scale_ways(growing%load_factor)
-   end subroutine scale_loads
+   end function has_scaled_drive
+
+   !> Book the work of a load step: that of a path on which tips and loads go on together.
+   subroutine book_work(growing, m, failure)
+      type(growing_t), intent(inout) :: growing
+      type(problem_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      type(load_state_t) :: now
+      real(dp) :: booked
+      call find_load_state(m, now, failure)
+      if (failure%failed()) return
+      if (allocated(growing%loads%factor)) then
+         booked = m%energies%external_work
+         m%energies%external_work = growing%work + work_between(growing%loads, now)
+         if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + (m%energies%external_work - booked)
+      end if
+      growing%loads = now
+      growing%work = m%energies%external_work
+   end subroutine book_work
 
    !> Book what new faces have taken, the integral of G over their area by the mean of G before and after, and keep G for the next step.
    subroutine book_fracture(growing, model, cracks, values, m)
@@ -313,7 +310,5 @@ contains
          growing%tips(k)%rate = rate
       end do
       growing%tips%advance = 0
-      growing%work = m%energies%external_work
-      growing%stored = stored_energy(m)
    end subroutine book_fracture
 end module hampm_static_growth

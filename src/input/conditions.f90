@@ -18,7 +18,7 @@ module hampm_conditions
    !> The names of the features.
    character(*), parameter :: features(*) = [character(48) :: &
       'cells that are cut', 'cracks that cut cells', 'tips at no nodes', 'several cracks', 'several bodies', &
-      'edges that are no grid lines', 'growth by laws of both kinds', &
+      'edges that are no grid lines', 'growth by laws of both kinds', 'something that growth scales', &
       'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
       'a pressed path that grows in motion', 'samples apart from load steps', 'a body of it', &
       'another body of that group', 'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it']
@@ -242,6 +242,13 @@ contains
          has = has_shapes(model)
        case ('growth by laws of both kinds')
          has = any(model%growth%law%is_static) .and. .not. all(model%growth%law%is_static)
+       case ('something that growth scales')
+         if (size(model%loads) > 0) has = .not. all(model%loads%history%held)
+         do k = 1, size(model%constraints)
+            associate (motion => model%constraints(k)%motion)
+               has = has .or. .not. motion%history%held .and. any(abs(motion%displacement) + abs(motion%velocity) > 0)
+            end associate
+         end do
        case ('a body of it')                     ! of a material
          has = any(model%materials%name == settings%text(entry, 'name'))
        case ('cohesion all along it')            ! along a crack

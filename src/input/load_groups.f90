@@ -25,7 +25,9 @@ module hampm_load_groups
       key_t('times', type_real, 'of a table: increasing, counted from start; linear between, constant outside', unit='s', &
             allowed=any_number, fewest=0, most=max_values), &
       key_t('factors', type_real, 'of a table: factors at its times, as many as these', allowed=any_number, fewest=0, &
-            most=max_values)]
+            most=max_values), &
+      key_t('held', type_logical, 'whether it stays as its history has it where cracks grow at rest, which scales all others', &
+            default='.false.')]
 
    type(group_t), parameter :: constraint_group = group_t('constraint', repeats, is_optional, &
       'displacement components of all grid nodes in a box that are held, or moved as prescribed')
@@ -105,6 +107,7 @@ contains
       history%frequency = settings%number(entry, 'frequency')
       history%times = settings%numbers(entry, 'times')
       history%factors = settings%numbers(entry, 'factors')
+      history%held = settings%flag(entry, 'held')
    end subroutine fill_history
 
    !> The times of a table increase, and have as many factors.

@@ -42,7 +42,7 @@ module hampm_rules
    character(*), parameter :: of_matter(*) = [character(13) :: 'material', 'velocity', 'spin', 'eigenstrain', 'contact_group']
    character(*), parameter :: of_looks(*) = ['start   ', 'interval']
    character(*), parameter :: moved_by(*) = ['displacement', 'velocity    ']
-   character(*), parameter :: of_factor(*) = ['history', 'start  ']
+   character(*), parameter :: of_factor(*) = ['history', 'start  ', 'held   ']
    character(*), parameter :: of_shear(*) = ['exponent  ', 'mixed_mode']
    character(*), parameter :: on_faces(*) = [character(48) :: "&crack contact = 'frictionless' | 'friction'", &
                                              "&load on = 'crack'", "&load face = 'left' | 'right'", '&cohesive']
@@ -150,8 +150,8 @@ module hampm_rules
               trim(acting(k))//" times and "//trim(acting(k))//" factors"), k=1, size(acting))]
 
    type(rule_t), parameter :: of_constraints(*) = [ &
-      (rule_t("&constraint "//of_factor(k), no_effect_without, "&constraint displacement or &constraint velocity", &
-              reason="the factor applies to a prescribed motion, and none is given"), k=1, 2), &
+      (rule_t("&constraint "//trim(of_factor(k)), no_effect_without, "&constraint displacement or &constraint velocity", &
+              reason="the factor applies to a prescribed motion, and none is given"), k=1, size(of_factor)), &
       rule_t("&constraint displacement and &constraint history = 'step'", not_with, &
              "&method time = 'explicit' | 'implicit' and &method start = 'undeformed'", mechanics, &
              "prescribed nodes would jump", use="history = 'smooth_ramp', or a velocity"), &
@@ -389,6 +389,10 @@ module hampm_rules
       rule_t("&growth law = {growth laws in motion}", requires, "&method time = 'explicit' | 'implicit'", &
              reason="a static model has no time"), &
       rule_t("&growth law = {growth laws at rest}", requires, "&growth increment > 0 and &growth toughness > 0"), &
+      (rule_t(trim(acting(k))//" held", no_effect_without, "&growth law = {growth laws at rest}", mechanics, &
+              "only growth at rest scales loads and motions"), k=1, size(acting)), &
+      (rule_t(trim(acting(k))//" held and &growth law = {growth laws at rest}", requires, "something that growth scales", &
+              mechanics, "growth scales loads and motions that are not held, so that G is the toughness"), k=1, size(acting)), &
       rule_t("&growth law = 'prescribed'", requires, "&growth speed > 0"), &
       rule_t("&growth law = {growth laws in motion by toughness}", requires, "&growth toughness > 0"), &
       rule_t("&growth toughness", not_with, "&growth law = {growth laws by speed}", reason="its speed is given"), &

@@ -48,15 +48,18 @@ module hampm_constraints
       procedure :: prescribed_at
       procedure :: prescribed_of_nodes
       procedure :: scale_ways
+      procedure :: ways_at
+      procedure :: have_held_ways
+      procedure :: have_scaled_ways
    end type constraints_t
 
 contains
 
-   !> Multiply all given motions.
+   !> Multiply all given motions that are not held.
    pure subroutine scale_ways(self, factor)
       class(constraints_t), intent(inout) :: self
       real(dp), intent(in) :: factor             !! of what the model has, not of what is [-]
-      if (allocated(self%boxes)) self%boxes%motion%history%scale = factor
+      if (allocated(self%boxes)) call self%boxes%motion%history%scale_to(factor)
    end subroutine scale_ways
 
    !> Fix the `components` of all nodes within a box, its faces included, or move them; where boxes overlap the last one does.
@@ -234,19 +237,48 @@ contains
       real(dp), intent(in) :: time               !! [s]
       real(dp) :: u(ndim, size(self%node))
       real(dp) :: of_box(ndim, 0:size(self%boxes))
-      integer :: k, i, d
+      integer :: i, d
       of_box(:, 0) = 0
-      do k = 1, size(self%boxes)
-         associate (motion => self%boxes(k)%motion)
-            of_box(:, k) = motion%displacement*motion%history%factor(time) + motion%velocity*motion%history%integral(time)
-         end associate
-      end do
+      of_box(:, 1:) = self%ways_at(time)
       do i = 1, size(self%node)
          do d = 1, ndim
             u(d, i) = of_box(d, self%box(d, self%node(i)))
          end do
       end do
    end function prescribed_of_nodes
+
+   !> By how much each box is to have been moved at a time [m], (ndim, boxes).
+   pure function ways_at(self, time) result(ways)
+      class(constraints_t), intent(in) :: self
+      real(dp), intent(in) :: time               !! [s]
+      real(dp) :: ways(ndim, self%number())
+      integer :: k
+      do k = 1, size(ways, 2)
+         associate (motion => self%boxes(k)%motion)
+            ways(:, k) = motion%displacement*motion%history%factor(time) + motion%velocity*motion%history%integral(time)
+         end associate
+      end do
+   end function ways_at
+
+   !> Whether any box is moved as its history has it, whatever the scale of others.
+   pure logical function have_held_ways(self) result(have)
+      class(constraints_t), intent(in) :: self
+      integer :: k
+      have = .false.
+      do k = 1, self%number()
+         associate (motion => self%boxes(k)%motion)
+            have = have .or. motion%history%held .and. any(abs(motion%displacement) + abs(motion%velocity) > 0)
+         end associate
+      end do
+   end function have_held_ways
+
+   !> Whether any box whose way is scaled has been moved at a time.
+   pure logical function have_scaled_ways(self, time) result(have)
+      class(constraints_t), intent(in) :: self
+      real(dp), intent(in) :: time               !! [s]
+      have = .false.
+      if (self%number() > 0) have = any(any(abs(self%ways_at(time)) > 0, dim=1) .and. .not. self%boxes%motion%history%held)
+   end function have_scaled_ways
 
    !> Set the fixed components of a nodal field to zero.
    pure subroutine hold(c, field)

@@ -7,7 +7,7 @@ module hampm_outer_forces
    use hampm_vectors, only: add_scaled, correct
    implicit none
    private
-   public :: outer_forces_t, loading_t, find_loading
+   public :: outer_forces_t, loading_t, find_loading, scale_loads
 
    !> What drives the material at a time.
    type :: loading_t
@@ -37,6 +37,14 @@ contains
       call external_force(m, time, loading%force)
       loading%shift = m%constraints%prescribed_at(time)
    end subroutine find_loading
+
+   !> Scale all loads and prescribed motions that are not held.
+   pure subroutine scale_loads(m, load_factor)
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: load_factor        !! of what the model has [-]
+      if (size(m%loads) > 0) call m%loads%history%scale_to(load_factor)
+      call m%constraints%scale_ways(load_factor)
+   end subroutine scale_loads
 
    !> Add the forces with a displacement of the nodes to condensed ones [N].
    subroutine add_to(self, m, u, force)

@@ -275,7 +275,7 @@ contains
          end if
          if (growing%are_there()) then
             if (growing%is_static) call history%record('load_factor', '1', &
-                                                       'by which all loads and prescribed motions are multiplied', &
+                                                       'by which loads and prescribed motions that are not held are multiplied', &
                                                        growing%load_factor)
             call history%record('fracture_energy', 'J', 'energy dissipated by growth: static, the integral of G over the new '// &
                                 'area; dynamic, the work of nodal release; half of it on a symmetry plane', &

@@ -6,7 +6,7 @@ module hampm_continuation
    use hampm_cracks, only: archive_cracks
    use hampm_failure, only: failure_t, exit_stopped
    use hampm_growing, only: new_growing, archive_growing
-   use hampm_static_growth, only: scale_loads
+   use hampm_outer_forces, only: scale_loads
    use hampm_growth_room, only: update_model_path
    use hampm_measurements, only: new_measurements, archive_measurements
    use hampm_refinement, only: archive_refinement
@@ -92,7 +92,7 @@ contains
       do k = 1, size(s%cracks%crack)
          call update_model_path(s%model, s%cracks, k)
       end do
-      if (s%growing%is_static) call scale_loads(s%growing, s%problem)
+      if (s%growing%is_static) call scale_loads(s%problem, s%growing%load_factor)
    end subroutine update_model_paths
 
    !> Keep in a checkpoint, or get from it, what there is beside the motion.

@@ -7,15 +7,16 @@ module hampm_growth
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_growing, only: growing_t
-   use hampm_static_growth, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, &
-                                  factor_to_toughness, freed, correct_work, scale_loads
+   use hampm_load_search, only: load_search_t
+   use hampm_static_growth, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, ratios_of, &
+                                  has_held_drive, has_scaled_drive, book_work
    use hampm_dynamic_growth, only: plan_ways, move_tips, must_check, start_tips, note_check
    use hampm_growth_pace, only: pace_t, begin_pace, follow_pace
    use hampm_measurements, only: measurements_t
    use hampm_mesh_changes, only: cut_anew, change_cut
-   use hampm_problem, only: stored_energy, update_particles
+   use hampm_problem, only: update_particles
    use hampm_simulation, only: simulation_t, measure_state
-   use hampm_symmetric_turns, only: symmetric_turns_t
+   use hampm_symmetric_turns, only: symmetric_turns_t, is_symmetric
    implicit none
    private
    public :: start_growth, prepare_growth, advance_in_pace, follow_growth
@@ -27,8 +28,9 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       if (.not. s%growing%is_static) return
-      call measure_state(s, failure)
+      call measure_state(s, failure, in_passing=.true.)
       call load_to_toughness(s, failure)
+      call book_step(s, failure)
    end subroutine start_growth
 
    !> Before a step: let tips grow at rest, or plan their ways in motion.
@@ -38,7 +40,6 @@ contains
       if (failure%failed() .or. .not. s%growing%are_there()) return
       if (s%growing%is_static) then
          call grow(s, failure)
-         s%growing%stored_grown = stored_energy(s%problem)
          return
       end if
       if (must_check(s%growing, s%model, s%problem, s%cracks)) call check_tips(s, failure)
@@ -114,12 +115,10 @@ contains
    subroutine follow_growth(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      type(symmetric_turns_t) :: turns
       if (failure%failed() .or. .not. s%growing%are_there()) return
       if (s%growing%is_static) then
          call measure_state(s, failure)
-         call turn_to_symmetry(s, turns, failure) ! loads that do not all change alike, and finer cells, have changed K_II
-         call load_to_toughness(s, failure)
+         call load_in_symmetry(s, failure)
       else if (.not. s%growing%is_paced) then
          call move_tips(s%growing, s%model, s%problem, s%cracks, s%problem%state%time - s%dt, s%dt, s%warning)
       end if
@@ -134,6 +133,7 @@ contains
       type(symmetric_turns_t) :: turns
       integer, allocatable :: attempts(:)
       logical :: have_moved, have_cut, is_over
+      if (.not. has_scaled_drive(s%problem)) return
       call measure_state(s, failure)
       if (failure%failed()) return
       before = s%cracks
@@ -175,56 +175,71 @@ contains
       end do
    end subroutine turn_to_symmetry
 
-   !> After a load step, or at the start, when all is measured: scale the loads until the largest G is the toughness: as if the root of G were
-   !> proportional to them, which it is in a linear body that they alone drive, then by the secant through what the last two factors gave.
+   !> After a load step, when all is measured: turn tips to local symmetry, which loads that do not all change alike and finer cells have changed, and
+   !> scale the loads to the toughness, in turns until both are so: held loads have another K_II for each load factor.
+   subroutine load_in_symmetry(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      integer, parameter :: most = 12
+      type(symmetric_turns_t) :: turns
+      integer :: attempt
+      do attempt = 1, most
+         call turn_to_symmetry(s, turns, failure)
+         call load_to_toughness(s, failure)
+         if (failure%failed() .or. .not. has_held_drive(s%problem)) exit
+         if (.not. turns%have_found()) exit      ! by no direction: as in a load step before
+         if (is_symmetric(mixities_of(s%measurements%crack, turns%tip))) exit
+      end do
+      if (failure%failed()) return
+      if (attempt > most) call s%growing%note_tip(turns%tip(1), 'has K_II in one load step at least: the direction '// &
+         'without any and the load factor change each other', s%warning)
+      call book_step(s, failure)
+   end subroutine load_in_symmetry
+
+   !> Book the work of a load step that ends now, and what new faces have taken in it.
+   subroutine book_step(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      if (failure%failed()) return
+      call book_work(s%growing, s%problem, failure)
+      call book_fracture(s%growing, s%model, s%cracks, s%measurements%crack, s%problem)
+   end subroutine book_step
+
+   !> When all is measured: scale the loads until the largest G is the toughness.
    subroutine load_to_toughness(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      real(dp), parameter :: near = 1e-6_dp      ! of the factor
-      integer, parameter :: most = 30
-      real(dp) :: factor, before, by_advance, change, root, last_root, last_factor
+      integer, parameter :: most = 40
+      type(load_search_t) :: search
+      real(dp) :: factor
       integer :: attempt
+      logical :: is_found
       if (failure%failed()) return
-      before = s%growing%load_factor
-      last_root = 0
-      last_factor = 1
-      by_advance = freed(s%growing, s%problem)
-      change = 1
+      search%is_proportional = .not. has_held_drive(s%problem)
       do attempt = 1, most
-         factor = factor_to_toughness(s%growing, s%model, s%cracks, s%measurements%crack)
-         if (attempt > 1 .and. abs(factor - 1) < near) exit
-         root = 1/factor
-         if (attempt > 1) factor = by_secant(last_factor, last_root, root)
-         last_root = root
-         last_factor = factor
-         call correct_work(s%growing, factor*s%growing%load_factor/before, by_advance, change, s%problem)
-         call s%integrator%rescale(s%problem, factor, failure)
-         if (failure%failed()) return
-         s%growing%load_factor = factor*s%growing%load_factor
-         call scale_loads(s%growing, s%problem)
-         call measure_state(s, failure)
+         call search%note(s%growing%load_factor, ratios_of(s%growing, s%model, s%cracks, s%measurements%crack))
+         call search%choose(factor, is_found)
+         if (.not. has_scaled_drive(s%problem)) then
+            is_found = attempt > 1
+            factor = s%growing%load_factor
+            if (any(ratios_of(s%growing, s%model, s%cracks, s%measurements%crack) > 1)) exit
+         end if
+         if (is_found) return
+         call rescale(s, factor, failure)
          if (failure%failed()) return
       end do
-      if (attempt > most) then
-         call failure%report(exit_computation, s%problem%state%when()//'no factor of the loads was found that '// &
-                             'brings G to the toughness: G hardly depends on them, as where an eigenstrain opens the crack')
-         return
-      end if
-      call book_fracture(s%growing, s%model, s%cracks, s%measurements%crack, s%problem)
+      call failure%report(exit_computation, s%problem%state%when()//'no factor of the loads was found that '// &
+                          'brings G to the toughness: G hardly depends on them, as where held loads or an '// &
+                          'eigenstrain open the crack')
    end subroutine load_to_toughness
 
-   !> By what to multiply a load so that the root of G over the toughness, a function of the load, is 1, by the secant through its last two values: by
-   !> no more than `farthest` and no less than its inverse, and never less of a load that does not suffice, where it closes a tip.
-   pure real(dp) function by_secant(last_factor, last_root, root) result(factor)
-      real(dp), intent(in) :: last_factor        !! by which the load was multiplied last
-      real(dp), intent(in) :: last_root          !! before that
-      real(dp), intent(in) :: root               !! after it
-      real(dp), parameter :: farthest = 3
-      real(dp) :: rise, change
-      factor = 1/root
-      rise = root - last_root
-      if (abs(rise) < epsilon(rise)) return
-      change = (1 - root)*(1 - 1/last_factor)/rise         ! of the load, in parts of it
-      if (root > 1 .or. change > 0) factor = max(1/farthest, min(farthest, 1 + change))
-   end function by_secant
+   !> Scale the loads, and measure.
+   subroutine rescale(s, factor, failure)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: factor             !! load factor [-]
+      type(failure_t), intent(inout) :: failure
+      s%growing%load_factor = factor
+      call s%integrator%rescale(s%problem, factor, failure)
+      call measure_state(s, failure, in_passing=.true.)
+   end subroutine rescale
 end module hampm_growth

@@ -113,10 +113,15 @@ contains
    end subroutine limit_time_step
 
    !> Measure energies, G and K, unless something has failed.
-   subroutine measure_state(s, failure)
+   subroutine measure_state(s, failure, in_passing)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      if (.not. failure%failed()) call measure(s%model, s%problem, s%cracks, s%measurements, failure)
+      logical, intent(in), optional :: in_passing !! whether faces may overlap, as the state is none of the run
+      type(measurements_t) :: before
+      if (failure%failed()) return
+      if (present(in_passing)) before%overlap = s%measurements%overlap
+      call measure(s%model, s%problem, s%cracks, s%measurements, failure)
+      if (present(in_passing)) s%measurements%overlap = before%overlap
    end subroutine measure_state
 
    !> What the user should know of the numbers of a run, a line each; '' where there is nothing.

@@ -16,7 +16,7 @@ module hampm_equilibrium
    use hampm_integrator, only: book_step
    use hampm_problem, only: problem_t, map_to_grid, stored_energy, dissipated_energy, archive_history
    use hampm_newton, only: residual, displace, work_of
-   use hampm_outer_forces, only: loading_t, find_loading
+   use hampm_outer_forces, only: loading_t, find_loading, scale_loads
    use hampm_supports, only: lift_by, press_on_supports
    use hampm_text, only: three_digits
    implicit none
@@ -88,13 +88,13 @@ contains
       call book_equilibrium(self, m)
    end subroutine initialise
 
-   !> Multiply all that drives the material, and go to the equilibrium with it. The scales of loads and prescribed motions are to follow.
-   subroutine rescale(self, m, factor, failure)
+   !> Scale all that drives the material and is not held, and go to the equilibrium with it.
+   subroutine rescale(self, m, load_factor, failure)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      real(dp), intent(in) :: factor
+      real(dp), intent(in) :: load_factor        !! of what the model has [-]
       type(failure_t), intent(inout) :: failure
-      call find(self, m, m%state%time, failure, factor)
+      call find(self, m, m%state%time, failure, load_factor)
       self%forgets_mesh = .false.                ! tips advance from here on
       call book_equilibrium(self, m)
    end subroutine rescale
@@ -111,17 +111,16 @@ contains
    end subroutine book_equilibrium
 
    !> Find equilibrium at a time, from that at the present time of the motion; the first time from material without loads. Fails where there
-   !> is none to be found, or none that is stable. With `factor` loads and prescribed motions are multiplied by that on the way.
-   subroutine find(self, m, time, failure, factor)
+   !> is none to be found, or none that is stable. With `load_factor` loads and prescribed motions are scaled to that on the way.
+   subroutine find(self, m, time, failure, load_factor)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! [s]
       type(failure_t), intent(inout) :: failure
-      real(dp), intent(in), optional :: factor   !! of what drives the material now [-]
+      real(dp), intent(in), optional :: load_factor !! of what the model has [-]
       call find_loading(m, m%state%time, self%first)
+      if (present(load_factor)) call scale_loads(m, load_factor)
       call find_loading(m, time, self%last)
-      if (present(factor)) self%last%force = factor*self%last%force
-      if (present(factor)) self%last%shift = factor*self%last%shift
       if (.not. self%begun) then
          self%first%force = 0
          self%first%shift = 0

@@ -72,11 +72,11 @@ contains
       type(problem_t), intent(inout) :: m
    end subroutine go_to_start
 
-   !> At rest: multiply all that drives the material, and go to the equilibrium with it. Here nothing.
-   subroutine rescale(self, m, factor, failure)
+   !> At rest: scale all that drives the material and is not held, and go to the equilibrium with it. Here nothing.
+   subroutine rescale(self, m, load_factor, failure)
       class(integrator_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      real(dp), intent(in) :: factor
+      real(dp), intent(in) :: load_factor        !! of what the model has [-]
       type(failure_t), intent(inout) :: failure
    end subroutine rescale
 

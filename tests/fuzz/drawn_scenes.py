@@ -198,6 +198,8 @@ class Drawing:
             keys |= {"times": [0.0, 0.4 * self.end, self.end], "factors": [0.0, 1.0, chance.choice([0.5, 1.0, -0.5])]}
         if chance.random() < 0.15:
             keys["start"] = chance.choice([0.1, 0.3, -0.1]) * self.end
+        if self.grows and self.time == "static" and chance.random() < 0.3:
+            keys["held"] = True
         return keys
 
     def cracks(self):

@@ -91,6 +91,8 @@ SCENES = {
     "closure of a path": plate(shape="lower = -10e-3, -10e-3  upper = 10e-3, 10e-3") + HELD + PULL.format("") + PATH.format("")
     + "&energy_release estimators = 'series_fit', 'domain_integral' radii = 4e-3 /\n&refine indicator = 'tip' max_level = 1 rings = 4 /\n" + STATIC.format(""),
     "growth at rest": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT
+    + "&load kind = 'point' lower = 10e-3, 0.0 upper = 10e-3, 0.0 force = 10.0, 5.0 held = .true. /\n"
+    + "&constraint lower = -10e-3, 4e-3 upper = -10e-3, 6e-3 fix = 'x' displacement = 1e-8, 0.0 held = .true. /\n"
     + J.format("radii = 2e-3") + "&growth crack = 'p' toughness = 100 increment = 2.2e-3 max_length = 25e-3 tips = 'largest' /\n" + STATIC.format("load_steps = 2"),
     "growth by toughness": plate(end="8e-6", cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("")
     + "&growth crack = 'p' law = 'toughness' toughness = 0.1 limit_speed = 1500 exponent = 2 /\n" + EVERY.format("1e-6"),

@@ -90,6 +90,8 @@ def scene(chance):
         text += f"&load kind = 'traction'  {edge}  force = {force[0] * scale:g}, {force[1] * scale:g}  {history} /\n"
         if chance.random() < 0.3 and not symmetric:
             text += f"&load kind = 'traction'  {low}  force = {-force[0] * scale:g}, {-force[1] * scale:g}  {history} /\n"
+    if grows and chance.random() < 0.4:
+        text += f"&load kind = 'traction'  {edge}  force = {chance.choice([0, 300, -300])}, {chance.choice([-1000, 100, 1000])}  held = .true. /\n"
     if not symmetric and chance.random() < 0.7:
         push = "  unilateral = .true." if chance.random() < 0.15 and order == 1 else ""
         text += f"&constraint {low}  fix = '{'y' if push else chance.choice(['y', 'xy'])}'{push} /\n"

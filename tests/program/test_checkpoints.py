@@ -83,6 +83,8 @@ GROWTH = """\
 &body material = 'a' lower = -20e-3, -20e-3 upper = 20e-3, 20e-3 /
 &load kind = 'traction' lower = -20e-3, 20e-3 upper = 20e-3, 20e-3 force = 0, 40 /
 &load kind = 'traction' lower = -20e-3, -20e-3 upper = 20e-3, -20e-3 force = 0, -40 /
+&load kind = 'body' lower = -21e-3, -21e-3 upper = 21e-3, 21e-3 force = 1e-3, 0 held = .true. /
+&load kind = 'traction' lower = 20e-3, -20e-3 upper = 20e-3, 20e-3 force = -1e-3, 0 held = .true. /
 &crack kind = 'path' points = -22e-3, -3e-3, -12e-3, -1e-3 /
 &growth direction = 'local_symmetry' toughness = 100 increment = 1.1e-3 /
 &refine indicator = 'tip' max_level = 1 rings = 4 /
@@ -388,8 +390,8 @@ WRONG = {
     "damaged": (damage, "reading /particles/gradient failed (has it changed since it was written?)"),
     "a result": (lambda path: shutil.copy(path.with_name("dcb.h5"), path), "cannot be resumed: it is no checkpoint of hampm"),
     "other version": (lambda path: change(path, "version", lambda letters: [*b"9", *letters[1:]]),
-                      f"it was written by hampm 9{VERSION[1:]} (format 29), this is hampm {VERSION} (format 29); resume the run with the program that"),
-    "other format": (lambda path: change(path, "format", 99), f"(format 99), this is hampm {VERSION} (format 29)"),
+                      f"it was written by hampm 9{VERSION[1:]} (format 30), this is hampm {VERSION} (format 30); resume the run with the program that"),
+    "other format": (lambda path: change(path, "format", 99), f"(format 99), this is hampm {VERSION} (format 30)"),
     "other number": (lambda path: change(path, "particles/number", 159), "/particles/mass has 160 values, not 159"),
     "wrong order": (lambda path: change(path, "particles/cell", lambda cells: cells[::-1]),
                     "its particles do not stand in the order of their cells"),

@@ -1,0 +1,77 @@
+!> The work of all that drives a body over a load step in which cracks grow at rest, and the load by its own displacement.
+!>
+!> Tips advance first and loads follow, on meshes that are cut anew; the work is that of a path on which all go on together: the mean of each
+!> load at both ends times the change of its displacement, which is that with which its work is load times displacement, and the same of constraints
+!> that move. It takes no more than what both ends are, whatever the meshes between them.
+module hampm_load_work
+   use hampm_kinds, only: dp, ndim
+   use hampm_archive, only: archive_t
+   use hampm_failure, only: failure_t
+   use hampm_loads, only: add_load, place_loads
+   use hampm_newton, only: work_of
+   use hampm_nodal_state, only: nodal_state_t, find_nodal_state
+   use hampm_problem, only: problem_t
+   implicit none
+   private
+   public :: load_state_t, find_load_state, work_between, archive_load_state
+
+   !> What drives a body at an equilibrium.
+   type :: load_state_t
+      real(dp), allocatable :: factor(:)         !! of each load [-]
+      real(dp), allocatable :: energy(:)         !! its force at factor 1 times its displacement [J]
+      real(dp), allocatable :: way(:, :)         !! by which each box of a constraint is moved [m], (ndim, boxes)
+      real(dp), allocatable :: reaction(:, :)    !! its force on the bodies, 0 where none moves [N], (ndim, boxes)
+   end type load_state_t
+
+contains
+
+   !> What drives a body now.
+   subroutine find_load_state(m, state, failure)
+      type(problem_t), intent(inout) :: m
+      type(load_state_t), intent(out) :: state
+      type(failure_t), intent(inout) :: failure
+      type(nodal_state_t) :: nodal
+      real(dp), allocatable :: force(:, :)
+      integer :: k
+      allocate (state%factor(size(m%loads)), state%energy(size(m%loads)))
+      call place_loads(m%loads, m%grid, m%particles)
+      do k = 1, size(m%loads)
+         state%factor(k) = m%loads(k)%history%factor(m%state%time)
+         allocate (force(ndim, m%grid%n_points), source=0.0_dp)
+         call add_load(m%loads(k), 1.0_dp, force)
+         call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
+         state%energy(k) = work_of(m, force, m%state%displacement)
+         deallocate (force)
+      end do
+      state%way = m%constraints%ways_at(m%state%time)
+      state%reaction = 0*state%way
+      if (.not. m%constraints%move()) return
+      call find_nodal_state(m, nodal, failure, reactions_only=.true.)
+      if (.not. failure%failed()) state%reaction = nodal%reactions
+   end subroutine find_load_state
+
+   !> The work from one state to another [J].
+   pure real(dp) function work_between(first, last) result(work)
+      type(load_state_t), intent(in) :: first, last
+      work = sum((first%factor + last%factor)*(last%energy - first%energy))/2 &
+             + sum((first%reaction + last%reaction)*(last%way - first%way))/2
+   end function work_between
+
+   !> Keep a state.
+   subroutine archive_load_state(state, archive)
+      type(load_state_t), intent(inout) :: state
+      class(archive_t), intent(inout) :: archive
+      integer :: n, boxes
+      n = 0
+      boxes = 0
+      if (allocated(state%factor)) n = size(state%factor)
+      if (allocated(state%way)) boxes = size(state%way, 2)
+      call archive%serialise('number_loads', n)
+      call archive%serialise('number_boxes', boxes)
+      if (archive%is_read) allocate (state%factor(n), state%energy(n), state%way(ndim, boxes), state%reaction(ndim, boxes))
+      call archive%archive_reals('factor', n, state%factor)
+      call archive%archive_reals('energy', n, state%energy)
+      call archive%archive_reals('way', ndim*boxes, state%way)
+      call archive%archive_reals('reaction', ndim*boxes, state%reaction)
+   end subroutine archive_load_state
+end module hampm_load_work
