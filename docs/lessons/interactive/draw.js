@@ -1,5 +1,5 @@
-// Curves in an SVG, with axes, for the interactive pages. Colours are those of Okabe & Ito, which colour-blind readers tell apart.
-const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"]
+// Curves in an SVG, with axes, for the interactive pages. Colours are those of Okabe & Ito, which colour-blind readers tell apart, dark enough for text.
+const COLOURS = ["#0072b2", "#b85000", "#007a59", "#a8557f"]
 
 function element(name, attributes, text) {
   const made = document.createElementNS("http://www.w3.org/2000/svg", name)
