@@ -103,8 +103,7 @@ draw_fig10() {
         run input/fig10_$method.nml $method
     done
     set -- $out/unmodified.h5 $out/unlumped.h5 $out/adaptive.h5 $out/adaptive_unlumped.h5
-    plot "$@" --estimator stress_closure_I --estimator domain_I --converged 1.28737 --output $out/fig10.png \
-        --title 'Fig. 10 of Tan & Nairn, by (14) and by J'
+    "$python" bench/figure_10_picture.py docs/evidence/figure_10_paper.csv "$@" --output $out/fig10.png
     "$python" postprocess/tabulate.py "$@" --converged 1.28737
 }
 
