@@ -13,13 +13,14 @@ The lessons themselves have no marks. `<lesson>.toml` says what a number is and 
                 said      some words of the lesson, once there, with {} in the place of the number that gives `measured`; or a list of such
                 said_asked  the same of numbers that give `asked`
 
-`solutions/<number>.toml` says the same of the solutions of the exercises, which are apart. Their runs are
+`solutions/<number>.toml` says the same of the solutions of the exercises, and `exercises/solutions/answers.toml` of the answers of the laboratory. Their runs are
 
     [runs]                    name = what `--set` overrides in the namelist of the lesson
     half = ["grid.cell=0.5"]
     [edits]                   optional: name = [pattern, text] or several, by which the namelist of that run differs
     [forced]                  optional: name = time step, for runs by forced_step
     [checked]                 optional: name = what `--set` overrides in `--check`
+    [scenes]                  optional: name = number of the lesson whose namelist it is
 
 A run is made where an expression first reads it; a number may be `measured` and `said` without what theory asks.
 
@@ -54,8 +55,8 @@ except ImportError:  # Python 3.10
 
 FOLDER = ROOT / "docs/lessons"
 NAMES = sorted((path.stem for path in FOLDER.glob("[0-9]*_*.md")), key=lambda name: int(name.partition("_")[0]))
-SOLUTIONS = [f"solutions/{name.partition('_')[0]}" for name in NAMES]
-TABLES = "runs", "edits", "forced", "checked"
+SOLUTIONS = [*(f"solutions/{name.partition('_')[0]}" for name in NAMES), "exercises/solutions/answers"]
+TABLES = "runs", "edits", "forced", "checked", "scenes"
 NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
 LARGEST_PICTURE = 80_000  # bytes
 
@@ -135,8 +136,7 @@ class Solutions(Runs):
 
     def __init__(self, name, folder):
         super().__init__(name, folder)
-        self.scene = next(FOLDER.glob(f"{self.number}_*.nml")).read_text()
-        self.runs, self.edits, self.forced, self.checked = (self.checks.pop(key, {}) for key in TABLES)
+        self.runs, self.edits, self.forced, self.checked, self.scenes = (self.checks.pop(key, {}) for key in TABLES)
         self.name_expressions()
 
     def path(self, result):
@@ -148,7 +148,7 @@ class Solutions(Runs):
 
     def run(self, result, command, settings):
         """What the program prints for the namelist of a run."""
-        text, edits = self.scene, self.edits.get(result, [])
+        text, edits = next(FOLDER.glob(f"{self.scenes.get(result, self.number)}_*.nml")).read_text(), self.edits.get(result, [])
         for pattern, new in [edits] if edits and isinstance(edits[0], str) else edits:
             text, count = re.subn(pattern, new, text, flags=re.DOTALL)
             assert count, pattern
