@@ -143,7 +143,7 @@ contains
             select case (load%kind)
              case ('point')
                found = found .or. is_part_of(load%lower, body, tol)
-             case ('traction', 'pressure')
+             case ('traction', 'pressure', 'absorbing')
                if (body%outline%is_there()) then
                   found = found .or. size(body%outline%parts_in_box(load%lower, load%upper, tol, model%grid%lower, &
                                                                     model%grid%cell)) > 0
@@ -159,9 +159,10 @@ contains
          call settings%complain(entry, 'upper', 'must equal lower = '//point_text(load%lower)//' for a point load')
       else if (found) then
          sides = 1
-         if (load%kind == 'pressure') call find_edge_normal(model, load, normal, sides)
+         if (any(load%kind == [character(9) :: 'pressure', 'absorbing'])) call find_edge_normal(model, load, normal, sides)
          if (sides > 1) call settings%complain(entry, 'lower', 'the line up to '//point_text(load%upper)// &
-                                               ' is the edge of bodies on both sides: a pressure acts on a free edge')
+                                               ' is the edge of bodies on both sides: '//trim(load%kind)// &
+                                               ' loads act on a free edge')
       else if (load%kind == 'point') then
          call settings%complain(entry, 'lower', 'the point of a load must be in or on a body')
       else if (load%kind == 'body') then
@@ -189,7 +190,7 @@ contains
       logical, intent(out) :: misses
       logical :: on_crack
       misses = .false.
-      if (.not. settings%good(entry, 'face') .or. load%kind == 'pressure') return
+      if (.not. settings%good(entry, 'face') .or. load%kind == 'pressure' .or. load%kind == 'absorbing') return
       on_crack = .false.
       if (load%kind /= 'body' .and. .not. model%is_half()) on_crack = all(path_at(model, load%lower, load%upper) > 0)
       misses = on_crack .neqv. load%face /= 'none'

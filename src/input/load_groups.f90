@@ -61,8 +61,8 @@ module hampm_load_groups
 
    type(key_t), parameter :: load_keys(*) = [ &
       key_t('kind', type_name, &
-            'acts at a point, on a part of an edge, on material in a box, normal to an edge or crack, or on all material', &
-            example='traction', allowed='point|traction|body|pressure|gravity', required=.true.), &
+            'acts at a point, on an edge, in a box, normal to an edge or crack, on all material; or lets waves out of an edge', &
+            example='traction', allowed='point|traction|body|pressure|gravity|absorbing', required=.true.), &
       key_t('lower', type_real, 'lower corner of where it acts; none of gravity and of pressure on a crack', example='0.0, 0.0', &
             unit='m', allowed=any_number, fewest=0, most=ndim), &
       key_t('upper', type_real, 'upper corner of where it acts, for a point equal to the lower one; none where lower is none', &
@@ -82,7 +82,7 @@ module hampm_load_groups
 
    !> &load: a force and its history.
    type :: load_spec_t
-      character(name_len) :: kind = ''           !! 'point', 'traction', 'body', 'pressure' or 'gravity'
+      character(name_len) :: kind = ''           !! 'point', 'traction', 'body', 'pressure', 'gravity' or 'absorbing'
       logical :: has_place = .true.              !! whether it acts in a box, else on all material or on a crack
       real(dp) :: lower(ndim) = 0                !! [m]
       real(dp) :: upper(ndim) = 0                !! [m]

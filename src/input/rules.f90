@@ -173,12 +173,22 @@ module hampm_rules
       (rule_t("&load "//corners(k), not_with, "&load kind = 'gravity'", reason="gravity acts on all bodies", use="kind = 'body'"), &
        rule_t("&load "//corners(k), not_with, "&load kind = 'pressure' and &load on = 'crack'", &
               reason="the pressure acts on both faces of the whole crack"), k=1, 2), &
-      rule_t("&load force", not_with, "&load kind = 'pressure' | 'gravity'"), &
+      rule_t("&load force", not_with, "&load kind = 'pressure' | 'gravity' | 'absorbing'"), &
+      rule_t("&load kind = 'absorbing'", requires, "&load lower and &load upper"), &
+      (rule_t("&load "//of_factor(k), not_with, "&load kind = 'absorbing'", &
+              reason="velocities of the edge give its force"), k=1, 2), &
+      rule_t("&load kind = 'absorbing'", not_with, "&method time = 'static'", mechanics, "a static model has no velocity"), &
+      rule_t("&load kind = 'absorbing'", not_with, "&method time_steps = 'local'", not_built, &
+             use="&method time_steps = 'global'"), &
+      rule_t("&load kind = 'absorbing'", not_with, "&method path = 'reference'", not_built, "the reference step has no dashpots", &
+             use="&method path = 'fastest'"), &
+      rule_t("&load kind = 'absorbing'", not_with, "&grid order = 2 and cells that are cut", not_built, &
+             "dashpots act on lumped masses", use="&grid order = 1"), &
       rule_t("&load pressure", requires, "&load kind = 'pressure'"), &
       rule_t("&load acceleration", requires, "&load kind = 'gravity'"), &
       rule_t("&load on = 'crack'", requires, "&load kind = 'pressure'"), &
       rule_t("&load crack", requires, "&load kind = 'pressure' and &load on = 'crack'"), &
-      rule_t("&load face = 'left' | 'right'", not_with, "&load kind = 'pressure' | 'gravity'"), &
+      rule_t("&load face = 'left' | 'right'", not_with, "&load kind = 'pressure' | 'gravity' | 'absorbing'"), &
       rule_t("&load on = 'crack'", requires, "&crack"), &
       rule_t("&load crack", requires, "&crack kind = 'line' | 'path'", reason="other cracks are the only one"), &
       rule_t("&load on = 'crack' and several cracks", requires, "&load crack", reason="the name selects the crack"), &

@@ -35,6 +35,8 @@ module hampm_loads
       integer :: line = 0                        !! number of the crack, 0 for other loads
       real(dp) :: pressure = 0                   !! [Pa]
       real(dp) :: into(ndim) = 0                 !! unit vector into the material on which it presses
+      integer :: absorbs = 0                     !! of the dashpots of an edge (`hampm_absorbing_edges`), which component of the area times Z the
+                                                 !! parts at its points are [kg/s]; 0 for other loads
       ! Where its points were in the grid when `place_loads` looked last
       integer, allocatable :: node(:, :)         !! nodes of the cell of each point, with domains of those of all corners of its
                                                  !! particle; (nodes, points)

@@ -15,13 +15,16 @@ module hampm_outer_forces
       real(dp), allocatable :: shift(:, :)       !! by how much fixed components of nodes have been moved [m], (ndim, n_nodes)
    end type loading_t
 
-   !> The forces where a step displaces the nodes by u: those applied, and those of inertia, -M (c (u - given) + rest).
+   !> The forces where a step displaces the nodes by u: those applied, those of inertia, -M (c (u - given) + rest), and those of dashpots on edges,
+   !> -D (b (u - given) + slide).
    type :: outer_forces_t
       real(dp), allocatable :: applied(:, :)     !! condensed [N], (ndim, n_points)
       real(dp) :: mass_factor = 0                !! c [1/s2]; 0 at rest
       real(dp) :: inertia = 0                    !! the largest force of it at first [N]
       real(dp), allocatable :: given(:, :)       !! of fixed components [m], (ndim, n_points)
       real(dp), allocatable :: rest(:, :)        !! [m/s2], (ndim, n_points)
+      real(dp) :: dashpot_factor = 0             !! b [1/s]
+      real(dp), allocatable :: slide(:, :)       !! [m/s], (ndim, n_points); not allocated where there are none
       real(dp), allocatable :: mass(:)           !! what of M is on its diagonal beside the matrices of cells [kg], (n_points)
    contains
       procedure :: add_to
@@ -59,5 +62,8 @@ contains
       call correct(size(u), self%mass_factor, u, self%given, self%rest, a)
       call multiply_by_mass(m%grid, m%fields%mass_matrix, self%mass, a, inertia)
       call add_scaled(size(force), -1.0_dp, inertia, force)
+      if (m%absorbing%n == 0) return
+      call correct(size(u), self%dashpot_factor, u, self%given, self%slide, a)
+      call m%absorbing%resist(a, force)
    end subroutine add_to
 end module hampm_outer_forces

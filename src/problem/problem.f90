@@ -1,6 +1,7 @@
 !> The problem that a run solves, and its state between two steps.
 module hampm_problem
    use hampm_kinds, only: dp, corners, long
+   use hampm_absorbing_edges, only: absorbing_edges_t, nodes_of_dashpots
    use hampm_body_contact, only: body_contact_t, rebuild_body_contact
    use hampm_constraints, only: constraints_t, rebuild_constraints
    use hampm_domain_pass, only: corner_map_t, locate_corners, move_corners, map_corners, assemble_corners
@@ -53,6 +54,7 @@ module hampm_problem
    type, extends(matter_t) :: problem_t
       type(constraints_t) :: constraints
       type(load_t), allocatable :: loads(:)
+      type(absorbing_edges_t) :: absorbing       !! dashpots on edges
       real(dp) :: damping_rate = 0               !! alpha of the force -alpha m v [1/s]
       logical :: audit = .false.                 !! whether to book the numerical loss
       logical :: is_static = .false.             !! whether it goes from equilibrium to equilibrium, without steps
@@ -130,7 +132,7 @@ contains
          if (allocated(m%grid%correction) .or. m%particles%thickness%is_ring .and. m%grid%is_quadratic()) &
             allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
       end if
-      call lump_at(m%fields%mass_matrix, m%grid, [m%constraints%supporting(), nodes_lumped_in_steps(m)])
+      call lump_at(m%fields%mass_matrix, m%grid, [m%constraints%supporting(), nodes_lumped_in_steps(m), lumped_by_dashpots(m)])
       if (m%body_contact%wanted .and. allocated(m%fields%mass_matrix%lumped_fraction)) then
          call m%grid%copies_of_nodes(m%fields%mass_matrix%copies)
          m%fields%mass_matrix%lumped_apart = m%fields%mass_matrix%lumped_fraction
@@ -143,13 +145,21 @@ contains
    !> Let interface points hang on the nodes of the cells that have material now, where that moves through the cells: others have no motion.
    subroutine renew_interfaces(m)
       type(problem_t), intent(inout) :: m
-      if (m%particles%total_frame .or. m%interfaces%n == 0) return
+      if (m%particles%total_frame .or. m%interfaces%n == 0 .and. .not. any(m%loads%absorbs > 0)) return
       call rebuild_interfaces(m%interfaces, m%matter_t)
       call forget_faces(m%interface_step)
       if (.not. allocated(m%fields%mass_matrix%lumped_fraction)) return
-      call lump_at(m%fields%mass_matrix, m%grid, nodes_lumped_in_steps(m))
+      call lump_at(m%fields%mass_matrix, m%grid, [nodes_lumped_in_steps(m), lumped_by_dashpots(m)])
       call find_coupled_region(m%grid, m%fields%mass_matrix)
    end subroutine renew_interfaces
+
+   !> Nodes with lumped masses in explicit steps as dashpots act on them.
+   function lumped_by_dashpots(m) result(nodes)
+      type(problem_t), intent(inout) :: m
+      integer, allocatable :: nodes(:)
+      allocate (nodes(0))
+      if (m%interfaces%are_bounded) nodes = nodes_of_dashpots(m%loads, m%grid, m%particles)
+   end function lumped_by_dashpots
 
    !> Nodes with lumped masses in explicit steps: those that interface points move at the end of these, and those of nearly empty cells, for which others have
    !> next to nothing.

@@ -24,6 +24,7 @@ module hampm_state
       real(dp) :: external_work = 0              !! of the loads and of constraints that move [J]
       type(prescribed_work_t) :: prescribed      !! what of the latter is not final
       real(dp) :: damping_loss = 0               !! taken by the damping [J]
+      real(dp) :: absorbed_energy = 0            !! taken by absorbing edges [J]
       real(dp) :: fracture_energy = 0            !! taken by the new faces of cracks that grow [J]
       real(dp) :: numerical_loss = 0             !! lost by the method, booked with an energy balance [J]
    end type energies_t

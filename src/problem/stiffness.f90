@@ -45,7 +45,8 @@ module hampm_stiffness
       logical :: on_interfaces = .true.             !! see above
       character(name_len) :: solver = 'direct'   !! 'direct' or 'cg'
       type(rigid_constraint_t), allocatable :: rigid_constraints(:) !! what is held beside what the constraints hold
-      real(dp) :: mass_factor = 0                !! c of K + c M, M being the mass matrix of the run [1/s2]
+      real(dp) :: mass_factor = 0                !! c of K + c M + b D, M being the mass matrix of the run [1/s2]
+      real(dp) :: dashpot_factor = 0             !! b, D being that of dashpots on edges [1/s]
    contains
       procedure, private :: has_form_of
    end type stiffness_kind_t
@@ -226,6 +227,7 @@ contains
          call add_element(stiffness%unknowns, masters(:n), by_master(:ndim*n, :ndim*n), matrix)
       end do
       if (stiffness%kind%mass_factor > 0) call add_concentrated_mass(m, stiffness, matrix)
+      if (stiffness%kind%dashpot_factor > 0) call add_dashpots(m, stiffness, matrix)
       call add_interfaces(m, stiffness%kind%mass_factor, stiffness%unknowns, matrix)
    end subroutine fill
 
@@ -277,6 +279,17 @@ contains
          call matrix%add(i, i, stiffness%kind%mass_factor*mass(stiffness%unknowns%node(i)))
       end do
    end subroutine add_concentrated_mass
+
+   !> Add the dashpots on edges.
+   subroutine add_dashpots(m, stiffness, matrix)
+      type(problem_t), intent(in) :: m
+      type(stiffness_t), intent(in) :: stiffness
+      type(sparse_t), intent(inout) :: matrix
+      integer :: k
+      do k = 1, m%absorbing%n
+         call add_element(stiffness%unknowns, m%absorbing%node(k:k), stiffness%kind%dashpot_factor*m%absorbing%d(:, :, k), matrix)
+      end do
+   end subroutine add_dashpots
 
    !> The longer side of the box around all particles [m].
    pure real(dp) function extent(m)

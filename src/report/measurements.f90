@@ -256,6 +256,8 @@ contains
          call history%record('strain_energy', 'J', 'strain energy', m%strain_energy)
          call history%record('external_work', 'J', 'work of the loads and of constraints that move', problem%energies%external_work)
          call history%record('damping_loss', 'J', 'energy taken by the damping', problem%energies%damping_loss)
+         if (any(problem%loads%absorbs > 0)) call history%record('absorbed_energy', 'J', 'energy taken by absorbing edges', &
+                                                                 problem%energies%absorbed_energy)
          if (.not. p%total_frame) call record_momentum(p, history)
          if (any(problem%materials%yields)) call history%record('plastic_dissipation', 'J', &
                                                                 'work of the stress on the plastic strain', &
@@ -354,7 +356,7 @@ contains
       residual = 0
       if (m%largest_energy <= m%rounding_energy) return
       residual = (problem%energies%external_work + m%initial_energy - m%kinetic_energy - m%strain_energy - &
-                  problem%energies%damping_loss &
+                  problem%energies%damping_loss - problem%energies%absorbed_energy &
                   - problem%energies%numerical_loss - problem%interfaces%loss - problem%energies%fracture_energy &
                   - problem%body_contact%loss - problem%body_contact%friction_loss &
                   - m%plastic_dissipation - m%viscous_dissipation)/m%largest_energy

@@ -70,7 +70,7 @@ contains
       integer :: crushed
       stored = measurements%kinetic_energy + measurements%strain_energy
       gain = stored + measurements%plastic_dissipation + measurements%viscous_dissipation + problem%energies%damping_loss &
-             - problem%energies%external_work - measurements%initial_energy &
+             + problem%energies%absorbed_energy - problem%energies%external_work - measurements%initial_energy &
              - abs(problem%energies%prescribed%work) & ! of which half waits for the next step's forces
              - work_of_step(problem%loads, problem%particles, problem%state%time, problem%state%last_dt)
       if (allocated(problem%state%velocity)) gain = min(gain, 0.0_dp) ! implicit steps overshoot, but are stable (docs/explanation/implicit.md)

@@ -1,6 +1,7 @@
 !> From the loads of a model to what acts on its particles and on the faces of its cracks.
 module hampm_load_assembly
    use hampm_kinds, only: dp, ndim
+   use hampm_absorbing_edges, only: components, impedance
    use hampm_bodies, only: points_along
    use hampm_crack_placement, only: face_normal
    use hampm_failure, only: failure_t, exit_input
@@ -65,6 +66,7 @@ contains
       type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: spec
       parts_of = 1
+      if (spec%kind == 'absorbing') parts_of = components
       if (spec%kind == 'pressure' .and. .not. is_on_faces(spec)) then
          if (size(loaded_parts(spec, model)) > 0) parts_of = ndim
       end if
@@ -84,6 +86,10 @@ contains
       real(dp) :: normal(ndim)
       integer :: sides, k
       associate (load => parts(1))
+         if (spec%kind == 'absorbing') then
+            call place_dashpots(model, spec, m, parts)
+            return
+         end if
          load%force = spec%force
          select case (spec%kind)
          case ('body')
@@ -128,6 +134,38 @@ contains
                                                 k=1, size(edge))], loads(d))
       end do
    end subroutine press_parts
+
+   !> Let dashpots act on parts of edges: a load for each component of the area times Z.
+   subroutine place_dashpots(model, spec, m, loads)
+      type(model_t), intent(in) :: model
+      type(load_spec_t), intent(in) :: spec
+      type(problem_t), intent(in) :: m
+      type(load_t), intent(inout) :: loads(components)
+      type(edge_part_t), allocatable :: edge(:)
+      type(load_t) :: points                     ! with areas as their parts
+      real(dp) :: normal(ndim), z(components)
+      integer :: k, c, sides
+      edge = loaded_parts(spec, model)
+      if (size(edge) > 0) then
+         call load_on_parts(m%matter_t, edge, [(2*norm2(edge(k)%half)*model%run%thickness%at(edge(k)%middle), k=1, size(edge))], &
+                            points)
+      else
+         call find_edge_normal(model, spec, normal, sides)
+         call load_on_segment(model, m, spec%lower, spec%upper, 0*normal, points)
+         points%fraction = points%fraction*norm2(spec%upper - spec%lower)*model%run%thickness%at((spec%lower + spec%upper)/2)
+      end if
+      do c = 1, components
+         points%absorbs = c
+         loads(c) = points
+      end do
+      do k = 1, size(points%particle)
+         if (size(edge) > 0) normal = edge(1 + (k - 1)*size(edge)/size(points%particle))%normal
+         z = impedance(m%materials(m%particles%material(points%particle(k))), normal)
+         do c = 1, components
+            loads(c)%fraction(k) = points%fraction(k)*z(c)
+         end do
+      end do
+   end subroutine place_dashpots
 
    !> Let a pressure act on all faces of a crack.
    subroutine place_on_faces(model, spec, m, parts)

@@ -46,6 +46,7 @@ contains
       call c%serialise('driven_dt', m%energies%prescribed%dt)
       call c%serialise('driven_work', m%energies%prescribed%work)
       call c%serialise('damping_loss', m%energies%damping_loss)
+      call c%serialise('absorbed_energy', m%energies%absorbed_energy)
       call c%serialise('fracture_energy', m%energies%fracture_energy)
       call c%serialise('numerical_loss', m%energies%numerical_loss)
       call archive_grid(c, cracks, m%grid)

@@ -163,6 +163,7 @@ contains
             call internal_force(m, r)
             call multiply_by_mass(m%grid, matrix, mass, m%damping_rate*m%state%velocity + first%a, product)
             b = r + self%now%force - product
+            call m%absorbing%resist(m%state%velocity, b)
             call solve_mass_equation(m, b, first%a, m%state%acceleration, failure)
          end associate
       end if
@@ -187,6 +188,7 @@ contains
       allocate (inertia, mold=r)
       call multiply_by_mass(m%grid, m%fields%mass_matrix, self%outer%mass, &
                             m%state%acceleration + m%damping_rate*m%state%velocity, inertia)
+      call m%absorbing%resist(-m%state%velocity, inertia)
       associate (n => m%grid%n_nodes)
          where (.not. m%constraints%fixed) r(:, :n) = inertia(:, :n) - self%now%force(:, :n) - of_faces(:, :n)
       end associate
@@ -225,6 +227,7 @@ contains
       type(problem_t), intent(inout) :: m
       call refresh_grid(m)
       call find_concentrated_mass(m%grid, m%fields%mass_matrix, self%outer%mass)
+      call m%absorbing%renew(m%loads, m%grid, m%particles, m%fields%mass_matrix, m%fields%layout)
       self%layout = m%fields%layout
    end subroutine find_mass
 
@@ -306,6 +309,10 @@ contains
          call give(m, self%prescribed%du, outer%given, .false.)
          call combine(size(v), 1/(1 + alpha), self%by_a, rate, self%by_v, outer%rest)
          call add_scaled(size(v), -rate*alpha/(1 + alpha), v, outer%rest)
+         if (m%absorbing%n > 0) then
+            outer%dashpot_factor = self%v_du
+            outer%slide = self%by_v - alpha/(1 + alpha)*v
+         end if
          call combine(size(v), 1.0_dp, loading%force, -alpha/(1 + alpha), self%previous%r, outer%applied)
          call add_scaled(size(v), -alpha/(1 + alpha), self%now%force, outer%applied)
          if (m%audit .or. m%constraints%move()) self%fixed = m%constraints%fixed
@@ -463,7 +470,7 @@ contains
       type(loading_t), intent(in) :: loading     !! at the end
       real(dp), intent(in), contiguous :: du(:, :) !! [m], (ndim, n_points)
       real(dp), intent(in) :: v(:, :)            !! velocity at the end [m/s], (ndim, n_points)
-      real(dp), allocatable, dimension(:, :) :: drag, momentum_change, work, r ! of damping, of momentum, of R, mean of internal forces
+      real(dp), allocatable, dimension(:, :) :: drag, dashpots, momentum_change, work, r ! of damping, of momentum, of R, mean of internal forces
       real(dp) :: taken                          ! by cohesive points that have failed [J]
       integer :: n
       n = m%grid%n_nodes
@@ -475,12 +482,18 @@ contains
             call multiply_by_mass(m%grid, matrix, self%outer%mass, m%damping_rate*(v_0 + v)/2, drag)
             m%energies%damping_loss = m%energies%damping_loss + sum(du(:, :n)*drag(:, :n))
          end if
+         if (m%absorbing%n > 0) then
+            allocate (dashpots, source=0*du)
+            call m%absorbing%resist(-(v_0 + v)/2, dashpots)
+            m%energies%absorbed_energy = m%energies%absorbed_energy + sum(du(:, :n)*dashpots(:, :n))
+         end if
          taken = work_of_release(m%interfaces, du, du, 1.0_dp)
          if (self%previous%is_now) taken = (taken + work_of_release(m%interfaces, du, du, 1.0_dp, &
                                                                     self%previous%instant%interfaces))/2
          m%energies%fracture_energy = m%energies%fracture_energy + taken
          if (.not. (m%audit .or. m%constraints%move())) return
          if (.not. allocated(drag)) allocate (drag, source=0*du)
+         if (allocated(dashpots)) drag = drag + dashpots
          allocate (momentum_change, mold=du)
          call internal_force(m, r)
          r = (self%previous%r + r)/2

@@ -285,7 +285,8 @@ contains
       type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
-      call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, rigid_constraints, outer%mass_factor), self%k, &
+      call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, rigid_constraints, outer%mass_factor, &
+                                                   outer%dashpot_factor), self%k, &
                                unsolved)
       if (unsolved%failed()) call failure%report(unsolved%code, 'the stiffness cannot be factorised: '//unsolved%message// &
                                                  ', as where cells hold too few particles')

@@ -68,10 +68,11 @@ contains
       ! With the factors at t^n, at the places where the material is at t^n: whatever path the step takes and whenever it strains the particles, these
       ! are the forces that act in it
       if (size(m%loads) + m%interfaces%n > 0) call find_external_force(m, .true., m%interfaces%n_at_end + 1)
+      call m%absorbing%renew(m%loads, m%grid, m%particles, m%fields%mass_matrix, m%fields%layout)
       if (is_local(m)) then
          call plan_step(m)
          if (m%cache%operators%is_active) call prepare_sums(m, new_masses)
-         parts = merge(2, 0, m%interfaces%n_at_end > 0)
+         parts = merge(2, 0, waits_for_forces(m))
          do part = min(parts, 1), parts
             call step_in_tiles(m%cache%tiling, m%scheme, dt, m%damping_rate, m%matter_t, m%constraints%free, new_masses, m%fields, &
                                m%cache%operators, loss, part)
@@ -101,8 +102,14 @@ contains
       type(problem_t), intent(in) :: m
       is_local = m%solver%by == by_lumped .and. m%grid%dofs%n_hanging == 0 .and. m%body_contact%n == 0 &
                  .and. .not. m%audit .and. .not. m%constraints%move() .and. .not. m%has_domains() &
-                 .and. .not. allocated(m%blocks%supports) .and. (m%particles%total_frame .or. m%interfaces%n == 0)
+                 .and. .not. allocated(m%blocks%supports) .and. (m%particles%total_frame .or. m%interfaces%n + m%absorbing%n == 0)
    end function is_local
+
+   !> Whether forces at the end of the step act on some nodes.
+   pure logical function waits_for_forces(m)
+      type(problem_t), intent(in) :: m
+      waits_for_forces = m%interfaces%n_at_end + m%absorbing%n > 0
+   end function waits_for_forces
 
    !> Find what points that keep their sums need in a step in tiles.
    subroutine prepare_sums(m, new_masses)
@@ -121,29 +128,39 @@ contains
    subroutine plan_step(m)
       type(problem_t), intent(inout) :: m
       logical, allocatable :: waits(:)
-      if (m%interfaces%n_at_end > 0 .and. .not. is_planned(m%cache%tiling, m%blocks)) waits = around_faces(m)
+      if (waits_for_forces(m) .and. .not. is_planned(m%cache%tiling, m%blocks)) waits = around_forces(m)
       associate (all => m%fields%mass_matrix%all)
          call plan_tiles(m%blocks, all%nodes(:all%n_nodes), size(m%scheme%passes), m%cache%operators, m%cache%tiling, waits)
       end associate
    end subroutine plan_step
 
-   !> The nodes of interface points, and those around the cells beside these.
-   pure function around_faces(m) result(is_near)
+   !> The nodes of interface points and dashpots, and those around the cells beside these.
+   pure function around_forces(m) result(is_near)
       type(problem_t), intent(in) :: m
       logical, allocatable :: is_near(:)
-      integer :: k, j, e
+      integer :: k, j
       allocate (is_near(m%grid%n_points))
       is_near = .false.
       do k = 1, m%interfaces%n
          do j = 1, count(m%interfaces%list(k)%node > 0)
-            associate (around => m%grid%dofs%elements_at(m%interfaces%list(k)%node(j)))
-               do e = 1, size(around)
-                  is_near(m%grid%element_nodes(:, around(e))) = .true.
-               end do
-            end associate
+            call mark(m%interfaces%list(k)%node(j))
          end do
       end do
-   end function around_faces
+      do k = 1, m%absorbing%n
+         call mark(m%absorbing%node(k))
+      end do
+   contains
+      !> Mark the nodes of the cells around one.
+      pure subroutine mark(node)
+         integer, intent(in) :: node
+         integer :: e
+         associate (around => m%grid%dofs%elements_at(node))
+            do e = 1, size(around)
+               is_near(m%grid%element_nodes(:, around(e))) = .true.
+            end do
+         end associate
+      end subroutine mark
+   end function around_forces
 
    !> Do the nodal sums and the passes of a step, one after the other.
    subroutine step_in_stages(m, dt, new_masses, report, failure)
@@ -238,7 +255,7 @@ contains
                       m%cache%acceleration_after == m%state%steps, m%fields, damping_power, mapping_power, unsolved)
       if (couples) call move_alloc(force, m%fields%force)
       if (moves) call move_prescribed(m%constraints, m%grid, dt, prescribed, m%fields)
-      if (m%interfaces%n_at_end > 0) call add_forces_at_end(m, dt, unsolved)
+      if (waits_for_forces(m)) call add_forces_at_end(m, dt, unsolved)
       if (moves) then
          call find_work(m%constraints, m%grid, dt, m%damping_rate, m%fields, m%energies%prescribed, work)
          m%energies%external_work = m%energies%external_work + work
@@ -247,7 +264,7 @@ contains
       taken = m%body_contact%loss + m%body_contact%friction_loss
       if (m%body_contact%n > 0) call separate_bodies(m%body_contact, m%grid, m%constraints%free, dt, m%fields)
       taken = m%body_contact%loss + m%body_contact%friction_loss - taken
-      if ((m%constraints%move() .or. m%body_contact%n + m%interfaces%n > 0) &
+      if ((m%constraints%move() .or. m%body_contact%n + m%interfaces%n + m%absorbing%n > 0) &
           .and. (m%audit .or. m%damping_rate > 0)) &
          call find_powers(m%fields, m%damping_rate, damping_power, mapping_power)
       call pass_on(m, m%state%steps + 1, unsolved, failure)
@@ -255,14 +272,22 @@ contains
       if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + dt*mapping_power - taken
    end subroutine solve_acceleration
 
-   !> Let interface points act, by their forces at the end of the step.
+   !> Let dashpots act, by their forces in the middle of the step, and interface points, by theirs at its end.
    subroutine add_forces_at_end(m, dt, failure)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
-      if (strains_first(m)) call open_faces(m, v_n, dt)
+      real(dp) :: taken                          ! by dashpots [J]
+      if (m%interfaces%n_at_end > 0 .and. strains_first(m)) call open_faces(m, v_n, dt)
       associate (f => m%fields)
-         call hold_faces(m%interface_step, m%interfaces, m%matter_t, m%constraints%fixed, m%corners, dt, &
+         if (m%absorbing%n > 0) then
+            call m%absorbing%brake(m%constraints%free, f%mass_matrix%lumped, dt, f%velocity(:, :, v_n), f%velocity(:, :, v_next), &
+                                   f%acceleration, f%force, taken)
+            m%energies%absorbed_energy = m%energies%absorbed_energy + taken
+            if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken
+         end if
+         if (m%interfaces%n_at_end > 0) &
+            call hold_faces(m%interface_step, m%interfaces, m%matter_t, m%constraints%fixed, m%corners, dt, &
                          f%mass_matrix, m%solver, &
                          f%velocity(:, :, v_next), f%acceleration, f%force, failure)
          call m%grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)

@@ -237,6 +237,7 @@ class Case:
         self.meets = group(scene, "contact").get("bodies", "bonded") != "bonded"
         self.grows = bool(groups(scene, "growth"))
         self.push = any(keys.get("unilateral") for keys in groups(scene, "constraint"))
+        self.absorbs = any(keys["kind"] == "absorbing" for keys in groups(scene, "load"))
         self.cohesion = bool(groups(scene, "cohesive"))
         self.linear = self.laws <= {"linear_elastic", "orthotropic", "viscoelastic"} and self.frame == "total" and not self.cohesion
         self.is_cut = any(keys.get("kind") == "path" for keys in groups(scene, "crack")) or any(keys.get("shape", "rectangle") != "rectangle" or keys.get("hole")
@@ -341,7 +342,7 @@ def finite(case):
 
 def energies(case):
     """The work of the loads is what is stored, moves and is taken."""
-    row, names = case.base.row, ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "plastic_dissipation", "viscous_dissipation", "friction_loss",
+    row, names = case.base.row, ("kinetic_energy", "strain_energy", "damping_loss", "absorbed_energy", "numerical_loss", "plastic_dissipation", "viscous_dissipation", "friction_loss",
                                  "contact_loss", "fracture_energy", "cohesive_energy")
     eigenstrain = any(any(keys.get("eigenstrain", ())) for keys in groups(case.scene, "body"))
     case.need("has an error of" not in case.base.warnings and "energy has grown" not in case.base.warnings)
@@ -430,6 +431,7 @@ def resultant(case, time):
 def forces(case):
     """At rest loads and reactions balance each other; in motion without constraints momentum changes by the loads."""
     row, scene = case.base.row, case.scene
+    case.need(not case.absorbs)
     case.need(not is_ring(scene))                                          # forces along the radius have no sum
     case.need(not (case.cohesion and any(keys.get("kind") == "symmetry" for keys in groups(scene, "crack")))) # the mirror image holds the plane, too
     time = row["time"]
@@ -536,7 +538,7 @@ def split(case):
 def motion(case):
     """A velocity more of all that is free: what is seen from the body stays."""
     case.need(case.time != "static" and case.frame == "total" and not groups(case.scene, "constraint") and not groups(case.scene, "damping"))
-    case.need(group(case.scene, "refine").get("field") != "speed")
+    case.need(group(case.scene, "refine").get("field") != "speed" and not case.absorbs)
     largest = np.sqrt(2 * case.scale["kinetic_energy"] / (group(case.scene, "material")["density"] * 100 * group(case.scene, "grid")["cell"]**2))
     case.need(largest > 1e-50)
     run = case.again(maps.carried(case.scene, [0.0 if is_ring(case.scene) else float(3.0 * largest), float(-2.0 * largest)]))

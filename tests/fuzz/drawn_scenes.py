@@ -341,7 +341,7 @@ class Drawing:
         found = []
         force = self.strain * self.young * w * self.cell * self.thickness
         for _ in range(chance.choices([0, 1, 2, 3], [1, 4, 3, 1])[0]):
-            kind = chance.choice(["traction", "traction", "point", "body", "pressure", "pressure", "gravity", "crack"])
+            kind = chance.choice(["traction", "traction", "point", "body", "pressure", "pressure", "gravity", "crack"] + (["absorbing"] if self.time != "static" else []))
             direction = [chance.choice([0.0, chance.uniform(-1, 1)]) * force, chance.uniform(-1, 1) * force]
             edge = chance.choice([(0, h, w, h), (0, h, w, h), (0, 0, 0, h), (w, 0, w, h)])
             if self.shaped:
@@ -355,6 +355,9 @@ class Drawing:
                 keys = {"kind": kind, "force": direction} | self.box(0, h / 2 + 0.07, w, h)    # no particle on its edge, for rounding to decide
             elif kind == "pressure":
                 keys = {"kind": kind, "pressure": chance.choice([-1, 1]) * self.strain * self.young} | self.box(*edge)
+            elif kind == "absorbing":
+                found.append(["load", {"kind": kind} | self.box(*edge)])
+                continue
             elif kind == "gravity":
                 keys = {"kind": kind, "acceleration": [f / (self.density * w * h * self.cell**2 * self.thickness) for f in direction]}
             elif self.crack in ("path", "line"):

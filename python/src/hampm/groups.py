@@ -146,8 +146,8 @@ class Constraint(Group):
 class Load(Group):
     """A force on the material, with its history in time."""
 
-    kind: Literal['point', 'traction', 'body', 'pressure', 'gravity'] | None
-    """Acts at a point, on a part of an edge, on material in a box, normal to an edge or crack, or on all material; required"""
+    kind: Literal['point', 'traction', 'body', 'pressure', 'gravity', 'absorbing'] | None
+    """Acts at a point, on an edge, in a box, normal to an edge or crack, on all material; or lets waves out of an edge; required"""
     lower: float | Sequence[float] | None
     """Lower corner of where it acts; none of gravity and of pressure on a crack [m]; (-inf, inf); no default"""
     upper: float | Sequence[float] | None
