@@ -169,6 +169,14 @@ draw_growth() {
     "$python" postprocess/plot_path.py $out/strip_growth.h5 --beside G --time-unit us --no-mesh --scale 1000 --dpi 110 --output $out/growth.png
 }
 
+# Load over displacement of a load frame: a beam that snaps back, a specimen that is unloaded once
+draw_load_frame() {
+    for scene in dcb_snap_back compact_tension_growth; do
+        run input/$scene.nml $scene
+    done
+    "$python" tools/load_frame.py $out/dcb_snap_back.h5 $out/compact_tension_growth.h5 $out/load_frame.png
+}
+
 # Specimens of the gallery, and one that yields; small pictures of all
 draw_gallery() {
     for scene in compact_tension brazilian_disc; do
@@ -178,7 +186,8 @@ draw_gallery() {
     run input/plastic_notch.nml plastic_notch
     "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --width 5 --dpi 85 --output $out/plastic_notch.png
     for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole bimetal \
-                 laminate_dcb laminate_enf laminate_mmb penny dcb_growth dcb_cohesive; do
+                 laminate_dcb laminate_enf laminate_mmb penny dcb_growth dcb_snap_back compact_tension_growth \
+                 dcb_cohesive; do
         run input/$scene.nml $scene output.snapshot_interval=1
     done
     for scene in two_cracks bend_path strip_growth kalthoff dcb; do
@@ -192,7 +201,7 @@ draw_gallery() {
             plastic_notch) field=plastic_strain ;;
             *) field=von_mises ;;
         esac
-        case $scene in bimetal | laminate_dcb | dcb_cohesive) scale=3 ;; dcb) scale=1000 ;; dcb_growth) scale=50 ;; *) scale=1 ;; esac
+        case $scene in bimetal | laminate_dcb | dcb_cohesive | compact_tension_growth) scale=3 ;; dcb) scale=1000 ;; dcb_growth | dcb_snap_back) scale=50 ;; *) scale=1 ;; esac
         "$python" tools/thumbnail.py $out/$scene.h5 "$picture" $field $scale
     done
 }

@@ -11,7 +11,7 @@ module hampm_growing
    use hampm_text, only: add_line, to_text
    implicit none
    private
-   public :: growing_t, new_growing, record_growth, record_place, archive_growing, fitting, part_of_crack
+   public :: growing_t, new_growing, record_growth, record_frame, record_place, archive_growing, fitting, part_of_crack
 
    !> How a tip of the run grows.
    type :: growing_tip_t
@@ -59,6 +59,13 @@ module hampm_growing
       real(dp) :: load_factor = 1                !! by which loads and prescribed motions that are not held are scaled
       real(dp) :: work = 0                       !! of the loads at the end of the step before [J]
       type(load_state_t) :: loads                !! what they were then
+      real(dp) :: load = 0                       !! of a load frame [N]
+      real(dp) :: way = 0                        !! its displacement at the specimen [m]
+      real(dp) :: frame_way = 0                  !! that at its other end [m]
+      real(dp) :: controlled = 0                 !! of the quantity that is controlled, at the end of the step before
+      real(dp) :: compliance = 0                 !! change of `frame_way` with the load factor, as it was found last; 0: not known [m]
+      real(dp) :: part = 1                       !! of an increment by which tips advance
+      logical :: waits = .false.                 !! whether tips below their toughness do not advance
       ! In motion
       logical :: is_paced = .false.              !! whether tips of law = toughness keep pace with G, in implicit steps
       real(dp) :: integral = 0                   !! of G over the new area [J]
@@ -251,6 +258,19 @@ contains
                           atan2(tip%axis(2, 1), tip%axis(1, 1))/degree)
    end subroutine record_place
 
+   !> Record the load of a load frame, and its displacement.
+   subroutine record_frame(growing, stiffness, history)
+      type(growing_t), intent(in) :: growing
+      real(dp), intent(in) :: stiffness          !! of the frame, 0: rigid [N/m]
+      type(history_t), intent(inout) :: history
+      call history%record('load', 'N', 'load of the frame: the largest of the forces that are scaled', growing%load)
+      call history%record('load_displacement', 'm', 'its displacement at the specimen, with which its work is load times '// &
+                          'displacement', growing%way)
+      call history%record('frame_displacement', 'm', 'the same with what the load frame gives way', growing%frame_way)
+      if (stiffness > 0) call history%record('frame_energy', 'J', 'energy that the load frame stores', &
+                                             growing%load**2/(2*stiffness))
+   end subroutine record_frame
+
    !> Record how a tip stands.
    subroutine record_growth(growing, model, cracks, tip, time, history)
       type(growing_t), intent(in) :: growing
@@ -286,6 +306,8 @@ contains
       call archive%serialise('load_factor', growing%load_factor)
       call archive%serialise('work', growing%work)
       if (growing%is_static) call archive_load_state(growing%loads, archive)
+      call archive%serialise('controlled', growing%controlled)
+      call archive%serialise('compliance', growing%compliance)
       call archive%serialise('integral', growing%integral)
       call archive%archive_logicals('has_stopped', n, growing%tips%has_stopped)
       call archive%archive_logicals('is_running', n, growing%tips%is_running)

@@ -6,9 +6,9 @@
 !>
 !>    r(l) = |K_held + l K_scaled|**2/(E' toughness).
 !>
-!> At its larger root the loads open the crack further: r rises with l. At the smaller one, with less load, the faces have
-!> gone through each other: held loads press them together. Tips reach r = 1 at different l; the least of them counts. In bodies that are not linear the last three
-!> solutions do the same: Muller, Math. Tables Aids Comput. 10 (1956) 208.
+!> At its larger root the loads open the crack further: r rises with l. At the smaller one, with less load, held loads
+!> press the faces together until they interpenetrate. Tips reach r = 1 at different l; the least of them counts. In bodies that are not linear
+!> the last three solutions do the same: Muller, Math. Tables Aids Comput. 10 (1956) 208.
 module hampm_load_search
    use hampm_kinds, only: dp
    implicit none

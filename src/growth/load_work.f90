@@ -13,7 +13,7 @@ module hampm_load_work
    use hampm_problem, only: problem_t
    implicit none
    private
-   public :: load_state_t, find_load_state, work_between, archive_load_state
+   public :: load_state_t, find_load_state, work_between, find_frame, archive_load_state
 
    !> What drives a body at an equilibrium.
    type :: load_state_t
@@ -49,6 +49,30 @@ contains
       call find_nodal_state(m, nodal, failure, reactions_only=.true.)
       if (.not. failure%failed()) state%reaction = nodal%reactions
    end subroutine find_load_state
+
+   !> The load that growth scales and its displacement, by which it does work, of forces or else of constraints that move. Of several forces the
+   !> load is the largest, of several motions the displacement is their sum: two that pull a crack open have the opening between them.
+   pure subroutine find_frame(m, state, load_factor, load, displacement)
+      type(problem_t), intent(in) :: m
+      type(load_state_t), intent(in) :: state    !! now
+      real(dp), intent(in) :: load_factor        !! [-]
+      real(dp), intent(out) :: load              !! [N]
+      real(dp), intent(out) :: displacement      !! [m]
+      real(dp) :: unit(ndim, m%constraints%number()), largest
+      integer :: k
+      largest = 0
+      do k = 1, size(m%loads)
+         if (.not. m%loads(k)%history%held) largest = max(largest, norm2(m%loads(k)%force))
+      end do
+      load = load_factor*largest
+      displacement = 0
+      if (largest > 0) displacement = sum(state%energy, mask=.not. m%loads%history%held)/largest
+      if (largest > 0) return
+      unit = m%constraints%scaled_units()
+      displacement = load_factor*sum(norm2(unit, dim=1))
+      load = 0
+      if (any(abs(unit) > 0)) load = sum(state%reaction*unit)/sum(norm2(unit, dim=1))
+   end subroutine find_frame
 
    !> The work from one state to another [J].
    pure real(dp) function work_between(first, last) result(work)

@@ -10,7 +10,7 @@ module hampm_static_growth
    use hampm_growing, only: growing_t, fitting, part_of_crack
    use hampm_growth_room, only: update_model_path, room_for, why_no_room
    use hampm_kinks, only: kink_angle, is_opened, slope_of_mixity
-   use hampm_load_work, only: load_state_t, find_load_state, work_between
+   use hampm_load_work, only: load_state_t, find_load_state, find_frame, work_between
    use hampm_problem, only: problem_t
    use hampm_path_placement, only: path_radius
    use hampm_model, only: model_t
@@ -19,7 +19,7 @@ module hampm_static_growth
    implicit none
    private
    public :: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, ratios_of, has_held_drive, &
-             has_scaled_drive, book_work
+             has_scaled_drive, book_work, look_at_frame
 
 
    real(dp), parameter :: to_and_fro = 0.2_dp    !! kinks in turn to both sides that are too large [rad]
@@ -44,6 +44,7 @@ contains
       integer, intent(in) :: attempts(:)         !! of each tip, 0 for the first
       logical, intent(out) :: have_moved
       character(:), allocatable, intent(inout) :: message
+      real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
       real(dp) :: rates(size(values))
       integer :: k, have_stopped
       growing%tips%advance = 0
@@ -61,6 +62,7 @@ contains
       subroutine advance_where_due(k)
          integer, intent(in) :: k
          associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
+            if (growing%waits .and. rates(k) < reached*law%toughness_at(0.0_dp, cracks%crack(tip%crack)%length())) return
             if (law%only_largest) then
                if (k /= first_of_largest(rates, cracks%tips%crack == tip%crack .and. .not. growing%tips%has_stopped)) return
             end if
@@ -83,7 +85,8 @@ contains
          real(dp), allocatable :: before(:, :)
          real(dp) :: angle, most, length
          associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
-            length = max(part_of_increment(attempts(k))*law%increment, min(law%increment, least_radius(model)))
+            length = max(part_of_increment(attempts(k))*growing%part*law%increment, min(law%increment, least_radius(model)))
+            if (law%direction == 'straight') length = growing%part*law%increment ! no kink is in the way of a domain integral
             if (law%max_length > 0 .and. cracks%crack(tip%crack)%length() + length > law%max_length*(1 + 1e-9_dp)) then
                call growing%stop_tip(k, 'the crack has its max_length', message)
                return
@@ -290,6 +293,21 @@ contains
       growing%loads = now
       growing%work = m%energies%external_work
    end subroutine book_work
+
+   !> Find the load of a load frame and its displacement.
+   subroutine look_at_frame(growing, m, stiffness, failure)
+      type(growing_t), intent(inout) :: growing
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: stiffness          !! of the frame, 0: rigid [N/m]
+      type(failure_t), intent(inout) :: failure
+      type(load_state_t) :: now
+      if (failure%failed()) return
+      call find_load_state(m, now, failure)
+      if (failure%failed()) return
+      call find_frame(m, now, growing%load_factor, growing%load, growing%way)
+      growing%frame_way = growing%way
+      if (stiffness > 0) growing%frame_way = growing%way + growing%load/stiffness
+   end subroutine look_at_frame
 
    !> Book what new faces have taken, the integral of G over their area by the mean of G before and after, and keep G for the next step.
    subroutine book_fracture(growing, model, cracks, values, m)

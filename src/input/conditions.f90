@@ -19,6 +19,7 @@ module hampm_conditions
    character(*), parameter :: features(*) = [character(48) :: &
       'cells that are cut', 'cracks that cut cells', 'tips at no nodes', 'several cracks', 'several bodies', &
       'edges that are no grid lines', 'growth by laws of both kinds', 'something that growth scales', &
+      'growth scales forces beside motions', &
       'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
       'a pressed path that grows in motion', 'samples apart from load steps', 'a body of it', &
       'another body of that group', 'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it']
@@ -243,12 +244,9 @@ contains
        case ('growth by laws of both kinds')
          has = any(model%growth%law%is_static) .and. .not. all(model%growth%law%is_static)
        case ('something that growth scales')
-         if (size(model%loads) > 0) has = .not. all(model%loads%history%held)
-         do k = 1, size(model%constraints)
-            associate (motion => model%constraints(k)%motion)
-               has = has .or. .not. motion%history%held .and. any(abs(motion%displacement) + abs(motion%velocity) > 0)
-            end associate
-         end do
+         has = has_scaled_forces(model) .or. has_scaled_motions(model)
+       case ('growth scales forces beside motions')
+         has = has_scaled_forces(model) .and. has_scaled_motions(model)
        case ('a body of it')                     ! of a material
          has = any(model%materials%name == settings%text(entry, 'name'))
        case ('cohesion all along it')            ! along a crack
@@ -273,6 +271,24 @@ contains
          has = model%method%time == 'static' .and. asks_for_other_samples(settings, settings%find('output', 1))
       end select
    end function has_feature
+
+   !> Whether a load is not held.
+   pure logical function has_scaled_forces(model) result(has)
+      type(model_t), intent(in) :: model
+      has = .not. all([model%loads%history%held, .true.])
+   end function has_scaled_forces
+
+   !> Whether a prescribed motion is not held.
+   pure logical function has_scaled_motions(model) result(has)
+      type(model_t), intent(in) :: model
+      integer :: k
+      has = .false.
+      do k = 1, size(model%constraints)
+         associate (motion => model%constraints(k)%motion)
+            has = has .or. .not. motion%history%held .and. any(abs(motion%displacement) + abs(motion%velocity) > 0)
+         end associate
+      end do
+   end function has_scaled_motions
 
    !> Whether the interval of the samples is not that of the load steps, by which it was replaced.
    pure logical function asks_for_other_samples(settings, output) result(asks)

@@ -65,6 +65,7 @@ contains
       do k = 1, size(model%constraints)
          call check_history(model, '&constraint '//to_text(k), model%constraints(k)%motion%history, longest_step_of(model), text)
       end do
+      if (model%control%leads()) call check_history(model, '&control', model%control%history, longest_step_of(model), text)
    end function coarse_histories
 
    !> Look at one of them.

@@ -107,7 +107,6 @@ contains
       history%frequency = settings%number(entry, 'frequency')
       history%times = settings%numbers(entry, 'times')
       history%factors = settings%numbers(entry, 'factors')
-      history%held = settings%flag(entry, 'held')
    end subroutine fill_history
 
    !> The times of a table increase, and have as many factors.
@@ -145,6 +144,7 @@ contains
             constraint%motion%displacement = settings%vector(entry, 'displacement')
             constraint%motion%velocity = settings%vector(entry, 'velocity')
             call fill_history(settings, entry, constraint%motion%history)
+            constraint%motion%history%held = settings%flag(entry, 'held')
             constraint%name = settings%text(entry, 'name')
             constraint%motion%unilateral = settings%flag(entry, 'unilateral')
             constraint%fixed = [(index(fix, axis(d:d)) > 0, d=1, ndim)]
@@ -172,6 +172,7 @@ contains
             load%acceleration = settings%vector(entry, 'acceleration')
             load%face = settings%text(entry, 'face')
             call fill_history(settings, entry, load%history)
+            load%history%held = settings%flag(entry, 'held')
          end associate
       end do
    end subroutine fill_loads

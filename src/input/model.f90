@@ -7,6 +7,7 @@ module hampm_model
    use hampm_indicators, only: indicators, indicator_keys
    use hampm_kinds, only: dp, ndim
    use hampm_cohesive_group, only: cohesive_t, fill_cohesive
+   use hampm_control_group, only: control_t, fill_control
    use hampm_crack_groups, only: path_spec_t, fill_paths, energy_release_t, fill_energy_release, &
                                  growth_t, fill_growth
    use hampm_plain_groups, only: grid_spec_t, run_t, damping_t, output_t, body_contact_spec_t, method_t
@@ -36,6 +37,7 @@ module hampm_model
       type(path_spec_t), allocatable :: paths(:) !! the cracks
       type(cohesive_t), allocatable :: cohesive(:)
       type(growth_t), allocatable :: growth(:)
+      type(control_t) :: control
       type(energy_release_t) :: energy_release
       type(output_t) :: output
       character(:), allocatable :: as_used       !! complete namelist text: every key with the value in force
@@ -81,6 +83,7 @@ contains
       call fill_paths(settings, model%paths)
       call fill_cohesive(settings, model%cohesive)
       call fill_growth(settings, model%growth)
+      call fill_control(settings, model%control)
       call fill_energy_release(settings, model%energy_release)
       call find_materials(model)
       call place_lines(model)

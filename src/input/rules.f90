@@ -39,9 +39,11 @@ module hampm_rules
    ! Of rows that differ by one word alone
    character(*), parameter :: corners(*) = ['lower', 'upper']
    character(*), parameter :: acting(*) = ['&constraint', '&load      ']
+   character(*), parameter :: in_time(*) = ['&constraint', '&load      ', '&control   ']
    character(*), parameter :: of_matter(*) = [character(13) :: 'material', 'velocity', 'spin', 'eigenstrain', 'contact_group']
    character(*), parameter :: of_looks(*) = ['start   ', 'interval']
    character(*), parameter :: moved_by(*) = ['displacement', 'velocity    ']
+   character(*), parameter :: of_frame(*) = ['history', 'start  ']
    character(*), parameter :: of_factor(*) = ['history', 'start  ', 'held   ']
    character(*), parameter :: of_shear(*) = ['exponent  ', 'mixed_mode']
    character(*), parameter :: on_faces(*) = [character(48) :: "&crack contact = 'frictionless' | 'friction'", &
@@ -140,14 +142,14 @@ module hampm_rules
              "the fourth value has no effect, as the thickness is free")]
 
    type(rule_t), parameter :: of_histories(*) = [ &
-      (rule_t(trim(acting(k))//" rise_time", requires, trim(acting(k))//" history = 'ramp' | 'smooth_ramp'"), &
-       rule_t(trim(acting(k))//" frequency", requires, trim(acting(k))//" history = 'sine'"), &
-       rule_t(trim(acting(k))//" times", requires, trim(acting(k))//" history = 'table'"), &
-       rule_t(trim(acting(k))//" factors", requires, trim(acting(k))//" history = 'table'"), &
-       rule_t(trim(acting(k))//" history = 'ramp' | 'smooth_ramp'", requires, trim(acting(k))//" rise_time > 0"), &
-       rule_t(trim(acting(k))//" history = 'sine'", requires, trim(acting(k))//" frequency > 0"), &
-       rule_t(trim(acting(k))//" history = 'table'", requires, &
-              trim(acting(k))//" times and "//trim(acting(k))//" factors"), k=1, size(acting))]
+      (rule_t(trim(in_time(k))//" rise_time", requires, trim(in_time(k))//" history = 'ramp' | 'smooth_ramp'"), &
+       rule_t(trim(in_time(k))//" frequency", requires, trim(in_time(k))//" history = 'sine'"), &
+       rule_t(trim(in_time(k))//" times", requires, trim(in_time(k))//" history = 'table'"), &
+       rule_t(trim(in_time(k))//" factors", requires, trim(in_time(k))//" history = 'table'"), &
+       rule_t(trim(in_time(k))//" history = 'ramp' | 'smooth_ramp'", requires, trim(in_time(k))//" rise_time > 0"), &
+       rule_t(trim(in_time(k))//" history = 'sine'", requires, trim(in_time(k))//" frequency > 0"), &
+       rule_t(trim(in_time(k))//" history = 'table'", requires, &
+              trim(in_time(k))//" times and "//trim(in_time(k))//" factors"), k=1, size(in_time))]
 
    type(rule_t), parameter :: of_constraints(*) = [ &
       (rule_t("&constraint "//trim(of_factor(k)), no_effect_without, "&constraint displacement or &constraint velocity", &
@@ -403,6 +405,22 @@ module hampm_rules
               "only growth at rest scales loads and motions"), k=1, size(acting)), &
       (rule_t(trim(acting(k))//" held and &growth law = {growth laws at rest}", requires, "something that growth scales", &
               mechanics, "growth scales loads and motions that are not held, so that G is the toughness"), k=1, size(acting)), &
+      rule_t("&control", requires, "&growth law = {growth laws at rest}", not_built, &
+             "a load frame follows cracks that grow at rest", use="&constraint displacement"), &
+      rule_t("&control displacement", requires, "&control quantity = 'displacement'"), &
+      rule_t("&control quantity = 'displacement'", requires, "&control displacement"), &
+      (rule_t("&control "//trim(of_frame(k)), no_effect_with, "&control quantity = 'growth'", mechanics, &
+              "load and displacement follow the crack"), k=1, size(of_frame)), &
+      rule_t("&control", not_with, "growth scales forces beside motions", mechanics, &
+             "the load of a frame and its displacement are one pair", use="&constraint held = .true."), &
+      rule_t("&constraint velocity and &constraint held = .false.", not_with, "&control", mechanics, &
+             "the frame tells how much is moved", use="&constraint displacement"), &
+      (rule_t(trim(acting(k))//" history = 'ramp' | 'smooth_ramp' | 'sine' | 'table' and "//trim(acting(k))//" held = .false.", not_with, &
+              "&control", mechanics, "the frame tells how loads change", use="&control history"), &
+       rule_t(trim(acting(k))//" start and "//trim(acting(k))//" held = .false.", not_with, &
+              "&control", mechanics, "the frame tells how loads change", use="&control start"), k=1, size(acting)), &
+      rule_t("&load on = 'crack' and &load held = .false.", not_with, "&control", not_built, &
+             "the area that is pressed grows with the crack, so that there is no load of a frame"), &
       rule_t("&growth law = 'prescribed'", requires, "&growth speed > 0"), &
       rule_t("&growth law = {growth laws in motion by toughness}", requires, "&growth toughness > 0"), &
       rule_t("&growth toughness", not_with, "&growth law = {growth laws by speed}", reason="its speed is given"), &
@@ -470,9 +488,10 @@ module hampm_rules
              "the closed form is for forces", use="reference = 'value'"), &
       rule_t("&energy_release reference = 'dcb'", not_with, "&growth", mechanics, "the closed form is for a stationary crack")]
 
+   integer, parameter :: of_a_group = 7          !! rows of histories
+
    !> All rows.
    type(rule_t), parameter :: rules(*) = [ &
-      of_rings, of_grids, of_materials, of_bodies, of_histories(:size(of_histories)/2), of_constraints, &
-      of_histories(size(of_histories)/2 + 1:), of_loads, of_contact, &
-      of_method, of_refinement, of_cracks, of_cohesion, of_growth, of_energies]
+      of_rings, of_grids, of_materials, of_bodies, of_histories(:of_a_group), of_constraints, &
+      of_histories(of_a_group + 1:), of_loads, of_contact, of_method, of_refinement, of_cracks, of_cohesion, of_growth, of_energies]
 end module hampm_rules

@@ -50,6 +50,7 @@ module hampm_constraints
       procedure :: scale_ways
       procedure :: ways_at
       procedure :: have_held_ways
+      procedure :: scaled_units
       procedure :: have_scaled_ways
    end type constraints_t
 
@@ -271,6 +272,18 @@ contains
          end associate
       end do
    end function have_held_ways
+
+   !> By how much each box is moved at factor 1, 0 where it is held [m], (ndim, boxes).
+   pure function scaled_units(self) result(units)
+      class(constraints_t), intent(in) :: self
+      real(dp) :: units(ndim, self%number())
+      integer :: k
+      do k = 1, size(units, 2)
+         associate (motion => self%boxes(k)%motion)
+            units(:, k) = merge(0.0_dp, motion%displacement, motion%history%held)
+         end associate
+      end do
+   end function scaled_units
 
    !> Whether any box whose way is scaled has been moved at a time.
    pure logical function have_scaled_ways(self, time) result(have)

@@ -18,7 +18,7 @@ module hampm_measurements
    use hampm_energy, only: linear_momentum, angular_momentum, dissipation
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
-   use hampm_growing, only: growing_t, record_growth, record_place
+   use hampm_growing, only: growing_t, record_growth, record_frame, record_place
    use hampm_history, only: history_t
    use hampm_loads, only: load_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, archive_solver
@@ -279,6 +279,7 @@ contains
             if (growing%is_static) call history%record('load_factor', '1', &
                                                        'by which loads and prescribed motions that are not held are multiplied', &
                                                        growing%load_factor)
+            if (model%control%is_there()) call record_frame(growing, model%control%stiffness, history)
             call history%record('fracture_energy', 'J', 'energy dissipated by growth: static, the integral of G over the new '// &
                                 'area; dynamic, the work of nodal release; half of it on a symmetry plane', &
                                 problem%energies%fracture_energy)

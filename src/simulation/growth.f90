@@ -7,9 +7,10 @@ module hampm_growth
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_growing, only: growing_t
+   use hampm_growth_room, only: update_model_path
    use hampm_load_search, only: load_search_t
    use hampm_static_growth, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, ratios_of, &
-                                  has_held_drive, has_scaled_drive, book_work
+                                  has_held_drive, has_scaled_drive, book_work, look_at_frame
    use hampm_dynamic_growth, only: plan_ways, move_tips, must_check, start_tips, note_check
    use hampm_growth_pace, only: pace_t, begin_pace, follow_pace
    use hampm_measurements, only: measurements_t
@@ -19,6 +20,8 @@ module hampm_growth
    use hampm_symmetric_turns, only: symmetric_turns_t, is_symmetric
    implicit none
    private
+   real(dp), parameter :: near = 1e-6_dp         !! part of the toughness, and of what is controlled
+
    public :: start_growth, prepare_growth, advance_in_pace, follow_growth
 
 contains
@@ -29,8 +32,13 @@ contains
       type(failure_t), intent(inout) :: failure
       if (.not. s%growing%is_static) return
       call measure_state(s, failure, in_passing=.true.)
-      call load_to_toughness(s, failure)
-      call book_step(s, failure)
+      if (s%model%control%leads()) then
+         s%growing%controlled = s%model%control%target_at(s%problem%state%time)
+         call follow_control(s, failure)
+      else
+         call load_to_toughness(s, failure)
+         call book_step(s, failure)
+      end if
    end subroutine start_growth
 
    !> Before a step: let tips grow at rest, or plan their ways in motion.
@@ -39,7 +47,7 @@ contains
       type(failure_t), intent(inout) :: failure
       if (failure%failed() .or. .not. s%growing%are_there()) return
       if (s%growing%is_static) then
-         call grow(s, failure)
+         if (.not. s%model%control%leads()) call grow(s, failure)
          return
       end if
       if (must_check(s%growing, s%model, s%problem, s%cracks)) call check_tips(s, failure)
@@ -118,21 +126,28 @@ contains
       if (failure%failed() .or. .not. s%growing%are_there()) return
       if (s%growing%is_static) then
          call measure_state(s, failure)
-         call load_in_symmetry(s, failure)
+         if (s%model%control%leads()) then
+            call follow_control(s, failure)
+         else
+            call load_in_symmetry(s, failure)
+            call book_step(s, failure)
+         end if
       else if (.not. s%growing%is_paced) then
          call move_tips(s%growing, s%model, s%problem, s%cracks, s%problem%state%time - s%dt, s%dt, s%warning)
       end if
    end subroutine follow_growth
 
    !> Before a load step: let tips advance, and find equilibrium with them where they are.
-   subroutine grow(s, failure)
+   subroutine grow(s, failure, has_grown)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
+      logical, intent(out), optional :: has_grown !! whether a tip has advanced
       type(cracks_t) :: before
       type(crack_values_t), allocatable :: values(:)
       type(symmetric_turns_t) :: turns
       integer, allocatable :: attempts(:)
       logical :: have_moved, have_cut, is_over
+      if (present(has_grown)) has_grown = .false.
       if (.not. has_scaled_drive(s%problem)) return
       call measure_state(s, failure)
       if (failure%failed()) return
@@ -145,6 +160,7 @@ contains
          if (have_moved .or. have_cut) call cut_anew(s, failure)
          if (.not. have_moved .or. failure%failed()) return
          have_cut = .true.
+         if (present(has_grown)) has_grown = .true.
          call measure_state(s, failure)
          call turn_to_symmetry(s, turns, failure)
          if (failure%failed() .or. turns%have_found()) return
@@ -193,7 +209,6 @@ contains
       if (failure%failed()) return
       if (attempt > most) call s%growing%note_tip(turns%tip(1), 'has K_II in one load step at least: the direction '// &
          'without any and the load factor change each other', s%warning)
-      call book_step(s, failure)
    end subroutine load_in_symmetry
 
    !> Book the work of a load step that ends now, and what new faces have taken in it.
@@ -202,6 +217,7 @@ contains
       type(failure_t), intent(inout) :: failure
       if (failure%failed()) return
       call book_work(s%growing, s%problem, failure)
+      if (s%model%control%is_there()) call look_at_frame(s%growing, s%problem, s%model%control%stiffness, failure)
       call book_fracture(s%growing, s%model, s%cracks, s%measurements%crack, s%problem)
    end subroutine book_step
 
@@ -241,5 +257,149 @@ contains
       s%growing%load_factor = factor
       call s%integrator%rescale(s%problem, factor, failure)
       call measure_state(s, failure, in_passing=.true.)
+      if (s%model%control%leads()) call look_at_frame(s%growing, s%problem, s%model%control%stiffness, failure)
    end subroutine rescale
+
+   !> After a load step, when all is measured: bring the quantity that is controlled to where it is to be, and let tips grow on the way.
+   !>
+   !> Tips advance by increments along the path on which G is the toughness as long as the quantity rises on it. Where it would fall, growth
+   !> is not stable: the quantity stays, and G is above the toughness. The last increment is so long that G is the toughness in the end.
+   subroutine follow_control(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(cracks_t) :: before
+      real(dp) :: target, now                    ! the quantity in the end, and on the way
+      real(dp) :: critical, last                 ! at which G is the toughness, and the same an increment before
+      real(dp) :: factor
+      type(symmetric_turns_t) :: turns
+      logical :: has_grown
+      target = s%model%control%target_at(s%problem%state%time)
+      now = s%growing%controlled
+      s%growing%controlled = target
+      s%growing%waits = .true.
+      call load_to(s, target, failure)
+      has_grown = .not. failure%failed()
+      if (has_grown) has_grown = exceeds_toughness(s)
+      if (has_grown) call load_in_symmetry(s, failure)
+      do while (has_grown .and. .not. failure%failed())
+         critical = controlled(s)
+         now = sign(min(abs(target), max(sign(1.0_dp, target)*now, sign(1.0_dp, target)*critical)), target)
+         if (abs(critical - now) > near*abs(now)) then
+            call s%growing%note_tip(maxloc(s%growing%tips%rate, dim=1), 'runs by itself in one load step at least, as its '// &
+               'growth is not stable there: G is above the toughness, and the rest of fracture_energy is lost', s%warning)
+            call load_to(s, now, failure)
+         end if
+         call book_step(s, failure)
+         before = s%cracks
+         last = critical
+         factor = s%growing%load_factor
+         call grow(s, failure, has_grown)
+         if (.not. has_grown) exit
+         call load_in_symmetry(s, failure)
+         if (failure%failed()) return
+         critical = controlled(s)
+         if (abs(critical) < abs(target)) cycle
+         call shorten_increment(s, before, factor, last, target, failure)
+         exit
+      end do
+      call load_to(s, target, failure)
+      if (has_grown .and. has_held_drive(s%problem)) then ! whose K_II is another one for each load factor
+         call turn_to_symmetry(s, turns, failure)
+         call load_to(s, target, failure)
+      end if
+      call book_step(s, failure)
+   end subroutine follow_control
+
+   !> Let tips advance again, by a part of their last increment with which G is the toughness where the quantity that is controlled is to be:
+   !> found by the rule of false position, the value at an end that stays halved each time (Illinois).
+   subroutine shorten_increment(s, before, factor, first, target, failure)
+      type(simulation_t), intent(inout) :: s
+      type(cracks_t), intent(in) :: before       !! before that increment
+      real(dp), intent(in) :: factor             !! load factor then [-]
+      real(dp), intent(in) :: first              !! the quantity at which G was the toughness then; after the increment it is the present one
+      real(dp), intent(in) :: target
+      type(failure_t), intent(inout) :: failure
+      real(dp), parameter :: close = 1e-3_dp     ! of the quantity: K of a tip varies as much with its place in a cell
+      integer, parameter :: most = 5
+      real(dp) :: part(2), off(2), now
+      integer :: trial, side
+      part = [0, 1]
+      off = [first, controlled(s)] - (1 + close)*target ! G is hardly below the toughness then: nothing grows at the same place again
+      now = off(2)
+      do trial = 1, most
+         if (abs(now) <= close*abs(target)) exit
+         s%growing%part = part(1) - off(1)*(part(2) - part(1))/(off(2) - off(1))
+         call put_back(s, before, factor, failure)
+         if (.not. failure%failed()) call grow(s, failure)
+         call load_in_symmetry(s, failure)
+         if (failure%failed()) return
+         now = controlled(s) - (1 + close)*target
+         side = merge(1, 2, now*off(1) > 0)
+         off(3 - side) = off(3 - side)/2
+         part(side) = s%growing%part
+         off(side) = now
+      end do
+      s%growing%part = 1
+   end subroutine shorten_increment
+
+   !> Whether G of a tip that grows is above its toughness.
+   logical function exceeds_toughness(s)
+      type(simulation_t), intent(in) :: s
+      exceeds_toughness = any(ratios_of(s%growing, s%model, s%cracks, s%measurements%crack) > 1 + 2*near)
+   end function exceeds_toughness
+
+   !> The quantity that is controlled, after a look at the load frame.
+   pure real(dp) function controlled(s)
+      type(simulation_t), intent(in) :: s
+      controlled = s%growing%load_factor
+      if (s%model%control%quantity == 'displacement') controlled = s%growing%frame_way
+   end function controlled
+
+   !> Put cracks back to where they were before an increment, with the loads there.
+   subroutine put_back(s, before, factor, failure)
+      type(simulation_t), intent(inout) :: s
+      type(cracks_t), intent(in) :: before
+      real(dp), intent(in) :: factor             !! load factor [-]
+      type(failure_t), intent(inout) :: failure
+      integer :: k
+      s%cracks = before
+      do k = 1, size(s%cracks%crack)
+         call update_model_path(s%model, s%cracks, k)
+      end do
+      call cut_anew(s, failure)
+      call rescale(s, factor, failure)
+   end subroutine put_back
+
+   !> Scale the loads until the quantity that is controlled has a value: by the secant rule, which is exact in a linear body.
+   subroutine load_to(s, target, failure)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: target
+      type(failure_t), intent(inout) :: failure
+      integer, parameter :: most = 40
+      real(dp), parameter :: close = 1e-10_dp
+      real(dp) :: factor, value, change, rise
+      integer :: attempt
+      if (failure%failed()) return
+      if (s%model%control%quantity == 'load') then
+         call rescale(s, target, failure)
+         return
+      end if
+      call look_at_frame(s%growing, s%problem, s%model%control%stiffness, failure)
+      do attempt = 1, most
+         factor = s%growing%load_factor
+         value = controlled(s)
+         associate (compliance => s%growing%compliance)
+            if (abs(value - target) <= close*max(abs(target), abs(compliance*factor))) return
+            if (.not. abs(compliance) > 0 .and. abs(factor) > 0) compliance = value/factor
+            if (.not. abs(compliance) > 0) exit
+            change = (target - value)/compliance
+            call rescale(s, factor + change, failure)
+            if (failure%failed()) return
+            rise = controlled(s) - value
+            if (abs(rise) > close*abs(value)) compliance = rise/change
+         end associate
+      end do
+      call failure%report(exit_computation, s%problem%state%when()//'no load was found that brings the load frame to its '// &
+                          'displacement: what is scaled hardly moves it')
+   end subroutine load_to
 end module hampm_growth

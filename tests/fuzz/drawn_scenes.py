@@ -367,6 +367,24 @@ class Drawing:
             found.append(["load", keys | self.history()])
         return found
 
+    def control(self, scene):
+        """The keys of a load frame; of the scene what it drives has no history of its own."""
+        chance, move = self.chance, self.strain * self.cell * self.size[1]
+        forces = any(not keys.get("held") for keys in groups(scene, "load"))
+        for keys in groups(scene, "load") + groups(scene, "constraint"):
+            if forces and "displacement" in keys:
+                keys["held"] = True
+            if not keys.get("held"):
+                for key in HISTORY_KEYS:
+                    keys.pop(key, None)
+        keys = {"quantity": chance.choice(["growth", "load", "displacement", "displacement"]), "stiffness": chance.choice([0.0, 0.1, 1.0]) * self.young * self.thickness}
+        if keys["quantity"] == "displacement":
+            keys["displacement"] = chance.choice([0.3, 1.0, 3.0]) * move
+        if keys["quantity"] != "growth":
+            keys |= chance.choice([{}, {"history": "ramp", "rise_time": 0.8 * self.end},
+                                   {"history": "table", "times": [0.0, 0.4 * self.end, 0.7 * self.end, self.end], "factors": [0.0, 1.0, 0.4, 1.2]}])
+        return keys
+
     def method(self):
         """The keys of the method."""
         chance = self.chance
@@ -461,6 +479,8 @@ class Drawing:
                  ["output", output]]
         if self.time != "static" and chance.random() < 0.25:
             scene.append(["damping", {"rate": chance.choice([0.01, 0.1]) / self.tick}])
+        if self.grows and self.time == "static" and chance.random() < 0.4:
+            scene.append(["control", self.control(scene)])
         if chance.random() < 0.25:                                         # a change too many
             name = chance.choice([name for name, _ in scene if name in CHOICES])
             key = chance.choice(list(CHOICES[name]))

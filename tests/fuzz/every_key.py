@@ -94,6 +94,15 @@ SCENES = {
     + "&load kind = 'point' lower = 10e-3, 0.0 upper = 10e-3, 0.0 force = 10.0, 5.0 held = .true. /\n"
     + "&constraint lower = -10e-3, 4e-3 upper = -10e-3, 6e-3 fix = 'x' displacement = 1e-8, 0.0 held = .true. /\n"
     + J.format("radii = 2e-3") + "&growth crack = 'p' toughness = 100 increment = 2.2e-3 max_length = 25e-3 tips = 'largest' /\n" + STATIC.format("load_steps = 2"),
+    "growth in a load frame": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("radii = 2e-3")
+    + "&growth crack = 'p' toughness = 1.0 increment = 2.2e-3 direction = 'straight' /\n&control quantity = 'displacement' displacement = 1e-6 stiffness = 1e9 "
+    + "history = 'ramp' rise_time = 1.0 /\n" + STATIC.format("load_steps = 2"),
+    "growth, unloaded": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("radii = 2e-3")
+    + "&growth crack = 'p' toughness = 1.0 increment = 2.2e-3 direction = 'straight' /\n&control quantity = 'displacement' displacement = 1e-6 "
+    + "history = 'table' times = 0.0, 0.6, 1.0 factors = 0.0, 1.0, 0.5 /\n" + STATIC.format("load_steps = 3"),
+    "growth in cycles": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("radii = 2e-3")
+    + "&growth crack = 'p' toughness = 1.0 increment = 2.2e-3 direction = 'straight' /\n&control quantity = 'displacement' displacement = 1e-6 "
+    + "history = 'sine' frequency = 0.4 /\n" + STATIC.format("load_steps = 3"),
     "growth by toughness": plate(end="8e-6", cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("")
     + "&growth crack = 'p' law = 'toughness' toughness = 0.1 limit_speed = 1500 exponent = 2 /\n" + EVERY.format("1e-6"),
     "growth along points": plate(end="8e-6", cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("")
@@ -164,7 +173,8 @@ VALUES = {
     "constraint.lower": ["-8e-3,-10e-3", "2e-3,-10e-3", "0.06,0.0"], "constraint.upper": ["8e-3,-10e-3"], "constraint.displacement": ["1e-6,0.0", "0.0,1e-6", "1e-6,1e-6"],
     "constraint.velocity": ["1e-2,0.0", "0.0,1e-2"], "constraint.start": ["1e-6", "0.3", "-1e-6"], "constraint.rise_time": ["1e-6", "0.5"],
     "constraint.frequency": ["1e4", "0.9*"], "constraint.times": ["0.0,2e-6", "0.0,0.5"], "constraint.factors": ["0.0,0.5", "1.0,2.0"], "constraint.name": ["bar"],
-    "constraint.history": HISTORIES, "load.history": HISTORIES,
+    "constraint.history": HISTORIES, "load.history": HISTORIES, "control.history": HISTORIES, "control.displacement": ["0.9*"], "control.stiffness": ["0.5*", "1e8"],
+    "control.start": ["1e-6", "0.3", "-1e-6"], "control.rise_time": ["0.9", "0.5"], "control.frequency": ["0.3"], "control.times": ["0.0,0.5"], "control.factors": ["0.0,0.5", "1.0,2.0"],
     "load.lower": ["-8e-3,10e-3"], "load.upper": ["8e-3,10e-3"], "load.force": ["0.9*", "10.0,10.0"], "load.pressure": ["0.9*", "1e5"], "load.crack": ["p", "q"],
     "load.acceleration": ["0.9*", "1.0,1.0"], "load.start": ["1e-6", "0.3", "-1e-6"], "load.rise_time": ["1e-6", "0.5"], "load.frequency": ["1e4", "0.9*"],
     "load.times": ["0.0,2e-6", "0.0,0.5"], "load.factors": ["0.0,0.5", "1.0,2.0"], "damping.rate": ["1e3", "1.0"], "contact.friction": ["0.2"], "contact.distance": ["0.01", "1e-4"],

@@ -23,9 +23,10 @@ DIMENSIONS = {
     "cohesive": dict.fromkeys(("from", "opening", "openings"), LENGTH) | dict.fromkeys(("strength", "tractions", "strength_shear"), PRESSURE)
     | dict.fromkeys(("toughness", "toughness_shear"), TOUGHNESS),
     "growth": {"points": LENGTH, "toughness": TOUGHNESS, "limit_speed": SPEED, "speed": SPEED, "start": TIME, "end": TIME, "increment": LENGTH, "max_length": LENGTH},
+    "control": {"displacement": LENGTH, "stiffness": (1, 0, -2)},
     "energy_release": {"radii": LENGTH, "reference_value": TOUGHNESS}, "output": {"history_interval": TIME, "snapshot_interval": TIME},
 }
-for _name in ("constraint", "load"):
+for _name in ("constraint", "load", "control"):
     DIMENSIONS[_name] |= {"start": TIME, "rise_time": TIME, "times": TIME, "frequency": RATE}
 UNITS = {"s": TIME, "1": NOTHING, "m": LENGTH, "J": (1, 2, -2), "kg m/s": (1, 1, -1), "kg m2/s": (1, 2, -1), "N": FORCE, "J/m2": TOUGHNESS, "Pa m^0.5": (1, -0.5, -2), "Pa": (1, -1, -2),
          "rad": NOTHING, "deg": NOTHING, "m/s": SPEED}
@@ -139,6 +140,8 @@ def thicker(scene, factor):
     for keys in groups(scene, "load"):
         if "force" in keys:
             keys["force"] = scaled(keys["force"], factor)
+    for keys in groups(scene, "control"):
+        keys["stiffness"] = keys.get("stiffness", 0.0) * factor
     return scene
 
 

@@ -7,12 +7,12 @@ program test_load_search
 
    call try([0.0_dp], [3.0_dp], [0.0_dp], .true., 1/3.0_dp, 2, 'one tip, all loads scaled')
    call try([-2.0_dp], [3.0_dp], [0.0_dp], .false., 1.0_dp, 4, &
-            'held loads press a crack together, whose faces have gone through each other where the search begins')
+            'held loads press a crack together, whose faces interpenetrate where the search begins')
    call try([-20.0_dp], [3.0_dp], [0.0_dp], .false., 7.0_dp, 5, 'the same, far beyond where it begins')
    call try([0.4_dp], [3.0_dp], [0.0_dp], .false., 0.2_dp, 5, 'held loads open it')
    call try([-2.0_dp], [3.0_dp], [0.6_dp], .false., (2 + 0.8_dp)/3, 5, 'with shear that is held')
    call try([-2.0_dp, -8.0_dp, 0.0_dp], [3.0_dp, 2.0_dp, 1.0_dp], [0.6_dp, 0.0_dp, 0.0_dp], .false., (2 + 0.8_dp)/3, 5, &
-            'the first of three tips, of which another has more G with faces gone through each other')
+            'the first of three tips, of which another has more G with faces that interpenetrate')
    call try([-1e6_dp], [3.0_dp], [0.0_dp], .false., (1e6_dp + 1)/3, 15, 'a load that hardly counts where the search begins')
    call finish()
 
