@@ -415,7 +415,8 @@ module hampm_rules
              "the load of a frame and its displacement are one pair", use="&constraint held = .true."), &
       rule_t("&constraint velocity and &constraint held = .false.", not_with, "&control", mechanics, &
              "the frame tells how much is moved", use="&constraint displacement"), &
-      (rule_t(trim(acting(k))//" history = 'ramp' | 'smooth_ramp' | 'sine' | 'table' and "//trim(acting(k))//" held = .false.", not_with, &
+      (rule_t(trim(acting(k))//" history = 'ramp' | 'smooth_ramp' | 'sine' | 'table' and "//trim(acting(k))// &
+              " held = .false.", not_with, &
               "&control", mechanics, "the frame tells how loads change", use="&control history"), &
        rule_t(trim(acting(k))//" start and "//trim(acting(k))//" held = .false.", not_with, &
               "&control", mechanics, "the frame tells how loads change", use="&control start"), k=1, size(acting)), &
