@@ -4,9 +4,9 @@ module hampm_program
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use hampm_input_warnings, only: notes_of
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
-   use hampm_command_line, only: options_t, usage_text
+   use hampm_command_line, only: options_t, changes_model, usage_text
    use hampm_continuation, only: rebuild
-   use hampm_failure, only: failure_t, exit_file, exit_stopped
+   use hampm_failure, only: failure_t, exit_file, exit_input, exit_stopped
    use hampm_file_moves, only: file_exists
    use hampm_folders, only: is_folder
    use hampm_interface_step, only: forget_faces
@@ -24,7 +24,7 @@ module hampm_program
    use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, build, warnings
    use hampm_summary, only: summary, summary_json, solver_report, tip_report, equilibrium_report, equilibrium_proposal
-   use hampm_text, only: digits_text, to_text, three_digits
+   use hampm_text, only: digits_text, string_t, to_text, three_digits
    use hampm_threads, only: check_threads, surplus_threads, use_threads, thread_count, thread_report
    use hampm_version, only: version, release_of, commit_of
    implicit none
@@ -171,20 +171,32 @@ contains
       type(simulation_t), intent(out) :: simulation
       type(failure_t), intent(inout) :: failure
       type(checkpoint_t) :: checkpoint
-      character(:), allocatable :: text
+      type(model_t) :: before
+      character(:), allocatable :: text, begun
       call checkpoint%open(options%resume)
       if (checkpoint%other_build() /= '') call print_message(checkpoint%other_build(), kind='warning: ')
       call checkpoint%archive_text('scene', text)
+      call checkpoint%archive_text('scene_of_result', begun)
       if (checkpoint%failure%failed()) then
          call checkpoint%finish(failure)
          return
       end if
-      call understand_model(options%resume, text, options%overrides, model, failure)
+      call understand_model(options%resume, text, [string_t ::], before, failure)
+      if (.not. failure%failed()) call understand_model(options%resume, text, options%overrides, model, failure)
       if (failure%failed()) return
-      model%as_used = text
+      if (.not. changes_model(options)) model%as_used = text
+      model%as_begun = begun
+      if (abs(model%output%history_interval - before%output%history_interval) > 1e-9_dp*before%output%history_interval) then
+         call failure%report(exit_input, '--set: with --resume end_time/load_steps has to stay '// &
+                             to_text(before%output%history_interval)//' s, the load step; change both')
+         return
+      end if
       if (.not. options%check) call refuse_files_of_others(result_path(model, folder_of(options)), failure)
       if (.not. failure%failed()) call weigh(model, options%threads, resources, failure)
       if (.not. failure%failed()) call rebuild(model, options%threads, checkpoint, simulation, failure)
+      if (failure%failed() .or. simulation%problem%state%time <= model%run%end_time) return
+      call failure%report(exit_input, '--set run.end_time: the run has come to '//to_text(simulation%problem%state%time)// &
+                          ' s, and cannot end before that')
    end subroutine resume
 
    !> Refuse to begin a run where there are files of others and, unless it is forced, a result or a checkpoint of one.
@@ -240,6 +252,9 @@ contains
       if (failure%code == exit_stopped) return
       report = solver_report(simulation)
       if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
+      if (allocated(simulation%stopped_when) .and. .not. (options%quiet .or. failure%failed())) &
+         write (output_unit, '(a)') 'ended at t = '//to_text(simulation%problem%state%time)//' s by &run stop_when, '// &
+         simulation%stopped_when
       if (.not. (options%quiet .or. failure%failed())) then
          write (output_unit, '(a)', advance='no') as_lines(tip_report(simulation))
          if (simulation%distance_to_equilibrium >= 0) &

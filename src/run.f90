@@ -19,6 +19,7 @@ module hampm_run
    use hampm_recording, only: open_results, next_output, is_due, record, record_end, show_progress
    use hampm_simulation, only: simulation_t, measure_state
    use hampm_static_start, only: begin_at_rest
+   use hampm_stopping, only: look_for_end
    implicit none
    private
    public :: run, measured_duration
@@ -40,9 +41,10 @@ contains
          call s%progress%start(s%model%run%end_time, quiet)
          call show_progress(s, last=.false.)
          if (.not. resumes) call begin(s, failure)
-         do while (s%problem%state%time < s%model%run%end_time .and. .not. failure%failed())
+         do while (s%problem%state%time < s%model%run%end_time .and. .not. (failure%failed() .or. allocated(s%stopped_when)))
             call advance_to(s, next_output(s), failure)
             call record(s, failure)
+            if (.not. failure%failed()) call look_for_end(s)
          end do
          call record_end(s, failure)
       end if

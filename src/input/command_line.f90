@@ -7,7 +7,7 @@ module hampm_command_line
    use hampm_values, only: parse_real, is_number
    implicit none
    private
-   public :: options_t, command_arguments, parse_arguments, usage_text
+   public :: options_t, changes_model, command_arguments, parse_arguments, usage_text
 
    !> What the command line asks for.
    type :: options_t
@@ -55,6 +55,10 @@ module hampm_command_line
       option_t('--help', .false., '--help', 'print this')]
 
    integer, parameter :: most_threads = 1024
+
+   ! What of a run that is resumed may be changed: when checkpoints are written, and when it ends
+   character(*), parameter :: of_checkpoints(*) = [character(26) :: 'output.checkpoint_interval', 'output.checkpoint_steps']
+   character(*), parameter :: of_end(*) = [character(26) :: 'run.end_time', 'method.load_steps', 'run.stop_']
 
 contains
 
@@ -114,12 +118,27 @@ contains
       if (options%check) call errors%add('--resume and --check: give one of the two')
       do i = 1, size(options%overrides)
          associate (text => options%overrides(i)%text)
-            if (index(lower_case(adjustl(text)), 'output.checkpoint_interval') /= 1 .and. &
-                index(lower_case(adjustl(text)), 'output.checkpoint_steps') /= 1) call errors%add('--set '// &
-               printable(text, 200)//': with --resume only output.checkpoint_interval and output.checkpoint_steps can be changed')
+            if (.not. (is_one_of(text, of_checkpoints) .or. is_one_of(text, of_end))) call errors%add('--set '// &
+               printable(text, 200)//': with --resume only run.end_time, method.load_steps, run.stop_..., '// &
+               'output.checkpoint_interval and output.checkpoint_steps can be changed')
          end associate
       end do
    end subroutine check_resume
+
+   !> Whether an override is of one of these keys.
+   pure logical function is_one_of(text, keys)
+      character(*), intent(in) :: text           !! `group.key=value`
+      character(*), intent(in) :: keys(:)        !! how they begin
+      integer :: k
+      is_one_of = any([(index(lower_case(adjustl(text)), trim(keys(k))) == 1, k=1, size(keys))])
+   end function is_one_of
+
+   !> Whether overrides of a run that is resumed are of when it ends, which is a part of its model.
+   pure logical function changes_model(options)
+      type(options_t), intent(in) :: options
+      integer :: i
+      changes_model = any([(is_one_of(options%overrides(i)%text, of_end), i=1, size(options%overrides))])
+   end function changes_model
 
    !> Note the name of the namelist file; complain about a second one.
    pure subroutine take_file(name, options, errors)

@@ -22,7 +22,8 @@ module hampm_conditions
       'growth scales forces beside motions', &
       'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
       'a pressed path that grows in motion', 'samples apart from load steps', 'a body of it', &
-      'another body of that group', 'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it']
+      'another body of that group', 'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it', &
+      'a load that is recorded']
 
    integer, parameter :: most_atoms = 6, most_choices = 8, word_len = 24
    integer, parameter :: is_present = 1, is_set = 2, is_one_of = 3, is_none_of = 4, is_above = 5, is_below = 6, is_named = 7
@@ -247,6 +248,8 @@ contains
          has = has_scaled_forces(model) .or. has_scaled_motions(model)
        case ('growth scales forces beside motions')
          has = has_scaled_forces(model) .and. has_scaled_motions(model)
+       case ('a load that is recorded')
+         has = any(model%growth%law%is_static) .or. any(model%constraints%name /= '')
        case ('a body of it')                     ! of a material
          has = any(model%materials%name == settings%text(entry, 'name'))
        case ('cohesion all along it')            ! along a crack

@@ -41,6 +41,7 @@ module hampm_model
       type(energy_release_t) :: energy_release
       type(output_t) :: output
       character(:), allocatable :: as_used       !! complete namelist text: every key with the value in force
+      character(:), allocatable :: as_begun      !! the same as the run was begun, before it was resumed with other values
       character(:), allocatable :: warned        !! what the table of rules warns of, a line each
       character(:), allocatable :: noted         !! what it tells, a line each
    contains

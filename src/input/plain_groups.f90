@@ -65,6 +65,8 @@ module hampm_plain_groups
 
    type(group_t), parameter :: run_group = group_t('run', once, is_required, 'what is computed, and for how long')
 
+   integer, parameter :: most_ends = 3           !! of a run, before its time
+
    type(key_t), parameter :: run_keys(*) = [ &
       key_t('title', type_text, 'what the run is about; the result keeps it', example='DCB, suddenly loaded'), &
       key_t('plane', type_name, 'plane stress, plane strain, or material around the axis x = 0, where x is the radius', &
@@ -72,7 +74,13 @@ module hampm_plain_groups
       key_t('thickness', type_real, 'thickness of the plane; forces and energies are those of all of it', default='1.0', &
             example='0.01', unit='m', allowed=positive), &
       key_t('end_time', type_real, 'the run goes from time 0 to this time', example='1.5e-3', unit='s', allowed=positive, &
-            required=.true.)]
+            required=.true.), &
+      key_t('stop_when', type_name, 'what ends the run before that, at a sample; none by default', &
+            allowed='arrested|load_dropped|crack_length|separated', fewest=0, most=most_ends), &
+      key_t('stop_length', type_real, 'of crack_length: length of a whole crack', default='0.0', unit='m', allowed=not_negative), &
+      key_t('stop_load', type_real, 'of load_dropped: part of the largest load so far', default='0.5', allowed='(0, 1)'), &
+      key_t('stop_rest', type_real, 'of arrested, in motion: time for which no tip has grown', default='0.0', unit='s', &
+            allowed=not_negative)]
 
    !> &run: what is computed, and for how long.
    type :: run_t
@@ -80,6 +88,10 @@ module hampm_plain_groups
       character(name_len) :: plane = ''          !! 'stress', 'strain' or 'axisymmetric'
       type(thickness_t) :: thickness
       real(dp) :: end_time = 0                   !! [s]
+      character(name_len) :: stop_when(most_ends) = '' !! 'arrested', 'load_dropped' or 'crack_length'; '' for none
+      real(dp) :: stop_length = 0                !! of a crack [m]
+      real(dp) :: stop_load = 0                  !! over the largest so far [-]
+      real(dp) :: stop_rest = 0                  !! of tips [s]
    end type run_t
 
    type(group_t), parameter :: grid_group = group_t('grid', once, is_required, &

@@ -61,6 +61,7 @@ contains
       call check_consistency(model, settings)
       call settings%errors%tell(failure)
       if (.not. failure%failed()) model%as_used = canonical_text(settings)
+      if (.not. failure%failed()) model%as_begun = model%as_used
       if (present(written)) written = settings
    end subroutine understand_model
 

@@ -141,6 +141,18 @@ module hampm_rules
       rule_t("&body eigenstrain and a fourth value of the eigenstrain", warned_with, "&run plane = 'stress'", mechanics, &
              "the fourth value has no effect, as the thickness is free")]
 
+   type(rule_t), parameter :: of_ends(*) = [ &
+      rule_t("&run stop_when = 'separated'", not_with, "", not_built, "bodies do not separate"), &
+      rule_t("&run stop_when = 'crack_length'", requires, "&run stop_length > 0"), &
+      rule_t("&run stop_when = 'crack_length'", requires, "&crack"), &
+      rule_t("&run stop_when = 'arrested'", requires, "&growth"), &
+      rule_t("&run stop_when = 'load_dropped'", requires, "a load that is recorded", &
+             reason="it is the force of a constraint with a name, or the load factor of growth at rest"), &
+      rule_t("&run stop_length", requires, "&run stop_when = 'crack_length'"), &
+      rule_t("&run stop_load", requires, "&run stop_when = 'load_dropped'"), &
+      rule_t("&run stop_rest", requires, "&run stop_when = 'arrested'"), &
+      rule_t("&run stop_rest", no_effect_with, "&method time = 'static'", mechanics, "a static model has no time")]
+
    type(rule_t), parameter :: of_histories(*) = [ &
       (rule_t(trim(in_time(k))//" rise_time", requires, trim(in_time(k))//" history = 'ramp' | 'smooth_ramp'"), &
        rule_t(trim(in_time(k))//" frequency", requires, trim(in_time(k))//" history = 'sine'"), &
@@ -493,6 +505,6 @@ module hampm_rules
 
    !> All rows.
    type(rule_t), parameter :: rules(*) = [ &
-      of_rings, of_grids, of_materials, of_bodies, of_histories(:of_a_group), of_constraints, &
+      of_ends, of_rings, of_grids, of_materials, of_bodies, of_histories(:of_a_group), of_constraints, &
       of_histories(of_a_group + 1:), of_loads, of_contact, of_method, of_refinement, of_cracks, of_cohesion, of_growth, of_energies]
 end module hampm_rules

@@ -49,6 +49,7 @@ contains
       s%lengths = s%results%lengths()
       call checkpoint%create(checkpoint_name(s%results%path))
       call checkpoint%archive_text('scene', s%model%as_used)
+      call checkpoint%archive_text('scene_of_result', s%model%as_begun)
       call archive_cracks(s%cracks, checkpoint)
       call archive_growing(s%growing, checkpoint)
       call keep_problem(checkpoint, s%cracks, s%problem)
@@ -111,6 +112,7 @@ contains
       call s%integrator%serialise(s%problem, checkpoint)
       call checkpoint%serialise('samples', s%samples)
       call checkpoint%serialise('snapshots', s%snapshots)
+      call checkpoint%serialise('largest_load', s%largest_load)
       n = 0
       if (.not. checkpoint%is_read) n = size(s%lengths)
       call checkpoint%serialise('number_lengths', n)

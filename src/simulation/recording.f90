@@ -35,7 +35,7 @@ contains
       call ensure_folder(folder, failure)
       if (failure%failed()) return
       if (allocated(s%lengths)) then
-         call s%results%resume(result_path(s%model, folder), s%model%as_used, s%lengths, failure)
+         call s%results%resume(result_path(s%model, folder), s%model%as_begun, s%lengths, failure)
       else
          call s%results%create(result_path(s%model, folder), failure)
       end if
@@ -206,6 +206,9 @@ contains
          call s%results%add_attribute('/history', 'warnings', warnings(s), failure)
          if (s%distance_to_equilibrium >= 0) &
             call s%results%add_attribute('/history', 'distance_to_equilibrium', s%distance_to_equilibrium, failure)
+         if (allocated(s%stopped_when)) call s%results%add_attribute('/history', 'stopped_when', s%stopped_when, failure)
+         if (s%model%as_used /= s%model%as_begun) & ! which is what the result has
+            call s%results%add_attribute('/history', 'end_time', s%model%run%end_time, failure)
          call tell_motion(s, failure)
       case (exit_computation)
          call s%results%add_attribute('/history', 'ended', failure%message, unwritten)

@@ -51,6 +51,8 @@ module hampm_simulation
       real(dp) :: dt = 0                         !! last time step: not longer, and such that outputs fall on their times [s]
       integer(long) :: samples = 0               !! rows of the history so far
       integer(long) :: snapshots = 0             !! snapshots so far
+      real(dp) :: largest_load = 0               !! of the samples so far, see `hampm_stopping`
+      character(:), allocatable :: stopped_when  !! why it has ended before its end time; not allocated where it has not
       integer(long), allocatable :: lengths(:)   !! of the result that is continued; not allocated where a new one begins
       character(:), allocatable :: warning       !! of the model and of the run-time checks, a line each; not allocated where
                                                  !! there is none

@@ -474,6 +474,8 @@ class Drawing:
         if chance.random() < 0.5:
             output["snapshot_interval"] = self.end / 2
         run = {"plane": self.plane, "end_time": self.end} | ({} if self.plane == "axisymmetric" else {"thickness": self.thickness})
+        if self.grows and chance.random() < 0.3:
+            run |= chance.choice([{"stop_when": ["arrested"]}, {"stop_when": ["crack_length"], "stop_length": 5 * self.cell}])
         scene = [["run", run], ["grid", grid], *bodies,
                  *self.cracks(), *self.constraints(), *self.loads(), ["method", self.method()], *self.refine(), ["energy_release", self.energy_release()],
                  ["output", output]]

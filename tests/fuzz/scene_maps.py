@@ -12,7 +12,7 @@ from drawn_scenes import copy_of, groups
 LENGTH, TIME, NOTHING = (0, 1, 0), (0, 0, 1), (0, 0, 0)
 PRESSURE, SPEED, RATE, TOUGHNESS, FORCE = (1, -1, -2), (0, 1, -1), (0, 0, -1), (1, 0, -2), (1, 1, -2)
 DIMENSIONS = {
-    "run": {"thickness": LENGTH, "end_time": TIME}, "grid": {"lower": LENGTH, "cell": LENGTH},
+    "run": {"thickness": LENGTH, "end_time": TIME, "stop_length": LENGTH, "stop_rest": TIME}, "grid": {"lower": LENGTH, "cell": LENGTH},
     "material": {"density": (1, -3, 0), "relaxation_times": TIME}
     | dict.fromkeys(("young", "yield_stress", "hardening", "saturation", "kinematic_hardening", "c01", "moduli", "young_1", "young_2", "young_3", "shear_12"), PRESSURE),
     "body": dict.fromkeys(("lower", "upper", "points", "center", "radius"), LENGTH) | {"velocity": SPEED, "spin": RATE},

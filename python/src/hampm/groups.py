@@ -17,6 +17,14 @@ class Run(Group):
     """Thickness of the plane; forces and energies are those of all of it [m]; (0, inf); default 1.0"""
     end_time: float | None
     """The run goes from time 0 to this time [s]; (0, inf); required"""
+    stop_when: Literal['arrested', 'load_dropped', 'crack_length', 'separated'] | Sequence[Literal['arrested', 'load_dropped', 'crack_length', 'separated']] | None
+    """What ends the run before that, at a sample; none by default; no default"""
+    stop_length: float | None
+    """Of crack_length: length of a whole crack [m]; [0, inf); default 0.0"""
+    stop_load: float | None
+    """Of load_dropped: part of the largest load so far; (0, 1); default 0.5"""
+    stop_rest: float | None
+    """Of arrested, in motion: time for which no tip has grown [s]; [0, inf); default 0.0"""
 
 
 class Grid(Group):
