@@ -153,6 +153,12 @@ draw_chen() { intensity chen 51,101 86832 '$K_I / \sigma_0 \sqrt{\pi a}$' 'finit
 # shellcheck disable=SC2016
 draw_freund() { intensity freund 100,51 128958 '$K_I(t) / K_I(2.6\,H/c_d)$' 'closed form'; }
 
+# Two strain gauges beside a crack that a wave meets
+draw_gauge() {
+    run input/strain_gauge.nml strain_gauge
+    plot $out/strain_gauge.h5 --column strain_near --column strain_far --scale 1e-6 --label 'strain [1e-6]' --time-unit us --output $out/strain_gauge.png
+}
+
 # Both modes of a split beam under a moment on one arm come to rest
 draw_mixed_mode() {
     run input/mixed_mode.nml mixed_mode

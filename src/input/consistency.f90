@@ -11,6 +11,7 @@ module hampm_consistency
    use hampm_kinds, only: dp, name_len, ndim
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
    use hampm_path_consistency, only: check_paths
+   use hampm_probe_consistency, only: check_probes
    use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, particle_number, most_particles, point_text, &
                               spacing_of
    use hampm_model, only: model_t
@@ -56,6 +57,7 @@ contains
       call check_cohesive(model, settings)
       call check_growth(model, settings, has_bodies .and. settings%errors%count == before)
       call check_energy_release(model, settings, has_bodies .and. settings%errors%count == before)
+      call check_probes(model, settings, has_bodies .and. settings%errors%count == before)
       if (has_grid .and. model%method%mass == 'partial' .and. model%method%consistent_region == 'box') &
          call check_full_box(model, settings, settings%find('method', 1))
       call check_contact(model, settings)

@@ -12,7 +12,7 @@ module hampm_load_consistency
    use hampm_shape_consistency, only: comes_near_edges
    implicit none
    private
-   public :: check_constraints, check_loads, bodies_good
+   public :: check_constraints, check_loads, check_name, bodies_good
 
 contains
 
@@ -28,7 +28,7 @@ contains
          entry = settings%find('constraint', i)
          call check_history(model%constraints(i)%motion%history, entry, settings)
          call check_motion(model%constraints(i), entry, settings)
-         call check_name(model, i, entry, settings)
+         call check_name(model%constraints(:i)%name, 'constraint', entry, settings)
          if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper'))) cycle
          associate (constraint => model%constraints(i))
             if (any(constraint%upper < constraint%lower)) then
@@ -48,19 +48,19 @@ contains
       end do
    end subroutine check_constraints
 
-   !> The name of a constraint is its own, and good for a column.
-   pure subroutine check_name(model, number, entry, settings)
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: number                !! of the constraint
-      integer, intent(in) :: entry                 !! position of its group
+   !> The last of some names is its own, and good for a column; '' is none.
+   pure subroutine check_name(names, group, entry, settings)
+      character(*), intent(in) :: names(:)
+      character(*), intent(in) :: group            !! name of the groups that have these
+      integer, intent(in) :: entry                 !! position of that with the last one
       type(settings_t), intent(inout) :: settings
       character(*), parameter :: allowed = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_'
-      associate (name => model%constraints(number)%name)
+      associate (name => names(size(names)))
          if (name == '') return
          if (verify(trim(name), allowed) > 0) then
             call settings%complain(entry, 'name', 'must be of letters, digits and _, as names of columns are')
-         else if (any(model%constraints(:number - 1)%name == name)) then
-            call settings%complain(entry, 'name', 'must differ from the name of every other constraint')
+         else if (any(names(:size(names) - 1) == name)) then
+            call settings%complain(entry, 'name', 'must differ from the name of every other '//group)
          end if
       end associate
    end subroutine check_name
@@ -89,6 +89,7 @@ contains
       do i = 1, size(model%loads)
          entry = settings%find('load', i)
          call check_history(model%loads(i)%history, entry, settings)
+         call check_name(model%loads(:i)%name, 'load', entry, settings)
          if (.not. settings%good(entry, 'kind')) cycle
          if (is_on_faces(model%loads(i))) call check_pressed(model, model%loads(i), entry, settings)
          if (any([size(settings%numbers(entry, 'lower')), size(settings%numbers(entry, 'upper'))] /= ndim) .or. &

@@ -78,7 +78,8 @@ module hampm_load_groups
             allowed=any_number, fewest=ndim, most=ndim), &
       key_t('face', type_name, 'of a point or traction on a line or path: its face, as one walks to its tip or last point', &
             default='none', allowed='none|left|right'), &
-      history_keys]
+      history_keys, &
+      key_t('name', type_text, 'by which a &probe means it')]
 
    !> &load: a force and its history.
    type :: load_spec_t
@@ -92,6 +93,7 @@ module hampm_load_groups
       character(name_len) :: crack = ''          !! name of the crack that the pressure is on
       real(dp) :: acceleration(ndim) = 0         !! [m/s2]
       type(time_history_t) :: history            !! of its factor
+      character(name_len) :: name = ''           !! '' for none
    end type load_spec_t
 
 contains
@@ -173,6 +175,7 @@ contains
             load%face = settings%text(entry, 'face')
             call fill_history(settings, entry, load%history)
             load%history%held = settings%flag(entry, 'held')
+            load%name = settings%text(entry, 'name')
          end associate
       end do
    end subroutine fill_loads

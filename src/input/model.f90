@@ -12,6 +12,7 @@ module hampm_model
                                  growth_t, fill_growth
    use hampm_plain_groups, only: grid_spec_t, run_t, damping_t, output_t, body_contact_spec_t, method_t
    use hampm_material_group, only: material_spec_t, fill_materials
+   use hampm_probe_group, only: probe_t, fill_probes
    use hampm_namelist_text, only: component_text
    use hampm_settings, only: settings_t
    use hampm_tolerance, only: position_tolerance
@@ -19,7 +20,7 @@ module hampm_model
    private
    public :: model_t, fill_model, area_around, path_of, cuts_cells, has_shapes, cracks_cut_cells, mass_acts, mass_used, run_t, &
              grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
-             damping_t, body_contact_spec_t, method_t, refine_t, path_spec_t, growth_t, energy_release_t, output_t
+             damping_t, body_contact_spec_t, method_t, refine_t, path_spec_t, growth_t, energy_release_t, probe_t, output_t
 
    !> All groups.
    type :: model_t
@@ -39,6 +40,7 @@ module hampm_model
       type(growth_t), allocatable :: growth(:)
       type(control_t) :: control
       type(energy_release_t) :: energy_release
+      type(probe_t), allocatable :: probes(:)
       type(output_t) :: output
       character(:), allocatable :: as_used       !! complete namelist text: every key with the value in force
       character(:), allocatable :: as_begun      !! the same as the run was begun, before it was resumed with other values
@@ -86,6 +88,7 @@ contains
       call fill_growth(settings, model%growth)
       call fill_control(settings, model%control)
       call fill_energy_release(settings, model%energy_release)
+      call fill_probes(settings, model%probes)
       call find_materials(model)
       call place_lines(model)
       call find_growing_paths(model)

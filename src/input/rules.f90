@@ -50,6 +50,7 @@ module hampm_rules
                                              "&load on = 'crack'", "&load face = 'left' | 'right'", '&cohesive']
    character(*), parameter :: with_forces(*) = [character(48) :: 'cracks that cut cells', &
                                                 "&crack contact = 'frictionless' | 'friction'", '&cohesive']
+   character(*), parameter :: of_place(*) = [character(12) :: 'displacement', 'velocity', 'stress', 'strain']
    integer :: k
 
    character(*), parameter :: with_history = "&material law = {laws with a history}"
@@ -501,10 +502,28 @@ module hampm_rules
              "the closed form is for forces", use="reference = 'value'"), &
       rule_t("&energy_release reference = 'dcb'", not_with, "&growth", mechanics, "the closed form is for a stationary crack")]
 
+   type(rule_t), parameter :: of_probes(*) = [ &
+      (rule_t("&probe quantity = '"//trim(of_place(k))//"'", requires, "&probe at"), k=1, size(of_place)), &
+      rule_t("&probe at", requires, "&probe quantity = 'displacement' | 'velocity' | 'stress' | 'strain'"), &
+      rule_t("&probe quantity = 'velocity'", not_with, "&method time = 'static'", mechanics, "a static model has no velocity"), &
+      rule_t("&probe face = 'left' | 'right'", requires, "&probe at"), &
+      rule_t("&probe quantity = 'opening' | 'volume'", requires, "&crack"), &
+      rule_t("&probe quantity = 'opening' | 'volume' and several cracks", requires, "&probe of", &
+             reason="the name selects the crack"), &
+      rule_t("&probe quantity = 'load_line'", requires, "&probe of", reason="the name selects the load or constraint"), &
+      rule_t("&probe quantity = 'load_line'", not_with, "&probe quantity = 'opening' | 'volume'", &
+             reason="of is a crack there", use="two probes"), &
+      rule_t("&probe of", requires, "&probe quantity = 'opening' | 'volume' | 'load_line'"), &
+      rule_t("&probe quantity = 'opening'", requires, "&probe distance > 0"), &
+      rule_t("&probe distance", requires, "&probe quantity = 'opening'"), &
+      rule_t("&load name", no_effect_without, "&probe quantity = 'load_line'"), &
+      rule_t("&probe tip = 'first'", requires, "&probe quantity = 'opening'")]
+
    integer, parameter :: of_a_group = 7          !! rows of histories
 
    !> All rows.
    type(rule_t), parameter :: rules(*) = [ &
       of_ends, of_rings, of_grids, of_materials, of_bodies, of_histories(:of_a_group), of_constraints, &
-      of_histories(of_a_group + 1:), of_loads, of_contact, of_method, of_refinement, of_cracks, of_cohesion, of_growth, of_energies]
+      of_histories(of_a_group + 1:), of_loads, of_contact, of_method, of_refinement, of_cracks, of_cohesion, of_growth, &
+      of_energies, of_probes]
 end module hampm_rules

@@ -278,14 +278,21 @@ contains
       if (self%good(entry, key)) vector = self%entries(entry)%settings(row_of(self%entries(entry), key))%numbers
    end function vector
 
-   !> The text that a validated key holds; '' where it holds none.
-   pure function text(self, entry, key)
+   !> The text that a validated key holds, the first or the n-th; '' where it holds none.
+   pure function text(self, entry, key, n)
       class(settings_t), intent(in) :: self
       integer, intent(in) :: entry
       character(*), intent(in) :: key
+      integer, intent(in), optional :: n
       character(:), allocatable :: text
+      integer :: i
+      i = 1
+      if (present(n)) i = n
       text = ''
-      if (self%good(entry, key)) text = self%entries(entry)%settings(row_of(self%entries(entry), key))%values(1)%text
+      if (.not. self%good(entry, key)) return
+      associate (setting => self%entries(entry)%settings(row_of(self%entries(entry), key)))
+         if (i <= setting%count) text = setting%values(i)%text
+      end associate
    end function text
 
    !> Whether a validated list of texts holds this one.

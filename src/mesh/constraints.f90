@@ -47,6 +47,7 @@ module hampm_constraints
       procedure :: fix
       procedure :: prescribed_at
       procedure :: prescribed_of_nodes
+      procedure :: prescribed_of_box
       procedure :: scale_ways
       procedure :: ways_at
       procedure :: have_held_ways
@@ -255,9 +256,7 @@ contains
       real(dp) :: ways(ndim, self%number())
       integer :: k
       do k = 1, size(ways, 2)
-         associate (motion => self%boxes(k)%motion)
-            ways(:, k) = motion%displacement*motion%history%factor(time) + motion%velocity*motion%history%integral(time)
-         end associate
+         ways(:, k) = self%prescribed_of_box(k, time)
       end do
    end function ways_at
 
@@ -292,6 +291,17 @@ contains
       have = .false.
       if (self%number() > 0) have = any(any(abs(self%ways_at(time)) > 0, dim=1) .and. .not. self%boxes%motion%history%held)
    end function have_scaled_ways
+
+   !> By how much box `k` is to have been moved at a time [m].
+   pure function prescribed_of_box(self, k, time) result(u)
+      class(constraints_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(dp), intent(in) :: time               !! [s]
+      real(dp) :: u(ndim)
+      associate (motion => self%boxes(k)%motion)
+         u = motion%displacement*motion%history%factor(time) + motion%velocity*motion%history%integral(time)
+      end associate
+   end function prescribed_of_box
 
    !> Set the fixed components of a nodal field to zero.
    pure subroutine hold(c, field)

@@ -23,6 +23,7 @@ module hampm_loads
 
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
+      integer :: number = 0                      !! of the load of the model of which it is the whole or a part
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
       type(time_history_t) :: history
       real(dp), allocatable :: fraction(:)       !! part of the resultant at each point [-], (points)

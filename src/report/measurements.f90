@@ -20,11 +20,13 @@ module hampm_measurements
    use hampm_grid, only: grid_t
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place
    use hampm_history, only: history_t
+   use hampm_joints, only: groups_of_bodies, velocity_fields_of
    use hampm_loads, only: load_t
    use hampm_mass_solver, only: mass_solver_t, new_mass_solver, archive_solver
    use hampm_problem, only: problem_t, is_weighed, stored_energy, kinetic_energy
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_particles, only: particles_t
+   use hampm_probes, only: record_probes
    use hampm_results, only: results_t
    use hampm_model, only: model_t
    use hampm_interface_placement, only: openings_t, find_openings
@@ -75,6 +77,7 @@ module hampm_measurements
       type(face_overlap_t), allocatable :: overlap(:) !! of the faces of each crack
       real(dp) :: reaction(ndim) = 0             !! force of all constraints on the bodies, where there is a crack [N]
       real(dp), allocatable :: reactions(:, :)   !! of the constraints, where one has a name [N], (ndim, constraints)
+      integer, allocatable :: joined(:)          !! by body, which of them are one: those that touch, without contact between them
       type(history_t) :: history                 !! the columns and the latest row
    end type measurements_t
 
@@ -90,6 +93,7 @@ contains
       integer :: k
       call note_initial_energy(problem, m)
       m%rounding_energy = energy_of_rounding(model, problem%loads)
+      m%joined = groups_of_bodies(model) + size(model%bodies)*(velocity_fields_of(model) - 1)
       call angular_momentum(problem%particles, m%initial_angular_momentum, largest)
       allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
       do k = 1, size(m%crack)
@@ -306,6 +310,7 @@ contains
          if (size(m%crack) > 0 .and. size(model%constraints) > 0) &
             call history%record_vector('reaction', 'N', 'force of the constraints on the bodies', m%reaction)
          call record_reactions(model, m)
+         call record_probes(model, problem, cracks, m%joined, m%reactions, history)
          associate (by => model%refine%by)
             if (by%column /= '') call history%record(trim(by%column), '1', trim(by%meaning), m%indicator)
          end associate

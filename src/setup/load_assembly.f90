@@ -32,6 +32,7 @@ contains
       do k = 1, size(model%loads)
          associate (parts => loads(n + 1:n + parts_of(model, model%loads(k))))
             do i = 1, size(parts)
+               parts(i)%number = k
                parts(i)%history = model%loads(k)%history
             end do
             call place_load(model, model%loads(k), m, parts)

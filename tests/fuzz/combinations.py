@@ -169,7 +169,8 @@ def natural_scales(scene, run):
     stress = max(np.sqrt(energy * young / (thickness * area)), young * free)
     return {"J": energy, "J/m2": stress**2 / young * 10 * cell, "Pa m^0.5": stress * np.sqrt(10 * cell), "Pa": stress, "N": stress * thickness * 10 * cell,
             "kg m/s": np.sqrt(2 * energy * density * area * thickness), "kg m2/s": np.sqrt(2 * energy * density * area * thickness) * 10 * cell,
-            "m": stress / young * 10 * cell, "m/s": stress / np.sqrt(young * density), "largest_R": 1.0}
+            "m": stress / young * 10 * cell, "m/s": stress / np.sqrt(young * density), "largest_R": 1.0, "Pa": stress, "strain": stress / young,
+            "m3": stress / young * (10 * cell)**2 * thickness}
 
 
 LENGTHS = "finest_cell", "tip_cell", "crack_length", "tip_x", "tip_y"
@@ -180,7 +181,7 @@ def scales(scene, run):
     natural, largest = natural_scales(scene, run), {}
 
     def kind(name):
-        return "place" if maps.family(name) in LENGTHS else name if run.units[name] == "1" else run.units[name]
+        return "place" if maps.family(name) in LENGTHS else "strain" if name.startswith("strain_p") else name if run.units[name] == "1" else run.units[name]
 
     for name, values in run.row.items():
         if not maps.family(name).endswith("_error") and np.all(np.isfinite(values)):
@@ -543,7 +544,8 @@ def motion(case):
     largest = np.sqrt(2 * case.scale["kinetic_energy"] / (group(case.scene, "material")["density"] * 100 * group(case.scene, "grid")["cell"]**2))
     case.need(largest > 1e-50)
     run = case.again(maps.carried(case.scene, [0.0 if is_ring(case.scene) else float(3.0 * largest), float(-2.0 * largest)]))
-    keep = [name for name in case.base.row if maps.family(name) not in ("kinetic_energy", "external_work", "numerical_loss")]
+    keep = [name for name in case.base.row if maps.family(name) not in ("kinetic_energy", "external_work", "numerical_loss")
+            and not name.startswith(("displacement_", "velocity_", "load_displacement_"))]
     case.same({name: case.base.row[name] for name in keep}, run)
 
 
@@ -560,7 +562,7 @@ def superposed(case):
     parts = [maps.times_loads(case.scene, NEARLY_NONE, lambda *one: not first(*one)), maps.times_loads(case.scene, NEARLY_NONE, first)]
     runs = [case.again(part) for part in parts]
     names = [name for name in case.base.row if case.base.units[name] in ("Pa m^0.5", "N", "kg m/s") and not maps.family(name).endswith("_error")
-             or maps.family(name) in ("crack_opening", "crack_sliding", "mouth_opening", "mouth_sliding")]
+             or maps.family(name) in maps.OPENINGS or name.startswith(maps.LINEAR) or case.base.units[name] in ("Pa", "m3")]
     if "orthotropic" in case.laws and any(keys["kind"] != "path" for keys in groups(case.scene, "crack")):
         names = [name for name in names if not name.startswith("K_")]  # such K has the size of J, a square, which is as near as J and K are
     case.need(names)

@@ -487,7 +487,43 @@ class Drawing:
             name = chance.choice([name for name, _ in scene if name in CHOICES])
             key = chance.choice(list(CHOICES[name]))
             chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
-        return scene
+        return scene + self.probes(scene)
+
+    def probes(self, scene):
+        """The groups of probes, drawn last; their names begin with p."""
+        chance, (w, h), found = self.chance, self.size, []
+        if chance.random() < 0.5:
+            return found
+
+        def inside():
+            return self.place(chance.uniform(0.1, 0.9) * w, chance.uniform(0.1, 0.9) * h)
+
+        of_point = ["displacement", "strain", "stress"] + ["velocity"] * (self.time != "static")
+        found.append({"name": "point", "quantity": chance.sample(of_point, chance.choice([1, 2, len(of_point)])), "at": inside()})
+        if chance.random() < 0.5:
+            found.append({"name": "line", "quantity": chance.choice([["strain"], ["strain"], ["stress", "displacement"]]), "at": inside() + inside()})
+        for keys in groups(scene, "crack"):
+            if chance.random() < 0.3:
+                continue
+            of, name = ({"of": [keys["name"]]} if "name" in keys else {}), keys.get("name", "s")
+            found.append({"name": f"c{name}", "quantity": chance.choice([["opening"], ["volume"], ["volume", "opening"]])} | of)
+            if "opening" in found[-1]["quantity"]:
+                found[-1] |= {"distance": chance.choice([1.0, 1.7]) * self.cell, "tip": chance.choice(["last", "last", "first"])}
+            if keys.get("kind") == "path":
+                a, b = (keys["points"][:2], keys["points"][2:4])
+                found.append({"name": name, "quantity": ["displacement", "stress"], "face": chance.choice(["left", "right"]),
+                              "at": [x + chance.choice([0.4, 0.6]) * (y - x) for x, y in zip(a, b)]})
+        acting = [keys for name, keys in scene if name in ("load", "constraint") and keys.get("kind", "point") in ("point", "traction", "body")]
+        if acting and chance.random() < 0.5:
+            for keys in acting:
+                if "kind" in keys:
+                    keys["name"] = f"load{acting.index(keys)}"
+            named = [keys["name"] for keys in acting if "name" in keys]
+            if named:
+                found.append({"name": "works", "quantity": ["load_line"], "of": chance.sample(named, min(len(named), chance.choice([1, 2])))})
+        for keys in found:
+            keys["name"] = "p" + keys["name"]
+        return [["probe", keys] for keys in found]
 
 
 def draw(chance, cracked=False):

@@ -64,7 +64,15 @@ ALL_ENERGIES = "&energy_release estimators = 'vcct', 'stress_closure', 'domain_i
 LINE = """&crack kind = 'line'  tip = 2e-3, 0.0  {} /
 """
 
+PROBES = """&probe name = 'a'  quantity = 'displacement', 'stress'  at = 5.1e-3, 4.3e-3 /
+&probe name = 'b'  quantity = 'strain'  at = 5.1e-3, 4.3e-3, 7.2e-3, 6.1e-3 /
+&probe name = 'c'  quantity = 'opening'  of = 'p'  distance = 2.1e-3 /
+&probe name = 'd'  quantity = 'displacement'  at = -0.1e-3, 0.1e-3  face = 'left' /
+&probe name = 'e'  quantity = 'load_line'  of = 'top' /
+"""
+
 SCENES = {
+    "probes": plate() + HELD + PULL.format("name = 'top'") + PATH.format("") + PROBES + STATIC.format(""),
     "beam in motion": BEAM.format("3e-5") + END_FORCE.format("") + ALL_ENERGIES.format("") + EVERY.format("1e-5"),
     "beam, updated, ramp, consistent mass in a box": BEAM.format("2e-5") + END_FORCE.format("history = 'ramp' rise_time = 1e-5") + ALL_ENERGIES.format("reference = 'dcb'")
     + "&method frame = 'updated' mass = 'partial' consistent_lower = 0.03, 0.0 consistent_upper = 0.06, 0.01 /\n&damping rate = 1e4 /\n" + EVERY.format("1e-5"),
@@ -311,7 +319,7 @@ def try_key(program, folder, text, plain, setting):
 
 
 # Names by which other groups mean a group, and kinds that need other keys: they act by being refused where nothing fits them
-NAMES = ("material.name", "body.shape", "body.hole", "load.kind", "load.on", "load.crack", "crack.kind", "growth.crack", "growth.law", "cohesive.crack", "cohesive.law")
+NAMES = ("load.name", "probe.quantity", "probe.of", "material.name", "body.shape", "body.hole", "load.kind", "load.on", "load.crack", "crack.kind", "growth.crack", "growth.law", "cohesive.crack", "cohesive.law")
 
 
 def try_each_once(program, random, extra, keys=None):

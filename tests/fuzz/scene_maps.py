@@ -25,11 +25,15 @@ DIMENSIONS = {
     "growth": {"points": LENGTH, "toughness": TOUGHNESS, "limit_speed": SPEED, "speed": SPEED, "start": TIME, "end": TIME, "increment": LENGTH, "max_length": LENGTH},
     "control": {"displacement": LENGTH, "stiffness": (1, 0, -2)},
     "energy_release": {"radii": LENGTH, "reference_value": TOUGHNESS}, "output": {"history_interval": TIME, "snapshot_interval": TIME},
+    "probe": {"at": LENGTH, "distance": LENGTH},
 }
 for _name in ("constraint", "load", "control"):
     DIMENSIONS[_name] |= {"start": TIME, "rise_time": TIME, "times": TIME, "frequency": RATE}
-UNITS = {"s": TIME, "1": NOTHING, "m": LENGTH, "J": (1, 2, -2), "kg m/s": (1, 1, -1), "kg m2/s": (1, 2, -1), "N": FORCE, "J/m2": TOUGHNESS, "Pa m^0.5": (1, -0.5, -2), "Pa": (1, -1, -2),
-         "rad": NOTHING, "deg": NOTHING, "m/s": SPEED}
+UNITS = {"s": TIME, "1": NOTHING, "m": LENGTH, "J": (1, 2, -2), "kg m/s": (1, 1, -1), "kg m2/s": (1, 2, -1), "N": FORCE, "J/m2": TOUGHNESS, "Pa m^0.5": (1, -0.5, -2),
+         "rad": NOTHING, "deg": NOTHING, "m/s": SPEED, "Pa": PRESSURE, "m3": (0, 3, 0)}
+# Columns that are linear in the loads of a linear body beside those of their units
+OPENINGS = "crack_opening", "crack_sliding", "mouth_opening", "mouth_sliding"
+LINEAR = "displacement_", "velocity_", "strain_p", "opening_", "sliding_", "load_displacement_"
 BOXES = {"body", "constraint", "load"}
 LOADS = {"load": ("force", "pressure", "acceleration"), "constraint": ("displacement", "velocity"), "body": ("velocity", "spin", "eigenstrain")}
 
@@ -61,7 +65,7 @@ def isometric(scene, q):
             if name != "grid" and low in keys and high in keys:
                 a, b = moved(q, keys[low]), moved(q, keys[high])
                 keys[low], keys[high] = [min(pair) for pair in zip(a, b)], [max(pair) for pair in zip(a, b)]
-        for key in ("points", "center", "velocity", "force", "acceleration", "displacement", "tip", "direction"):
+        for key in ("points", "center", "velocity", "force", "acceleration", "displacement", "tip", "direction", "at"):
             if key in keys and not isinstance(keys[key], str):
                 keys[key] = moved(q, keys[key])
         if name == "crack" and keys.get("kind", "symmetry") != "path" and "direction" not in keys:
@@ -95,7 +99,7 @@ def isometric_columns(row, q):
     flips, found = round(np.linalg.det(q)) < 0, {}
     for column, values in row.items():
         name = family(column)
-        odd = name in ("K_II", "crack_sliding", "mouth_sliding", "angular_momentum") or name.startswith("G_") and name.endswith("_II")
+        odd = (name in ("K_II", "crack_sliding", "mouth_sliding", "angular_momentum") or name.startswith("sliding_") or name.startswith("G_") and name.endswith("_II"))
         if name == "mode_mixity":
             continue
         if name == "tip_angle":
@@ -107,6 +111,9 @@ def isometric_columns(row, q):
             other = column.replace(name, name[:-1] + "xy"[1 - axis])
             source = column if q[axis, axis] else other
             found[column] = q[axis, "xy".index(family(source)[-1])] * row[source]
+        elif name.startswith(("strain_", "stress_")) and name.endswith(("_xx", "_yy", "_xy")):
+            base, signs = name[:-2], q[0] @ q[1][::-1]                     # of xy: the product of what becomes of x and of y
+            found[column] = signs * values if name.endswith("_xy") else values if q[0, 0] else row[base + {"xx": "yy", "yy": "xx"}[name[-2:]]]
         else:
             found[column] = -values if odd and flips else values
     return found
@@ -147,7 +154,7 @@ def thicker(scene, factor):
 
 def thicker_columns(row, units, factor):
     """Energies, forces and momenta go with the thickness; what is of the plane stays."""
-    return {column: values * factor if units[column] in ("J", "N", "kg m/s", "kg m2/s") else values for column, values in row.items()}
+    return {column: values * factor if units[column] in ("J", "N", "kg m/s", "kg m2/s", "m3") else values for column, values in row.items()}
 
 
 def times_loads(scene, factor, keep=lambda name, number: True):
@@ -165,11 +172,11 @@ def times_loads_columns(row, units, factor):
     """Of a linear scene: what is quadratic, what is linear, and what stays. Where a crack grows at rest, its drive is the toughness: the load factor changes."""
     if "load_factor" in row:
         return {column: values / factor if column == "load_factor" else values for column, values in row.items()}
-    power = {"J": 2, "J/m2": 2, "kg m/s": 1, "kg m2/s": 1, "N": 1, "Pa m^0.5": 1, "Pa": 1}
+    power = {"J": 2, "J/m2": 2, "kg m/s": 1, "kg m2/s": 1, "N": 1, "Pa m^0.5": 1, "Pa": 1, "m3": 1}
     found = {}
     for column, values in row.items():
         n = power.get(units[column], 0)
-        if family(column) in ("crack_opening", "crack_sliding", "mouth_opening", "mouth_sliding"):
+        if family(column) in OPENINGS or column.startswith(LINEAR):
             n = 1
         found[column] = values * factor**n
     return found
@@ -201,6 +208,11 @@ def reversed_cracks(scene):
     for keys in paths:
         keys["points"] = [x for point in np.reshape(keys["points"], (-1, 2))[::-1].tolist() for x in point]
     lines = [keys.get("name") for keys in groups(scene, "crack") if keys not in paths]
+    for keys in groups(scene, "probe"):
+        if "opening" in keys["quantity"] and keys.get("of", ["c0"])[0] not in lines:
+            keys["tip"] = swap[keys.get("tip", "last")]
+        if keys.get("face", "none") != "none" and keys["name"] not in [f"p{name}" for name in lines]:
+            keys["face"] = {"left": "right", "right": "left"}[keys["face"]]
     for keys in groups(scene, "growth"):
         if keys.get("crack") not in lines:
             keys["tips"] = swap.get(keys.get("tips", "all"), keys.get("tips", "all"))

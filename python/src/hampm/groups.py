@@ -184,6 +184,8 @@ class Load(Group):
     """Of a table: increasing, counted from start; linear between, constant outside [s]; (-inf, inf); no default"""
     factors: float | Sequence[float] | None
     """Of a table: factors at its times, as many as these; (-inf, inf); no default"""
+    name: str | None
+    """By which a &probe means it; default ''"""
 
 
 class Damping(Group):
@@ -373,6 +375,25 @@ class EnergyRelease(Group):
     """G_ref where reference = 'value'; needed there [J/m2]; [0, inf); default 0.0"""
 
 
+class Probe(Group):
+    """What the history records at a point, along a line, of a crack, or of a load."""
+
+    name: str | None
+    """What the names of its columns end with, before x, y, xx, yy, xy or zz; required"""
+    quantity: Literal['displacement', 'velocity', 'stress', 'strain', 'opening', 'volume', 'load_line'] | Sequence[Literal['displacement', 'velocity', 'stress', 'strain', 'opening', 'volume', 'load_line']] | None
+    """What is recorded, one or several; required"""
+    at: float | Sequence[float] | None
+    """A material point, x, y; or a straight line from x1, y1 to x2, y2, of which the mean is recorded [m]; (-inf, inf); no default"""
+    face: Literal['none', 'left', 'right'] | None
+    """Of a point on a crack: its face, as one walks to the tip or last point of the crack; default 'none'"""
+    of: str | Sequence[str] | None
+    """Of opening or volume: name of the crack; of load_line: of the load or constraint, and of another it moves from; no default"""
+    tip: Literal['last', 'first'] | None
+    """Of opening: at which end of its crack the tip is; default 'last'"""
+    distance: float | None
+    """Of opening: how far behind that tip, along the crack [m]; [0, inf); default 0.0"""
+
+
 class Output(Group):
     """What is written, and how often."""
 
@@ -419,5 +440,7 @@ class Groups:
     """How a crack grows; without this group cracks stay as they are."""
     energy_release: EnergyRelease
     """Which energy quantities are recorded."""
+    probe: GroupList[Probe]
+    """What the history records at a point, along a line, of a crack, or of a load."""
     output: Output
     """What is written, and how often."""

@@ -1,0 +1,272 @@
+!> What the particles around a material point tell of it: a polynomial is fitted to their values by weighted least squares (moving least
+!> squares; Lancaster & Salkauskas, Mathematics of Computation 37 (1981) 141-158), and its value at the point is taken. The weights
+!> fall to zero at a radius of a few cells, so that nothing jumps where the point passes from cell to cell.
+!>
+!> A fit to the displacement is a quadratic function: particles move as nodes let them, and what these functions of the cells differ
+!> by from a smooth field is of the second order in the cell. A fit to strain and stress is a linear function, and to the means over
+!> cells: within a cell they go up and down around a smooth field by the first order, but not in the middle of a cell (Zienkiewicz &
+!> Zhu, International Journal for Numerical Methods in Engineering 33 (1992) 1331-1364). Both are exact where the field is linear.
+!>
+!> Only particles of the material that the point is in take part, of bodies that are joined there, and of those only the ones that no
+!> crack hides from it. All distances are those in the reference configuration: a point keeps its material in either frame.
+module hampm_point_values
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack_lines, only: both_faces
+   use hampm_cracks, only: cracks_t
+   use hampm_matter, only: matter_t
+   implicit none
+   private
+   public :: view_t, surroundings_t, new_view, look_around, weights_of, weights_of_cells, quadratic_fit
+
+   integer, parameter :: linear_fit = 3, quadratic_fit = 6 !! numbers of terms
+
+   real(dp), parameter :: radius = 2 + 1e-6_dp   !! of the weights, of linear cells, by a little more than round numbers [cells]
+   real(dp), parameter :: radius_quadratic = 1 + 1e-6_dp !! the same of quadratic ones, which have more particles
+   integer, parameter :: fewest = 9              !! particles within it: it grows until there are so many, or
+   real(dp), parameter :: farthest = 3           !! is as large [cells],
+   real(dp), parameter :: growth = 1.26_dp       !! by this factor each time
+
+   !> The open part of a crack with two faces, in the reference configuration.
+   type :: face_lines_t
+      real(dp), allocatable :: points(:, :)      !! [m], (ndim, 2 or more)
+   end type face_lines_t
+
+   !> What there is to see: the particles that tell of some points, and what divides them.
+   type :: view_t
+      integer, allocatable :: particle(:)
+      integer, allocatable :: joined(:)          !! by body, which of them are one
+      type(face_lines_t), allocatable :: lines(:) !! cracks
+   end type view_t
+
+   !> The particles around a point.
+   type :: surroundings_t
+      integer, allocatable :: particle(:)
+      real(dp), allocatable :: from_point(:, :)  !! over the radius of the weights [-], (ndim, particles); some are farther away than 1, for
+                                                 !! the means over cells
+   end type surroundings_t
+
+contains
+
+   !> What there is to see around a box: all cracks with two faces, and the particles that are so near that `look_around` may ask for them.
+   pure subroutine new_view(m, cracks, joined, lower, upper, view)
+      type(matter_t), intent(in) :: m
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: joined(:)           !! by body, which of them are one
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box in the reference configuration [m]
+      type(view_t), intent(out) :: view
+      real(dp), parameter :: margin = 4          ! cells
+      integer :: k, i, n, pass
+      view%joined = joined
+      n = 0
+      allocate (view%lines(count([(cracks%crack(k)%face == both_faces, k=1, size(cracks%crack))])))
+      do k = 1, size(cracks%crack)
+         if (cracks%crack(k)%face /= both_faces) cycle
+         n = n + 1
+         view%lines(n)%points = cracks%crack(k)%open_part()
+      end do
+      associate (x => m%particles%reference, far => margin*m%grid%forest%cell)
+         do pass = 1, 2
+            n = 0
+            do i = 1, m%particles%n
+               if (x(i, 1) < lower(1) - far .or. x(i, 1) > upper(1) + far .or. x(i, 2) < lower(2) - far .or. &
+                   x(i, 2) > upper(2) + far) cycle
+               n = n + 1
+               if (pass == 2) view%particle(n) = i
+            end do
+            if (pass == 1) allocate (view%particle(n))
+         end do
+      end associate
+   end subroutine new_view
+
+   !> Find the particles around a point: of the material of the nearest one and of bodies that are one with its own; on the interface of
+   !> two materials of both, as it is as near to both.
+   pure subroutine look_around(m, view, x, toward, around)
+      type(matter_t), intent(in) :: m
+      type(view_t), intent(in) :: view
+      real(dp), intent(in) :: x(ndim)            !! in the reference configuration [m]
+      real(dp), intent(in) :: toward(ndim)       !! of a point on a crack: unit vector to the side of its material; else 0
+      type(surroundings_t), intent(out) :: around
+      real(dp), parameter :: aside = 1e-6_dp     ! cells
+      integer, parameter :: most_alike = 8       ! particles that are as near as the nearest one
+      real(dp), parameter :: beyond = 2          ! how far the cells of particles reach farther [cells]
+      real(dp) :: eye(ndim), nearest, reach, cell
+      integer, allocatable :: seen(:)
+      integer :: i, k, j, n, within, nearby(most_alike)
+      eye = x + aside*m%grid%finest_cell*toward
+      nearest = huge(nearest)
+      do k = 1, size(view%particle)
+         if (distance(view%particle(k)) >= nearest) cycle
+         if (.not. is_hidden(view%particle(k))) nearest = distance(view%particle(k))
+      end do
+      j = 0
+      cell = huge(cell)
+      do k = 1, size(view%particle)
+         if (distance(view%particle(k)) > nearest + aside*m%grid%finest_cell) cycle
+         if (is_hidden(view%particle(k))) cycle
+         if (j < most_alike) then
+            j = j + 1
+            nearby(j) = view%particle(k)
+         end if
+         cell = min(cell, m%grid%leaf_size(m%particles%cell(view%particle(k))))
+      end do
+      allocate (seen(size(view%particle)))
+      reach = cell*merge(radius_quadratic, radius, m%grid%is_quadratic())
+      do
+         n = 0
+         within = 0
+         do k = 1, size(view%particle)
+            if (distance(view%particle(k)) >= reach + beyond*cell) cycle
+            if (.not. any([(are_alike(view%particle(k), nearby(i)), i=1, j)])) cycle
+            if (is_hidden(view%particle(k))) cycle
+            n = n + 1
+            seen(n) = view%particle(k)
+            if (distance(view%particle(k)) < reach) within = within + 1
+         end do
+         if (within >= fewest .or. reach > farthest*cell) exit
+         reach = growth*reach
+      end do
+      around%particle = seen(:n)
+      allocate (around%from_point(ndim, n))
+      do k = 1, n
+         around%from_point(:, k) = (m%particles%reference(seen(k), :) - x)/reach
+      end do
+
+   contains
+
+      !> Distance of a particle from the point [m].
+      pure real(dp) function distance(i)
+         integer, intent(in) :: i
+         distance = hypot(m%particles%reference(i, 1) - x(1), m%particles%reference(i, 2) - x(2))
+      end function distance
+
+      !> Whether two particles are of one material and of bodies that are one.
+      pure logical function are_alike(i, j)
+         integer, intent(in) :: i, j
+         associate (p => m%particles)
+            are_alike = p%material(i) == p%material(j) .and. view%joined(p%body(i)) == view%joined(p%body(j))
+         end associate
+      end function are_alike
+
+      !> Whether a crack is between a particle and the point.
+      pure logical function is_hidden(i)
+         integer, intent(in) :: i
+         integer :: k, j
+         is_hidden = .false.
+         do k = 1, size(view%lines)
+            do j = 2, size(view%lines(k)%points, 2)
+               associate (points => view%lines(k)%points)
+                  is_hidden = is_between(points(:, j - 1), points(:, j), eye, m%particles%reference(i, :))
+               end associate
+               if (is_hidden) return
+            end do
+         end do
+      end function is_hidden
+   end subroutine look_around
+
+   !> Whether a segment from a to b is between two places, none of which is on its line.
+   pure logical function is_between(a, b, x, y)
+      real(dp), dimension(ndim), intent(in) :: a, b, x, y !! [m]
+      real(dp), parameter :: rounding = 1e-10_dp !! of the areas of triangles, over the squares of the distances
+      real(dp) :: slack, of_x, of_y
+      of_x = area(a, b, x)
+      of_y = area(a, b, y)
+      slack = rounding*norm2(b - a)*norm2(y - x)
+      is_between = .false.
+      if (of_x*of_y >= 0 .or. min(abs(of_x), abs(of_y)) <= slack) return
+      is_between = area(x, y, a)*area(x, y, b) <= 0
+   end function is_between
+
+   !> Twice the area of a triangle, with a sign [m2].
+   pure real(dp) function area(a, b, c)
+      real(dp), dimension(ndim), intent(in) :: a, b, c
+      area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
+   end function area
+
+   !> By which the values of the particles around a point add up to that of a linear function at it, fitted to their means over cells.
+   pure function weights_of_cells(m, around) result(weights)
+      type(matter_t), intent(in) :: m
+      type(surroundings_t), intent(in) :: around
+      real(dp), allocatable :: weights(:)
+      type(surroundings_t) :: cells
+      integer, allocatable :: cell(:), first(:)  ! of each particle, and the first particle of each
+      real(dp), allocatable :: volume(:), of_cells(:)
+      integer :: k, c, n
+      allocate (cell(size(around%particle)), first(size(around%particle)), volume(size(around%particle)))
+      allocate (cells%from_point(ndim, size(around%particle)))
+      n = 0
+      do k = 1, size(around%particle)
+         associate (p => m%particles, i => around%particle(k))
+            do c = 1, n
+               if (p%cell(i) == p%cell(first(c)) .and. p%material(i) == p%material(first(c))) exit
+            end do
+            if (c > n) then
+               n = c
+               first(c) = i
+               volume(c) = 0
+               cells%from_point(:, c) = 0
+            end if
+            cell(k) = c
+            volume(c) = volume(c) + p%volume(i)
+            associate (x => cells%from_point(:, c))
+               x = x + p%volume(i)/volume(c)*(around%from_point(:, k) - x)
+            end associate
+         end associate
+      end do
+      cells%from_point = cells%from_point(:, :n)
+      of_cells = weights_of(cells, linear_fit)
+      weights = of_cells(cell)*m%particles%volume(around%particle)/volume(cell)
+   end function weights_of_cells
+
+   !> By which the values of the particles around a point add up to that at the point: the value of the polynomial that is fitted to them.
+   !> Terms that are others at these particles, as where they stand in few rows, are left out.
+   !>
+   !> With A the terms at the particles and W the weights, W**(1/2) A = Q R by Gram and Schmidt, twice; then the value at the point, the
+   !> first unknown, is z . Q^T W**(1/2) f with R^T z = (1, 0, ...).
+   pure function weights_of(around, terms) result(weights)
+      type(surroundings_t), intent(in) :: around
+      integer, intent(in) :: terms               !! `linear_fit` or `quadratic_fit`
+      real(dp), allocatable :: weights(:)
+      real(dp), parameter :: no_more = 1e-3_dp   ! of a term is left where it is others
+      real(dp), allocatable :: q(:, :), root(:), term(:)
+      real(dp) :: r(terms, terms), z(terms), size_of_term, part
+      integer :: i, j, again
+      associate (x => around%from_point(1, :), y => around%from_point(2, :))
+         allocate (q(size(x), terms), root(size(x)), term(size(x)), weights(size(x)))
+         root = max(0.0_dp, 1 - x**2 - y**2)
+         weights = 0
+         r = 0
+         z = 0
+         do j = 1, terms
+            select case (j)
+             case (1)
+               term = root
+             case (2)
+               term = root*x
+             case (3)
+               term = root*y
+             case (4)
+               term = root*x**2
+             case (5)
+               term = root*x*y
+             case default
+               term = root*y**2
+            end select
+            size_of_term = norm2(term)
+            do again = 1, 2
+               do i = 1, j - 1
+                  part = dot_product(q(:, i), term)
+                  r(i, j) = r(i, j) + part
+                  term = term - part*q(:, i)
+               end do
+            end do
+            q(:, j) = 0
+            r(j, j) = norm2(term)
+            if (r(j, j) <= no_more*size_of_term) cycle
+            q(:, j) = term/r(j, j)
+            z(j) = (merge(1.0_dp, 0.0_dp, j == 1) - dot_product(r(:j - 1, j), z(:j - 1)))/r(j, j)
+            weights = weights + z(j)*q(:, j)
+         end do
+         weights = root*weights
+      end associate
+   end function weights_of
+end module hampm_point_values

@@ -1,0 +1,314 @@
+!> What the probes of a model record: of material points and lines, of cracks, of loads.
+!>
+!> Values are those of the instant, found from the particles alone, and nothing is kept from sample to sample.
+module hampm_probes
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack_lines, only: left_face, right_face, both_faces
+   use hampm_crack_placement, only: body_at, path_at
+   use hampm_cracks, only: cracks_t, first_point, last_point
+   use hampm_history, only: history_t
+   use hampm_load_lines, only: find_load_line
+   use hampm_model, only: model_t, probe_t, path_of
+   use hampm_point_values, only: view_t, surroundings_t, new_view, look_around, weights_of, weights_of_cells, &
+                                   quadratic_fit
+   use hampm_problem, only: problem_t
+   implicit none
+   private
+   public :: record_probes
+
+   character(2), parameter :: components(4) = ['xx', 'yy', 'xy', 'zz']
+
+contains
+
+   !> Record all of them.
+   subroutine record_probes(model, problem, cracks, joined, reactions, history)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(in) :: problem
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: joined(:)           !! by body, which of them are one
+      real(dp), intent(in) :: reactions(:, :)    !! of the constraints [N], (ndim, constraints)
+      type(history_t), intent(inout) :: history
+      integer :: k
+      if (size(model%probes) == 0) return
+      do k = 1, size(model%probes)
+         associate (probe => model%probes(k))
+            if (size(probe%at, 2) > 0) call record_place(model, problem, cracks, joined, probe, history)
+            if (probe%gives('opening') .or. probe%gives('volume')) &
+               call record_crack(model, problem, cracks, joined, probe, history)
+            if (probe%gives('load_line')) call record_load(model, problem, probe, reactions, history)
+         end associate
+      end do
+   end subroutine record_probes
+
+   !> Record what is asked of a point, or in the mean of a line.
+   subroutine record_place(model, problem, cracks, joined, probe, history)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(in) :: problem
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: joined(:)           !! by body, which of them are one
+      type(probe_t), intent(in) :: probe
+      type(history_t), intent(inout) :: history
+      integer, parameter :: points_in_cell = 2, most_points = 200
+      type(surroundings_t) :: around
+      type(view_t) :: view
+      real(dp) :: strain(4), stress(4), u(ndim), v(ndim), along, toward(ndim)
+      integer :: n, k
+      character(:), allocatable :: of, name
+      name = trim(probe%name)
+      of = ' of '//name
+      call new_view(problem%matter_t, cracks, joined, minval(probe%at, dim=2), maxval(probe%at, dim=2), view)
+      n = 1
+      toward = 0
+      if (size(probe%at, 2) == 1) then
+         toward = toward_face(model, probe)
+      else
+         associate (way => norm2(probe%at(:, 2) - probe%at(:, 1)))
+            n = min(most_points, max(2, ceiling(points_in_cell*way/problem%grid%finest_cell)))
+         end associate
+      end if
+      strain = 0
+      stress = 0
+      u = 0
+      v = 0
+      along = 0
+      associate (first => probe%at(:, 1), last => probe%at(:, size(probe%at, 2)))
+         if (n > 1 .and. probe%gives('strain')) along = elongation(problem, view, probe%at)
+         if (n == 1 .or. any(probe%quantities /= 'strain' .and. probe%quantities /= '')) then
+            do k = 1, n
+               call look_around(problem%matter_t, view, first + (k - 0.5_dp)/n*(last - first), toward, around)
+               call add_means(problem, around, 1.0_dp/n, u, v, strain, stress)
+            end do
+         end if
+      end associate
+      if (probe%gives('displacement')) call history%record_vector('displacement_'//name, 'm', 'displacement'//of, u)
+      if (probe%gives('velocity')) call history%record_vector('velocity_'//name, 'm/s', 'velocity'//of, v)
+      if (probe%gives('strain') .and. n > 1) call history%record('strain_'//name, '1', 'mean strain along the line'//of, along)
+      do k = 1, merge(4, 3, problem%particles%thickness%is_ring)
+         if (probe%gives('strain') .and. n == 1) &
+            call history%record('strain_'//name//'_'//components(k), '1', 'strain'//of//', '//components(k), strain(k))
+      end do
+      do k = 1, merge(4, 3, problem%particles%thickness%is_ring)
+         if (probe%gives('stress')) &
+            call history%record('stress_'//name//'_'//components(k), 'Pa', 'stress'//of//', '//components(k), stress(k))
+      end do
+   end subroutine record_place
+
+   !> Unit vector to the material of the face that a point on a crack is on; 0 for other points.
+   pure function toward_face(model, probe) result(toward)
+      type(model_t), intent(in) :: model
+      type(probe_t), intent(in) :: probe
+      real(dp) :: toward(ndim)
+      integer :: at(2)
+      toward = 0
+      if (probe%face == 'none') return
+      at = path_at(model, probe%at(:, 1), probe%at(:, 1))
+      associate (points => model%paths(at(1))%points)
+         toward = left_of(points(:, at(2) - 1), points(:, at(2)))
+      end associate
+      if (probe%face == 'right') toward = -toward
+   end function toward_face
+
+   !> Unit vector to the left of a segment.
+   pure function left_of(from, to) result(normal)
+      real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
+      real(dp) :: normal(ndim)
+      normal = [from(2) - to(2), to(1) - from(1)]/norm2(to - from)
+   end function left_of
+
+   !> Add parts of what the particles around a point tell of it: displacement, velocity, and the components xx, yy, xy and zz of strain
+   !> and stress. The strain is the symmetric part of the displacement gradient or, of laws for any rotation, that of Green and Lagrange;
+   !> the stress is that of snapshots, Kirchhoff's.
+   pure subroutine add_means(problem, around, part, u, v, strain, stress)
+      type(problem_t), intent(in) :: problem
+      type(surroundings_t), intent(in) :: around
+      real(dp), intent(in) :: part
+      real(dp), intent(inout) :: u(ndim), v(ndim) !! [m], [m/s]
+      real(dp), intent(inout) :: strain(4), stress(4) !! [-], [Pa]
+      real(dp), allocatable :: weights(:)
+      real(dp) :: h(ndim, ndim), t(ndim, ndim), hoop, hoop_stress
+      integer :: k
+      associate (p => problem%particles)
+         allocate (weights, source=weights_of(around, quadratic_fit))
+         u = u + part*matmul(weights, p%displacement(around%particle, :))
+         v = v + part*matmul(weights, p%velocity(around%particle, :))
+         weights = part*weights_of_cells(problem%matter_t, around)
+         do k = 1, size(weights)
+            associate (i => around%particle(k), material => problem%materials(p%material(around%particle(k))))
+               h = p%gradient_of(i)
+               hoop = p%hoop_of(i)
+               t = material%kirchhoff_stress(h, p%history_of(i), hoop)
+               hoop_stress = 0
+               if (p%thickness%is_ring) hoop_stress = (1 + merge(hoop, 0.0_dp, material%is_finite)) &
+                                                      *material%hoop_stress(h, p%history_of(i), hoop)
+               if (material%is_finite) then
+                  h = h + matmul(transpose(h), h)/2
+                  hoop = hoop + hoop**2/2
+               end if
+               strain = strain + weights(k)*[h(1, 1), h(2, 2), (h(1, 2) + h(2, 1))/2, hoop]
+               stress = stress + weights(k)*[t(1, 1), t(2, 2), t(1, 2), hoop_stress]
+            end associate
+         end do
+      end associate
+   end subroutine add_means
+
+   !> Displacement of a point [m].
+   pure function displacement_at(problem, view, x, toward) result(u)
+      type(problem_t), intent(in) :: problem
+      type(view_t), intent(in) :: view
+      real(dp), intent(in) :: x(ndim), toward(ndim) !! see `look_around`
+      real(dp) :: u(ndim)
+      type(surroundings_t) :: around
+      call look_around(problem%matter_t, view, x, toward, around)
+      u = matmul(weights_of(around, quadratic_fit), problem%particles%displacement(around%particle, :))
+   end function displacement_at
+
+   !> Mean strain along a line: by how much its ends have moved apart, over its length. That is the mean of the strain along it, and of
+   !> what cracks between its ends have opened by [-].
+   pure real(dp) function elongation(problem, view, ends)
+      type(problem_t), intent(in) :: problem
+      type(view_t), intent(in) :: view
+      real(dp), intent(in) :: ends(ndim, 2)      !! [m]
+      real(dp) :: apart(ndim), length, across(ndim)
+      across = 0
+      apart = displacement_at(problem, view, ends(:, 2), across) - displacement_at(problem, view, ends(:, 1), across)
+      associate (line => ends(:, 2) - ends(:, 1))
+         length = norm2(line)
+         elongation = dot_product(line, apart)/length**2
+         if (any(problem%materials%is_finite)) elongation = (2*dot_product(line, apart) + sum(apart**2)) &
+                                                            /(length*(norm2(line + apart) + length)) ! without cancellation
+      end associate
+   end function elongation
+
+   !> Record the opening behind a tip and the volume between the faces of a crack.
+   subroutine record_crack(model, problem, cracks, joined, probe, history)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(in) :: problem
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: joined(:)           !! by body, which of them are one
+      type(probe_t), intent(in) :: probe
+      type(history_t), intent(inout) :: history
+      real(dp), allocatable :: points(:, :)
+      type(view_t) :: view
+      character(:), allocatable :: name
+      real(dp) :: parted(ndim), left, length, between
+      integer :: number, k
+      number = path_of(model, probe%of(1))
+      name = trim(probe%name)
+      associate (crack => cracks%crack(number))
+         points = crack%open_part()
+         call new_view(problem%matter_t, cracks, joined, minval(points, dim=2), maxval(points, dim=2), view)
+         if (probe%gives('opening')) then
+            if (probe%tip == 'last') points = points(:, size(points, 2):1:-1)
+            left = probe%distance
+            do k = 2, size(points, 2)
+               length = norm2(points(:, k) - points(:, k - 1))
+               if (left <= length .or. k == size(points, 2)) exit
+               left = left - length
+            end do
+            associate (from => points(:, k - 1), to => points(:, k))
+               parted = parted_at(problem, view, crack%face, from + left/length*(to - from), &
+                                  merge(-1, 1, probe%tip == 'last')*left_of(from, to))
+            end associate
+            call history%record('opening_'//name, 'm', 'opening of the crack of '//name, parted(1))
+            if (crack%face == both_faces) call history%record('sliding_'//name, 'm', 'sliding of the crack of '//name, parted(2))
+         end if
+         if (probe%gives('volume')) then
+            points = crack%open_part()
+            between = 0
+            do k = 2, size(points, 2)
+               between = between + volume(model, problem, view, crack%face, points(:, k - 1), points(:, k))
+            end do
+            call history%record('volume_'//name, 'm3', 'volume between the faces of the crack of '//name, between)
+         end if
+      end associate
+   end subroutine record_crack
+
+   !> By how much the faces of a crack have parted at a place: opening, and sliding of the left one in the direction of the crack against
+   !> the right one [m]. Of laws for any rotation it is that in the frame that turns with the material beside it. On a symmetry plane what
+   !> is missing is the mirror image.
+   pure function parted_at(problem, view, face, x, normal) result(parted)
+      type(problem_t), intent(in) :: problem
+      type(view_t), intent(in) :: view
+      integer, intent(in) :: face                !! which faces there are
+      real(dp), intent(in) :: x(ndim)            !! on the crack [m]
+      real(dp), intent(in) :: normal(ndim)       !! unit vector to its left
+      real(dp) :: parted(ndim)
+      type(surroundings_t) :: around
+      real(dp), allocatable :: weights(:)
+      real(dp) :: jump(ndim), c, s
+      integer :: side, k
+      jump = 0
+      c = 0
+      s = 0
+      do side = 1, -1, -2
+         if (face == merge(right_face, left_face, side == 1)) cycle
+         call look_around(problem%matter_t, view, x, side*normal, around)
+         weights = weights_of(around, quadratic_fit)
+         jump = jump + side*matmul(weights, problem%particles%displacement(around%particle, :))
+         do k = 1, size(weights)
+            associate (h => problem%particles%gradient_of(around%particle(k)))
+               c = c + weights(k)*(2 + h(1, 1) + h(2, 2))
+               s = s + weights(k)*(h(2, 1) - h(1, 2))
+            end associate
+         end do
+      end do
+      if (any(problem%materials%is_finite) .and. hypot(c, s) > 0) &
+         jump = matmul(reshape([c, -s, s, c], [ndim, ndim]), jump)/hypot(c, s)
+      parted = [dot_product(normal, jump), normal(2)*jump(1) - normal(1)*jump(2)]
+      if (face /= both_faces) parted = [2*parted(1), 0.0_dp]
+   end function parted_at
+
+   !> Volume between the faces of a straight part of a crack, where there is material on both sides: the integral of the opening, by the
+   !> middles of parts no longer than half of a cell there, which are halves of halves [m3].
+   pure recursive function volume(model, problem, view, face, from, to) result(integral)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(in) :: problem
+      type(view_t), intent(in) :: view
+      integer, intent(in) :: face                !! which faces there are
+      real(dp), intent(in) :: from(ndim), to(ndim) !! its ends [m]
+      real(dp) :: integral
+      real(dp), parameter :: beside = 1e-3_dp, most = 0.5_dp + 1e-9_dp ! cells
+      real(dp) :: x(ndim), aside(ndim), parted(ndim), cell
+      integer :: side
+      x = (from + to)/2
+      aside = beside*problem%grid%finest_cell*left_of(from, to)
+      cell = huge(cell)
+      integral = 0
+      do side = 1, -1, -2
+         if (face == merge(right_face, left_face, side == 1)) cycle
+         if (body_at(model, x + side*aside) == 0) then
+            if (norm2(to - from) <= most*problem%grid%forest%cell) return
+            cycle
+         end if
+         associate (forest => problem%grid%forest, now => problem%grid%cut_cells%follow(x))
+            cell = min(cell, forest%size_of(max(1, forest%leaf_at(now + side*aside))))
+         end associate
+      end do
+      if (norm2(to - from) > most*min(cell, problem%grid%forest%cell)) then
+         integral = volume(model, problem, view, face, from, x) + volume(model, problem, view, face, x, to)
+      else
+         parted = parted_at(problem, view, face, x, left_of(from, to))
+         integral = parted(1)*norm2(to - from)*problem%particles%thickness%at(x)
+      end if
+   end function volume
+
+   !> Record a load, or the reaction of a constraint, and the displacement on which it does work; that of another one is taken away.
+   subroutine record_load(model, problem, probe, reactions, history)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(in) :: problem
+      type(probe_t), intent(in) :: probe
+      real(dp), intent(in) :: reactions(:, :)
+      type(history_t), intent(inout) :: history
+      real(dp) :: force(ndim), displacement(ndim), other(ndim), from(ndim)
+      from = 0
+      associate (of => probe%of)
+         call find_load_line(problem, findloc(model%loads%name, of(1), dim=1), findloc(model%constraints%name, of(1), dim=1), &
+                             reactions, force, displacement)
+         if (of(2) /= '') call find_load_line(problem, findloc(model%loads%name, of(2), dim=1), &
+                                              findloc(model%constraints%name, of(2), dim=1), reactions, other, from)
+      end associate
+      call history%record_vector('load_'//trim(probe%name), 'N', 'load of '//trim(probe%name), force)
+      call history%record_vector('load_displacement_'//trim(probe%name), 'm', 'load-line displacement of '//trim(probe%name), &
+                                 displacement - from)
+   end subroutine record_load
+end module hampm_probes
