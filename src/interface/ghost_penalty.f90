@@ -125,7 +125,9 @@ contains
             density(e) = density(first)
             if (fill(first) < enough .and. .not. m%grid%aggregated_nodes%has_root_cell(m%grid%element_leaf(e))) g(e) = g_of(e)
             if (g(e) > 0) at_small(at) = .true.
-            is_held(e) = is_filled(e) .or. all(moves(at) .and. at <= m%grid%n_nodes) ! an empty one passes on, but not to nodes that nothing moves
+            is_held(e) = is_filled(e)            ! an empty one passes on, but not to nodes that nothing moves, nor around the end of a crack in a hole
+            if (.not. is_held(e)) is_held(e) = all(moves(at) .and. at <= m%grid%n_nodes) .and. &
+                                               .not. m%grid%is_cut(m%grid%element_leaf(e))
          end associate
       end do
       call singletons(m%grid%n_elements, held)
