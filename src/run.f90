@@ -43,6 +43,7 @@ contains
          if (.not. resumes) call begin(s, failure)
          do while (s%problem%state%time < s%model%run%end_time .and. .not. (failure%failed() .or. allocated(s%stopped_when)))
             call advance_to(s, next_output(s), failure)
+            if (s%is_over) exit
             call record(s, failure)
             if (.not. failure%failed()) call look_for_end(s)
          end do
@@ -135,7 +136,7 @@ contains
          call check_interruption(s, failure)
          before = s%problem%state%steps
          call prepare_growth(s, failure)
-         if (failure%failed()) return
+         if (failure%failed() .or. s%is_over) return
          if (s%growing%is_paced) then
             call advance_in_pace(s, failure)
          else

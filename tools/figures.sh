@@ -172,6 +172,12 @@ draw_growth() {
         run input/$scene.nml $scene
         "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/$scene.png
     done
+    run input/hole_growth.nml hole_growth
+    "$python" postprocess/plot_field.py $out/hole_growth.h5 --field von_mises --no-mesh --snapshot 5 --snapshot 16 --width 6.5 --dpi 85 \
+        --output $out/hole_growth.png
+    run input/merging_cracks.nml merging_cracks
+    "$python" postprocess/plot_field.py $out/merging_cracks.h5 --field von_mises --no-mesh --snapshot 9 --snapshot 11 --width 6.5 --dpi 85 \
+        --output $out/merging_cracks.png
     "$python" postprocess/plot_path.py $out/strip_growth.h5 --beside G --time-unit us --no-mesh --scale 1000 --dpi 110 --output $out/growth.png
 }
 
@@ -196,7 +202,7 @@ draw_gallery() {
                  dcb_cohesive; do
         run input/$scene.nml $scene output.snapshot_interval=1
     done
-    for scene in two_cracks bend_path strip_growth kalthoff dcb; do
+    for scene in two_cracks merging_cracks hole_growth bend_path strip_growth kalthoff dcb; do
         run input/$scene.nml $scene
     done
     for picture in $(rows | awk '/small_/ {print $3}'); do
@@ -205,9 +211,10 @@ draw_gallery() {
         case $scene in
             laminate* | bimetal | dcb*) field=stress_xx ;;
             plastic_notch) field=plastic_strain ;;
+            merging_cracks) field=displacement ;; # nothing is stressed any more
             *) field=von_mises ;;
         esac
-        case $scene in bimetal | laminate_dcb | dcb_cohesive | compact_tension_growth) scale=3 ;; dcb) scale=1000 ;; dcb_growth | dcb_snap_back) scale=50 ;; *) scale=1 ;; esac
+        case $scene in bimetal | laminate_dcb | dcb_cohesive | compact_tension_growth) scale=3 ;; dcb) scale=1000 ;; dcb_growth | dcb_snap_back) scale=50 ;; merging_cracks) scale=60 ;; *) scale=1 ;; esac
         "$python" tools/thumbnail.py $out/$scene.h5 "$picture" $field $scale
     done
 }

@@ -39,9 +39,12 @@ contains
       type(best_t) :: best
       type(tip_field_t) :: field
       associate (p => problem%particles, grid => problem%grid, tip => cracks%tips(number))
-         call estimate_rates(problem, factors_at(problem%loads, problem%state%time), tip, p, state, extrapolation, values, failure)
-         associate (behind => tip%now - tip%nodes%spacing*tip%direction, &
-                    mouth => grid%cut_cells%follow(cracks%crack(tip%crack)%mouth))
+         if (tip%is_measured()) call estimate_rates(problem, factors_at(problem%loads, problem%state%time), tip, p, state, &
+                                                      extrapolation, values, failure)
+         values%mouth = path_opening(tip, grid%cut_cells%follow(cracks%crack(tip%crack)%mouth), middle, problem%matter_t, &
+                                     problem%interfaces)
+         if (.not. tip%is_measured()) return
+         associate (behind => tip%now - tip%nodes%spacing*tip%direction)
             if (tip%nodes%tip == 0 .or. tip%may_close) &
                values%behind = path_opening(tip, behind, -tip%direction, problem%matter_t, problem%interfaces)
             if (tip%nodes%tip > 0) then
@@ -49,7 +52,6 @@ contains
                if (tip%may_close .and. values%behind(1) < 0) at_node(1) = values%behind(1)
                values%behind = at_node
             end if
-            values%mouth = path_opening(tip, mouth, middle, problem%matter_t, problem%interfaces)
          end associate
          field = new_tip_field(problem%materials(tip%material), tip%direction)
          call follow_values(tip, field, values)
@@ -130,6 +132,7 @@ contains
       integer :: recorded                        ! modes
       integer :: k
       recorded = merge(1, modes, tip%is_half())
+      history%is_of_none = .not. tip%is_measured()
       associate (v => values)
          do k = 1, size(v%estimates)
             estimate = v%estimates(k)
@@ -161,10 +164,13 @@ contains
          end if
          call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
          if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
+         history%is_of_none = .false.
          call history%record('mouth_opening', 'm', &
                              'opening at the mouth; with two tips half way, or of a line at a root node next to there', v%mouth(1))
          if (recorded > 1) call history%record('mouth_sliding', 'm', 'sliding there', v%mouth(2))
+         history%is_of_none = .not. tip%is_measured()
          call history%record('tip_cell', 'm', 'size of the cells at the tip', tip%nodes%spacing)
+         history%is_of_none = .false.
       end associate
 
    contains

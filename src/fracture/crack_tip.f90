@@ -38,6 +38,8 @@ module hampm_crack_tip
       real(dp) :: axis(ndim, ndim) = 0           !! unit vectors of its frame: axis(:, k) is direction k
       logical :: face(2) = .true.                !! which faces there are: one on a symmetry plane, else both
       logical :: has_zone = .false.              !! whether cohesion holds the faces ahead of it
+      logical :: has_ended = .false.             !! whether it has run to a surface or another crack: there is no tip any more
+      logical :: has_no_domain = .false.         !! whether it runs to there and no domain of a cell is left around it
       logical :: may_close = .false.             !! whether interface points keep the faces from interpenetrating
       real(dp) :: grown = 0                      !! how far it has moved since the start of the run, by growth in motion [m]
       real(dp) :: speed = 0                      !! at which it grows in motion [m/s]
@@ -47,6 +49,7 @@ module hampm_crack_tip
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending; none where that is not taken [m]
       type(tip_nodes_t) :: nodes
    contains
+      procedure :: is_measured
       procedure :: is_half
       procedure :: only_face
       procedure :: into_half
@@ -63,6 +66,12 @@ contains
       axis(:, 1) = direction
       axis(:, 2) = [-direction(2), direction(1)]
    end function frame_along
+
+   !> Whether G, J and K are measured at it.
+   pure logical function is_measured(self)
+      class(crack_tip_t), intent(in) :: self
+      is_measured = .not. (self%has_ended .or. self%has_no_domain)
+   end function is_measured
 
    !> Whether the crack is on a symmetry plane, so that there is only half of the body.
    pure logical function is_half(self)
@@ -148,6 +157,7 @@ contains
       call archive%serialise('material', tip%material)
       call archive%serialise('grown', tip%grown)
       call archive%serialise('speed', tip%speed)
+      call archive%serialise('has_no_domain', tip%has_no_domain)
       n = size(tip%radii)
       call archive%serialise('number_radii', n)
       if (n == 0 .or. archive%failure%failed()) return

@@ -47,6 +47,7 @@ module hampm_cracks
       procedure :: move_tip
       procedure :: plan_way
       procedure :: forget_way
+      procedure :: plan_end
       procedure :: end_direction
       procedure :: turn
       procedure :: find_nodes
@@ -76,6 +77,7 @@ contains
             self%tips(n)%end = end
             self%tips(n)%has_zone = end == last_point .and. self%crack(c)%cohesion > 0 .and. self%crack(c)%bonded(end) > 0
             self%tips(n)%may_close = self%crack(c)%contact
+            self%tips(n)%has_ended = self%crack(c)%is_through(end) .and. .not. self%crack(c)%bonded(end) > 0
          end do
       end do
    end subroutine list_tips
@@ -147,6 +149,7 @@ contains
             tip%now = new%now
             tip%direction = new%direction
             tip%axis = new%axis
+            tip%has_ended = self%crack(crack)%is_through(tip%end) .and. .not. self%crack(crack)%bonded(tip%end) > 0
          end associate
       end do
    end subroutine put_back
@@ -200,10 +203,25 @@ contains
             allocate (points, source=crack%open_part())
             crack%bonded = 0
             crack%bonded(3 - tip%end) = other
+            if (crack%is_through(tip%end)) crack%beyond(tip%end) = 0
+            crack%is_through(tip%end) = .false.
          end associate
       end associate
       call self%put_back(number, points)
    end subroutine forget_way
+
+   !> The last point of the crack of a tip is at a surface or on another crack, and cells are cut so far beyond it. Where the tip has come to that it is
+   !> none any more.
+   pure subroutine plan_end(self, number, beyond)
+      class(cracks_t), intent(inout) :: self
+      integer, intent(in) :: number              !! of the tip
+      real(dp), intent(in) :: beyond             !! [m]
+      associate (tip => self%tips(number))
+         self%crack(tip%crack)%is_through(tip%end) = .true.
+         self%crack(tip%crack)%beyond(tip%end) = beyond
+         call self%put_back(number, self%crack(tip%crack)%points)
+      end associate
+   end subroutine plan_end
 
    !> Unit vector of the last straight part of the crack of a tip, bonded or not, away from its other end.
    pure function end_direction(self, number) result(direction)
@@ -232,13 +250,16 @@ contains
       end associate
    end subroutine turn
 
-   !> The places of the tips in the grid [m], (ndim, number).
+   !> The places of the tips that there are in the grid [m], (ndim, number).
    pure function tip_places(self) result(places)
       class(cracks_t), intent(in) :: self
-      real(dp) :: places(ndim, size(self%tips))
-      integer :: k
+      real(dp) :: places(ndim, count(.not. self%tips%has_ended))
+      integer :: k, n
+      n = 0
       do k = 1, size(self%tips)
-         places(:, k) = self%tips(k)%now
+         if (self%tips(k)%has_ended) cycle
+         n = n + 1
+         places(:, n) = self%tips(k)%now
       end do
    end function tip_places
 
@@ -251,12 +272,13 @@ contains
       do c = 1, size(self%crack)
          lines(c) = self%crack(c)%line_t
          lines(c)%held = self%crack(c)%held + self%crack(c)%beyond(first_point)
-         lines(c)%bonded = self%crack(c)%bonded + merge(self%crack(c)%beyond, 0.0_dp, self%crack(c)%bonded > 0)
          if (allocated(self%tips)) then
             do k = 1, size(self%tips)
                if (self%tips(k)%crack == c) lines(c)%grown(self%tips(k)%end) = self%tips(k)%grown
             end do
          end if
+         lines(c)%bonded = self%crack(c)%bonded + merge(self%crack(c)%beyond, 0.0_dp, self%crack(c)%bonded > 0 .or. &
+                                                        self%crack(c)%is_through .and. lines(c)%grown > 0)
          associate (p => lines(c)%points, last => size(lines(c)%points, 2), beyond => self%crack(c)%beyond)
             p(:, 1) = p(:, 1) + beyond(first_point)*(p(:, 1) - p(:, 2))/norm2(p(:, 1) - p(:, 2))
             p(:, last) = p(:, last) + beyond(last_point)*(p(:, last) - p(:, last - 1))/norm2(p(:, last) - p(:, last - 1))
@@ -345,6 +367,7 @@ contains
       end if
       call archive%archive_reals('points', size(crack%points), crack%points)
       call archive%archive_logicals('is_tip', size(crack%is_tip), crack%is_tip)
+      call archive%archive_logicals('is_through', size(crack%is_through), crack%is_through)
       call archive%archive_reals('mouth', ndim, crack%mouth)
       call archive%archive_reals('beyond', size(crack%beyond), crack%beyond)
       call archive%archive_reals('bonded', size(crack%bonded), crack%bonded)

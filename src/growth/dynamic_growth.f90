@@ -3,14 +3,16 @@
 !> cells are cut anew, at the angle that the mix of modes asks for.
 module hampm_dynamic_growth
    use hampm_kinds, only: dp, ndim
-   use hampm_nodal_release, only: fail_behind, fail_beyond, release_distance, soften_released, foremost_released
+   use hampm_nodal_release, only: fail_behind, fail_beyond, release_distance, soften_released, foremost_released, holds_on
    use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_cracks, only: cracks_t, last_point
    use hampm_interface_points, only: interface_energy
    use hampm_forest, only: forest_t, outside
    use hampm_growing, only: growing_t, part_of_crack
-   use hampm_growth_room, only: update_model_path, room_for, why_no_room
+   use hampm_growth_room, only: update_model_path, room_for, why_no_room, find_end, plan_end, end_tips, &
+                                  shrink_domains
+   use hampm_interface_placement, only: release_length
    use hampm_law, only: value_of
    use hampm_kinks, only: kink_angle, hoop_intensity, is_opened
    use hampm_crack_groups, only: growth_t
@@ -94,9 +96,9 @@ contains
       logical, intent(out) :: is_planned
       character(:), allocatable, intent(inout) :: message
       real(dp), allocatable :: before(:, :)
-      real(dp) :: from(ndim), to(ndim), direction(ndim), bonded, room, angle
+      real(dp) :: from(ndim), to(ndim), direction(ndim), ahead(ndim), bonded, room, angle
       integer :: cells, next
-      logical :: at_kink
+      logical :: at_kink, runs_through
       is_planned = .false.
       associate (tip => cracks%tips(k))
          allocate (before, source=cracks%crack(tip%crack)%points)
@@ -106,6 +108,7 @@ contains
             growing%tips(k)%next_of_path = next
             from = before(:, merge(size(before, 2), 1, tip%end == last_point))
             call choose_direction(growing, cracks, k, of, from, direction, angle)
+            ahead = direction
             do
                call next_point(m%grid%forest, growing, k, of, from, direction, tip%into_half(), cells, to, at_kink)
                call cracks%plan_way(k, to)
@@ -113,14 +116,23 @@ contains
                from = to
                direction = growing%to_next_point(k, of%points, from, direction)
             end do
-            room = room_for(model, tip%crack, to)
+            room = room_for(model, cracks, tip%crack, to)
             if (room >= least_radius(model)*(1 - 1e-9_dp)) exit
             cracks%crack(tip%crack)%bonded(tip%end) = bonded
             call cracks%put_back(k, before)
          end do
          if (room < least_radius(model)*(1 - 1e-9_dp)) then
             growing%tips(k)%has_no_room = .true. ! the tip stops where its way ends
-            if (.not. bonded > 0) call growing%stop_tip(k, why_it_stops(model, cracks, k), message)
+            growing%tips(k)%next_of_path = next
+            from = before(:, merge(size(before, 2), 1, tip%end == last_point))
+            call find_end(model, cracks, tip%crack, from, ahead, norm2(to - from) + 2*least_radius(model), to, runs_through)
+            if (runs_through) then
+               if (norm2(to - from) > m%grid%forest%tolerance()) call cracks%plan_way(k, to)
+               call plan_end(model, cracks, k)
+               is_planned = .true.
+            else if (.not. bonded > 0) then
+               call growing%stop_tip(k, why_it_stops(model, cracks, k), message)
+            end if
             return
          end if
          growing%tips(k)%reserve = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to + m%grid%forest%tolerance() &
@@ -206,7 +218,7 @@ contains
    !> in balance with them.
    subroutine move_tips(growing, model, m, cracks, time, dt, message)
       type(growing_t), intent(inout) :: growing
-      type(model_t), intent(in) :: model
+      type(model_t), intent(inout) :: model      !! its paths follow the cracks
       type(problem_t), intent(inout) :: m
       type(cracks_t), intent(inout) :: cracks
       real(dp), intent(in) :: time               !! at its start [s]
@@ -228,14 +240,21 @@ contains
                call cracks%move_tip(k, way)
                tip%speed = way/dt
                growing%tips(k)%faded = merge(0.0_dp, growing%tips(k)%faded + of%speed_at(time)*dt, way > 0)
-               call fail_behind(m%interfaces, k, tip%grown, growing%tips(k)%faded, taken)
+               if (tip%has_ended) then           ! points that stand for what is beyond the end fail as if it went on
+                  call fail_behind(m%interfaces, k, tip%grown + growing%tips(k)%faded, 0.0_dp, taken)
+               else
+                  call fail_behind(m%interfaces, k, tip%grown, growing%tips(k)%faded, taken)
+               end if
             else if (growing%tips(k)%is_running .and. growing%is_paced) then
+               if (runs_out(growing, model, cracks, k)) growing%tips(k)%way = most(k)
                call try_way(growing, m, cracks, k, dt, most(k), taken)
             else if (growing%tips(k)%is_running) then
                call move_by_toughness(growing, of, m, cracks, k, dt, most(k), taken, message)
             end if
             m%energies%fracture_energy = m%energies%fracture_energy + taken
             if (tip%grown > grown) call growing%tips(k)%note_motion(time, dt)
+            if (tip%has_ended) tip%speed = 0
+            call shrink_domains(growing, model, cracks, k, message)
          end associate
       end do
       do k = 1, size(cracks%tips)
@@ -244,6 +263,8 @@ contains
          associate (of => model%growth(law), crack => cracks%crack(cracks%tips(k)%crack))
             if (of%max_length > 0 .and. crack%length() >= of%max_length*(1 - 1e-9_dp)) then
                call growing%stop_tip(k, 'the crack has its max_length', message)
+            else if (cracks%tips(k)%has_ended) then
+               call end_tips(growing, model, cracks, message)
             else if (growing%tips(k)%has_no_room .and. .not. crack%bonded(cracks%tips(k)%end) > 0) then
                call growing%stop_tip(k, why_it_stops(model, cracks, k), message)
             end if
@@ -301,7 +322,7 @@ contains
       associate (tip => cracks%tips(k), material => m%materials(cracks%tips(k)%material))
          taken = 0
          length = cracks%crack(tip%crack)%length()
-         if (most > 0) then
+         if (most > 0 .or. tip%has_ended) then
             call fail_beyond(m%interfaces, k, strength*sqrt(material%plane_modulus()*toughness_at(growing%tips(k)%speed)), &
                              tip%grown + zone*tip%nodes%spacing, taken, overload)
             if (overload > too_much) call growing%note_tip(k, 'is in cells that are too coarse for its toughness: '// &
@@ -335,6 +356,10 @@ contains
             if (growing%tips(k)%has_parted) growing%tips(k)%owed = growing%tips(k)%owed + released - way
             call cracks%move_tip(k, way)
          end associate
+         if (cracks%crack(tip%crack)%is_through(tip%end) .and. most > 0) then ! where nothing is left that holds, it has come to the end
+            if (.not. holds_on(m%interfaces, k)) &
+               call cracks%move_tip(k, cracks%crack(tip%crack)%bonded(tip%end))
+         end if
       end associate
    contains
       !> The toughness at a speed [J/m2].
@@ -366,7 +391,7 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: most               !! that it may move [m]
       real(dp), intent(out) :: taken             !! energy that cohesive points that fail had stored [J]
-      real(dp) :: way
+      real(dp) :: way, further
       associate (tip => cracks%tips(k))
          way = min(growing%tips(k)%way, rayleigh_speed(m%materials(tip%material))*dt, most)
          growing%tips(k)%is_held = way < growing%tips(k)%way .and. &
@@ -374,9 +399,21 @@ contains
          call cracks%move_tip(k, way)
          growing%tips(k)%speed = way/dt
          tip%speed = growing%tips(k)%speed
-         call fail_behind(m%interfaces, k, tip%grown, 0.0_dp, taken)
+         further = 0                             ! a step after the last one no point holds any more
+         if (tip%has_ended .and. .not. way > 0) further = 2*release_length*tip%nodes%spacing
+         call fail_behind(m%interfaces, k, tip%grown + further, 0.0_dp, taken)
       end associate
    end subroutine try_way
+
+   !> Whether a tip is so near to where its crack ends that it goes on to there whatever its G is: no radius of a domain integral fits.
+   pure logical function runs_out(growing, model, cracks, k)
+      type(growing_t), intent(in) :: growing
+      type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: k                   !! its number
+      runs_out = cracks%crack(cracks%tips(k)%crack)%is_through(cracks%tips(k)%end) .and. &
+                 growing%tips(k)%room < least_radius(model)*(1 - 1e-9_dp)
+   end function runs_out
 
    !> Why a tip stops at the end of its way. Where a surface is ahead of it the body is all but in two.
    function why_it_stops(model, cracks, k) result(why)
@@ -426,6 +463,7 @@ contains
       type(crack_values_t), intent(in) :: values(:)
       integer :: k
       do k = 1, size(cracks%tips)
+         if (.not. cracks%tips(k)%is_measured()) cycle
          if (cracks%tips(k)%grown > 0) then
             growing%tips(k)%looks = growing%tips(k)%looks + 1
             growing%tips(k)%sum_of_k = growing%tips(k)%sum_of_k + values(k)%intensity
@@ -460,6 +498,7 @@ contains
                if (.not. is_opened(trim(of%direction), values(k)%intensity)) rate = 0
             end if
             growing%tips(k)%excess = rate/of%toughness_at(growing%tips(k)%speed, length) - 1
+            if (runs_out(growing, model, cracks, k)) growing%tips(k)%excess = 0
             if (growing%tips(k)%is_running) cycle
             growing%tips(k)%is_running = rate >= of%toughness_at(0.0_dp, length)
             depends_on_speed = of%toughness_at(huge(length), length) > of%toughness_at(0.0_dp, length)
@@ -479,7 +518,8 @@ contains
       real(dp) :: rate, middle(ndim)
       integer :: k
       do k = 1, size(values)
-         rate = best_rate(values(k), cracks%tips(k))
+         rate = growing%tips(k)%rate             ! of a tip that is measured no more
+         if (cracks%tips(k)%is_measured()) rate = best_rate(values(k), cracks%tips(k))
          middle = cracks%tips(k)%now - (cracks%tips(k)%grown - growing%tips(k)%booked)/2*cracks%tips(k)%direction
          growing%integral = growing%integral + part_of_crack(cracks%tips(k))*model%run%thickness%at(middle) &
                             *(cracks%tips(k)%grown - growing%tips(k)%booked)*(growing%tips(k)%rate + rate)/2

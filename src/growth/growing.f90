@@ -17,6 +17,8 @@ module hampm_growing
    type :: growing_tip_t
       logical :: grows = .false.                 !! whether there is a &growth for it
       logical :: has_stopped = .false.           !! whether it has stopped, for good
+      logical :: has_ended = .false.             !! whether it has run through and it is told: there is no tip any more
+      logical :: is_loose = .false.              !! in motion: whether nothing holds the faces on its way any more since then
       real(dp) :: rate = 0                       !! energy release rate when it was looked at last, at rest in the step before [J/m2]
       ! At rest
       real(dp) :: advance = 0                    !! by which it has advanced in the last load step [m]
@@ -69,6 +71,9 @@ module hampm_growing
       ! In motion
       logical :: is_paced = .false.              !! whether tips of law = toughness keep pace with G, in implicit steps
       real(dp) :: integral = 0                   !! of G over the new area [J]
+      logical :: has_new_end = .false.           !! whether a tip has ended in this step, for which cells are to be cut anew
+      integer :: pieces = 0                      !! in how many all material was at the start
+      real(dp) :: separated = -1                 !! when a crack has parted a body; below 0: none has [s]
    contains
       procedure :: are_there
       procedure :: is_growing
@@ -309,7 +314,11 @@ contains
       call archive%serialise('controlled', growing%controlled)
       call archive%serialise('compliance', growing%compliance)
       call archive%serialise('integral', growing%integral)
+      call archive%serialise('pieces', growing%pieces)
+      call archive%serialise('separated', growing%separated)
       call archive%archive_logicals('has_stopped', n, growing%tips%has_stopped)
+      call archive%archive_logicals('has_ended', n, growing%tips%has_ended)
+      call archive%archive_logicals('is_loose', n, growing%tips%is_loose)
       call archive%archive_logicals('is_running', n, growing%tips%is_running)
       call archive%archive_logicals('has_parted', n, growing%tips%has_parted)
       call archive%archive_logicals('has_no_room', n, growing%tips%has_no_room)

@@ -1,13 +1,20 @@
 !> What the model says of the surroundings of a crack that grows: it goes on with the crack, and tells how much room there is for a tip.
 module hampm_growth_room
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: held_ahead, least_radius, distance_in_material, body_at
+   use hampm_crack_placement, only: held_ahead, least_radius, distance_in_material, body_at, is_covered, distance_to_loads
+   use hampm_crack_lines, only: distance_to_segment, find_nearest_segment
    use hampm_cracks, only: cracks_t
-   use hampm_path_placement, only: room_around
+   use hampm_growing, only: growing_t
+   use hampm_interface_points, only: interfaces_t
+   use hampm_nodal_release, only: holds_on
+   use hampm_path_placement, only: room_around, path_reaches, path_tips
+   use hampm_placement, only: tolerance
    use hampm_model, only: model_t
+   use hampm_text, only: digits_text, to_text, without_rounding
    implicit none
    private
-   public :: update_model_path, room_for, why_no_room
+   public :: update_model_path, room_for, why_no_room, find_end, plan_end, end_tips, shrink_domains, find_loose_tips, &
+             is_plane_open
 
 contains
 
@@ -20,11 +27,16 @@ contains
    end subroutine update_model_path
 
    !> The largest radius of a domain integral around a tip that has come to a place [m]; 0 where there is none.
-   pure real(dp) function room_for(model, crack, place) result(room)
+   pure real(dp) function room_for(model, cracks, crack, place) result(room)
       type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks       !! with what is planned for them
       integer, intent(in) :: crack               !! its number
       real(dp), intent(in) :: place(ndim)        !! [m]
+      integer :: k
       room = room_around(model, place, crack)
+      do k = 1, size(cracks%crack)
+         if (k /= crack) room = min(room, distance_to_line(place, cracks%crack(k)%points))
+      end do
       if (model%is_half()) room = min(room, held_ahead(model, place))
    end function room_for
 
@@ -41,4 +53,230 @@ contains
             why = 'there is no &constraint that holds its symmetry plane ahead of it, over two of the finest cells at least'
       end associate
    end function why_no_room
+
+   !> Where a crack would end: straight on at a surface, or at another crack with the way that is planned for it; where it would pass another crack, at
+   !> the nearest point of that, if this is within 60 degrees; where one has come to it, there. Not where that is not within `reach`, or a load is too near to it.
+   subroutine find_end(model, cracks, number, from, direction, reach, to, is_there)
+      type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: number              !! of the crack
+      real(dp), intent(in) :: from(ndim)         !! [m]
+      real(dp), intent(in) :: direction(ndim)    !! unit vector
+      real(dp), intent(in) :: reach              !! [m]
+      real(dp), intent(out) :: to(ndim)          !! [m]
+      logical, intent(out) :: is_there
+      real(dp), parameter :: rounding = 1e-6_dp, least_cosine = 0.5_dp
+      real(dp) :: way, along, nearest, beside(ndim)
+      integer :: k, i
+      way = way_to_surface(model, from, direction, reach)
+      nearest = reach
+      beside = from
+      do k = 1, size(cracks%crack)
+         if (k == number) cycle
+         associate (points => cracks%crack(k)%points)
+            do i = 2, size(points, 2)
+               way = min(way, way_to_segment(from, direction, points(:, i - 1), points(:, i)))
+            end do
+            call find_nearest_segment(points, from, nearest, i, along)
+            if (i > 0) beside = points(:, i - 1) + min(max(along, 0.0_dp), 1.0_dp)*(points(:, i) - points(:, i - 1))
+         end associate
+      end do
+      is_there = way <= reach .or. nearest <= tolerance(model%grid)
+      to = from
+      if (way <= reach .and. nearest > tolerance(model%grid)) to = from + way*direction
+      if (.not. is_there .and. dot_product(beside - from, direction) > least_cosine*norm2(beside - from)) then
+         is_there = .true.
+         to = beside
+      end if
+      if (.not. is_there) return
+      is_there = distance_to_loads(model, to) >= least_radius(model)*(1 - rounding)
+      if (model%is_half()) is_there = is_there .and. held_ahead(model, from) >= way*(1 - rounding)
+   end subroutine find_end
+
+   !> How far it is to where the material ends in a direction [m]; huge where that is not within `reach`.
+   real(dp) function way_to_surface(model, from, direction, reach) result(way)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: from(ndim), direction(ndim) !! [m], and a unit vector
+      real(dp), intent(in) :: reach              !! [m]
+      integer, parameter :: looks = 8            ! in a cell
+      real(dp), parameter :: around = 1e-6_dp    ! of a cell, around a place that is looked at
+      real(dp) :: inside, outside
+      integer :: turn
+      way = huge(way)
+      inside = 0
+      do
+         outside = min(inside + least_radius(model)/(2*looks), reach)
+         if (.not. is_in(outside)) exit
+         if (outside >= reach) return
+         inside = outside
+      end do
+      do turn = 1, digits(way)
+         if (is_in((inside + outside)/2)) then
+            inside = (inside + outside)/2
+         else
+            outside = (inside + outside)/2
+         end if
+      end do
+      way = inside + around*model%grid%cell
+
+   contains
+
+      !> Whether all around a place on the way there is material.
+      logical function is_in(way)
+         real(dp), intent(in) :: way             !! [m]
+         is_in = is_covered(model, from + way*direction, around*model%grid%cell)
+      end function is_in
+   end function way_to_surface
+
+   !> How far it is from a place to a segment in a direction [m]; huge where it is not met.
+   pure real(dp) function way_to_segment(from, direction, a, b) result(way)
+      real(dp), intent(in) :: from(ndim), direction(ndim), a(ndim), b(ndim) !! direction a unit vector, others [m]
+      real(dp), parameter :: rounding = 1e-9_dp  ! of the segment
+      real(dp) :: across, at
+      way = huge(way)
+      across = direction(1)*(b(2) - a(2)) - direction(2)*(b(1) - a(1))
+      if (abs(across) <= rounding*norm2(b - a)) then ! along it, to the nearer of its ends
+         if (abs(direction(1)*(a(2) - from(2)) - direction(2)*(a(1) - from(1))) > rounding*norm2(b - a)) return
+         at = min(dot_product(a - from, direction), dot_product(b - from, direction))
+         if (at > 0) way = at
+         return
+      end if
+      at = (direction(2)*(a(1) - from(1)) - direction(1)*(a(2) - from(2)))/across
+      if (at < -rounding .or. at > 1 + rounding) return
+      at = ((a(1) - from(1))*(b(2) - a(2)) - (a(2) - from(2))*(b(1) - a(1)))/across
+      if (at > 0) way = at
+   end function way_to_segment
+
+   !> Whether a crack on a symmetry plane has run through all material there.
+   pure logical function is_plane_open(model, cracks)
+      type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks
+      real(dp) :: x(ndim)
+      integer :: k
+      is_plane_open = .false.
+      if (.not. model%is_half()) return
+      is_plane_open = cracks%tips(1)%has_ended
+      do k = 1, 2*maxval(model%grid%cells)
+         x = cracks%tips(1)%place + k*model%grid%cell/2*model%paths(1)%direction
+         if (body_at(model, x) > 0) is_plane_open = .false.
+      end do
+   end function is_plane_open
+
+   !> The last point of the crack of a tip is where that ends: plan how far beyond it cells are cut.
+   subroutine plan_end(model, cracks, number)
+      type(model_t), intent(inout) :: model      !! its paths follow the cracks
+      type(cracks_t), intent(inout) :: cracks
+      integer, intent(in) :: number              !! of the tip
+      real(dp) :: beyond(2)
+      associate (tip => cracks%tips(number))
+         model%paths(tip%crack)%points = cracks%crack(tip%crack)%points
+         beyond = path_reaches(model, tip%crack)
+         call cracks%plan_end(number, beyond(tip%end))
+         call update_model_path(model, cracks, tip%crack)
+      end associate
+   end subroutine plan_end
+
+   !> Let the domains of a tip that runs to where its crack ends shrink with the room that is left, down to a cell. With less room nothing is measured.
+   subroutine shrink_domains(growing, model, cracks, number, message)
+      type(growing_t), intent(inout) :: growing
+      type(model_t), intent(in) :: model
+      type(cracks_t), intent(inout) :: cracks
+      integer, intent(in) :: number              !! of the tip
+      character(:), allocatable, intent(inout) :: message
+      real(dp), parameter :: least = 0.5_dp      ! of the least radius elsewhere: a cell
+      associate (tip => cracks%tips(number))
+         if (tip%has_ended .or. .not. cracks%crack(tip%crack)%is_through(tip%end)) return
+         growing%tips(number)%room = room_for(model, cracks, tip%crack, tip%place)
+         call growing%fit_radii(number, least*least_radius(model), tip)
+         tip%has_no_domain = growing%tips(number)%room < least*least_radius(model)*(1 - 1e-9_dp)
+         if (tip%has_no_domain) call growing%note_tip(number, 'is nearer than one of the finest cells to where its crack ends: '// &
+                                                      'its G, J and K are not numbers from there on', message)
+      end associate
+   end subroutine shrink_domains
+
+   !> In motion: find the tips that have ended and on whose way nothing holds the faces any more. `is_new` tells whether there is one that had not been
+   !> found.
+   subroutine find_loose_tips(growing, interfaces, is_new)
+      type(growing_t), intent(inout) :: growing
+      type(interfaces_t), intent(in) :: interfaces
+      logical, intent(out) :: is_new
+      integer :: k
+      is_new = .false.
+      do k = 1, size(growing%tips)
+         if (.not. growing%tips(k)%has_ended .or. growing%tips(k)%is_loose) cycle
+         growing%tips(k)%is_loose = .not. holds_on(interfaces, k)
+         is_new = is_new .or. growing%tips(k)%is_loose
+      end do
+   end subroutine find_loose_tips
+
+   !> A tip has come to where its crack ends. Let all tips that by the model are none any more end: those at a surface or on another crack, also
+   !> where that has come to them.
+   subroutine end_tips(growing, model, cracks, message)
+      type(growing_t), intent(inout) :: growing
+      type(model_t), intent(inout) :: model      !! its paths follow the cracks
+      type(cracks_t), intent(inout) :: cracks
+      character(:), allocatable, intent(inout) :: message
+      logical :: is_tip(2), runs
+      integer :: k
+      do k = 1, size(cracks%crack)
+         call update_model_path(model, cracks, k)
+      end do
+      do k = 1, size(cracks%tips)
+         associate (tip => cracks%tips(k))
+            runs = cracks%crack(tip%crack)%is_through(tip%end)
+            if (.not. runs) then                 ! also where its way is planned to something that has come there
+               model%paths(tip%crack)%points = cracks%crack(tip%crack)%points
+               is_tip = path_tips(model, tip%crack)
+               call update_model_path(model, cracks, tip%crack)
+               if (is_tip(tip%end)) cycle
+               call plan_end(model, cracks, k)
+               growing%tips(k)%has_no_room = .true.
+            end if
+            if (growing%tips(k)%has_ended .or. .not. tip%has_ended) cycle
+            growing%tips(k)%has_ended = .true.
+            growing%has_new_end = .true.
+            growing%tips(k)%has_stopped = .true.
+            tip%speed = 0
+            if (runs) then
+               call growing%note_tip(k, 'has run through to '//what_is_there(tip%crack, tip%place)//': its crack ends there, '// &
+                                     'at '//shown(tip%place), message)
+            else
+               call growing%note_tip(k, 'has ended: another crack has come to it', message)
+            end if
+         end associate
+      end do
+
+   contains
+
+      !> A place, to six digits.
+      function shown(place) result(text)
+         real(dp), intent(in) :: place(ndim)     !! [m]
+         character(:), allocatable :: text
+         real(dp) :: x(ndim)
+         x = without_rounding(place, model%grid%cell)
+         text = '('//digits_text(x(1), 6)//', '//digits_text(x(2), 6)//') m'
+      end function shown
+
+      !> What a tip has come to, in words.
+      function what_is_there(crack, place) result(what)
+         integer, intent(in) :: crack            !! its number
+         real(dp), intent(in) :: place(ndim)     !! [m]
+         character(:), allocatable :: what
+         integer :: other
+         what = 'a surface'
+         do other = 1, size(cracks%crack)
+            if (other == crack) cycle
+            if (.not. distance_to_line(place, cracks%crack(other)%points) <= tolerance(model%grid)) cycle
+            what = 'crack '//to_text(other)
+            if (model%paths(other)%name /= '') what = 'crack '''//trim(model%paths(other)%name)//''''
+         end do
+      end function what_is_there
+   end subroutine end_tips
+
+   !> Distance of a place from a polyline [m].
+   pure real(dp) function distance_to_line(place, points) result(distance)
+      real(dp), intent(in) :: place(ndim), points(:, :) !! [m]
+      integer :: k
+      distance = minval([(distance_to_segment(place, points(:, k - 1), points(:, k)), k=2, size(points, 2))])
+   end function distance_to_line
 end module hampm_growth_room

@@ -8,7 +8,7 @@ module hampm_static_growth
    use hampm_failure, only: failure_t
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t, fitting, part_of_crack
-   use hampm_growth_room, only: update_model_path, room_for, why_no_room
+   use hampm_growth_room, only: update_model_path, room_for, why_no_room, find_end, plan_end, end_tips
    use hampm_kinks, only: kink_angle, is_opened, slope_of_mixity
    use hampm_load_work, only: load_state_t, find_load_state, find_frame, work_between
    use hampm_problem, only: problem_t
@@ -45,16 +45,26 @@ contains
       logical, intent(out) :: have_moved
       character(:), allocatable, intent(inout) :: message
       real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
-      real(dp) :: rates(size(values))
+      real(dp), dimension(size(values)) :: rates !! G of each tip [J/m2]
+      real(dp), dimension(size(values)) :: ratios !! over its toughness, of those of which the largest advances; else below 0
       integer :: k, have_stopped
       growing%tips%advance = 0
-      rates = [(best_rate(values(k), cracks%tips(k)), k=1, size(values))]
+      do k = 1, size(values)
+         associate (tip => cracks%tips(k))
+            rates(k) = best_rate(values(k), tip)
+            ratios(k) = -1
+            if (.not. growing%is_growing(k)) cycle
+            associate (law => model%growth(law_of(model, tip)))
+               if (law%only_largest) ratios(k) = rates(k)/law%toughness_at(0.0_dp, cracks%crack(tip%crack)%length())
+            end associate
+         end associate
+      end do
       do
-         have_stopped = count(growing%tips%has_stopped)
+         have_stopped = count(growing%tips%has_stopped .and. .not. growing%tips%advance > 0)
          do k = 1, size(values)
             if (growing%is_growing(k) .and. .not. growing%tips(k)%advance > 0) call advance_where_due(k)
          end do
-         if (count(growing%tips%has_stopped) == have_stopped) exit ! else another tip of its crack may have the largest rate
+         if (count(growing%tips%has_stopped .and. .not. growing%tips%advance > 0) == have_stopped) exit ! else another tip of its crack may have the largest rate
       end do
       have_moved = any(growing%tips%advance > 0)
    contains
@@ -64,7 +74,7 @@ contains
          associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
             if (growing%waits .and. rates(k) < reached*law%toughness_at(0.0_dp, cracks%crack(tip%crack)%length())) return
             if (law%only_largest) then
-               if (k /= first_of_largest(rates, cracks%tips%crack == tip%crack .and. .not. growing%tips%has_stopped)) return
+               if (k /= first_of_largest(ratios, growing%tips%advance > 0 .or. .not. growing%tips%has_stopped)) return
             end if
             if (law%direction == 'straight') then
                if (.not. rates(k) > 0) return    ! there is no load yet
@@ -83,7 +93,9 @@ contains
       subroutine try_to_advance(k)
          integer, intent(in) :: k
          real(dp), allocatable :: before(:, :)
-         real(dp) :: angle, most, length
+         character(:), allocatable :: why
+         real(dp) :: angle, most, length, to(ndim), way(ndim)
+         logical :: runs_through
          associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
             length = max(part_of_increment(attempts(k))*growing%part*law%increment, min(law%increment, least_radius(model)))
             if (law%direction == 'straight') length = growing%part*law%increment ! no kink is in the way of a domain integral
@@ -101,11 +113,25 @@ contains
             if (law%direction == 'local_symmetry') growing%tips(k)%slope = slope_of_mixity(angle, values(k)%intensity)
             call cracks%extend(k, length, angle)
             call update_model_path(model, cracks, tip%crack)
-            most = room_of_tip(model, tip)
+            most = room_of_tip(model, cracks, tip)
             if (most < least_radius(model)*(1 - 1e-9_dp)) then
-               call growing%stop_tip(k, 'a step further '//why_no_room(model, tip%place), message)
+               why = 'a step further '//why_no_room(model, tip%place)
                call cracks%put_back(k, before)
                call update_model_path(model, cracks, tip%crack)
+               call find_end(model, cracks, tip%crack, tip%place, matmul(tip%axis, [cos(angle), sin(angle)]), &
+                             length + 2*least_radius(model), to, runs_through)
+               way = matmul(to - tip%place, tip%axis)
+               if (.not. runs_through) then
+                  call growing%stop_tip(k, why, message)
+               else if (law%max_length > 0 .and. &
+                        cracks%crack(tip%crack)%length() + norm2(way) > law%max_length*(1 + 1e-9_dp)) then
+                  call growing%stop_tip(k, 'the crack has its max_length', message)
+               else
+                  growing%tips(k)%advance = norm2(way)
+                  call cracks%extend(k, norm2(way), atan2(way(2), way(1)))
+                  call plan_end(model, cracks, k)
+                  call end_tips(growing, model, cracks, message)
+               end if
                return
             end if
             tip%radii = fitting(tip%radii, least_radius(model), most)
@@ -115,10 +141,11 @@ contains
    end subroutine advance_tips
 
    !> The largest radius of a domain integral around a tip [m].
-   pure real(dp) function room_of_tip(model, tip) result(room)
+   pure real(dp) function room_of_tip(model, cracks, tip) result(room)
       type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks
       type(crack_tip_t), intent(in) :: tip
-      room = min(path_radius(model, tip%crack, tip%end), room_for(model, tip%crack, tip%place))
+      room = min(path_radius(model, tip%crack, tip%end), room_for(model, cracks, tip%crack, tip%place))
    end function room_of_tip
 
    !> Begin to turn the last increments of the tips that have advanced by local symmetry until they have no K_II.
@@ -131,7 +158,7 @@ contains
       integer :: k
       does_turn = .false.
       do k = 1, size(does_turn)
-         if (growing%tips(k)%grows .and. growing%tips(k)%advance > 0) &
+         if (growing%tips(k)%grows .and. growing%tips(k)%advance > 0 .and. .not. cracks%tips(k)%has_ended) &
             does_turn(k) = model%growth(law_of(model, cracks%tips(k)))%direction == 'local_symmetry'
       end do
       call begin_turns(turns, pack([(k, k=1, size(does_turn))], does_turn), pack(growing%tips%slope, does_turn))
@@ -160,7 +187,7 @@ contains
          associate (of => cracks%tips(tip(k)))
             call cracks%turn(tip(k), turn(k))
             call update_model_path(model, cracks, of%crack)
-            most = room_of_tip(model, of)
+            most = room_of_tip(model, cracks, of)
             if (most < least_radius(model)*(1 - 1e-9_dp)) is_in_the_way = tip(k)
             of%radii = fitting(of%radii, least_radius(model), max(most, least_radius(model)))
          end associate
@@ -210,6 +237,10 @@ contains
          end associate
       end do
       if (is_over) return
+      where (cracks%tips%has_ended .and. .not. before%tips%has_ended)
+         growing%tips%has_stopped = .false.
+         growing%tips%has_ended = .false.
+      end where
       cracks = before
       do k = 1, size(cracks%crack)
          call update_model_path(model, cracks, k)
@@ -231,7 +262,7 @@ contains
 
    !> The first of some tips whose rate is the largest but for rounding, as those of a crack in the middle of a body are.
    pure integer function first_of_largest(rates, some)
-      real(dp), intent(in) :: rates(:)           !! [J/m2]
+      real(dp), intent(in) :: rates(:)           !! over the toughness [-]
       logical, intent(in) :: some(:)             !! one at least
       real(dp), parameter :: rounding = 1e-7_dp  !! over the rate
       real(dp) :: largest
@@ -319,7 +350,8 @@ contains
       real(dp) :: rate, taken, middle(ndim)
       integer :: k
       do k = 1, size(values)
-         rate = best_rate(values(k), cracks%tips(k))
+         rate = growing%tips(k)%rate             ! of a tip that has run through, which is none any more
+         if (.not. cracks%tips(k)%has_ended) rate = best_rate(values(k), cracks%tips(k))
          middle = cracks%tips(k)%now - growing%tips(k)%advance/2*cracks%tips(k)%direction
          taken = part_of_crack(cracks%tips(k))*model%run%thickness%at(middle)*growing%tips(k)%advance &
                  *(growing%tips(k)%rate + rate)/2

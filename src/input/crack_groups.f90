@@ -75,7 +75,7 @@ module hampm_crack_groups
       key_t('max_length', type_real, 'length of the whole crack at which it stops; 0: none', default='0.0', unit='m', &
             allowed=not_negative), &
       key_t('tips', type_name, &
-            'which tips go on: all, at rest that with the largest G, in motion that at the last or the first point', &
+            'which tips go on: all; at rest, of all with this, that with the largest G over toughness; in motion that at an end', &
             default='all', allowed='all|largest|last|first')]
 
    !> &growth: how a crack grows.

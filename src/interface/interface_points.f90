@@ -40,7 +40,7 @@ module hampm_interface_points
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, holds, are_apart, cohesion_at, along, &
+   public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, holds, pulls, are_apart, cohesion_at, along, &
              add_interface_forces, forces_of_firm_faces, stretch_interfaces, &
              open_interfaces, commit_slip, ease_faces, &
              interface_energy, interface_states, interface_stiffness, stiffness_of_axes, force_of, force_at, &
@@ -138,6 +138,12 @@ contains
       type(interface_point_t), intent(in) :: point
       holds = point%law == cohesive .and. point%damage < 1
    end function holds
+
+   !> Whether the faces at an interface point still pull on each other, by cohesion or as cohesive points.
+   pure logical function pulls(point)
+      type(interface_point_t), intent(in) :: point
+      pulls = holds(point) .or. point%law == bonded .and. point%fraction_left > 0
+   end function pulls
 
    !> Whether an interface point is one of faces that are free to part.
    pure logical function is_free(point)

@@ -10,11 +10,11 @@
 !> before and after.
 module hampm_nodal_release
    use hampm_kinds, only: dp, ndim
-   use hampm_interface_points, only: interfaces_t, interface_point_t, along, force_of, energy_of
+   use hampm_interface_points, only: interfaces_t, interface_point_t, along, force_of, energy_of, pulls
    use hampm_interface_placement, only: release_length
    implicit none
    private
-   public :: fail_behind, fail_beyond, release_distance, soften_released, work_of_release, foremost_released
+   public :: fail_behind, fail_beyond, release_distance, soften_released, work_of_release, foremost_released, holds_on
 
 contains
 
@@ -190,6 +190,14 @@ contains
       force = force_of(point)
       if (point%is_failing) force = point%fraction_left*point%held
    end function failing_force
+
+   !> Whether any cohesive point on the way of a tip still holds.
+   pure logical function holds_on(interfaces, tip)
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: tip                 !! its number
+      integer :: k
+      holds_on = any([(interfaces%list(k)%tip == tip .and. pulls(interfaces%list(k)), k=1, interfaces%n)])
+   end function holds_on
 
    !> Way of a tip to the foremost cohesive point that has failed [m]; 0 where none has.
    pure real(dp) function foremost_released(interfaces, tip) result(way)

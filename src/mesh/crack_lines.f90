@@ -12,6 +12,8 @@ module hampm_crack_lines
       real(dp), allocatable :: points(:, :)      !! [m], (ndim, 2 or more)
       real(dp), allocatable :: origin(:, :)      !! the same in the reference configuration, where the material carries the line [m]
       logical :: is_tip(2) = .false.             !! whether its first and its last point end inside the material
+      logical :: is_through(2) = .false.         !! whether it ends there at a surface or another crack, to which a tip runs or has run: cells
+                                                 !! are cut to the end of the line
       logical :: contact = .false.               !! whether its sides press on each other
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point the tips are that grow in motion: cells

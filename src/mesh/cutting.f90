@@ -53,14 +53,23 @@ contains
             if (.not. cut%lines(line)%is_tip(k)) cycle
             end = end_leaf_t(line, k)
             last = merge(size(points, 2), 1, k == 2)
-            call move_end(forest, cut%lines(line)%face, points(:, merge(last - 1, 2, k == 2)), points(:, last), end)
-            if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, last), end)
+            if (cut%lines(line)%is_through(k)) then
+               end%tip = points(:, last)
+               end%front = end%tip
+               end%direction = end%tip - points(:, merge(last - 1, 2, k == 2))
+               end%direction = end%direction/norm2(end%direction)
+            else
+               call move_end(forest, cut%lines(line)%face, points(:, merge(last - 1, 2, k == 2)), points(:, last), end)
+               if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, last), end)
+            end if
             if (cut%lines(line)%bonded(k) > 0) then
                associate (open => cut%lines(line)%open_part())
                   end%tip = open(:, merge(1, size(open, 2), k == 1))
                   end%direction = end%tip - open(:, merge(2, size(open, 2) - 1, k == 1))
                end associate
                end%direction = end%direction/norm2(end%direction)
+               if (cut%lines(line)%is_through(k)) end%leaf = forest%leaf_at(end%tip + nearly_none*forest%cell &
+                                                     *(into_half(end%direction, cut%lines(line)%face) - end%direction))
             end if
             e = e + 1
             cut%ends(e) = end

@@ -23,6 +23,7 @@ module hampm_history
       type(column_t), allocatable :: columns(:)  !! in the order of the calls; not allocated before the first pass
       real(dp), allocatable :: row(:)            !! latest value of each column
       character(name_len) :: of_tip = ''         !! what the names of the next columns end with, as '_tip2'
+      logical :: is_of_none = .false.            !! whether the next columns are of a tip that is none any more: not numbers
       integer, private :: filled = 0             !! how many values the row has so far
    contains
       procedure :: begin_row
@@ -153,5 +154,6 @@ contains
       real(dp), intent(in) :: value
       self%filled = self%filled + 1
       self%row(self%filled) = value
+      if (self%is_of_none) self%row(self%filled) = ieee_value(value, ieee_quiet_nan)
    end subroutine put
 end module hampm_history

@@ -7,13 +7,14 @@ module hampm_rigid_motions
    use hampm_basis, only: points_of_quadratic
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_failure, only: failure_t, exit_computation
+   use hampm_interface_points, only: pulls
    use hampm_lapack, only: dposv
    use hampm_problem, only: problem_t
    use hampm_text, only: to_text, three_digits, without_rounding
    implicit none
    private
    public :: rigid_constraint_t, find_rigid_constraints, check_rigid_constraints, turn_with, free_motions_t, find_free_motions, &
-             take_inertia, take_motion_as_whole
+             take_inertia, take_motion_as_whole, number_of_pieces
 
    integer, parameter :: motions = 3             !! of a piece of material: along x, along y, turning
    real(dp), parameter :: not_held = 1e-10_dp    !! what a motion moves of what is held, below which it is not held
@@ -290,10 +291,25 @@ contains
       end do
    end function first_master
 
+   !> In how many pieces all material is. Faces that only press on each other, and those whose cohesion has gone, are apart.
+   integer function number_of_pieces(m) result(number)
+      type(problem_t), intent(in) :: m
+      integer, allocatable :: piece(:)
+      logical, allocatable :: is_one(:)
+      integer :: k
+      call find_pieces(m, piece, firmly=.true.)
+      allocate (is_one(size(piece)), source=.false.)
+      do k = 1, m%blocks%n_occupied
+         is_one(piece(first_master(m, m%blocks%occupied(k)))) = .true.
+      end do
+      number = count(is_one)
+   end function number_of_pieces
+
    !> Number of the piece of each node: that of the nodes with which it has an element in common, from element to element.
-   subroutine find_pieces(m, piece)
+   subroutine find_pieces(m, piece, firmly)
       type(problem_t), intent(in) :: m
       integer, allocatable, intent(out) :: piece(:)
+      logical, intent(in), optional :: firmly    !! whether faces are connected only where they hold each other
       type(disjoint_sets_t) :: sets
       integer :: first, master, k, j
       call singletons(m%grid%n_nodes, sets)
@@ -316,6 +332,9 @@ contains
          end associate
       end do
       do k = 1, m%interfaces%n
+         if (present(firmly)) then
+            if (firmly .and. .not. pulls(m%interfaces%list(k))) cycle
+         end if
          do j = 2, count(m%interfaces%list(k)%node > 0)
             call sets%join(m%interfaces%list(k)%node(1), m%interfaces%list(k)%node(j))
          end do

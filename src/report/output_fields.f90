@@ -177,6 +177,7 @@ contains
          number(1, first(c) - c + 1:first(c + 1) - 1 - c) = c
       end do
       do k = 1, size(cracks%tips)
+         if (cracks%tips(k)%has_ended) cycle
          associate (c => cracks%tips(k)%crack)
             if (cracks%tips(k)%end == first_point) tip(1, first(c)) = k
             if (cracks%tips(k)%end == last_point) tip(1, first(c + 1) - 1) = k

@@ -12,12 +12,15 @@ module hampm_growth
    use hampm_static_growth, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, ratios_of, &
                                   has_held_drive, has_scaled_drive, book_work, look_at_frame
    use hampm_dynamic_growth, only: plan_ways, move_tips, must_check, start_tips, note_check
+   use hampm_growth_room, only: is_plane_open, find_loose_tips
    use hampm_growth_pace, only: pace_t, begin_pace, follow_pace
    use hampm_measurements, only: measurements_t
    use hampm_mesh_changes, only: cut_anew, change_cut
-   use hampm_problem, only: update_particles
+   use hampm_problem, only: stored_energy, update_particles
+   use hampm_rigid_motions, only: number_of_pieces
    use hampm_simulation, only: simulation_t, measure_state
    use hampm_symmetric_turns, only: symmetric_turns_t, is_symmetric
+   use hampm_text, only: add_line, digits_text, to_text
    implicit none
    private
    real(dp), parameter :: near = 1e-6_dp         !! part of the toughness, and of what is controlled
@@ -30,6 +33,7 @@ contains
    subroutine start_growth(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
+      if (s%growing%are_there()) s%growing%pieces = number_of_pieces(s%problem)
       if (.not. s%growing%is_static) return
       call measure_state(s, failure, in_passing=.true.)
       if (s%model%control%leads()) then
@@ -135,7 +139,23 @@ contains
       else if (.not. s%growing%is_paced) then
          call move_tips(s%growing, s%model, s%problem, s%cracks, s%problem%state%time - s%dt, s%dt, s%warning)
       end if
+      if (.not. s%growing%is_static) call follow_ends(s, failure)
    end subroutine follow_growth
+
+   !> In motion, after a step: cut cells anew where tips have ended, and look whether bodies have parted once nothing holds the faces there any more.
+   subroutine follow_ends(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      logical :: is_new
+      if (s%growing%has_new_end) then
+         s%growing%has_new_end = .false.
+         call update_particles(s%problem)
+         call change_cut(s, failure)
+         if (.not. failure%failed()) call s%integrator%initialise(s%problem, s%dt, failure)
+      end if
+      call find_loose_tips(s%growing, s%problem%interfaces, is_new)
+      if (is_new .and. .not. failure%failed()) call note_separation(s, s%problem%state%time)
+   end subroutine follow_ends
 
    !> Before a load step: let tips advance, and find equilibrium with them where they are.
    subroutine grow(s, failure, has_grown)
@@ -157,8 +177,8 @@ contains
       have_cut = .false.
       do
          call advance_tips(s%growing, s%model, s%cracks, values, attempts, have_moved, s%warning)
-         if (have_moved .or. have_cut) call cut_anew(s, failure)
-         if (.not. have_moved .or. failure%failed()) return
+         if (have_moved .or. have_cut) call cut_at_rest(s, failure)
+         if (.not. have_moved .or. failure%failed() .or. s%is_over) return
          have_cut = .true.
          if (present(has_grown)) has_grown = .true.
          call measure_state(s, failure)
@@ -168,6 +188,45 @@ contains
          if (is_over) return
       end do
    end subroutine grow
+
+   !> At rest: cut cells along cracks that have grown, and find equilibrium. Where they have parted a body and one of its pieces has no equilibrium,
+   !> the run is over.
+   subroutine cut_at_rest(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(failure_t) :: of_pieces
+      call change_cut(s, failure)
+      if (failure%failed()) return
+      call note_separation(s, s%problem%state%time + s%dt)
+      call s%integrator%initialise(s%problem, s%longest_step, of_pieces)
+      if (.not. of_pieces%failed()) return
+      s%is_over = s%growing%separated >= 0
+      if (s%is_over) then
+         call add_line(s%warning, 'the run ends before end_time, as pieces have no equilibrium: '//of_pieces%message)
+      else
+         failure = of_pieces
+      end if
+   end subroutine cut_at_rest
+
+   !> Look whether cracks have parted a body.
+   subroutine note_separation(s, time)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: time               !! [s]
+      character(:), allocatable :: how
+      integer :: pieces
+      s%growing%has_new_end = .false.
+      if (s%growing%separated >= 0 .or. .not. any(s%cracks%tips%has_ended)) return
+      pieces = number_of_pieces(s%problem)
+      if (is_plane_open(s%model, s%cracks)) then
+         how = 'nothing joins the half body to its mirror image'
+      else if (pieces > s%growing%pieces) then
+         how = 'all material is in '//to_text(pieces)//' pieces, in '//to_text(s%growing%pieces)//' at the start'
+      else
+         return
+      end if
+      s%growing%separated = time
+      call add_line(s%warning, 'separated at t = '//digits_text(time, 6)//' s: '//how)
+   end subroutine note_separation
 
    !> By local symmetry: turn the last increments of the tips until these have no K_II, from what was measured last, and measure.
    subroutine turn_to_symmetry(s, turns, failure)

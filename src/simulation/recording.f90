@@ -137,7 +137,8 @@ contains
       if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%problem, s%cracks%tips(1), failure)
       if (failure%failed()) return
       do k = 1, size(s%cracks%tips)
-         call check_modes(s%problem, s%cracks%tips(k), s%warning)
+         if (s%cracks%tips(k)%is_measured()) &
+            call check_modes(s%problem, s%cracks%tips(k), s%warning)
       end do
       if (s%problem%interfaces%n_cohesive > 0) call check_zones(s%cracks, s%problem%interfaces, s%warning)
       if (is_due(s, min(output_time(s, s%samples, s%model%output%history_interval), s%model%run%end_time))) then
@@ -223,6 +224,7 @@ contains
       character(:), allocatable :: column
       integer :: k
       if (.not. s%growing%are_there()) return
+      if (s%growing%separated >= 0) call s%results%add_attribute('/history', 'separated', s%growing%separated, failure)
       do k = 1, size(s%growing%tips)
          associate (tip => s%growing%tips(k))
             column = '/history/tip_speed'

@@ -49,6 +49,7 @@ module hampm_simulation
       real(dp) :: limit = 0                      !! the same when the steps to the next output were chosen [s]
       integer(long) :: steps_left = 0            !! how many of these are not yet done
       real(dp) :: dt = 0                         !! last time step: not longer, and such that outputs fall on their times [s]
+      logical :: is_over = .false.               !! whether the run ends before its end time: pieces have no equilibrium
       integer(long) :: samples = 0               !! rows of the history so far
       integer(long) :: snapshots = 0             !! snapshots so far
       real(dp) :: largest_load = 0               !! of the samples so far, see `hampm_stopping`

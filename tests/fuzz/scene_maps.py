@@ -4,6 +4,7 @@ Each map is a pair: of a scene (a list of groups, see `drawn_scenes.py`) and of 
 """
 
 import math
+import re
 
 import numpy as np
 from drawn_scenes import copy_of, groups
@@ -92,6 +93,14 @@ def family(column):
     """The name of a column without the number of its tip."""
     base, _, number = column.rpartition("_tip")
     return base if number.isdigit() and base else column
+
+
+def ends_with_its_tip(column, values, warnings):
+    """Whether the numbers of a column end where its tip, as a run has warned, has come to where its crack ends or near to it."""
+    base = family(column)
+    tip = "1" if base == column else column.rpartition("_tip")[2]
+    told = re.search(rf"tip {tip} (has run through|has ended|is nearer than one of the finest cells)", warnings)
+    return bool(told) and not np.any(np.isinf(values)) and not np.any(np.diff(np.isnan(values).astype(int)) < 0)
 
 
 def isometric_columns(row, q):

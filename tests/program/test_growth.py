@@ -100,12 +100,14 @@ def test_loads_that_rise_by_themselves_change_no_work(hampm):
 
 
 def test_a_crack_stops(hampm):
-    """At its largest length, and before a surface."""
+    """At its largest length, and before a load."""
     row, said = run_told(hampm, plate(3, levels=0, increment=2e-3, more="max_length = 0.0205"))
     assert row["crack_length"] == pytest.approx([16e-3, 20e-3, 20e-3, 20e-3])
     assert "the crack has its max_length" in said
-    row, said = run_told(hampm, straight(9, 0, 2e-3))
-    assert "there is no room for a radius" in said
+    held = "&load kind = 'traction'  lower = 0.02, -1e-3  upper = 0.02, 1e-3  force = 1e-3, 0.0 /\n" \
+        "&constraint lower = -0.02, -0.04  upper = -0.02, 0.04  fix = 'x' /\n"
+    row, said = run_told(hampm, straight(9, 0, 2e-3) + held)
+    assert "tip 1 no longer grows: a step further there is no room for a radius" in said
     assert row["tip_x"][-1] == pytest.approx(17e-3)
 
 
