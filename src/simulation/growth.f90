@@ -448,7 +448,7 @@ contains
          factor = s%growing%load_factor
          value = controlled(s)
          associate (compliance => s%growing%compliance)
-            if (abs(value - target) <= close*max(abs(target), abs(compliance*factor))) return
+            if (abs(value - target) <= close*max(abs(s%model%control%displacement), abs(target), abs(compliance*factor))) return
             if (.not. abs(compliance) > 0 .and. abs(factor) > 0) compliance = value/factor
             if (.not. abs(compliance) > 0) exit
             change = (target - value)/compliance
