@@ -35,6 +35,7 @@ counted_run := -fno-inline
 counted_recording := $(counted_run)
 counted_mesh_changes := $(counted_run)
 counted_simulation := $(counted_run)
+counted_nodal_state := $(counted_run)
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
 # The checks of the debug build at half of its cost: of the tests, and of many short runs
 checked := -O2 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan

@@ -39,7 +39,7 @@ module hampm_nodal_fields
       integer :: maps = 0                               !! how often all particles have been mapped
       logical, allocatable :: left(:)                   !! whether a particle has left its cell in the last pass, (blocks)
       real(dp), allocatable :: audit(:, :)              !! what the last pass has summed for the energy balance [J], (2, blocks)
-      logical, allocatable :: is_active(:)              !! workspace of `find_active_nodes`, (n_points)
+      logical, allocatable :: is_active(:)              !! whether each is one of elements with material, (n_points)
       real(dp), allocatable :: partial_power(:, :)      !! workspace of sums over nodes, (2, number of chunks of nodes)
    end type nodal_fields_t
 

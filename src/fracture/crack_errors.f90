@@ -109,7 +109,7 @@ contains
          call displace(problem, crack%u, p)
          found = values
          call estimate_rates(problem, crack%scale*largest_factors(problem%loads), tip, p, &
-                             resting(problem, crack%acceleration), extrapolation, found, failure)
+                             nodal_state_t(divergence=crack%acceleration), extrapolation, found, failure)
          if (failure%failed()) return
          errors%by_mode = .true.
          errors%of_tip = crack%part_of_tip()
@@ -206,18 +206,10 @@ contains
          call displace(problem, static_tips%u + u, p, tip%now, tip%radii(1) + norm2(shift))
          associate (values => found(merge(2, 1, any(abs(shift) > 0))))
             call measure_domain(problem, static_tips%scale*largest_factors(problem%loads), tip, p, &
-                                resting(problem, static_tips%acceleration), values, shift)
+                                nodal_state_t(divergence=static_tips%acceleration), values, shift)
             k = values%intensity
             j = values%j(1)
          end associate
       end subroutine find
    end subroutine estimate_by_shifts
-
-   !> The nodes of a motion that rests but for its motion as a whole, without weight.
-   pure type(nodal_state_t) function resting(problem, acceleration) result(state)
-      type(problem_t), intent(in) :: problem
-      real(dp), intent(in) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
-      allocate (state%velocity(ndim, problem%grid%n_points), source=0.0_dp)
-      allocate (state%divergence, source=acceleration)
-   end function resting
 end module hampm_crack_errors

@@ -382,13 +382,16 @@ contains
       end associate
    end function stiffness_of_axes
 
-   !> Add the forces of the interface points from the `first` on on the nodes [N].
-   pure subroutine add_interface_forces(interfaces, first, force)
+   !> Add the forces of the interface points from the `first` on, to the `last` one where that is given, on the nodes [N].
+   pure subroutine add_interface_forces(interfaces, first, force, last)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: first
       real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
-      integer :: k
-      do k = first, interfaces%n
+      integer, intent(in), optional :: last
+      integer :: k, to
+      to = interfaces%n
+      if (present(last)) to = last
+      do k = first, to
          call give_nodes(interfaces%list(k)%jump_t, &
                          -merge(interfaces%weight, 1.0_dp, interfaces%list(k)%is_firm)*force_at(interfaces, k), force)
       end do

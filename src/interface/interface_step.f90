@@ -46,7 +46,7 @@ module hampm_interface_step
    use hampm_sparse, only: sparse_t, pattern_of_cliques
    implicit none
    private
-   public :: interface_step_t, hold_faces, forget_faces, archive_faces
+   public :: interface_step_t, hold_faces, accelerate_by_faces, forget_faces, archive_faces
 
    real(dp), parameter :: of_newmark = 0.3_dp    !! beta, see above
    integer, parameter :: most_turns = 50         !! in which points find what they do; what they do then has to do for the step
@@ -71,6 +71,7 @@ module hampm_interface_step
    type :: interface_step_t
       private
       type(response_t), allocatable :: responses(:) !! (points)
+      logical :: are_new = .false.               !! whether no step has used these
       integer, allocatable :: elements(:)        !! by which points feel others
       type(numbering_t) :: numbering             !! of all nodes that have degrees of freedom, as they are
       type(sparse_t) :: masses                   !! of the particles of these elements [kg]
@@ -114,10 +115,12 @@ contains
       integer :: pass, k, j
       logical :: rubs, is_new, is_kept           ! whether a checkpoint has kept what the matrix is for
       is_kept = m%particles%total_frame .and. allocated(self%slopes)
-      is_new = .not. (allocated(self%responses) .and. m%particles%total_frame)
-      if (is_new) call find_responses(self, interfaces, m, fixed, map, masses, solver, failure)
+      call find_responses(self, interfaces, m, fixed, map, masses, solver, failure)
+      is_new = self%are_new
+      self%are_new = .false.
       if (is_kept .and. is_new .and. .not. failure%failed()) call factorise(self, failure)
       if (failure%failed()) return
+      if (.not. allocated(self%slopes)) allocate (self%states(interfaces%n), self%slopes(ndim*interfaces%n_at_end))
       is_new = is_new .and. .not. is_kept .or. abs(self%dt - dt) > 0
       self%dt = dt
       do k = 1, interfaces%n_at_end
@@ -162,7 +165,30 @@ contains
       end do
    end subroutine hold_faces
 
-   !> Find what unit forces of the points do, and W over beta dt**2.
+   !> Add to accelerations what the points make of them by their forces as they are open now, between steps.
+   subroutine accelerate_by_faces(self, interfaces, m, fixed, map, masses, solver, acceleration, failure)
+      type(interface_step_t), intent(inout) :: self
+      type(interfaces_t), intent(in) :: interfaces
+      type(matter_t), intent(in) :: m
+      logical, intent(in) :: fixed(:, :)         !! which components of nodes are given, (ndim, n_nodes)
+      type(corner_map_t), intent(in) :: map      !! of the domains of the particles, if they have some
+      type(mass_matrix_t), intent(in) :: masses
+      type(mass_solver_t), intent(inout) :: solver
+      real(dp), intent(inout) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
+      type(failure_t), intent(inout) :: failure
+      integer :: k, j
+      call find_responses(self, interfaces, m, fixed, map, masses, solver, failure)
+      if (failure%failed()) return
+      do k = 1, interfaces%n_at_end
+         associate (of => self%responses(k), force => force_at(interfaces, k))
+            do j = 1, size(of%acceleration, 2)
+               acceleration(:, of%node(j)) = acceleration(:, of%node(j)) - force*of%acceleration(:, j)
+            end do
+         end associate
+      end do
+   end subroutine accelerate_by_faces
+
+   !> Find what unit forces of the points do, and W over beta dt**2, unless they are there and stay.
    subroutine find_responses(self, interfaces, m, fixed, map, masses, solver, failure)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(in) :: interfaces
@@ -176,6 +202,8 @@ contains
       real(dp) :: unused(ndim)
       logical :: is_new
       is_new = .not. allocated(self%responses)
+      if (.not. is_new .and. m%particles%total_frame) return
+      self%are_new = .true.
       if (is_new) call prepare(self, interfaces, m)
       call weigh_elements(self, m, map)
       do k = 1, interfaces%n_at_end
@@ -230,7 +258,6 @@ contains
       type(matter_t), intent(in) :: m
       integer :: j, k
       allocate (self%responses(interfaces%n_at_end), self%opening(ndim, interfaces%n_at_end), self%beta(interfaces%n_at_end))
-      if (.not. allocated(self%slopes)) allocate (self%states(interfaces%n), self%slopes(ndim*interfaces%n_at_end))
       allocate (self%unit(ndim, m%grid%n_points), self%moved(ndim, m%grid%n_points), self%mapped(ndim, m%grid%n_points), &
                 source=0.0_dp)
       call gather_elements(m, interfaces, self%elements)

@@ -4,11 +4,11 @@ module hampm_nodal_state
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads, add_loads
    use hampm_mass_solver, only: solve_aside
-   use hampm_problem, only: problem_t, map_to_grid, refresh_grid, keeps_velocity, do_pass, assemble_sums, pass_on
-   use hampm_nodal_fields, only: v_next, v_mapped
+   use hampm_problem, only: problem_t, map_to_grid, refresh_grid, is_weighed, keeps_velocity, do_pass, assemble_sums, pass_on
    use hampm_particle_pass, only: pass_report_t
    use hampm_pass, only: pass_t
    use hampm_interface_points, only: add_interface_forces
+   use hampm_interface_step, only: accelerate_by_faces
    use hampm_vectors, only: multiply, add_scaled
    implicit none
    private
@@ -16,7 +16,6 @@ module hampm_nodal_state
 
    !> Nodal fields at one instant, by point: zero where there are no particles.
    type :: nodal_state_t
-      real(dp), allocatable :: velocity(:, :)    !! v of M v = p [m/s], (ndim, n_points)
       real(dp), allocatable :: divergence(:, :)  !! (div stress)/rho: the acceleration by internal force and surface loads, without
                                                  !! damping and body loads; 0 for fixed components [m/s2], (ndim, n_points)
       real(dp) :: reaction(ndim) = 0             !! force of the constraints on the bodies, without the inertia that a mass matrix
@@ -28,50 +27,58 @@ contains
 
    !> The nodal state of the particles as they are now, by the mass matrix of the run:
    !>
-   !>    M v = p,   M d = f_internal + f_surface,   reaction = -sum over fixed components of (f_internal + f_loads).
+   !>    M d = f_internal + f_surface,   reaction = -sum over fixed components of (f_internal + f_loads).
    !>
    !> Since M d is the weak form of rho d, d is the divergence of the stress over the density, which the equation of motion sets
    !> equal to a + alpha v - b. The run goes on with the same bytes. Fails where the nodal equations cannot be solved.
    !>
-   !> Where the next step solves for the same velocity and acceleration it takes these: forces are summed in the order in which it sums them.
+   !> Where the next step solves for the acceleration by the same forces it takes that: forces are summed in the order in which it sums them. Those of
+   !> interface points that it finds at its end are none of them, and what they do, as they are now, is added by the responses that it has of them.
    subroutine find_nodal_state(m, state, failure, reactions_only)
       type(problem_t), intent(inout) :: m
       type(nodal_state_t), intent(inout) :: state
       type(failure_t), intent(inout) :: failure
       logical, intent(in), optional :: reactions_only
       real(dp), allocatable :: reactions(:, :)
-      logical :: with_fields
+      logical :: with_fields, is_of_step         ! whether the next step has the same acceleration
       with_fields = .true.
       if (present(reactions_only)) with_fields = .not. reactions_only
       if (.not. m%cache%mapped) call map_to_grid(m)
-      if (with_fields) then
-         call refresh_grid(m)
-         state%velocity = m%fields%velocity(:, :, merge(v_mapped, v_next, m%scheme%remaps))
-         if (m%cache%velocity_after /= m%state%steps) call solve(m, m%fields%momentum, state%velocity, failure)
-         if (keeps_velocity(m)) then
-            m%fields%velocity(:, :, v_mapped) = state%velocity
-            m%cache%velocity_after = m%state%steps
-         end if
-      end if
+      if (with_fields .and. .not. is_weighed(m)) call refresh_grid(m)
+      is_of_step = with_fields .and. keeps_velocity(m) .and. m%scheme%map_at_start%map_force .and. .not. any(m%loads%by_mass)
       call sum_stress(m)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
-      call find_external_force(m, .false., 1)
-      call add_scaled(size(m%fields%force), 1.0_dp, m%fields%external, m%fields%force)
-      if (with_fields) then
+      if (size(m%loads) + m%interfaces%n > 0) then
+         call find_external_force(m, .false., merge(m%interfaces%n_at_end, 0, is_of_step) + 1)
+         call add_scaled(size(m%fields%force), 1.0_dp, m%fields%external, m%fields%force)
+      end if
+      if (is_of_step) then
+         call solve_for_step(m, failure)
+         state%divergence = m%fields%acceleration
+         if (m%interfaces%n_at_end > 0) then
+            call add_interface_forces(m%interfaces, 1, m%fields%force, m%interfaces%n_at_end)
+            call accelerate_by_faces(m%interface_step, m%interfaces, m%matter_t, m%constraints%fixed, m%corners, &
+                                     m%fields%mass_matrix, m%solver, state%divergence, failure)
+            call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, state%divergence)
+         end if
+      else if (with_fields) then
          state%divergence = m%fields%acceleration
          call solve(m, m%fields%force, state%divergence, failure)
-         if (keeps_velocity(m) .and. m%scheme%map_at_start%map_force .and. m%interfaces%n == 0 .and. &
-             .not. any(m%loads%by_mass)) then
-            m%fields%acceleration = state%divergence
-            m%cache%acceleration_after = m%state%steps
-         end if
       end if
-      call gather_loads(m, by_mass=.true.)
+      if (any(m%loads%by_mass)) call gather_loads(m, by_mass=.true.)
       allocate (reactions(ndim, m%constraints%number()), source=0.0_dp)
       call sum_on_held(m, reactions)
       state%reactions = -reactions
       state%reaction = sum(state%reactions, dim=2)
    end subroutine find_nodal_state
+
+   !> Solve for the acceleration that the next step then has.
+   subroutine solve_for_step(m, failure)
+      type(problem_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      call solve(m, m%fields%force, m%fields%acceleration, failure)
+      m%cache%acceleration_after = m%state%steps
+   end subroutine solve_for_step
 
    !> Nodal forces of the loads, and of interface points between faces, where the material is now, condensed.
    subroutine find_external_force(m, with_mass, first)
@@ -168,15 +175,16 @@ contains
       type(problem_t), intent(in) :: m
       real(dp), intent(inout) :: force(:, :)     !! (ndim, constraints)
       integer :: a, d
-      associate (all => m%fields%mass_matrix%all)
-         do a = 1, all%n_nodes
+      if (size(force, 2) == 0) return            ! on an axis there is none
+      do a = 1, size(m%constraints%node)
+         associate (node => m%constraints%node(a))
+            if (.not. m%fields%is_active(node)) cycle
             do d = 1, ndim
-               if (.not. m%constraints%holds(all%nodes(a), d)) cycle
-               associate (k => m%constraints%box(d, all%nodes(a)))
-                  if (k > 0) force(d, k) = force(d, k) + m%fields%force(d, all%nodes(a)) ! on an axis there is none
+               associate (k => m%constraints%box(d, node))
+                  if (k > 0 .and. m%constraints%holds(node, d)) force(d, k) = force(d, k) + m%fields%force(d, node)
                end associate
             end do
-         end do
-      end associate
+         end associate
+      end do
    end subroutine sum_on_held
 end module hampm_nodal_state

@@ -9,15 +9,16 @@ module hampm_samples
    use hampm_grid_building, only: build_grid
    use hampm_harness, only: check
    use hampm_mass_choice, only: mass_choice_t
+   use hampm_mass_solver, only: solve_aside
    use hampm_material, only: material_t
-   use hampm_problem, only: problem_t, start_problem
+   use hampm_problem, only: problem_t, start_problem, refresh_grid
    use hampm_particles, only: new_particles
    use hampm_sorting, only: sort_into_cells
    use hampm_step, only: advance
    use hampm_thickness, only: thickness_t
    implicit none
    private
-   public :: rectangle_t, schemes, place_bodies, start, run_steps, total_energy, energy_residual, thickness
+   public :: rectangle_t, schemes, place_bodies, start, run_steps, nodal_velocity, total_energy, energy_residual, thickness
 
    character(5), parameter :: schemes(4) = ['usf  ', 'usl  ', 'usavg', 'musl ']
    real(dp), parameter :: thickness = 0.5_dp     !! of every body [m]
@@ -84,6 +85,18 @@ contains
       end do
       call check_failure(failure)
    end subroutine run_steps
+
+   !> Velocities of the nodes by the mass matrix of the run, v of M v = p [m/s], (ndim, n_points).
+   function nodal_velocity(m) result(v)
+      type(problem_t), intent(inout) :: m
+      real(dp), allocatable :: v(:, :)
+      type(failure_t) :: failure
+      call refresh_grid(m)
+      allocate (v(ndim, m%grid%n_points), source=0.0_dp)
+      call solve_aside(m%solver, m%grid, m%fields%mass_matrix, m%fields%momentum, v, failure)
+      call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, v)
+      call check_failure(failure)
+   end function nodal_velocity
 
    subroutine check_failure(failure)
       type(failure_t), intent(in) :: failure

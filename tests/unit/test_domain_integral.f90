@@ -15,7 +15,7 @@ program test_domain_integral
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_refined, only: refine_box
-   use hampm_samples, only: rectangle_t, place_bodies, start, thickness
+   use hampm_samples, only: rectangle_t, place_bodies, start, nodal_velocity, thickness
    use hampm_sorting, only: sort_into_cells
    use hampm_tensors, only: identity
    implicit none
@@ -136,7 +136,7 @@ contains
    !> Nodes at rest without forces, as they are in equilibrium.
    pure type(nodal_state_t) function rest(m)
       type(problem_t), intent(in) :: m
-      allocate (rest%velocity(ndim, m%grid%n_points), rest%divergence(ndim, m%grid%n_points), source=0.0_dp)
+      allocate (rest%divergence(ndim, m%grid%n_points), source=0.0_dp)
    end function rest
 
    !> J and K, in one column a radius.
@@ -242,9 +242,8 @@ contains
          call find_nodal_state(m, state, failure)
          call check(.not. failure%failed(), 'there is a nodal state')
          found = integrals(m, direction, .false., radius, state)
-         damped = integrals(m, direction, .false., radius, nodal_state_t(state%velocity, state%divergence &
-                                                                         - damping_rate*state%velocity))
-         still = integrals(m, direction, .false., radius, nodal_state_t(state%velocity, 0*state%divergence))
+         damped = integrals(m, direction, .false., radius, nodal_state_t(state%divergence - damping_rate*nodal_velocity(m)))
+         still = integrals(m, direction, .false., radius, nodal_state_t(0*state%divergence))
          error(:, n) = abs(found(1, :)/still(1, :))
       end do
       order = log(maxval(error(:, 2))/maxval(error(:, 3)))/log(2.0_dp)
