@@ -87,8 +87,8 @@ contains
          do n = 1, size(places%list)
             associate (place => places%list(n))
                call take_sample(domain, grid, p, place, problem%materials(p%material(place%particle)), state, c, s)
-               call add_to_j(s, domain, places%q(:, n), places%dq(:, :, n), j)
-               call add_to_interaction(s, domain, place, places%q(:, n), places%dq(:, :, n), k)
+               call add_to_j(s, domain, size(j), places%q(1, n), places%dq(1, 1, n), j)
+               call add_to_interaction(s, domain, place, size(j), places%q(1, n), places%dq(1, 1, n), k)
             end associate
          end do
          call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, places%nodal, j, k, by_closed, &
@@ -175,11 +175,14 @@ contains
       real(dp), dimension(ndim) :: slope, constant, divergence
       integer :: d
       axes = frame_along(domain%direction)
-      associate (i => place%particle)
+      associate (i => place%particle, history => p%history_of(place%particle))
          unturned = p%gradient_of(i)
-         do d = 1, ndim
-            h(:, d) = turned_back(domain, unturned(:, d), identity(:, d))
-         end do
+         h = unturned
+         if (domain%material%is_finite) then
+            do d = 1, ndim
+               h(:, d) = turned_back(domain, unturned(:, d), identity(:, d))
+            end do
+         end if
          divergence = 0
          do d = 1, grid%n_functions
             divergence = divergence + place%shape(d)*state%divergence(:, place%point(d))
@@ -188,17 +191,18 @@ contains
          slope = h(:, 1)*domain%direction(1) + h(:, 2)*domain%direction(2)
          s%slope = [dot_product(slope, axes(:, 1)), dot_product(slope, axes(:, 2))] - c
          s%hoop = p%hoop_of(i)
-         stress = product_of(material%first_piola_stress(h, p%history_of(i), s%hoop), axes)
+         stress = product_of(material%first_piola_stress(h, history, s%hoop), axes)
          do d = 1, ndim
-            s%stress(:, d) = [dot_product(axes(:, 1), stress(:, d)), dot_product(axes(:, 2), stress(:, d))]
+            s%stress(1, d) = axes(1, 1)*stress(1, d) + axes(2, 1)*stress(2, d)
+            s%stress(2, d) = axes(1, 2)*stress(1, d) + axes(2, 2)*stress(2, d)
          end do
-         s%energy = material%energy_density(h, p%history_of(i), s%hoop) &
-                    + material%dissipation(h, p%history_of(i), s%hoop)
+         s%energy = material%energy_density(h, history, s%hoop)
+         if (material%has_history) s%energy = s%energy + material%dissipation(h, history, s%hoop)
          s%divergence = material%density*domain%in_axes(divergence)
          ! What is stored without a stress in the plane is the same in the disc: it has no part in J, but what the sums leave of it
          if (material%has_eigenstrain) s%energy = s%energy - material%idle_energy
          if (domain%is_ring) then
-            s%hoop_stress = material%hoop_stress(h, p%history_of(i), s%hoop)
+            s%hoop_stress = material%hoop_stress(h, history, s%hoop)
             s%radius = p%reference(i, 1)
             s%outward = axes(1, :)
             s%radial_slope = dot_product(unturned(1, :), domain%direction)
@@ -226,32 +230,36 @@ contains
    end subroutine take_off_pressure
 
    !> Add what a particle contributes to B J of each disc.
-   pure subroutine add_to_j(s, domain, q, dq, j)
+   pure subroutine add_to_j(s, domain, radii, q, dq, j)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
-      real(dp), intent(in) :: q(:)               !! at the particle, by radius
-      real(dp), intent(in) :: dq(:, :)           !! its gradient [1/m], (ndim, radii)
-      real(dp), intent(inout) :: j(:)
+      integer, intent(in) :: radii
+      real(dp), intent(in) :: q(radii)           !! at the particle, by radius
+      real(dp), intent(in) :: dq(ndim, radii)    !! its gradient [1/m]
+      real(dp), intent(inout) :: j(radii)
       real(dp) :: flux(ndim), source             ! factors of q,J and of q
       integer :: r
       flux = [dot_product(s%slope, s%stress(:, 1)) - s%energy, dot_product(s%slope, s%stress(:, 2))]
       source = dot_product(s%divergence, s%slope)
       if (domain%is_ring) source = source + (s%hoop_stress*(s%hoop*s%outward(1) - s%radial_constant) &
                                              - s%energy*s%outward(1))/s%radius
-      do r = 1, size(q)
-         j(r) = j(r) + s%volume*(dot_product(flux, dq(:, r)) + source*q(r))
+      flux = s%volume*flux
+      source = s%volume*source
+      do r = 1, radii
+         j(r) = j(r) + flux(1)*dq(1, r) + flux(2)*dq(2, r) + source*q(r)
       end do
    end subroutine add_to_j
 
    !> Add what a particle contributes to the interaction with the tip fields of unit K: 2 B/E' K of each disc, in an anisotropic material
    !> 2 B sum_n Y_mn K_n.
-   pure subroutine add_to_interaction(s, domain, place, q, dq, k)
+   pure subroutine add_to_interaction(s, domain, place, radii, q, dq, k)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
       type(place_t), intent(in) :: place
-      real(dp), intent(in) :: q(:)               !! at the particle, by radius
-      real(dp), intent(in) :: dq(:, :)           !! its gradient [1/m], (ndim, radii)
-      real(dp), intent(inout) :: k(:, :)
+      integer, intent(in) :: radii
+      real(dp), intent(in) :: q(radii)           !! at the particle, by radius
+      real(dp), intent(in) :: dq(ndim, radii)    !! its gradient [1/m]
+      real(dp), intent(inout) :: k(modes, radii)
       real(dp) :: axes(ndim, ndim), flux(ndim), source ! factors of q,J and of q
       integer :: mode, r
       do mode = 1, modes
@@ -267,8 +275,10 @@ contains
                                   *(s%radial_slope - s%hoop*s%outward(1)))/s%radius
             end if
          end associate
-         do r = 1, size(q)
-            k(mode, r) = k(mode, r) + s%volume*(dot_product(flux, dq(:, r)) + source*q(r))
+         flux = s%volume*flux
+         source = s%volume*source
+         do r = 1, radii
+            k(mode, r) = k(mode, r) + flux(1)*dq(1, r) + flux(2)*dq(2, r) + source*q(r)
          end do
       end do
    end subroutine add_to_interaction

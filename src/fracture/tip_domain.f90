@@ -83,11 +83,14 @@ contains
       type(grid_t), intent(in) :: grid
       real(dp), allocatable, intent(out) :: q(:, :)  !! [-], (radii, n_points)
       type(node_list_t) :: all
-      real(dp) :: t(size(domain%radius))
+      real(dp) :: t(size(domain%radius)), x(ndim), reach
       integer :: i
-      allocate (q(size(domain%radius), grid%n_points))
+      allocate (q(size(domain%radius), grid%n_points), source=0.0_dp)
+      reach = maxval(domain%radius)
       do i = 1, grid%n_nodes
-         t = (norm2(grid%node_position(:, i) - domain%tip)/domain%radius - plateau)/(1 - plateau)
+         x = grid%node_position(:, i) - domain%tip
+         if (abs(x(1)) >= reach .or. abs(x(2)) >= reach) cycle
+         t = (norm2(x)/domain%radius - plateau)/(1 - plateau)
          t = min(max(t, 0.0_dp), 1.0_dp)
          q(:, i) = 1 - t**2*(3 - 2*t)
       end do
@@ -103,23 +106,36 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(particles_t), intent(in) :: p
       type(places_t), intent(inout) :: places
-      real(dp), allocatable :: weight(:)         ! (occupied elements)
-      integer :: k, i, n
+      real(dp), allocatable :: weight(:)         ! of elements there
+      integer, allocatable :: inside(:)
+      logical, allocatable :: is_near(:)
+      integer :: k, i, n, found, largest
       if (places%stay(domain, blocks, p)) return
       places%layout = -1
       call weight_nodes(domain, grid, places%nodal)
-      allocate (weight(blocks%n_occupied), source=0.0_dp)
-      do k = 1, blocks%n_occupied
-         associate (e => blocks%occupied(k))    ! bodies that meet the cracked one are not part of it
-            if (grid%is_in_first_field(e)) weight(k) = sum(places%nodal(:, grid%support_of(e)))
-         end associate
-      end do
-      if (allocated(places%list)) deallocate (places%list)
-      allocate (places%list(sum(blocks%count_in(blocks%occupied(:blocks%n_occupied)), mask=weight > 0)))
+      largest = maxloc(domain%radius, dim=1)
+      allocate (is_near, source=abs(places%nodal(largest, :)) > 0)
+      allocate (weight(blocks%n_occupied), inside(blocks%n_occupied))
       n = 0
       do k = 1, blocks%n_occupied
          associate (e => blocks%occupied(k))
-            if (.not. weight(k) > 0) cycle
+            if (grid%is_quadratic()) then
+               if (.not. any(is_near(grid%support_of(e)))) cycle
+            else if (.not. any(is_near(grid%element_nodes(:, e)))) then
+               cycle
+            end if
+            if (.not. grid%is_in_first_field(e)) cycle ! bodies that meet the cracked one are not part of it
+            inside(n + 1) = e
+            weight(n + 1) = sum(places%nodal(:, grid%support_of(e)))
+            if (weight(n + 1) > 0) n = n + 1
+         end associate
+      end do
+      if (allocated(places%list)) deallocate (places%list)
+      allocate (places%list(sum(blocks%count_in(inside(:n)))))
+      found = n
+      n = 0
+      do k = 1, found
+         associate (e => inside(k))
             do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                n = n + 1
                places%list(n)%particle = i

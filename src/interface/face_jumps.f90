@@ -205,13 +205,15 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: list(:)             !! their numbers
       real(dp), intent(in) :: x(ndim)            !! in the reference configuration [m]
-      real(dp) :: u(ndim)
+      real(dp) :: u(ndim), from(ndim)            ! place of the particle to there
       integer :: k
       u = 0
       do k = 1, size(list)
          associate (i => list(k))
-            u = u + (p%displacement(i, :) + matmul(p%gradient_of(i), x - p%reference(i, :)))/size(list)
+            from = x - p%reference(i, :)
+            u = u + p%displacement(i, :) + p%gradient(i, :, 1)*from(1) + p%gradient(i, :, 2)*from(2)
          end associate
       end do
+      u = u/max(1, size(list))
    end function displacement_at
 end module hampm_face_jumps

@@ -8,7 +8,7 @@ module hampm_energy
    implicit none
    private
    public :: kinetic_energy, energy_density_of, strain_energy, dissipation, linear_momentum, angular_momentum, &
-              largest_gradient, largest_stretch, most_crushed_particle, determinant_of, liveliest_particle
+              largest_displacement, largest_gradient, largest_stretch, most_crushed_particle, determinant_of, liveliest_particle
 
    !> Sums over particles are taken over blocks of this many first, so that they do not depend on the number of threads.
    integer, parameter :: particles_per_block = 2048
@@ -167,6 +167,16 @@ contains
          if (.not. materials(p%material(i))%is_finite) largest = max(largest, maxval(abs(p%gradient(i, :, :))))
       end do
    end function largest_gradient
+
+   !> Largest component of a displacement, in size [m].
+   pure real(dp) function largest_displacement(p) result(largest)
+      type(particles_t), intent(in) :: p
+      integer :: d
+      largest = 0
+      do d = 1, ndim
+         if (p%n > 0) largest = max(largest, largest_of(p%n, p%displacement(1, d)))
+      end do
+   end function largest_displacement
 
    !> The largest of some numbers in size.
    pure real(dp) function largest_of(n, values) result(largest)

@@ -5,7 +5,7 @@
 !>
 !> Closed forms for the double cantilever beam.
 module hampm_measurements
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, long
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
@@ -15,7 +15,7 @@ module hampm_measurements
    use hampm_crack_values, only: crack_values_t, new_crack_values, keep_crack_values
    use hampm_cohesive_zone, only: zone_length, root_opening
    use hampm_cracks, only: cracks_t
-   use hampm_energy, only: linear_momentum, angular_momentum, dissipation
+   use hampm_energy, only: linear_momentum, angular_momentum, dissipation, largest_displacement
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place
@@ -33,8 +33,9 @@ module hampm_measurements
    use hampm_text, only: to_text
    implicit none
    private
-   public :: measurements_t, new_measurements, note_initial_energy, rebuild_extrapolation, measure, take_row, &
-             declare_columns, energy_residual, archive_measurements, dcb_energy_release_rate, chi_foundation
+   public :: measurements_t, new_measurements, note_initial_energy, rebuild_extrapolation, measure, measure_tips, &
+             has_measured_tips, take_row, declare_columns, energy_residual, archive_measurements, dcb_energy_release_rate, &
+             chi_foundation
 
    real(dp), parameter :: chi_foundation = 2.0_dp/3.0_dp  !! chi of a beam on an elastic foundation, isotropic material
 
@@ -78,6 +79,8 @@ module hampm_measurements
       real(dp) :: reaction(ndim) = 0             !! force of all constraints on the bodies, where there is a crack [N]
       real(dp), allocatable :: reactions(:, :)   !! of the constraints, where one has a name [N], (ndim, constraints)
       integer, allocatable :: joined(:)          !! by body, which of them are one: those that touch, without contact between them
+      integer(long) :: steps = -1                !! after which tips were measured last
+      integer :: layout = -1                     !! of the blocks then
       type(history_t) :: history                 !! the columns and the latest row
    end type measurements_t
 
@@ -205,10 +208,8 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
-      type(nodal_state_t) :: state
       real(dp), parameter :: rounding = 1e-12_dp ! of displacements
       real(dp) :: least, largest
-      logical :: has_domain
       integer :: k, tip
       m%kinetic_energy = kinetic_energy(problem)
       m%strain_energy = stored_energy(problem)
@@ -217,6 +218,31 @@ contains
       m%largest_energy = max(m%largest_energy, m%kinetic_energy + m%strain_energy, abs(problem%energies%external_work))
       m%largest_inner_energy = max(m%largest_inner_energy, abs(problem%energies%external_work), &
                                    m%kinetic_energy + m%strain_energy - energy_of_flight(problem))
+      call measure_tips(model, problem, cracks, m, failure)
+      if (failure%failed()) return
+      do k = 1, size(cracks%crack)
+         if (cracks%crack(k)%contact) cycle
+         call find_openings(problem%matter_t, k, m%overlap(k)%openings, least, largest)
+         do tip = 1, size(cracks%tips)
+            if (cracks%tips(tip)%crack /= k) cycle
+            least = min(least, m%crack(tip)%behind(1), m%crack(tip)%mouth(1))
+            largest = max(largest, norm2(m%crack(tip)%behind), norm2(m%crack(tip)%mouth))
+         end do
+         largest = max(largest, rounding*largest_displacement(problem%particles))
+         call m%overlap(k)%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), problem%state%time)
+      end do
+   end subroutine measure
+
+   !> Measure the tips, which is all that growth asks for between rows, and reactions.
+   subroutine measure_tips(model, problem, cracks, m, failure)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(inout) :: problem
+      type(cracks_t), intent(in) :: cracks
+      type(measurements_t), intent(inout) :: m
+      type(failure_t), intent(inout) :: failure
+      type(nodal_state_t) :: state
+      logical :: has_domain
+      integer :: k
       has_domain = any(model%energy_release%chosen%name == 'domain_integral')
       if (has_domain .or. any(model%constraints%name /= '') .or. (size(model%paths) > 0 .and. size(model%constraints) > 0)) &
          call find_nodal_state(problem, state, failure, reactions_only=.not. has_domain)
@@ -226,18 +252,16 @@ contains
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
          call measure_crack(problem, cracks, k, state, m%extrapolation, m%crack(k), m%rate, failure)
       end do
-      do k = 1, size(cracks%crack)
-         if (cracks%crack(k)%contact) cycle
-         call find_openings(problem%matter_t, k, m%overlap(k)%openings, least, largest)
-         do tip = 1, size(cracks%tips)
-            if (cracks%tips(tip)%crack /= k) cycle
-            least = min(least, m%crack(tip)%behind(1), m%crack(tip)%mouth(1))
-            largest = max(largest, norm2(m%crack(tip)%behind), norm2(m%crack(tip)%mouth))
-         end do
-         largest = max(largest, rounding*maxval(abs(problem%particles%displacement(:problem%particles%n, :))))
-         call m%overlap(k)%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), problem%state%time)
-      end do
-   end subroutine measure
+      m%steps = problem%state%steps
+      m%layout = problem%blocks%layout
+   end subroutine measure_tips
+
+   !> Whether tips have been measured after the last step, with the cells as they are.
+   pure logical function has_measured_tips(problem, m)
+      type(problem_t), intent(in) :: problem
+      type(measurements_t), intent(in) :: m
+      has_measured_tips = m%steps == problem%state%steps .and. m%layout == problem%blocks%layout
+   end function has_measured_tips
 
    !> Take a row of what was measured last: this is the list of all columns.
    subroutine take_row(model, problem, cracks, growing, dt, m)

@@ -14,7 +14,7 @@ module hampm_growth
    use hampm_dynamic_growth, only: plan_ways, move_tips, must_check, start_tips, note_check
    use hampm_growth_room, only: is_plane_open, find_loose_tips
    use hampm_growth_pace, only: pace_t, begin_pace, follow_pace
-   use hampm_measurements, only: measurements_t
+   use hampm_measurements, only: measurements_t, measure_tips, has_measured_tips
    use hampm_mesh_changes, only: cut_anew, change_cut
    use hampm_problem, only: stored_energy, update_particles
    use hampm_rigid_motions, only: number_of_pieces
@@ -111,13 +111,15 @@ contains
       end do
    end subroutine advance_in_pace
 
-   !> In motion: measure G and K, and let tips start whose loading has reached the toughness.
+   !> In motion: measure G and K, unless a row has done so, and let tips start whose loading has reached the toughness.
    subroutine check_tips(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       if (failure%failed()) return
-      call update_particles(s%problem)
-      call measure_state(s, failure)
+      if (s%growing%is_paced .or. .not. has_measured_tips(s%problem, s%measurements)) then ! a pace is tried more than once
+         call update_particles(s%problem)
+         call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure)
+      end if
       if (failure%failed()) return
       call note_check(s%growing, s%cracks, s%measurements%crack)
       call start_tips(s%growing, s%model, s%problem, s%cracks, s%measurements%crack)
