@@ -43,26 +43,27 @@ contains
       real(dp), intent(in) :: u(:, :)            !! displacement by the loads [m], (ndim, n_points)
       type(condensation_t), intent(out) :: condensation
       integer, intent(out) :: found
-      real(dp), allocatable :: force(:, :), moved(:, :)
+      real(dp), allocatable :: force(:, :, :)
       integer :: k, i
-      allocate (condensation%parting(0), force(ndim, m%grid%n_points))
+      allocate (condensation%parting(0))
       do found = 0, size(cells) - 1
          k = size(condensation%parting)
          call add_pair(m, tips(found + 1), cells(found + 1), found + 1, u, condensation%parting)
          if (size(condensation%parting) == k) exit
       end do
       associate (n => size(condensation%parting))
-         allocate (condensation%moved(ndim, m%grid%n_points, n), condensation%compliance(n, n), condensation%parted(n))
+         allocate (force(ndim, m%grid%n_points, n), source=0.0_dp)
+         allocate (condensation%compliance(n, n), condensation%parted(n))
          do k = 1, n
-            force = 0
             associate (at => condensation%parting(k))
-               if (at%node(upper) > 0) force(:, at%node(upper)) = at%axis
-               if (at%node(lower) > 0) force(:, at%node(lower)) = -at%axis
+               if (at%node(upper) > 0) force(:, at%node(upper), k) = at%axis
+               if (at%node(lower) > 0) force(:, at%node(lower), k) = -at%axis
             end associate
-            call rest%solve(m, force, moved)
-            condensation%moved(:, :, k) = moved
-            condensation%compliance(:, k) = [(parting_by(condensation%parting(i), moved), i=1, n)]
             condensation%parted(k) = parting_by(condensation%parting(k), u)
+         end do
+         call rest%solve_for_all(m, force, condensation%moved)
+         do k = 1, n
+            condensation%compliance(:, k) = [(parting_by(condensation%parting(i), condensation%moved(:, :, k)), i=1, n)]
          end do
       end associate
    end subroutine new_condensation

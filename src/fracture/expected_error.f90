@@ -18,7 +18,6 @@ module hampm_expected_error
    use hampm_condensation, only: condensation_t, new_condensation
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
-   use hampm_error_indicator, only: energy_of_stress
    use hampm_estimated_errors, only: hardly, uncertainty
    use hampm_interface_points, only: interfaces_t, contact, overlap_of
    use hampm_jumps, only: jump_of
@@ -30,7 +29,7 @@ module hampm_expected_error
    use hampm_tip_domain, only: tip_domain_t, weight_nodes
    use hampm_loads, only: largest_factors
    use hampm_tensors, only: identity, trace
-   use hampm_missing_energy, only: gradient_by, gradient_of, missing_energies, stress_of
+   use hampm_missing_energy, only: gradient_of, missing_energies
    implicit none
    private
    public :: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, find_static_tips, &
@@ -40,6 +39,7 @@ module hampm_expected_error
    type :: static_model_t
       logical :: known = .false.
       real(dp) :: scale = 1                      !! by which these loads are scaled [-]
+      real(dp) :: energy = 0                     !! half of the work of the forces [J]
       real(dp), allocatable :: u(:, :)           !! displacement of the points [m], (ndim, n_points)
       real(dp), allocatable :: acceleration(:, :) !! of them, where nothing holds the material as a whole [m/s2], (ndim, n_points)
       type(free_motions_t), private :: free      !! by which it moves then
@@ -170,7 +170,7 @@ contains
       call condense_onto_faces(condensation, pairs, size(tips) - 1, to_g, shortness_of(m, tips(1)), crack)
       where (abs(crack%g) < hardly**2*sum(abs(crack%g))) crack%g = max(crack%g, 0.0_dp) ! rounding, of any sign
       ! Else its modes share rounding, or G changes so much from cell to cell that no parabola tells it
-      crack%known = all(crack%g >= 0) .and. sum(crack%g) > to_g*no_work*strain_energy(m, crack%u)
+      crack%known = all(crack%g >= 0) .and. sum(crack%g) > to_g*no_work*crack%energy
       if (crack%known) call find_far_error(m, tips, condensation, to_g, crack)
    end subroutine find_static_crack
 
@@ -210,6 +210,7 @@ contains
       if (.not. model%known) return
       if (.not. any(m%materials%has_eigenstrain)) call make_small(m, model%u, model%scale)
       model%acceleration = model%scale*model%acceleration
+      model%energy = model%scale*sum(force*model%u)/2
    end subroutine find_equilibrium
 
    !> Let faces in contact that a displacement parts be open, and stay so. `is_new` tells whether any were not so before.
@@ -379,22 +380,6 @@ contains
       crack%by_cells = to_g*(missing(1) - missing(2))*work/sum(work)
    end subroutine find_far_error
 
-   !> Energy that the particles store with a displacement of the points [J].
-   pure real(dp) function strain_energy(m, u) result(energy)
-      type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: u(:, :)            !! [m], (ndim, n_points)
-      integer :: i
-      energy = 0
-      associate (p => m%particles)
-         do i = 1, p%n
-            associate (material => m%materials(p%material(i)))
-               energy = energy + p%volume(i)*energy_of_stress(material, &
-                        stress_of(material, gradient_by(u, m%grid%support_of(p%cell(i)), derivatives_at(m, i))))
-            end associate
-         end do
-      end associate
-   end function strain_energy
-
    !> Find what changes as the tips of a model at rest move, where it is known.
    subroutine find_static_tips(m, rest, model, tips, is_static)
       type(problem_t), intent(in) :: m
@@ -402,19 +387,21 @@ contains
       type(static_model_t), intent(in) :: model
       type(crack_tip_t), intent(in) :: tips(:)   !! all with radii
       type(static_tips_t), intent(out) :: is_static
-      real(dp), allocatable :: force(:, :), moved(:, :), unused(:, :)
+      real(dp), allocatable :: force(:, :), forces(:, :, :), unused(:, :)
       real(dp) :: pressure
       integer :: k
       is_static%static_model_t = model
       if (.not. model%known) return
-      allocate (is_static%moved(ndim, m%grid%n_points, size(tips)))
+      allocate (forces(ndim, m%grid%n_points, size(tips)))
       do k = 1, size(tips)
          pressure = model%scale*sum(largest_factors(m%loads)*m%loads%pressure, mask=m%loads%line == tips(k)%crack)/(2*ndim)
          call find_force(m, model%u, tips(k), pressure, force)
          call take_inertia(model%free, force, unused)
-         call rest%solve(m, force, moved)
-         call take_motion_as_whole(model%free, moved)
-         is_static%moved(:, :, k) = moved
+         forces(:, :, k) = force
+      end do
+      call rest%solve_for_all(m, forces, is_static%moved)
+      do k = 1, size(tips)
+         call take_motion_as_whole(model%free, is_static%moved(:, :, k))
       end do
    end subroutine find_static_tips
 

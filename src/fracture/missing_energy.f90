@@ -29,6 +29,7 @@ contains
       real(dp) :: missing(size(u, 3))
       real(dp), allocatable :: stress(:, :), nodal(:, :), squared(:, :)
       real(dp) :: gradient(m%grid%n_functions, n_derivatives(m)), x(ndim)
+      logical :: counts(size(u, 3))
       integer :: at(m%grid%n_functions), i, k, e, d
       missing = 0
       associate (p => m%particles, grid => m%grid, b => m%blocks, n => stress_components(m%particles))
@@ -57,11 +58,8 @@ contains
                e = b%occupied(i)
                if (p%material(b%first_in(e)) /= k) cycle
                x = grid%element_lower(:, e) + grid%element_size(e)/2
-               do d = 1, size(missing)
-                  if (is_near(x, places(:, :, d), radius)) cycle
-                  missing(d) = missing(d) + missing_in_element(m, e, u(:, :, d), stress(n*(d - 1) + 1:n*d, :), &
-                                                               nodal(n*(d - 1) + 1:n*d, :))
-               end do
+               counts = [(.not. is_near(x, places(:, :, d), radius), d=1, size(missing))]
+               call add_missing(m, e, n, counts, u, stress, nodal, missing)
             end do
          end do
       end associate
@@ -77,21 +75,22 @@ contains
       end do
    end function is_near
 
-   !> The same of an element that is full of material; of others nothing is known [J].
-   pure real(dp) function missing_in_element(m, e, u, of_particles, recovered) result(missing)
+   !> Add that of an element that is full of material, for the displacements of which it counts; of others nothing is known.
+   pure subroutine add_missing(m, e, n, counts, u, of_particles, recovered, missing)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: e
-      real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
-      real(dp), intent(in) :: of_particles(:, :) !! stress of the particles [Pa], (components, particles)
-      real(dp), intent(in) :: recovered(:, :)    !! stress at the points [Pa], (components, n_points)
+      integer, intent(in) :: n                   !! components of a stress
+      logical, intent(in) :: counts(:)           !! (displacements)
+      real(dp), intent(in) :: u(:, :, :)         !! of the points [m], (ndim, n_points, displacements)
+      real(dp), intent(in) :: of_particles(:, :) !! stresses of the particles, one after the other [Pa], (components, particles)
+      real(dp), intent(in) :: recovered(:, :)    !! and at the points [Pa], (components, n_points)
+      real(dp), intent(inout) :: missing(:)      !! [J], (displacements)
       real(dp), parameter :: off = sqrt(1/12.0_dp)       ! of Gauss points from the middle, in cells
       real(dp), parameter :: gauss(ndim, 4) = 0.5_dp + off*reshape([-1, -1, 1, -1, -1, 1, 1, 1], [ndim, 4])
       real(dp), allocatable :: gradient(:, :, :)
-      real(dp) :: total, middle(ndim), x(ndim), area, weight, stress(size(recovered, 1)), shape(corners), &
-                  gradient_there(corners, n_derivatives(m))
-      integer :: i, k, c, at(corners)
+      real(dp) :: total, middle(ndim), x(ndim), area, weight, stress(n), shape(corners), slopes(corners, n_derivatives(m))
+      integer :: i, k, c, d, at(corners)
       at = m%grid%element_nodes(:, e)
-      missing = 0
       total = 0
       middle = 0
       associate (p => m%particles, b => m%blocks, material => m%materials(m%particles%material(m%blocks%first_in(e))))
@@ -102,29 +101,36 @@ contains
          end do
          if (any(abs(middle) > not_full*total)) return
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-            if (b%count_in(e) > 1) missing = missing + p%volume(i)*energy_of_stress(material, of_particles(:, i))
-            if (b%count_in(e) > 1) cycle
-            call stiff_points(m, e, i, gradient)
-            do k = 1, size(gradient, 3)
-               missing = missing + p%volume(i)/size(gradient, 3) &
-                                   *energy_of_stress(material, stress_of(material, gradient_by(u, at, gradient(:, :, k))))
+            if (b%count_in(e) == 1) call stiff_points(m, e, i, gradient)
+            do d = 1, size(missing)
+               if (.not. counts(d)) cycle
+               if (b%count_in(e) > 1) missing(d) = missing(d) + p%volume(i)*energy_of_stress(material, &
+                                                                                           of_particles(n*(d - 1) + 1:n*d, i))
+               if (b%count_in(e) > 1) cycle
+               do k = 1, size(gradient, 3)
+                  missing(d) = missing(d) + p%volume(i)/size(gradient, 3) &
+                               *energy_of_stress(material, stress_of(material, gradient_by(u(:, :, d), at, gradient(:, :, k))))
+               end do
             end do
          end do
          do k = 1, 4
             x = m%grid%element_lower(:, e) + gauss(:, k)*m%grid%element_size(e)
-            gradient_there(:, :ndim) = shape_gradients(gauss(:, k), 1/m%grid%element_size(e))
+            slopes(:, :ndim) = shape_gradients(gauss(:, k), 1/m%grid%element_size(e))
             shape = shape_functions(gauss(:, k))
-            if (material%is_ring) gradient_there(:, ndim + 1) = shape/x(1)
-            stress = stress_of(material, gradient_by(u, at, gradient_there))
+            if (material%is_ring) slopes(:, ndim + 1) = shape/x(1)
             weight = total/4*p%thickness%at(x)
-            missing = missing - weight*energy_of_stress(material, stress)
-            do c = 1, corners
-               stress = stress - shape(c)*recovered(:, at(c))
+            do d = 1, size(missing)
+               if (.not. counts(d)) cycle
+               stress = stress_of(material, gradient_by(u(:, :, d), at, slopes))
+               missing(d) = missing(d) - weight*energy_of_stress(material, stress)
+               do c = 1, corners
+                  stress = stress - shape(c)*recovered(n*(d - 1) + 1:n*d, at(c))
+               end do
+               missing(d) = missing(d) + weight*energy_of_stress(material, stress)
             end do
-            missing = missing + weight*energy_of_stress(material, stress)
          end do
       end associate
-   end function missing_in_element
+   end subroutine add_missing
 
    !> Gradient of a displacement of points by the derivatives of the functions of those at some of them [-].
    pure function gradient_by(u, at, derivatives) result(gradient)

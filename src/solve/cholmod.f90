@@ -257,8 +257,8 @@ contains
       logical, intent(in), optional :: without(:) !! (right-hand sides)
       type(factor_t), pointer :: factor
       type(full_t), pointer :: solution
-      real(c_double), pointer :: values(:)
-      real(c_double), allocatable, target :: b(:)
+      real(c_double), pointer :: values(:, :)
+      real(c_double), allocatable, target :: b(:, :)
       integer :: k
       if (self%solves_often) then
          if (present(without)) call self%often%solve(rhs, x, without)
@@ -267,14 +267,17 @@ contains
       end if
       x = 0                                      ! the caller checks the residual
       call c_f_pointer(self%factor, factor)
-      associate (n => factor%n, width => size(rhs)/int(factor%n))
-         do k = 1, width
-            b = rhs(k::width)
-            if (cholmod_solve2(solve_system, self%factor, full_t(n, 1_c_size_t, n, n, c_loc(b), c_null_ptr, reals, doubles), &
-                               c_null_ptr, self%solution, c_null_ptr, self%work(1), self%work(2), settings) == no) return
-            call c_f_pointer(self%solution, solution)
-            call c_f_pointer(solution%x, values, [n])
-            x(k::width) = values
+      associate (n => factor%n, width => size(rhs, kind=c_size_t)/factor%n)
+         allocate (b(n, width))
+         do k = 1, int(width)
+            b(:, k) = rhs(k::width)
+         end do
+         if (cholmod_solve2(solve_system, self%factor, full_t(n, width, n*width, n, c_loc(b), c_null_ptr, reals, doubles), &
+                            c_null_ptr, self%solution, c_null_ptr, self%work(1), self%work(2), settings) == no) return
+         call c_f_pointer(self%solution, solution)
+         call c_f_pointer(solution%x, values, [n, width])
+         do k = 1, int(width)
+            x(k::width) = values(:, k)
          end do
       end associate
    end subroutine solve
