@@ -33,14 +33,16 @@ def instructions(program, case, few=5, many=15):
 
 
 def costs_of_calls(profile):
-    """Instructions of all calls of each procedure, with what it calls, by the name that the compiler gives it."""
-    names, costs, callee, is_call = {}, Counter(), None, False
+    """Instructions of all calls of each procedure, with what it calls, by the name that the compiler gives it; and of those from another one, by both names."""
+    names, costs, caller, callee, is_call = {}, Counter(), None, None, False
     with open(profile) as file:
         for line in file:
             if is_call:
                 costs[callee] += int(line.split()[1])
+                costs[caller, callee] += int(line.split()[1])
             is_call = line.startswith("calls=")
-            found = re.match(r"c?fn=\((\d+)\)(?: (.*))?", line)
+            found = re.match(r"(c?)fn=\((\d+)\)(?: (.*))?", line)
             if found:
-                callee = names.setdefault(found[1], found[2])
+                name = names.setdefault(found[2], found[3])
+                caller, callee = (caller, name) if found[1] else (name, callee)
     return costs
