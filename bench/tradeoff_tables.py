@@ -33,7 +33,7 @@ def advice(rows, accuracies):
                 table.append([f"{limit:g}", group, *[""] * (len(ADVICE) - 2)])
                 continue
             gain = f"{float('%.2g' % (float(yardstick['cpu_seconds']) / float(row['cpu_seconds']))):g}" if yardstick else ""
-            table.append([f"{limit:g}", group, row["name"], row["estimator"], row["particles"], f"{float(row['cpu_seconds']):.2f}",
+            table.append([f"{limit:g}", group, row["name"], row["estimator"], row["particles"], f"{float('%.2g' % float(row['cpu_seconds'])):g}",
                           f"{float(row['error_percent']):+.2f}", f"{float(row['sustained_percent']):.2f}", gain, "yes" if row is best else ""])
     return table
 
