@@ -118,7 +118,8 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
     path = re.sub(r"&crack.*?\n/\n", "", GOOD, flags=re.DOTALL) + \
         "&crack kind = 'path' points = 0.0, 0.006, 0.05, 0.0045 contact = 'friction' friction = 0.1 /\n"
     growth = path.replace("contact = 'friction' friction = 0.1", "") + "&growth toughness = 1.0 increment = 0.01 /\n"
-    running = path.replace("contact = 'friction' friction = 0.1", "") + "&growth law = 'toughness' toughness = 1e6 /\n"
+    running = path.replace("contact = 'friction' friction = 0.1", "") + \
+        "&growth law = 'toughness' toughness = 1e6 /\n&load kind = 'absorbing' lower = 0.1, 0.0 upper = 0.1, 0.01 /\n"
     cohesive = path.replace("contact = 'friction' friction = 0.1", "") + "&cohesive from = 0.02 strength = 1e7 toughness = 1e3 /\n"
     closed = path.replace("contact = 'friction' friction = 0.1", "").replace("0.0045", "0.0055")
     of_path = (*settings[:3], "energy_release.estimators=domain_integral", "energy_release.energy_balance=.true.", "energy_release.reference=none",

@@ -34,4 +34,4 @@ def test_every_source_file_that_a_page_names_exists():
 def test_the_drawings_are_those_of_the_script():
     for name, draw in FIGURES.items():
         assert (FOLDER / f"{name}.svg").read_text(encoding="utf-8") == draw().svg(), "tools/theory_figures.py"
-        assert f"](../images/{name}.svg)" in (ROOT / "docs/explanation/theory.md").read_text()
+        assert any(f"](../images/{name}.svg)" in page.read_text() for page in (ROOT / "docs/explanation").glob("*.md"))

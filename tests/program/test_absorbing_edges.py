@@ -4,6 +4,8 @@ import h5py
 import numpy as np
 import pytest
 
+from paths import INPUT
+
 E, NU, RHO = 200e9, 0.3, 7800.0
 C_P = np.sqrt(E * (1 - NU) / ((1 + NU) * (1 - 2 * NU) * RHO))
 C_S = np.sqrt(E / (2 * (1 + NU) * RHO))
@@ -138,3 +140,9 @@ def test_refused(hampm, tmp_path):
         values = {"method": method, "more": ""}
         message = strip(hampm, tmp_path, code=2, **values).stderr
         assert "kind = 'absorbing' is not allowed with" in message and words in message
+
+
+def test_the_example(hampm, tmp_path):
+    assert hampm(INPUT / "absorbing_wave.nml").returncode == 0
+    with h5py.File(tmp_path / "absorbing_wave.h5") as file:
+        assert left({name: column[:] for name, column in file["history"].items()}) == pytest.approx(0.0039, abs=2e-4)
