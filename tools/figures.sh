@@ -189,6 +189,14 @@ draw_load_frame() {
     "$python" tools/load_frame.py $out/dcb_snap_back.h5 $out/compact_tension_growth.h5 $out/load_frame.png
 }
 
+# Tests as laboratories do them: a specimen that is hit on its anvils, a plate that a bar hits, and wing cracks under compression
+draw_impact() {
+    for scene in charpy kalthoff_striker wing_cracks; do
+        run input/$scene.nml $scene
+        "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/$scene.png
+    done
+}
+
 # Specimens of the gallery, and one that yields; small pictures of all
 draw_gallery() {
     for scene in compact_tension brazilian_disc; do
@@ -202,7 +210,7 @@ draw_gallery() {
                  dcb_cohesive; do
         run input/$scene.nml $scene output.snapshot_interval=1
     done
-    for scene in two_cracks merging_cracks hole_growth bend_path strip_growth kalthoff dcb; do
+    for scene in two_cracks merging_cracks hole_growth bend_path strip_growth kalthoff kalthoff_striker charpy wing_cracks dcb; do
         run input/$scene.nml $scene
     done
     for picture in $(rows | awk '/small_/ {print $3}'); do

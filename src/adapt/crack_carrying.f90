@@ -6,6 +6,7 @@
 !> bend with the material without drift, and parted faces part them. Particles keep their sides (`cut_cells_t%follow`).
 module hampm_crack_carrying
    use hampm_kinds, only: dp, ndim
+   use hampm_archive, only: archive_t
    use hampm_crack_lines, only: line_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_matching, only: adopt_lines
@@ -14,7 +15,7 @@ module hampm_crack_carrying
    use hampm_text, only: to_text
    implicit none
    private
-   public :: carried_cracks_t, attach_cracks, follow_cracks
+   public :: carried_cracks_t, attach_cracks, place_cracks, follow_cracks, archive_carried
 
    integer, parameter :: faces = 2               !! the left and the right one
    integer, parameter :: n_carriers = 4          !! most particles that are as near to a point, as those around one are
@@ -45,33 +46,49 @@ contains
       type(carried_cracks_t), intent(inout) :: carried
       type(problem_t), intent(in) :: m
       logical, intent(in) :: by_nodes            !! whether the nodes where cracks end are to close them
-      real(dp), allocatable :: origin(:, :), normal(:, :), nearest(:, :)
-      real(dp) :: away(ndim), distance
-      integer :: i, n, face, k, entry
+      real(dp), allocatable :: origin(:, :), normal(:, :)
+      integer :: n
       if (.not. m%grid%cut_cells%are_there()) return
-      if (.not. allocated(m%grid%cut_cells%lines(1)%origin)) return
-      carried%allowance = merge(allowance_of_nodes, usual_allowance, by_nodes)
       call list_points(m%grid%cut_cells%lines, origin, normal)
-      allocate (carried%carrier(n_carriers, faces, size(origin, 2)), source=0)
-      allocate (nearest(faces, size(origin, 2)), source=huge(1.0_dp))
+      if (size(origin, 2) == 0) return
+      carried%allowance = merge(allowance_of_nodes, usual_allowance, by_nodes)
+      allocate (carried%carrier(n_carriers, faces, size(origin, 2)))
       do n = 1, size(origin, 2)
-         do i = 1, m%particles%n
-            away = m%particles%reference(i, :) - origin(:, n)
-            face = face_toward(normal(:, n), away)
-            distance = norm2(away)
-            if (distance > nearest(face, n) + m%grid%cut_cells%slack) cycle
-            associate (carrier => carried%carrier(:, face, n))
-               if (distance < nearest(face, n) - m%grid%cut_cells%slack) carrier = 0
-               nearest(face, n) = min(distance, nearest(face, n))
-               if (any(carrier == m%particles%id(i)) .or. all(carrier > 0)) cycle
-               carrier(count(carrier > 0) + 1) = m%particles%id(i)
-            end associate
-         end do
-         if (carried%carrier(1, 1, n) == 0) carried%carrier(:, 1, n) = carried%carrier(:, 2, n)
-         if (carried%carrier(1, 2, n) == 0) carried%carrier(:, 2, n) = carried%carrier(:, 1, n)
+         carried%carrier(:, :, n) = nearest_to(m, origin(:, n), normal(:, n))
       end do
-      allocate (carried%first(maxval(m%particles%id(:m%particles%n))), carried%next(size(carried%carrier)), source=0)
-      do n = 1, size(origin, 2)
+      call list_entries(carried)
+   end subroutine attach_cracks
+
+   !> The numbers of the particles on either side of a line that are nearest to a point of it.
+   pure function nearest_to(m, origin, normal) result(carrier)
+      type(problem_t), intent(in) :: m
+      real(dp), intent(in) :: origin(ndim), normal(ndim) !! see `list_points`
+      integer :: carrier(n_carriers, faces)
+      real(dp) :: nearest(faces), away(ndim), distance
+      integer :: i, face
+      carrier = 0
+      nearest = huge(nearest)
+      do i = 1, m%particles%n
+         away = m%particles%reference(i, :) - origin
+         face = face_toward(normal, away)
+         distance = norm2(away)
+         if (distance > nearest(face) + m%grid%cut_cells%slack) cycle
+         if (distance < nearest(face) - m%grid%cut_cells%slack) carrier(:, face) = 0
+         nearest(face) = min(distance, nearest(face))
+         if (any(carrier(:, face) == m%particles%id(i)) .or. all(carrier(:, face) > 0)) cycle
+         carrier(count(carrier(:, face) > 0) + 1, face) = m%particles%id(i)
+      end do
+      if (carrier(1, 1) == 0) carrier(:, 1) = carrier(:, 2)
+      if (carrier(1, 2) == 0) carrier(:, 2) = carrier(:, 1)
+   end function nearest_to
+
+   !> List what hangs on each particle.
+   pure subroutine list_entries(carried)
+      type(carried_cracks_t), intent(inout) :: carried
+      integer :: n, face, k, entry
+      if (allocated(carried%first)) deallocate (carried%first, carried%next)
+      allocate (carried%first(maxval(carried%carrier)), carried%next(size(carried%carrier)), source=0)
+      do n = 1, size(carried%carrier, 3)
          do face = 1, faces
             do k = 1, count(carried%carrier(:, face, n) > 0)
                entry = n_carriers*(faces*(n - 1) + face - 1) + k
@@ -82,16 +99,53 @@ contains
             end do
          end do
       end do
-   end subroutine attach_cracks
+   end subroutine list_entries
+
+   !> Let lines, of which those that grow may have points that the grid does not know, be where the material has carried them.
+   pure subroutine place_cracks(carried, m, lines)
+      type(carried_cracks_t), intent(inout) :: carried
+      type(problem_t), intent(in) :: m
+      type(line_t), intent(inout) :: lines(:)
+      real(dp), allocatable :: origin(:, :), normal(:, :), before(:, :), place(:, :)
+      integer, allocatable :: carrier(:, :, :)
+      real(dp) :: overlap
+      integer :: n, old
+      if (.not. carried%are_there()) return
+      call list_points(m%grid%cut_cells%lines, before, normal)
+      call list_points(lines, origin, normal)
+      allocate (carrier(n_carriers, faces, size(origin, 2)))
+      do n = 1, size(origin, 2)
+         old = findloc(norm2(before - spread(origin(:, n), 2, size(before, 2)), dim=1) <= m%grid%cut_cells%slack, .true., dim=1)
+         if (old > 0) carrier(:, :, n) = carried%carrier(:, :, old)
+         if (old == 0) carrier(:, :, n) = nearest_to(m, origin(:, n), normal(:, n))
+      end do
+      call move_alloc(carrier, carried%carrier)
+      call list_entries(carried)
+      call find_places(carried, m%particles, m%grid%cut_cells%slack, origin, normal, place, overlap)
+      call move_to(place, lines)
+   end subroutine place_cracks
+
+   !> Give lines that are carried their places.
+   pure subroutine move_to(place, lines)
+      real(dp), intent(in) :: place(:, :)        !! [m], (ndim, points of all lines)
+      type(line_t), intent(inout) :: lines(:)
+      integer :: k, n
+      n = 0
+      do k = 1, size(lines)
+         if (.not. allocated(lines(k)%origin)) cycle
+         lines(k)%points = place(:, n + 1:n + size(lines(k)%points, 2))
+         n = n + size(lines(k)%points, 2)
+      end do
+   end subroutine move_to
 
    !> Let lines follow the material after a step. Where one is behind it by more than a small part of a cell, cells are cut along the
    !> present lines, which `moved` tells.
-   subroutine follow_cracks(carried, m, moved, failure)
+   subroutine follow_cracks(carried, m, lines, moved, failure)
       type(carried_cracks_t), intent(in) :: carried
       type(problem_t), intent(inout) :: m
+      type(line_t), allocatable, intent(inout) :: lines(:) !! those of the grid, with the tips where they are now
       logical, intent(out) :: moved
       type(failure_t), intent(inout) :: failure
-      type(line_t), allocatable :: lines(:)
       real(dp), allocatable :: origin(:, :), normal(:, :), place(:, :)
       real(dp) :: behind, overlap
       integer :: k, n
@@ -110,32 +164,32 @@ contains
       n = 0
       do k = 1, size(m%grid%cut_cells%lines)
          associate (points => m%grid%cut_cells%lines(k)%points)
+            if (.not. allocated(m%grid%cut_cells%lines(k)%origin)) cycle
             behind = max(behind, maxval(norm2(place(:, n + 1:n + size(points, 2)) - points, dim=1)))
             n = n + size(points, 2)
          end associate
       end do
       moved = behind > carried%allowance*m%grid%finest_cell
       if (.not. moved) return
-      lines = m%grid%cut_cells%lines
-      n = 0
-      do k = 1, size(lines)
-         lines(k)%points = place(:, n + 1:n + size(lines(k)%points, 2))
-         n = n + size(lines(k)%points, 2)
-      end do
+      call move_to(place, lines)
       call adopt_lines(m, lines, failure)
    end subroutine follow_cracks
 
-   !> The points of all lines in the reference configuration, and the normals there, to the left.
+   !> The points of all lines that are carried in the reference configuration, and the normals there, to the left.
    pure subroutine list_points(lines, origin, normal)
       type(line_t), intent(in) :: lines(:)
       real(dp), allocatable, intent(out) :: origin(:, :) !! [m], (ndim, points)
       real(dp), allocatable, intent(out) :: normal(:, :) !! (ndim, points)
       real(dp) :: along(ndim)
       integer :: line, k, n
-      n = sum([(size(lines(line)%origin, 2), line=1, size(lines))])
+      n = 0
+      do line = 1, size(lines)
+         if (allocated(lines(line)%origin)) n = n + size(lines(line)%origin, 2)
+      end do
       allocate (origin(ndim, n), normal(ndim, n))
       n = 0
       do line = 1, size(lines)
+         if (.not. allocated(lines(line)%origin)) cycle
          associate (points => lines(line)%origin, last => size(lines(line)%origin, 2))
             do k = 1, last
                n = n + 1
@@ -163,6 +217,7 @@ contains
       as_near = 0
       of_face = 0
       do i = 1, p%n
+         if (p%id(i) > size(carried%first)) cycle
          entry = carried%first(p%id(i))
          do while (entry > 0)
             n = 1 + (entry - 1)/(n_carriers*faces)
@@ -195,4 +250,22 @@ contains
       real(dp), intent(in) :: away(ndim)         !! from it to the point [m]
       face = merge(1, 2, dot_product(normal, away) >= 0)
    end function face_toward
+
+   !> Keep on which particles lines hang: those of cracks that have grown hang on the particles that were there then.
+   subroutine archive_carried(carried, archive)
+      type(carried_cracks_t), intent(inout) :: carried
+      class(archive_t), intent(inout) :: archive
+      integer :: n
+      if (.not. carried%are_there()) return
+      n = size(carried%carrier, 3)
+      call archive%section('carried_cracks')
+      call archive%serialise('points', n)
+      if (archive%failure%failed()) return
+      if (archive%is_read) then
+         deallocate (carried%carrier)
+         allocate (carried%carrier(n_carriers, faces, n))
+      end if
+      call archive%archive_integers('carrier', size(carried%carrier), carried%carrier)
+      if (archive%is_read .and. .not. archive%failure%failed()) call list_entries(carried)
+   end subroutine archive_carried
 end module hampm_crack_carrying

@@ -28,7 +28,7 @@ contains
             left = cracks%crack(tip%crack)%bonded(last_point) - last_bit*m%grid%forest%cell
             way = min(parted - tip%grown, left)
             if (.not. way > 0) cycle
-            call cracks%move_tip(k, way)
+            call cracks%move_tip(k, way, m%grid%cut_cells%lines)
             have_moved = .true.
          end associate
       end do

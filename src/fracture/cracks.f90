@@ -146,25 +146,39 @@ contains
          associate (tip => self%tips(k))
             call place_tip(self%crack(crack), tip%end, new)
             tip%place = new%place
-            tip%now = new%now
-            tip%direction = new%direction
             tip%axis = new%axis
             tip%has_ended = self%crack(crack)%is_through(tip%end) .and. .not. self%crack(crack)%bonded(tip%end) > 0
+            if (self%carries(crack)) cycle       ! the grid tells where it is
+            tip%now = new%now
+            tip%direction = new%direction
          end associate
       end do
    end subroutine put_back
 
    !> Let a tip that grows in motion go on along the part of its crack that is bonded.
-   pure subroutine move_tip(self, number, way)
+   pure subroutine move_tip(self, number, way, lines)
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: number              !! of the tip
       real(dp), intent(in) :: way                !! [m]
+      type(line_t), intent(in) :: lines(:)       !! in the grid, of all cracks
       associate (tip => self%tips(number))
          self%crack(tip%crack)%bonded(tip%end) = max(0.0_dp, self%crack(tip%crack)%bonded(tip%end) - way)
          tip%grown = tip%grown + way
          call self%put_back(number, self%crack(tip%crack)%points)
+         if (.not. self%carries(tip%crack)) return
+         call find_in_grid(tip, lines(tip%crack))
       end associate
    end subroutine move_tip
+
+   !> Find where a tip that has grown is in the grid, by the line of its crack there.
+   pure subroutine find_in_grid(tip, line)
+      type(crack_tip_t), intent(inout) :: tip
+      type(line_t), intent(in) :: line
+      real(dp), allocatable :: rest(:, :)
+      rest = line%new_part(tip%end, tip%grown)
+      tip%direction = (rest(:, 2) - rest(:, 1))/norm2(rest(:, 2) - rest(:, 1))
+      tip%now = rest(:, 1)
+   end subroutine find_in_grid
 
    !> Plan the way of a tip that grows in motion: the crack goes on from its last point to another one, and is bonded there.
    pure subroutine plan_way(self, number, to)
@@ -181,7 +195,7 @@ contains
             self%crack(tip%crack)%bonded(tip%end) = self%crack(tip%crack)%bonded(tip%end) + norm2(to - from)
             cosine = dot_product(to - from, from - before)/(norm2(to - from)*norm2(from - before))
          end associate
-         if (cosine > 1 - straight) then
+         if (cosine > 1 - straight .and. .not. self%carries(tip%crack)) then ! else its points keep their places in the material
             points(:, last) = to
          else
             points = reshape([points, to], [ndim, last + 1])
@@ -325,6 +339,7 @@ contains
       do k = 1, size(self%tips)
          associate (tip => self%tips(k))
             call tip%find_cells(grid%cut_cells%ends(k), self%carries(tip%crack), grid)
+            if (self%carries(tip%crack) .and. tip%grown > 0) call find_in_grid(tip, grid%cut_cells%lines(tip%crack))
             if (tip%nodes%in_cell .or. self%crack(tip%crack)%grows .or. tip%has_zone .or. norm2(tip%now - tip%place) > 0 &
                 .or. all(abs(tip%direction) > straight)) cycle
             call tip%find_nodes(grid, found)

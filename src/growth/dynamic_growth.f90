@@ -8,7 +8,7 @@ module hampm_dynamic_growth
    use hampm_crack_placement, only: least_radius, body_at
    use hampm_cracks, only: cracks_t, last_point
    use hampm_interface_points, only: interface_energy
-   use hampm_forest, only: forest_t, outside
+   use hampm_forest, only: outside
    use hampm_growing, only: growing_t, part_of_crack
    use hampm_growth_room, only: update_model_path, room_for, why_no_room, find_end, plan_end, end_tips, &
                                   shrink_domains
@@ -16,6 +16,7 @@ module hampm_dynamic_growth
    use hampm_law, only: value_of
    use hampm_kinks, only: kink_angle, hoop_intensity, is_opened
    use hampm_crack_groups, only: growth_t
+   use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_model, only: model_t
@@ -26,6 +27,9 @@ module hampm_dynamic_growth
 
    !> The way by which a plan goes into the next cell, which is cut then, in cells.
    real(dp), parameter :: into_next = 1e-3_dp
+
+   !> The same where the material goes through the cells: what has begun to fail must stay where cells are cut, however these lie.
+   real(dp), parameter :: into_next_of_moving = 0.5_dp
 
    !> How many cells at once are planned where a crack does not turn by itself: to cut cells takes the time of some ten steps.
    integer, parameter :: straight_on = 4
@@ -96,7 +100,7 @@ contains
       logical, intent(out) :: is_planned
       character(:), allocatable, intent(inout) :: message
       real(dp), allocatable :: before(:, :)
-      real(dp) :: from(ndim), to(ndim), direction(ndim), ahead(ndim), bonded, room, angle
+      real(dp) :: from(ndim), to(ndim), direction(ndim), ahead(ndim), bonded, room, angle, beyond
       integer :: cells, next
       logical :: at_kink, runs_through
       is_planned = .false.
@@ -110,7 +114,7 @@ contains
             call choose_direction(growing, cracks, k, of, from, direction, angle)
             ahead = direction
             do
-               call next_point(m%grid%forest, growing, k, of, from, direction, tip%into_half(), cells, to, at_kink)
+               call next_point(m, cracks, growing, k, of, from, direction, cells, to, beyond, at_kink)
                call cracks%plan_way(k, to)
                if (.not. at_kink) exit
                from = to
@@ -135,8 +139,7 @@ contains
             end if
             return
          end if
-         growing%tips(k)%reserve = into_next*m%grid%forest%size_of(m%grid%forest%leaf_at(to + m%grid%forest%tolerance() &
-                                                                                          *tip%into_half()))
+         growing%tips(k)%reserve = beyond
          if (abs(angle) > strong_turn) growing%tips(k)%last_turn = tip%grown
          growing%tips(k)%room = room
          call growing%fit_radii(k, least_radius(model), tip)
@@ -186,25 +189,39 @@ contains
    end subroutine choose_direction
 
    !> The next point of a way: a little beyond the leaf or, where that comes first, a point of a given path, which `at_kink` tells.
-   subroutine next_point(forest, growing, k, of, from, direction, inward, cells, to, at_kink)
-      type(forest_t), intent(in) :: forest
+   subroutine next_point(m, cracks, growing, k, of, from, direction, cells, to, beyond, at_kink)
+      type(problem_t), intent(in) :: m
+      type(cracks_t), intent(in) :: cracks
       type(growing_t), intent(inout) :: growing
       integer, intent(in) :: k
       type(growth_t), intent(in) :: of
-      real(dp), intent(in) :: from(ndim), direction(ndim)
-      real(dp), intent(in) :: inward(ndim)       !! on a symmetry plane into the half that there is, else 0
+      real(dp), intent(in) :: from(ndim), direction(ndim) !! in the reference configuration
       integer, intent(in) :: cells               !! how many are planned
       real(dp), intent(out) :: to(ndim)
+      real(dp), intent(out) :: beyond            !! how far that is in the next leaf [m]
       logical, intent(out) :: at_kink
-      real(dp) :: x(ndim), way
+      real(dp) :: x(ndim), along(ndim), way, stretch, part
       integer :: leaf
-      x = from + forest%tolerance()*(direction + inward)
-      leaf = forest%leaf_at(x)
-      way = forest%cell
-      if (leaf /= outside) then
-         way = forest%way_out(leaf, from, direction, 1e-9_dp) + into_next*forest%size_of(leaf)
-         way = way + (cells - 1)*forest%size_of(leaf)
+      x = from
+      along = direction
+      stretch = 1
+      part = into_next
+      if (cracks%carries(cracks%tips(k)%crack)) then
+         call find_in_grid(m%particles, m%grid%cut_cells%slack, x, along)
+         stretch = norm2(along)
+         along = along/stretch
+         part = into_next_of_moving
       end if
+      associate (forest => m%grid%forest)
+         leaf = forest%leaf_at(x + forest%tolerance()*(along + cracks%tips(k)%into_half()))
+         way = forest%cell
+         beyond = part*forest%cell
+         if (leaf /= outside) then
+            beyond = part*forest%size_of(leaf)
+            way = forest%way_out(leaf, x, along, 1e-9_dp) + beyond + (cells - 1)*forest%size_of(leaf)
+         end if
+      end associate
+      way = way/stretch
       to = from + way*direction
       at_kink = .false.
       if (of%direction /= 'path' .or. growing%tips(k)%next_of_path > size(of%points, 2)) return
@@ -213,6 +230,34 @@ contains
       growing%tips(k)%next_of_path = growing%tips(k)%next_of_path + 1
       at_kink = .true.
    end subroutine next_point
+
+   !> Where a place in the reference configuration is in the grid, and a direction there: by the particles nearest to it, in their mean.
+   pure subroutine find_in_grid(p, slack, x, along)
+      type(particles_t), intent(in) :: p
+      real(dp), intent(in) :: slack              !! by which particles are as near [m]
+      real(dp), intent(inout) :: x(ndim)         !! [m]
+      real(dp), intent(inout) :: along(ndim)     !! as long as the material makes it, of one that was a unit vector
+      real(dp) :: distance, nearest, away(ndim), change(ndim), gradient(ndim, ndim)
+      integer :: i, as_near
+      nearest = huge(nearest)
+      change = 0
+      gradient = 0
+      as_near = 0
+      do i = 1, p%n
+         away = x - p%reference(i, :)
+         distance = norm2(away)
+         if (distance > nearest + slack) cycle
+         if (distance < nearest - slack) as_near = 0
+         nearest = min(distance, nearest)
+         as_near = as_near + 1
+         if (as_near == 1) change = 0
+         if (as_near == 1) gradient = 0
+         change = change + (p%displacement(i, :) + matmul(p%gradient_of(i), away) - change)/as_near
+         gradient = gradient + (p%gradient_of(i) - gradient)/as_near
+      end do
+      x = x + change
+      along = along + matmul(gradient, along)
+   end subroutine find_in_grid
 
    !> Let tips move in a step, and the cohesive points behind them go: after a step that is explicit, before one that is implicit, at whose end all is
    !> in balance with them.
@@ -237,7 +282,7 @@ contains
             grown = tip%grown
             if (of%law%gives_speed()) then
                way = min(growing%given_way(model, cracks, k, time, dt), most(k))
-               call cracks%move_tip(k, way)
+               call cracks%move_tip(k, way, m%grid%cut_cells%lines)
                tip%speed = way/dt
                growing%tips(k)%faded = merge(0.0_dp, growing%tips(k)%faded + of%speed_at(time)*dt, way > 0)
                if (tip%has_ended) then           ! points that stand for what is beyond the end fail as if it went on
@@ -316,15 +361,17 @@ contains
       real(dp), intent(in) :: most               !! that it may move [m]
       real(dp), intent(out) :: taken             !! energy that cohesive points that fail had stored [J]
       character(:), allocatable, intent(inout) :: message
-      real(dp) :: low, high, fastest, of_step, overload, released, length
+      real(dp) :: low, high, fastest, of_step, overload, released, length, farthest
       logical :: has_parted
       integer :: i
       associate (tip => cracks%tips(k), material => m%materials(cracks%tips(k)%material))
          taken = 0
          length = cracks%crack(tip%crack)%length()
          if (most > 0 .or. tip%has_ended) then
+            farthest = zone*tip%nodes%spacing
+            if (cracks%carries(tip%crack)) farthest = min(farthest, cracks%crack(tip%crack)%bonded(tip%end))
             call fail_beyond(m%interfaces, k, strength*sqrt(material%plane_modulus()*toughness_at(growing%tips(k)%speed)), &
-                             tip%grown + zone*tip%nodes%spacing, taken, overload)
+                             tip%grown + farthest, taken, overload)
             if (overload > too_much) call growing%note_tip(k, 'is in cells that are too coarse for its toughness: '// &
                to_text(zone)//' cells ahead of it and more the material bears '//three_digits(overload)//' times the '// &
                'strength of its cohesive points. Its speed and fracture_energy may be off; take cells of '// &
@@ -354,11 +401,11 @@ contains
          tip%speed = growing%tips(k)%speed
          associate (way => way_of(released))
             if (growing%tips(k)%has_parted) growing%tips(k)%owed = growing%tips(k)%owed + released - way
-            call cracks%move_tip(k, way)
+            call cracks%move_tip(k, way, m%grid%cut_cells%lines)
          end associate
          if (cracks%crack(tip%crack)%is_through(tip%end) .and. most > 0) then ! where nothing is left that holds, it has come to the end
             if (.not. holds_on(m%interfaces, k)) &
-               call cracks%move_tip(k, cracks%crack(tip%crack)%bonded(tip%end))
+               call cracks%move_tip(k, cracks%crack(tip%crack)%bonded(tip%end), m%grid%cut_cells%lines)
          end if
       end associate
    contains
@@ -396,7 +443,7 @@ contains
          way = min(growing%tips(k)%way, rayleigh_speed(m%materials(tip%material))*dt, most)
          growing%tips(k)%is_held = way < growing%tips(k)%way .and. &
                                    (growing%tips(k)%has_no_room .or. way < cracks%crack(tip%crack)%bonded(tip%end))
-         call cracks%move_tip(k, way)
+         call cracks%move_tip(k, way, m%grid%cut_cells%lines)
          growing%tips(k)%speed = way/dt
          tip%speed = growing%tips(k)%speed
          further = 0                             ! a step after the last one no point holds any more

@@ -176,9 +176,7 @@ module hampm_rules
       (rule_t("&constraint "//moved_by(k), not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, &
               use="&method time_steps = 'global'"), k=1, 2), &
       rule_t("&constraint unilateral = .true.", not_with, "&method time = 'explicit'", not_built, &
-             "faces with contact separate and touch again in explicit steps", use="&method time = 'implicit'"), &
-      rule_t("&constraint unilateral = .true.", not_with, "&growth", not_built, &
-             "growth scales the loads, but reactions of a support are not proportional to them")]
+             "faces with contact separate and touch again in explicit steps", use="&method time = 'implicit'")]
 
    type(rule_t), parameter :: of_loads(*) = [ &
       rule_t("&load kind = 'point' | 'traction' | 'body'", requires, "&load lower and &load upper and &load force"), &
@@ -232,8 +230,8 @@ module hampm_rules
              use="&method frame = 'total'"), &
       rule_t("&method frame = 'updated'", not_with, "&grid order = 2", not_built, &
              "quadrature weights of particles hold at their reference positions only", use="&method frame = 'total'"), &
-      rule_t("&method frame = 'updated'", not_with, "&growth law = {growth laws in motion}", not_built, &
-             "cohesive points ahead of a tip join nodes that keep their material", use="&method frame = 'total'"), &
+      rule_t("&method frame = 'updated'", not_with, "&crack kind = 'symmetry' and &growth law = {growth laws in motion}", &
+             not_built, "the crack stays in the grid, and the material ahead of its tip moves", use="&method frame = 'total'"), &
       rule_t("&method shape_functions = 'cpdi'", requires, "&method frame = 'updated'", mechanics, &
              "particles stay in their cells in the total Lagrangian frame, where shape functions of cells are more accurate"), &
       rule_t("&method time_steps = 'local'", requires, "&method frame = 'total'", mechanics, &
@@ -376,9 +374,7 @@ module hampm_rules
       rule_t("&crack contact = 'frictionless'", no_effect_with, "cohesion all along it", mechanics, &
              "faces with a cohesive zone are in contact anyway"), &
       rule_t("&crack contact = 'friction'", requires, "&crack friction > 0", use="&crack contact = 'frictionless'"), &
-      rule_t("&crack friction", requires, "&crack contact = 'friction'"), &
-      rule_t("&crack contact = 'friction'", not_with, "&growth and &method time = 'static'", not_built, &
-             "growth precedes the scaling of loads, and slip meanwhile is not reversible", use="&method time = 'implicit'")]
+      rule_t("&crack friction", requires, "&crack contact = 'friction'")]
 
    type(rule_t), parameter :: of_cohesion(*) = [ &
       rule_t("&cohesive", requires, "&crack", reason="the group is a law for the faces of a crack"), &

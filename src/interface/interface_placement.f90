@@ -17,10 +17,12 @@
 module hampm_interface_placement
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: left_face, right_face, both_faces
+   use hampm_cut_cells, only: end_leaf_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, place_of_faces_t, place_between, jump_between
    use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, holds, along, &
-                                     add_interface_point, force_of, face_force, overlap_of, energy_of, is_half, add_interface_forces
+                                     add_interface_point, force_of, face_force, overlap_of, sliding_of, energy_of, &
+                                     is_half, add_interface_forces
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: stabilise_small_cut_cells, hold_lone_particles
    use hampm_jumps, only: give_nodes, jump_of
@@ -125,7 +127,10 @@ contains
       do s = 1, interfaces%n
          if (interfaces%list(s)%tip == 0) cycle
          associate (end => m%grid%cut_cells%ends(interfaces%list(s)%tip))
-            call begin_cohesive_point(interfaces%list(s), old, m%grid%cut_cells%lines(end%line)%grown(end%end), m, begins(s))
+            associate (line => m%grid%cut_cells%lines(end%line))
+               call begin_cohesive_point(interfaces%list(s), old, line%grown(end%end), m, begins(s))
+               if (max(line%bonded(end%end), line%grown(end%end)) > 0) begins(s) = .false. ! see docs/explanation/growth.md
+            end associate
          end associate
       end do
       if (.not. m%particles%total_frame .and. any(begins)) call balance_cohesive_points(interfaces, begins, m)
@@ -200,7 +205,7 @@ contains
                      point%opening = turned(before%opening, before, point)
                      point%rate = turned(before%rate, before, point)
                   end if
-                  if (point%line > 0) call go_on_as(point, before)
+                  if (point%line > 0) call go_on_as(point, before, old%keep_slip)
                   exit
                end associate
             end do
@@ -228,7 +233,7 @@ contains
          if (distance > least(side) + same*point%cell) cycle
          if (distance < least(side) - same*point%cell) n(side) = 0
          one = point
-         call go_on_as(one, old%list(k))
+         call go_on_as(one, old%list(k), old%keep_slip)
          if (n(side) == 0) then
             mean(side) = one
             cell(side) = 0
@@ -285,15 +290,17 @@ contains
 
    !> Let faces go on as others did: with their damage; or, for each length, with their pressure and what friction holds, and those that have parted stay so.
    !> They overlap and have slid as those did, and feel that by and by (`ease_faces`), as theirs is another layer.
-   pure subroutine go_on_as(point, before)
+   pure subroutine go_on_as(point, before, keep_slip)
       type(interface_point_t), intent(inout) :: point
       type(interface_point_t), intent(in) :: before
+      logical, intent(in) :: keep_slip           !! whether what those have slid since the last step is not yet kept
       real(dp) :: felt(ndim), strain(ndim), across
       if (point%tip == 0) point%opening = turned(before%opening, before, point) ! else it has one of its own
       point%damage = before%damage
       point%taken = before%taken
       if (holds(point)) return
       strain = turned(face_force(before)/before%stiffness, before, point)
+      if (keep_slip) strain = dot_product(strain, point%normal)*point%normal + sliding_of(before)*along(point)
       felt = point%length/before%length*before%stiffness/point%stiffness*strain
       if (point%law == contact) then
          if (before%law == contact) strain = strain + turned(before%start, before, point)
@@ -315,7 +322,8 @@ contains
    end subroutine go_on_as
 
    !> Add the cohesive points of a tip that moves, along its way: from where the force of the last of them has fallen to 0 to where the cells that are
-   !> cut end. Where layers begin and end does not depend on where the tip is.
+   !> cut end. Where layers begin and end does not depend on where the tip is. Where the material carries the crack through the cells, each point keeps its
+   !> place in the material, as what it has taken is of that, up to where the way is planned to; beyond there is a layer in the cells.
    pure subroutine add_cohesive_points_of_tip(interfaces, m, tip, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
@@ -324,21 +332,65 @@ contains
       real(dp), allocatable :: points(:, :)
       real(dp) :: after
       integer :: k
+      type(layer_t) :: kind
       associate (end => m%grid%cut_cells%ends(tip))
          associate (line => m%grid%cut_cells%lines(end%line))
-            allocate (points, source=line%new_part(end%end))
-            points(:, size(points, 2)) = end%front
+            kind = layer_t(bonded, tip=tip, face=line%face, line=merge(end%line, 0, line%contact), friction=line%friction)
             after = line%grown(end%end)
             do k = 1, old%n
                if (old%list(k)%tip == tip .and. old%list(k)%fraction_left > 0) after = min(after, old%list(k)%way &
                                                                                            - old%list(k)%length/2)
             end do
-            call add_along(interfaces, m, points, &
-                           layer_t(bonded, tip=tip, face=line%face, line=merge(end%line, 0, line%contact), &
-                                   friction=line%friction), after)
+            if (.not. allocated(line%origin)) then
+               allocate (points, source=line%new_part(end%end))
+               points(:, size(points, 2)) = end%front
+               call add_along(interfaces, m, points, kind, after)
+               return
+            end if
+            call add_points_in_material(interfaces, m, end, kind, after)
          end associate
       end associate
    end subroutine add_cohesive_points_of_tip
+
+   !> The same along a line that the material carries, from a way of the tip on.
+   pure subroutine add_points_in_material(interfaces, m, end, of_tip, after)
+      type(interfaces_t), intent(inout) :: interfaces
+      type(matter_t), intent(in) :: m
+      type(end_leaf_t), intent(in) :: end
+      type(layer_t), intent(in) :: of_tip
+      real(dp), intent(in) :: after              !! [m]
+      type(layer_t) :: kind
+      real(dp), allocatable :: rest(:, :)
+      real(dp) :: length
+      integer :: k, n, last
+      kind = of_tip
+      n = interfaces%n
+      length = m%grid%finest_cell/points
+      associate (line => m%grid%cut_cells%lines(end%line))
+         last = floor((line%grown(end%end) + line%bonded(end%end))/length*(1 + same))
+         do k = max(1, floor(after/length + same) + 1), last
+            kind%way = (k - 0.5_dp)*length
+            associate (ahead => line%new_part(end%end, kind%way))
+               call add_point(interfaces, m, kind, ahead(:, 1), left_of(ahead(:, 2) - ahead(:, 1)), length)
+            end associate
+         end do
+         kind%way = last*length
+         allocate (rest, source=line%new_part(end%end, kind%way))
+         rest(:, size(rest, 2)) = end%front
+         if (norm2(rest(:, size(rest, 2)) - rest(:, size(rest, 2) - 1)) > least_part*m%grid%finest_cell) &
+            call add_along(interfaces, m, rest, kind)
+      end associate
+      do k = n + 1, interfaces%n
+         interfaces%list(k)%origin = m%grid%cut_cells%origin_of(end%line, interfaces%list(k)%place)
+      end do
+   end subroutine add_points_in_material
+
+   !> Unit vector to the left of a direction.
+   pure function left_of(direction) result(normal)
+      real(dp), intent(in) :: direction(ndim)    !! of any length
+      real(dp) :: normal(ndim)
+      normal = [-direction(2), direction(1)]/norm2(direction)
+   end function left_of
 
    !> Begin with a cohesive point of a tip that moves, or of one that the material carries through the cells: as it was on the grid before, or with the
    !> traction of the material there.
@@ -352,12 +404,18 @@ contains
       integer :: k, nearest, face
       allocate (distance(old%n))
       begins = .false.
-      distance = [(abs(old%list(k)%way - point%way) + norm2(old%list(k)%place - point%place), k=1, old%n)]
+      distance = [(abs(old%list(k)%way - point%way) + norm2(old%list(k)%origin - point%origin), k=1, old%n)]
       nearest = minloc(distance, dim=1, mask=[(old%list(k)%tip == point%tip .or. & ! or that of a tip which did not move, at rest
                                                .not. m%particles%total_frame .and. old%list(k)%tip == 0 .and. &
                                                old%list(k)%law == bonded, k=1, old%n)])
       if (nearest > 0) then
          if (distance(nearest) > max(old%list(nearest)%length, point%length)) nearest = 0
+      end if
+      if (nearest > 0) then
+         if (stays(old%list(nearest), point)) then
+            call continue_as(point, old%list(nearest))
+            return
+         end if
       end if
       point%start = point%opening
       if (nearest > 0) then
@@ -381,6 +439,29 @@ contains
          point%held = point%area*traction_at(m, point%place, point%normal, face)
       end if
    end subroutine begin_cohesive_point
+
+   !> Whether a cohesive point is at the same place in the material as one that was there.
+   pure logical function stays(before, point)
+      type(interface_point_t), intent(in) :: before, point
+      stays = .not. point%follows_leaf .and. .not. before%follows_leaf .and. abs(before%length - point%length) < same*point%length &
+              .and. abs(before%way - point%way) < same*point%length
+   end function stays
+
+   !> Let a cohesive point be the one that was there, in other cells: as the material may have turned it.
+   pure subroutine continue_as(point, before)
+      type(interface_point_t), intent(inout) :: point
+      type(interface_point_t), intent(in) :: before
+      point%opening = turned(before%opening, before, point)
+      point%start = turned(before%start, before, point)
+      point%held = turned(before%held, before, point)
+      point%stored = before%stored
+      point%is_failing = before%is_failing
+      point%fraction_left = before%fraction_left
+      point%reached = before%reached
+      point%touch = before%touch
+      point%slip = before%slip
+      point%pressed = before%pressed
+   end subroutine continue_as
 
    !> Traction in the material on both sides of a line, on its right side [Pa]: that of the mean stress of the particles of the leaf.
    !> On a symmetry plane the mean with the mirror image has no part along it.
@@ -471,7 +552,7 @@ contains
       real(dp) :: direction(ndim), aside(ndim, faces), x(ndim), from, to, length, step, way
       type(layer_t) :: layer
       integer :: i, side, leaf(faces)
-      way = 0
+      way = kind%way
       associate (forest => m%grid%forest)
          do i = 2, size(points, 2)
             length = norm2(points(:, i) - points(:, i - 1))
@@ -544,60 +625,78 @@ contains
       end do
    end function way_into
 
-   !> Add the interface points of a layer, where there is material on both of its sides.
+   !> Add the interface points of a layer.
    pure subroutine add_layer(interfaces, m, layer)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       type(layer_t), intent(in) :: layer
-      real(dp) :: x(ndim), normal(ndim), weight(m%grid%n_functions, most_nodes_of_leaf)
-      integer :: i, side, e(faces), master(most_nodes_of_leaf), n, j
+      type(layer_t) :: of_point
+      real(dp) :: normal(ndim)
+      integer :: i, before
       associate (from => layer%from, to => layer%to)
          if (.not. norm2(to - from) > 0) return
-         normal = [-(to(2) - from(2)), to(1) - from(1)]/norm2(to - from)
+         normal = left_of(to - from)
+         of_point = layer
          do i = 1, points, merge(points - 1, 1, layer%certain) ! an opening is linear along a leaf
-            x = (from + to)/2 + place(i)*(to - from)/2
-            e = faces_at(m, x, normal, layer%face, by_edges=.true.) ! a corner may be that of the other side
-            if (all(e == 0)) cycle
-            if (any(layer%law == [cohesive, contact]) .and. all(m%blocks%count_in(pack(e, e > 0)) == 0)) cycle ! there is no material
-            if (layer%certain .and. any(m%blocks%count_in(pack(e, e > 0)) == 0)) cycle
-            call add_interface_point(interfaces, layer%law)
-            associate (point => interfaces%list(interfaces%n))
-               point%normal = normal
-               point%place = x
-               if (layer%certain) cycle
-               point%opening = jump_between(m, e, x)
-               point%middle = from + (sum(part(:i - 1)) + part(i)/2)*(to - from)
-               point%origin = x
-               if (layer%line > 0) point%origin = m%grid%cut_cells%origin_of(layer%line, x)
-               point%length = part(i)*norm2(to - from)
-               point%area = interfaces%thickness%at(x)*point%length
-               point%friction = layer%friction
-               point%line = layer%line
-               point%cohesion = layer%cohesion
-               point%tip = layer%tip
-               point%way = layer%way + (1 + place(i))/2*norm2(to - from)
-               if (layer%law == cohesive) point%way = layer%way + sum(part(:i - 1))*norm2(to - from)
-               call find_half_stiffness(m, e, x, point%cell, point%stiffness)
-               point%stiffness = point%stiffness*point%area
-               point%is_firm = layer%law == contact .and. .not. (layer%friction > 0 .or. any(is_cut(e)))
-               if (point%is_firm) point%stiffness = of_whole_cells*point%stiffness
-               n = 0
-               do side = 1, faces
-                  if (e(side) == 0) cycle
-                  associate (element => nearest_carrier(m, e(side), x))
-                     call m%grid%dofs%masters_of(m%grid%support_of(element), j, master, weight)
-                     point%node(n + 1:n + j) = master(:j)
-                     point%share(n + 1:n + j) = (3 - 2*side)*matmul(m%grid%functions_in(element, &
-                                                                                         m%grid%local_coordinate(element, x)), &
-                                                                     weight(:, :j))
-                     n = n + j
-                     if (side == 1) point%n_left = n
-                  end associate
-               end do
-               point%slip = dot_product(along(point), point%opening)
-               point%pressed = max(0.0_dp, -dot_product(normal, point%opening))
+            of_point%way = layer%way + (1 + place(i))/2*norm2(to - from)
+            if (layer%law == cohesive) of_point%way = layer%way + sum(part(:i - 1))*norm2(to - from)
+            before = interfaces%n
+            call add_point(interfaces, m, of_point, (from + to)/2 + place(i)*(to - from)/2, normal, part(i)*norm2(to - from))
+            if (interfaces%n == before) cycle
+            interfaces%list(interfaces%n)%middle = from + (sum(part(:i - 1)) + part(i)/2)*(to - from)
+            interfaces%list(interfaces%n)%follows_leaf = .true.
+         end do
+      end associate
+   end subroutine add_layer
+
+   !> Add an interface point at a place of a line, at the way of the layer, for a length around it, where there is material on both of its sides.
+   pure subroutine add_point(interfaces, m, layer, x, normal, length)
+      type(interfaces_t), intent(inout) :: interfaces
+      type(matter_t), intent(in) :: m
+      type(layer_t), intent(in) :: layer
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: normal(ndim)       !! unit vector to the left of the line
+      real(dp), intent(in) :: length             !! [m]
+      real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf)
+      integer :: side, e(faces), master(most_nodes_of_leaf), n, j
+      e = faces_at(m, x, normal, layer%face, by_edges=.true.) ! a corner may be that of the other side
+      if (all(e == 0)) return
+      if (any(layer%law == [cohesive, contact]) .and. all(m%blocks%count_in(pack(e, e > 0)) == 0)) return ! there is no material
+      if (layer%certain .and. any(m%blocks%count_in(pack(e, e > 0)) == 0)) return
+      call add_interface_point(interfaces, layer%law)
+      associate (point => interfaces%list(interfaces%n))
+         point%normal = normal
+         point%place = x
+         if (layer%certain) return
+         point%opening = jump_between(m, e, x)
+         point%middle = x
+         point%origin = x
+         if (layer%line > 0) point%origin = m%grid%cut_cells%origin_of(layer%line, x)
+         point%length = length
+         point%area = interfaces%thickness%at(x)*length
+         point%friction = layer%friction
+         point%line = layer%line
+         point%cohesion = layer%cohesion
+         point%tip = layer%tip
+         point%way = layer%way
+         call find_half_stiffness(m, e, x, point%cell, point%stiffness)
+         point%stiffness = point%stiffness*point%area
+         point%is_firm = layer%law == contact .and. .not. (layer%friction > 0 .or. any(is_cut(e)))
+         if (point%is_firm) point%stiffness = of_whole_cells*point%stiffness
+         n = 0
+         do side = 1, faces
+            if (e(side) == 0) cycle
+            associate (element => nearest_carrier(m, e(side), x))
+               call m%grid%dofs%masters_of(m%grid%support_of(element), j, master, weight)
+               point%node(n + 1:n + j) = master(:j)
+               point%share(n + 1:n + j) = (3 - 2*side)*matmul(m%grid%functions_in(element, m%grid%local_coordinate(element, x)), &
+                                                               weight(:, :j))
+               n = n + j
+               if (side == 1) point%n_left = n
             end associate
          end do
+         point%slip = dot_product(along(point), point%opening)
+         point%pressed = max(0.0_dp, -dot_product(normal, point%opening))
       end associate
 
    contains
@@ -608,7 +707,7 @@ contains
          is_cut = .false.
          if (e > 0) is_cut = m%grid%is_piece(e)
       end function is_cut
-   end subroutine add_layer
+   end subroutine add_point
 
    !> Size of the cells at a place between faces, in the mean of these, and stiffness of a layer there for each area: that of its halves, each of
    !> the material and the cell of its face, one behind the other. On a symmetry plane there is one of them.

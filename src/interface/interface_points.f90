@@ -44,7 +44,7 @@ module hampm_interface_points
              add_interface_forces, forces_of_firm_faces, stretch_interfaces, &
              open_interfaces, commit_slip, ease_faces, &
              interface_energy, interface_states, interface_stiffness, stiffness_of_axes, force_of, force_at, &
-             face_force, overlap_of, energy_of, relax_interfaces, find_face_force, extend_opening, &
+             face_force, overlap_of, sliding_of, energy_of, relax_interfaces, find_face_force, extend_opening, &
              is_pressed, have_friction, hold_friction, &
              archive_interfaces, add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
              kick_interfaces, energy_of_rates, add_interface_resistance
@@ -74,6 +74,7 @@ module hampm_interface_points
                                                  !! pressure [m]
       logical :: is_firm = .false.               !! whether the layer is far stiffer than the cells beside it
       integer :: line = 0                        !! number of the crack whose faces may touch there, 0 for none
+      logical :: follows_leaf = .false.          !! whether its place is one in a leaf, else in the material
       integer :: tip = 0                         !! number of the tip that moves over a cohesive point, 0 for none
       real(dp) :: way = 0                        !! of that tip from where it was at first to the cohesive point; of `cohesive` to where it begins [m]
       real(dp) :: cell = 0                       !! size of the cell there [m]
@@ -102,6 +103,7 @@ module hampm_interface_points
       integer :: n = 0                           !! number of interface points
       integer :: n_contact = 0                   !! of which are for contact
       real(dp) :: weight = 1                     !! of the forces of firm faces, in an implicit step (`hampm_newmark`) [-]
+      logical :: keep_slip = .false.             !! whether what has slid is not yet kept: the load with which it does is still looked for
       real(dp) :: caution = 0                    !! part of the stiffness that the tangent of faces has at least, whatever they do [-]
       integer :: n_cohesive = 0                  !! and of which are `cohesive`
       type(cohesive_law_t), allocatable :: cohesion(:) !! the laws
@@ -526,7 +528,7 @@ contains
       real(dp) :: sliding, pressed
       type(cohesive_state_t) :: answer
       integer :: k
-      if (interfaces%n_contact + interfaces%n_cohesive == 0) return
+      if (interfaces%n_contact + interfaces%n_cohesive == 0 .or. interfaces%keep_slip) return
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
             if (holds(point)) then
@@ -544,7 +546,7 @@ contains
              case (is_open)
                point%slip = dot_product(along(point), felt_by_faces(point))
              case (slides)
-               sliding = sliding - sign(point%friction*pressed, sliding)
+               sliding = slid_by(point)
                interfaces%loss = interfaces%loss + point%stiffness*point%friction*abs(sliding) &
                                  *merge(pressed, (point%pressed + pressed)/2, k <= interfaces%n_at_end)
                point%slip = point%slip + sliding
@@ -553,6 +555,12 @@ contains
          end associate
       end do
    end subroutine commit_slip
+
+   !> How far faces have slid from where friction holds them, beyond what that lets them do without [m].
+   pure real(dp) function slid_by(point)
+      type(interface_point_t), intent(in) :: point
+      slid_by = sliding_of(point) - sign(point%friction*max(0.0_dp, overlap_of(point)), sliding_of(point))
+   end function slid_by
 
    !> Energy that the interface points store [J].
    pure real(dp) function interface_energy(interfaces) result(energy)
@@ -652,6 +660,7 @@ contains
          call archive%archive_reals('cell', n, of%cell)
          call archive%archive_logicals('is_failing', n, of%is_failing)
          call archive%archive_logicals('is_firm', n, of%is_firm)
+         call archive%archive_logicals('follows_leaf', n, of%follows_leaf)
          call archive%archive_reals('fraction_left', n, of%fraction_left)
          call archive%archive_reals('touch', n, of%touch)
          call archive%archive_reals('slip', n, of%slip)

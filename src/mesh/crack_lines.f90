@@ -17,7 +17,8 @@ module hampm_crack_lines
       logical :: contact = .false.               !! whether its sides press on each other
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point the tips are that grow in motion: cells
-                                                 !! are cut ahead of them, and cohesive points hold these [m]
+                                                 !! are cut ahead of them, and cohesive points hold these; ways are those in the
+                                                 !! reference configuration [m]
       real(dp) :: grown(2) = 0                   !! how far each of these tips has moved so far [m]
       integer :: cohesion = 0                    !! number of the law by which its faces hold each other, 0 for none
       real(dp) :: held(2) = 0                    !! ways from its first point from and to which they do [m]
@@ -27,27 +28,47 @@ module hampm_crack_lines
       procedure :: open_part
       procedure :: new_part
       procedure :: held_part
+      procedure, private :: with_ways
       procedure :: free_part
    end type line_t
 
 contains
 
+   !> The points of the line [m], and below them those whose distances are its ways, where these are others: in the reference configuration.
+   pure function with_ways(self) result(points)
+      class(line_t), intent(in) :: self
+      real(dp), allocatable :: points(:, :)
+      if (allocated(self%origin)) then
+         allocate (points(2*ndim, size(self%points, 2)))
+         points(:ndim, :) = self%points
+         points(ndim + 1:, :) = self%origin
+      else
+         points = self%points
+      end if
+   end function with_ways
+
    !> The line up to its tips, without what is bonded ahead of them [m].
    pure function open_part(self) result(points)
       class(line_t), intent(in) :: self
       real(dp), allocatable :: points(:, :)
-      points = shortened(shortened(self%points, self%bonded(2)), self%bonded(1), from_first=.true.)
+      points = shortened(shortened(self%with_ways(), self%bonded(2)), self%bonded(1), from_first=.true.)
+      points = points(:ndim, :)
    end function open_part
 
-   !> The line from where a tip was at first to the end of the line that is nearest to it, in the direction in which the tip moves [m].
-   pure function new_part(self, end) result(points)
+   !> The line from where a tip was at first to the end of the line that is nearest to it, in the direction in which the tip moves [m]; or from a
+   !> way of that tip on.
+   pure function new_part(self, end, from) result(points)
       class(line_t), intent(in) :: self
       integer, intent(in) :: end                 !! 1 its first, 2 its last point
+      real(dp), intent(in), optional :: from     !! [m]
       real(dp), allocatable :: points(:, :)
       real(dp) :: old
-      old = length_of(self%points) - self%bonded(end) - self%grown(end)
-      points = shortened(self%points, old, from_first=end == 2)
+      points = self%with_ways()
+      old = length_of(points(size(points, 1) - ndim + 1:, :)) - self%bonded(end) - self%grown(end)
+      if (present(from)) old = old + from
+      points = shortened(points, old, from_first=end == 2)
       if (end == 1) points = points(:, size(points, 2):1:-1)
+      points = points(:ndim, :)
    end function new_part
 
    !> The part of the line whose faces hold each other by cohesion [m].
@@ -102,24 +123,25 @@ contains
       end do
    end subroutine find_nearest_segment
 
-   !> A polyline without the last part of a length, or without the first [m].
+   !> A polyline without the last part of a length, or without the first [m]; of more rows than two the last two tell the length.
    pure function shortened(points, by, from_first) result(shorter)
-      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
+      real(dp), intent(in) :: points(:, :)       !! [m], (ndim or more, 2 or more)
       real(dp), intent(in) :: by                 !! [m]
       logical, intent(in), optional :: from_first
       real(dp), allocatable :: shorter(:, :)
       real(dp), parameter :: rounding = 1e-9_dp  ! part of a segment below which nothing of it is left: it would have no direction
       real(dp) :: left, length
-      integer :: n
+      integer :: n, row
       shorter = points
       if (.not. by > 0) return
+      row = size(points, 1) - ndim + 1
       if (present(from_first)) then
          if (from_first) shorter = points(:, size(points, 2):1:-1)
       end if
       left = by
       n = size(shorter, 2)
       do
-         length = norm2(shorter(:, n) - shorter(:, n - 1))
+         length = norm2(shorter(row:, n) - shorter(row:, n - 1))
          if (length*(1 - rounding) > left .or. n == 2) exit
          left = max(0.0_dp, left - length)
          n = n - 1

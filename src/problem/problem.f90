@@ -145,8 +145,11 @@ contains
    !> Let interface points hang on the nodes of the cells that have material now, where that moves through the cells: others have no motion.
    subroutine renew_interfaces(m)
       type(problem_t), intent(inout) :: m
+      real(dp) :: before
       if (m%particles%total_frame .or. m%interfaces%n == 0 .and. .not. any(m%loads%absorbs > 0)) return
+      before = interface_energy(m%interfaces)
       call rebuild_interfaces(m%interfaces, m%matter_t)
+      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - (interface_energy(m%interfaces) - before)
       call forget_faces(m%interface_step)
       if (.not. allocated(m%fields%mass_matrix%lumped_fraction)) return
       call lump_at(m%fields%mass_matrix, m%grid, [nodes_lumped_in_steps(m), lumped_by_dashpots(m)])

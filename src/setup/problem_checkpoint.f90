@@ -112,7 +112,7 @@ contains
       if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, lines, bodies, velocity_fields, solids)
    end subroutine archive_grid
 
-   !> Keep where lines that the material carries are in a grid; those that are read are the ones in `lines`.
+   !> Keep where lines that the material carries are in a grid, and their tips when cells were cut last; those that are read are the ones in `lines`.
    subroutine archive_lines(c, grid, lines)
       type(checkpoint_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
@@ -121,8 +121,10 @@ contains
       call c%section('lines')
       do k = 1, size(lines)
          if (.not. allocated(lines(k)%origin)) cycle
-         if (.not. c%is_read) lines(k)%points = grid%cut_cells%lines(k)%points
+         if (.not. c%is_read) lines(k) = grid%cut_cells%lines(k)
          call c%archive_reals('points_'//to_text(k), size(lines(k)%points), lines(k)%points)
+         call c%archive_reals('bonded_'//to_text(k), size(lines(k)%bonded), lines(k)%bonded)
+         call c%archive_reals('grown_'//to_text(k), size(lines(k)%grown), lines(k)%grown)
       end do
    end subroutine archive_lines
 

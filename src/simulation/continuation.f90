@@ -2,7 +2,7 @@
 module hampm_continuation
    use hampm_assembly, only: assemble, choose_integrator
    use hampm_checkpoint, only: checkpoint_t, checkpoint_name
-   use hampm_crack_carrying, only: attach_cracks
+   use hampm_crack_carrying, only: attach_cracks, archive_carried
    use hampm_cracks, only: archive_cracks
    use hampm_failure, only: failure_t, exit_stopped
    use hampm_growing, only: new_growing, archive_growing
@@ -103,6 +103,7 @@ contains
       character(:), allocatable :: warning
       integer :: n
       call archive_refinement(s%refinement, checkpoint)
+      if (s%growing%are_there()) call archive_carried(s%carried, checkpoint)
       call archive_measurements(s%problem, s%measurements, checkpoint)
       call checkpoint%section('run')
       call checkpoint%serialise('longest_step', s%longest_step)

@@ -14,6 +14,7 @@ module hampm_growth
    use hampm_dynamic_growth, only: plan_ways, move_tips, must_check, start_tips, note_check
    use hampm_growth_room, only: is_plane_open, find_loose_tips
    use hampm_growth_pace, only: pace_t, begin_pace, follow_pace
+   use hampm_interface_points, only: have_friction, commit_slip
    use hampm_measurements, only: measurements_t, measure_tips, has_measured_tips
    use hampm_mesh_changes, only: cut_anew, change_cut
    use hampm_problem, only: stored_energy, update_particles
@@ -51,6 +52,7 @@ contains
       type(failure_t), intent(inout) :: failure
       if (failure%failed() .or. .not. s%growing%are_there()) return
       if (s%growing%is_static) then
+         s%problem%interfaces%keep_slip = have_friction(s%problem%interfaces)
          if (.not. s%model%control%leads()) call grow(s, failure)
          return
       end if
@@ -170,6 +172,7 @@ contains
       integer, allocatable :: attempts(:)
       logical :: have_moved, have_cut, is_over
       if (present(has_grown)) has_grown = .false.
+      s%problem%interfaces%keep_slip = have_friction(s%problem%interfaces)
       if (.not. has_scaled_drive(s%problem)) return
       call measure_state(s, failure)
       if (failure%failed()) return
@@ -272,11 +275,14 @@ contains
          'without any and the load factor change each other', s%warning)
    end subroutine load_in_symmetry
 
-   !> Book the work of a load step that ends now, and what new faces have taken in it.
+   !> Book the work of a load step that ends now, what faces have lost that slide from where they were before it to where they are, and what
+   !> new faces have taken.
    subroutine book_step(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       if (failure%failed()) return
+      s%problem%interfaces%keep_slip = .false.
+      call commit_slip(s%problem%interfaces)
       call book_work(s%growing, s%problem, failure)
       if (s%model%control%is_there()) call look_at_frame(s%growing, s%problem, s%model%control%stiffness, failure)
       call book_fracture(s%growing, s%model, s%cracks, s%measurements%crack, s%problem)

@@ -1,7 +1,7 @@
 !> Changes of the mesh during a run: cells refine and recombine, and cracks that grow or are carried cut them anew.
 module hampm_mesh_changes
    use hampm_kinds, only: long
-   use hampm_crack_carrying, only: follow_cracks
+   use hampm_crack_carrying, only: follow_cracks, place_cracks
    use hampm_failure, only: failure_t
    use hampm_matching, only: adopt_lines
    use hampm_problem, only: update_particles
@@ -29,7 +29,7 @@ contains
       end if
       if (.not. s%refinement%is_due(s%problem%state%time, steps_before, s%problem%state%steps)) return
       call update_particles(s%problem)
-      if (s%growing%are_there()) s%problem%grid%cut_cells%lines = s%cracks%lines() ! with the tips where they are now
+      if (s%growing%are_there()) s%problem%grid%cut_cells%lines = present_lines(s) ! with the tips where they are now
       call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure)
       if (adapted .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
       if (adapted .and. .not. failure%failed()) call s%integrator%initialise(s%problem, s%dt, failure)
@@ -54,8 +54,10 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       logical :: moved
+      type(line_t), allocatable :: lines(:)
       if (failure%failed() .or. .not. s%carried%are_there()) return
-      call follow_cracks(s%carried, s%problem, moved, failure)
+      lines = s%cracks%lines()
+      call follow_cracks(s%carried, s%problem, lines, moved, failure)
       if (moved .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
    end subroutine carry_cracks
 
@@ -67,13 +69,21 @@ contains
       if (.not. failure%failed()) call s%integrator%initialise(s%problem, s%longest_step, failure)
    end subroutine cut_anew
 
+   !> The lines of the cracks where they are in the grid.
+   function present_lines(s) result(lines)
+      type(simulation_t), intent(inout) :: s
+      type(line_t), allocatable :: lines(:)
+      lines = s%cracks%lines()
+      call place_cracks(s%carried, s%problem, lines)
+   end function present_lines
+
    !> Cut cells along cracks that have changed, and let the mesh follow their tips.
    subroutine change_cut(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       type(line_t), allocatable :: lines(:)
       logical :: adapted
-      allocate (lines, source=s%cracks%lines())
+      lines = present_lines(s)
       adapted = s%refinement%by%is_of_places
       if (adapted) call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure, lines)
       if (.not. adapted) call adopt_lines(s%problem, lines, failure)

@@ -135,7 +135,7 @@ contains
          du = du + offset
          if (iteration == 1 .and. .not. any(abs(moved) > 0)) then
             self%predicted = du
-            predicted_states = interface_states(m%interfaces)
+            allocate (predicted_states, source=interface_states(m%interfaces))
          end if
          if (jumps) then
             if (allocated(self%predicted)) deallocate (self%predicted)

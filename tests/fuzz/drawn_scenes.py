@@ -78,7 +78,7 @@ class Drawing:
         self.frame = "updated" if self.time == "explicit" and chance.random() < 0.4 else "total"
         self.order = 2 if self.frame == "total" and chance.random() < 0.2 else 1
         self.crack = chance.choices(["none", "symmetry", "line", "path"], [0 if cracked else 2, 2, 2, 5])[0]
-        self.grows = self.crack != "none" and self.frame == "total" and self.order == 1 and chance.random() < (0.7 if self.time == "implicit" else 0.25)
+        self.grows = self.crack != "none" and (self.frame == "total" or self.crack != "symmetry") and self.order == 1 and chance.random() < (0.7 if self.time == "implicit" else 0.25)
         self.holds = self.crack != "none" and self.frame == "total" and not (self.grows and (self.time == "static" or self.crack == "symmetry")) and chance.random() < 0.3
         self.shaped = self.crack != "symmetry" and not self.grows and chance.random() < 0.35
         small = self.crack == "none"

@@ -50,7 +50,7 @@ def cracks(chance, cell, side, grows, order):
     text, law = "", growth(chance, cell)
     for k, place in enumerate(places):
         line = crack(chance, k, np.array(place) + [chance.uniform(-0.5, 0.5), chance.uniform(-0.5, 0.5)], 3 if number == 1 else 2)
-        if not grows and chance.random() < 0.2:
+        if chance.random() < 0.2:
             line = line.replace("'frictionless'", "'friction'  friction = 0.3")
         text += line
         if grows and (k == 0 or chance.random() < 0.6):
