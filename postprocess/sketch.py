@@ -6,7 +6,8 @@ dotted the path along which they are to grow. Green are supports, a triangle whe
 arrows of prescribed motions; blue are loads, with thick lines where they act along an edge or a crack; pink is the velocity with which a
 body starts. Arrows tell directions, not sizes: these stand beside them, with the history where it is not a step. Dash-dotted is a plane of
 symmetry that a crack lies in, and the axis of a model around one. With --grid, faint: the lattice, and the boxes in which cells may refine
-and in which the mass matrix is consistent. &contact, &damping and the other groups have no place, and are not drawn.
+and in which the mass matrix is consistent. Black are the points and lines of probes. &contact, &damping and the other groups have no
+place, and are not drawn.
 """
 
 import argparse
@@ -88,6 +89,8 @@ def draw(scene, stored, tips, options):
         draw_constraint(sheet, constraint)
     for load in scene.load:
         draw_load(sheet, load, [path for crack, path in zip(scene.crack, cracks) if load.crack in ("", None, crack.name)])
+    for probe in scene.probe:
+        draw_probe(sheet, probe)
     if options.grid:
         draw_lattice(sheet, scene)
     sheet.write_labels()
@@ -357,6 +360,14 @@ def draw_load(sheet, load, cracks):
     name, value, of = {"gravity": ("g", size, "m/s2"), "pressure": ("p", load.pressure, "Pa")}.get(load.kind, ("F", size, "N"))
     place, outward = ends[len(ends) // 2]
     sheet.label(place, f"${name}$ = {quantity(value, of)}{OF_HISTORY[load.history]}", outward)
+
+
+def draw_probe(sheet, probe):
+    """A point or a line that is measured, with its name."""
+    if probe.at:
+        points = np.reshape(probe.at, (-1, 2))
+        sheet.line(points, color="black", linewidth=2, marker="s", markersize=5, zorder=5)
+        sheet.label(points.mean(axis=0), verbatim(probe.name), AXES["x"])
 
 
 def force_arrow(sheet, place, way, outward, force):

@@ -78,7 +78,8 @@ module hampm_measurements
       type(face_overlap_t), allocatable :: overlap(:) !! of the faces of each crack
       real(dp) :: reaction(ndim) = 0             !! force of all constraints on the bodies, where there is a crack [N]
       real(dp), allocatable :: reactions(:, :)   !! of the constraints, where one has a name [N], (ndim, constraints)
-      integer, allocatable :: joined(:)          !! by body, which of them are one: those that touch, without contact between them
+      integer, allocatable :: joined(:)          !! by body, which of them are one, those that touch without contact between them; where there
+                                                 !! are probes
       integer(long) :: steps = -1                !! after which tips were measured last
       integer :: layout = -1                     !! of the blocks then
       type(history_t) :: history                 !! the columns and the latest row
@@ -96,7 +97,7 @@ contains
       integer :: k
       call note_initial_energy(problem, m)
       m%rounding_energy = energy_of_rounding(model, problem%loads)
-      m%joined = groups_of_bodies(model) + size(model%bodies)*(velocity_fields_of(model) - 1)
+      if (size(model%probes) > 0) m%joined = groups_of_bodies(model) + size(model%bodies)*(velocity_fields_of(model) - 1)
       call angular_momentum(problem%particles, m%initial_angular_momentum, largest)
       allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
       do k = 1, size(m%crack)
@@ -334,7 +335,7 @@ contains
          if (size(m%crack) > 0 .and. size(model%constraints) > 0) &
             call history%record_vector('reaction', 'N', 'force of the constraints on the bodies', m%reaction)
          call record_reactions(model, m)
-         call record_probes(model, problem, cracks, m%joined, m%reactions, history)
+         if (size(model%probes) > 0) call record_probes(model, problem, cracks, m%joined, m%reactions, history)
          associate (by => model%refine%by)
             if (by%column /= '') call history%record(trim(by%column), '1', trim(by%meaning), m%indicator)
          end associate

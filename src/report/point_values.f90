@@ -5,13 +5,14 @@
 !> A fit to the displacement is a quadratic function: particles move as nodes let them, and what these functions of the cells differ
 !> by from a smooth field is of the second order in the cell. A fit to strain and stress is a linear function, and to the means over
 !> cells: within a cell they go up and down around a smooth field by the first order, but not in the middle of a cell (Zienkiewicz &
-!> Zhu, International Journal for Numerical Methods in Engineering 33 (1992) 1331-1364). Both are exact where the field is linear.
+!> Zhu, International Journal for Numerical Methods in Engineering 33 (1992) 1331-1364). In quadratic cells they do so by the second
+!> order. Both are exact where the field is linear.
 !>
 !> Only particles of the material that the point is in take part, of bodies that are joined there, and of those only the ones that no
 !> crack hides from it. All distances are those in the reference configuration: a point keeps its material in either frame.
 module hampm_point_values
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_lines, only: both_faces
+   use hampm_crack_lines, only: both_faces, distance_to_segment
    use hampm_cracks, only: cracks_t
    use hampm_matter, only: matter_t
    implicit none
@@ -147,15 +148,18 @@ contains
          end associate
       end function are_alike
 
-      !> Whether a crack is between a particle and the point.
+      !> Whether a crack is between a particle and the point, or the particle on it: it is on either of its sides, as rounding has it.
       pure logical function is_hidden(i)
          integer, intent(in) :: i
+         real(dp) :: x_of(ndim)
          integer :: k, j
          is_hidden = .false.
+         x_of = m%particles%reference(i, :)
          do k = 1, size(view%lines)
             do j = 2, size(view%lines(k)%points, 2)
                associate (points => view%lines(k)%points)
-                  is_hidden = is_between(points(:, j - 1), points(:, j), eye, m%particles%reference(i, :))
+                  is_hidden = is_between(points(:, j - 1), points(:, j), eye, x_of) .or. &
+                              distance_to_segment(x_of, points(:, j - 1), points(:, j)) <= aside*m%grid%finest_cell
                end associate
                if (is_hidden) return
             end do
@@ -182,7 +186,8 @@ contains
       area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
    end function area
 
-   !> By which the values of the particles around a point add up to that of a linear function at it, fitted to their means over cells.
+   !> By which the values of the particles around a point add up to that of a linear function at it, fitted to their means over cells, in
+   !> quadratic cells to themselves.
    pure function weights_of_cells(m, around) result(weights)
       type(matter_t), intent(in) :: m
       type(surroundings_t), intent(in) :: around
@@ -191,6 +196,10 @@ contains
       integer, allocatable :: cell(:), first(:)  ! of each particle, and the first particle of each
       real(dp), allocatable :: volume(:), of_cells(:)
       integer :: k, c, n
+      if (m%grid%is_quadratic()) then
+         weights = weights_of(around, linear_fit)
+         return
+      end if
       allocate (cell(size(around%particle)), first(size(around%particle)), volume(size(around%particle)))
       allocate (cells%from_point(ndim, size(around%particle)))
       n = 0

@@ -29,7 +29,6 @@ contains
       real(dp), intent(in) :: reactions(:, :)    !! of the constraints [N], (ndim, constraints)
       type(history_t), intent(inout) :: history
       integer :: k
-      if (size(model%probes) == 0) return
       do k = 1, size(model%probes)
          associate (probe => model%probes(k))
             if (size(probe%at, 2) > 0) call record_place(model, problem, cracks, joined, probe, history)

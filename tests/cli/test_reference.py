@@ -127,18 +127,21 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
     plastic = path.replace("law = 'linear_elastic'", "law = 'j2_plastic' yield_stress = 1e9")
     viscous = path.replace("law = 'linear_elastic'", "law = 'viscoelastic' moduli = 1e9 relaxation_times = 1.0")
     meeting = re.sub(r"&(crack|energy_release).*?\n/\n", "", GOOD, flags=re.DOTALL) + "&contact bodies = 'frictionless' /\n"
+    probed = [(f"probe{k}", path + held + f"&probe name = 'grip' {keys} /\n", of_path) for k, keys in enumerate((
+        "quantity = 'displacement', 'velocity', 'strain', 'stress' at = 0.03, 0.003", "quantity = 'strain' at = 0.03, 0.003, 0.04, 0.003",
+        "quantity = 'opening', 'volume' distance = 0.01", "quantity = 'load_line' of = 'grip'"))]
     for name, scene, asked in (("meeting", meeting, (*settings[:3], "method.frame=updated")), ("plastic", plastic, of_path), ("viscous", viscous, of_path), ("line", LINE + held + REFINE, settings),
                                ("zz", GOOD + REFINE.replace("gradient", "zz"), settings), ("path", path, of_path),
                                ("closure", closed, (*of_path, "energy_release.estimators=domain_integral,series_fit",
                                                     "grid.cell=0.625e-3", "grid.cells=160,18")),
-                               ("growth", growth, (*of_path, "method.time=static")), ("running", running, of_path), ("cohesive", cohesive, of_path)):
+                               ("growth", growth, (*of_path, "method.time=static")), ("running", running, of_path), ("cohesive", cohesive, of_path), *probed):
         (tmp_path / f"{name}.nml").write_text(scene)
         result = hampm(f"{name}.nml", "--set", f"output.file={name}.h5", *(f"--set={setting}" for setting in asked))
         assert result.returncode == 0, result.stderr
         with h5py.File(tmp_path / f"{name}.h5") as file:
             for column, data in file["history"].items():
-                column = column.replace("_grip_", "_<name>_")
-                recorded.setdefault(column, (data.attrs["units"], re.sub("radius .* m$", "radius R m", data.attrs["long_name"])))
+                column = re.sub("_grip(?=_|$)", "_<name>", column)
+                recorded.setdefault(column, (data.attrs["units"], re.sub("radius .* m$", "radius R m", data.attrs["long_name"].replace(" of grip", " of <name>"))))
     assert {column: texts for column, texts in recorded.items() if not re.fullmatch("J_[2-9]", column)} == documented
 
 

@@ -183,6 +183,7 @@ VALUES = {
     "constraint.frequency": ["1e4", "0.9*"], "constraint.times": ["0.0,2e-6", "0.0,0.5"], "constraint.factors": ["0.0,0.5", "1.0,2.0"], "constraint.name": ["bar"],
     "constraint.history": HISTORIES, "load.history": HISTORIES, "control.history": HISTORIES, "control.displacement": ["0.9*"], "control.stiffness": ["0.5*", "1e8"],
     "control.start": ["1e-6", "0.3", "-1e-6"], "control.rise_time": ["0.9", "0.5"], "control.frequency": ["0.3"], "control.times": ["0.0,0.5"], "control.factors": ["0.0,0.5", "1.0,2.0"],
+    "probe.name": ["other"], "probe.of": ["q", "bar"], "load.name": ["bar"],
     "load.lower": ["-8e-3,10e-3"], "load.upper": ["8e-3,10e-3"], "load.force": ["0.9*", "10.0,10.0"], "load.pressure": ["0.9*", "1e5"], "load.crack": ["p", "q"],
     "load.acceleration": ["0.9*", "1.0,1.0"], "load.start": ["1e-6", "0.3", "-1e-6"], "load.rise_time": ["1e-6", "0.5"], "load.frequency": ["1e4", "0.9*"],
     "load.times": ["0.0,2e-6", "0.0,0.5"], "load.factors": ["0.0,0.5", "1.0,2.0"], "damping.rate": ["1e3", "1.0"], "contact.friction": ["0.2"], "contact.distance": ["0.01", "1e-4"],
