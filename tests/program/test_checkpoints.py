@@ -468,7 +468,7 @@ def test_a_checkpoint_without_its_result(stopped, hampm, dcb, monkeypatch, spoil
 @pytest.mark.parametrize(("words", "phrase"), [
     (("case.nml",), "--resume and the namelist file 'case.nml': the checkpoint has its model; give one of the two"),
     (("--check",), "--resume and --check: give one of the two"),
-    (("--set", "run.end_time=1"), "--set run.end_time=1: with --resume only output.checkpoint_interval and output.checkpoint_st"),
+    (("--set", "grid.cell=1"), "--set grid.cell=1: with --resume only run.end_time, method.load_steps, run.stop_..., output.checkpoint_interval and"),
     (("--set", "output.checkpoint_steps=-1"), "&output checkpoint_steps = -1: must be an integer in [0, inf)"),
     (("--steps", "0"), "--steps 0: must be an integer in [1, 1e18)"),
     (("--steps", "many"), "--steps many: must be an integer in [1, 1e18)"),
