@@ -6,7 +6,7 @@ import h5py
 import pytest
 
 HISTORIES = [("history_keys_ignored_table", ["&load times", "&load factors"], "history = 'table'"),
-             ("history_keys_ignored_rise", ["&load rise_time"], "history = 'ramp'"),
+             ("history_keys_ignored_rise", ["&load rise_time"], "history = 'ramp' or 'smooth_ramp'"),
              ("history_keys_ignored_constraint", ["&constraint times", "&constraint factors"], "history = 'table'")]
 
 
