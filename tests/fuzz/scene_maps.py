@@ -67,7 +67,7 @@ def isometric(scene, q):
                 a, b = moved(q, keys[low]), moved(q, keys[high])
                 keys[low], keys[high] = [min(pair) for pair in zip(a, b)], [max(pair) for pair in zip(a, b)]
         for key in ("points", "center", "velocity", "force", "acceleration", "displacement", "tip", "direction", "at"):
-            if key in keys and not isinstance(keys[key], str):
+            if key in keys and isinstance(keys[key], (list, tuple)):
                 keys[key] = moved(q, keys[key])
         if name == "crack" and keys.get("kind", "symmetry") != "path" and "direction" not in keys:
             keys["direction"] = moved(q, [1.0, 0.0])
