@@ -137,8 +137,6 @@ class Constraint(Group):
     """Of a table: increasing, counted from start; linear between, constant outside [s]; (-inf, inf); no default"""
     factors: float | Sequence[float] | None
     """Of a table: factors at its times, as many as these; (-inf, inf); no default"""
-    held: bool | None
-    """Whether it stays as its history has it where cracks grow at rest, which scales all others; default False"""
     name: str | None
     """Gives the force of this constraint columns of its own: reaction_<name>_x and _y; default ''"""
     unilateral: bool | None
@@ -178,8 +176,6 @@ class Load(Group):
     """Of a table: increasing, counted from start; linear between, constant outside [s]; (-inf, inf); no default"""
     factors: float | Sequence[float] | None
     """Of a table: factors at its times, as many as these; (-inf, inf); no default"""
-    held: bool | None
-    """Whether it stays as its history has it where cracks grow at rest, which scales all others; default False"""
 
 
 class Damping(Group):
@@ -352,29 +348,6 @@ class Growth(Group):
     """Which tips go on: all, at rest that with the largest G, in motion that at the last or the first point; default 'all'"""
 
 
-class Control(Group):
-    """What a load frame controls as cracks grow at rest; load and displacement become columns."""
-
-    quantity: Literal['growth', 'load', 'displacement'] | None
-    """What is given: growth, an increment a load step; the load; or the displacement of the load frame; default 'growth'"""
-    displacement: float | None
-    """Of the load frame where its factor is 1 [m]; (-inf, inf); default 0.0"""
-    stiffness: float | None
-    """Of the load frame, a spring in series with the specimen; 0: it is rigid [N/m]; [0, inf); default 0.0"""
-    history: Literal['step', 'ramp', 'sine', 'table'] | None
-    """Factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start; default 'step'"""
-    start: float | None
-    """Time at which the history begins; before it the factor is 0 [s]; (-inf, inf); default 0.0"""
-    rise_time: float | None
-    """Of a ramp: time in which the factor rises from 0 to 1; needed there [s]; [0, inf); default 0.0"""
-    frequency: float | None
-    """Of a sine: its frequency; needed there [Hz]; [0, inf); default 0.0"""
-    times: float | Sequence[float] | None
-    """Of a table: increasing, counted from start; linear between, constant outside [s]; (-inf, inf); no default"""
-    factors: float | Sequence[float] | None
-    """Of a table: factors at its times, as many as these; (-inf, inf); no default"""
-
-
 class EnergyRelease(Group):
     """Which energy quantities are recorded."""
 
@@ -434,8 +407,6 @@ class Groups:
     """How the faces of a crack hold each other by cohesion; without this group they do not."""
     growth: GroupList[Growth]
     """How a crack grows; without this group cracks stay as they are."""
-    control: Control
-    """What a load frame controls as cracks grow at rest; load and displacement become columns."""
     energy_release: EnergyRelease
     """Which energy quantities are recorded."""
     output: Output
