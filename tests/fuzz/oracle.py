@@ -205,7 +205,7 @@ def differences(text, overrides, as_used, keys):
                 return [meaning(value, kind, is_choice) for value in listed]
             given = read(asked[key]) if key in asked else read(values(keys.default[group, key].encode(), 0, group, keys)[0])
             if key not in asked and keys.default[group, key] == "" and kind == "text" and (group, key) in keys.free_text:
-                given = [] if key == "file" else [""]
+                given = [] if key in ("file", "of") else [""]   # one is named after the model, the other a list
             if (group, key) == ("output", "history_interval") and is_static:   # a row is a load step
                 continue
             if not resolved(group, key, given) and read(shown[key]) != given:
