@@ -174,10 +174,15 @@ contains
    pure subroutine find_in_grid(tip, line)
       type(crack_tip_t), intent(inout) :: tip
       type(line_t), intent(in) :: line
-      real(dp), allocatable :: rest(:, :)
-      rest = line%new_part(tip%end, tip%grown)
-      tip%direction = (rest(:, 2) - rest(:, 1))/norm2(rest(:, 2) - rest(:, 1))
-      tip%now = rest(:, 1)
+      real(dp), allocatable :: points(:, :)
+      real(dp) :: out(ndim)
+      type(line_t) :: now
+      now = line
+      now%bonded(tip%end) = max(0.0_dp, line%bonded(tip%end) + line%grown(tip%end) - tip%grown)
+      allocate (points, source=toward(now%open_part(), tip%end))
+      tip%now = points(:, size(points, 2))
+      out = tip%now - points(:, size(points, 2) - 1)
+      tip%direction = out/norm2(out)
    end subroutine find_in_grid
 
    !> Plan the way of a tip that grows in motion: the crack goes on from its last point to another one, and is bonded there.

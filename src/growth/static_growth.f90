@@ -9,6 +9,7 @@ module hampm_static_growth
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t, fitting, part_of_crack
    use hampm_growth_room, only: update_model_path, room_for, why_no_room, find_end, plan_end, end_tips
+   use hampm_load_search, only: nothing
    use hampm_kinks, only: kink_angle, is_opened, slope_of_mixity
    use hampm_load_work, only: load_state_t, find_load_state, find_frame, work_between
    use hampm_problem, only: problem_t
@@ -73,14 +74,11 @@ contains
          integer, intent(in) :: k
          associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
             if (growing%waits .and. rates(k) < reached*law%toughness_at(0.0_dp, cracks%crack(tip%crack)%length())) return
+            if (.not. rates(k) > nothing*law%toughness_at(0.0_dp, cracks%crack(tip%crack)%length())) return ! there is no load yet
             if (law%only_largest) then
                if (k /= first_of_largest(ratios, growing%tips%advance > 0 .or. .not. growing%tips%has_stopped)) return
             end if
-            if (law%direction == 'straight') then
-               if (.not. rates(k) > 0) return    ! there is no load yet
-            else if (.not. norm2(values(k)%intensity) > 0) then
-               return                            ! nor here
-            else if (.not. is_opened(trim(law%direction), values(k)%intensity)) then
+            if (law%direction /= 'straight' .and. .not. is_opened(trim(law%direction), values(k)%intensity)) then
                call growing%note_tip(k, 'has waited in one load step at least: nothing opens it in the direction that it would '// &
                                      'take. Where it is to grow all the same, give &growth direction = ''straight''', message)
                return

@@ -427,6 +427,7 @@ contains
             point%fraction_left = before%fraction_left
             point%reached = before%reached
             if (point%is_failing) point%start = point%opening - (before%opening - before%start)
+            if (point%is_failing .and. point%line > 0) point%touch = min(0.0_dp, dot_product(point%normal, point%opening))
          end associate
       else if (point%way < grown) then
          point%is_failing = .true.

@@ -325,6 +325,7 @@ contains
       real(dp), intent(inout) :: opening(ndim)
       logical, intent(out) :: is_there
       real(dp), parameter :: far = 1.5_dp        ! cells; points of the next cell are no farther
+      real(dp), parameter :: same = 1e-3_dp      ! cells by which points beside each other, on either side of a kink, are at the same place
       real(dp), allocatable :: way(:) ! from the place to the points [m]
       integer :: k, near, next
       allocate (way(interfaces%n))
@@ -337,7 +338,7 @@ contains
       is_there = count(way > 0) > 1
       if (.not. is_there) return
       near = minloc(way, dim=1, mask=way > 0)
-      next = minloc(way, dim=1, mask=way > way(near))
+      next = minloc(way, dim=1, mask=way > way(near) + same*interfaces%list(near)%cell)
       is_there = next > 0
       if (.not. is_there) return
       associate (a => interfaces%list(near)%opening, b => interfaces%list(next)%opening)

