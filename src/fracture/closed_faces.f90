@@ -94,6 +94,10 @@ contains
          faces%mean = faces%mean + weight*force_of(interfaces%list(n))
          faces%slope = faces%slope + weight*r*force_of(interfaces%list(n))
       end do
+      if (.not. length > 0) then                 ! the faces end before: nothing is told
+         faces%are_closed = .false.
+         return
+      end if
       faces%mean = faces%mean/length
       faces%middle = faces%middle/length
       faces%slope = merge(faces%slope - length*faces%middle*faces%mean, 0.0_dp, there >= for_line*cell) &
