@@ -140,3 +140,12 @@ def test_labels_of_j_name_no_radius_that_changes(case):
     run = case("crack_length_stops", "--set", "run.end_time=9e-6")
     with h5py.File(run.path) as file:
         assert file["history/J_1"].attrs["long_name"] == "J integral, radius 1 of those that there is room for"
+
+
+def test_a_pressed_crack_of_two_cells_grows(case):
+    run = case("pressed_crack_of_two_cells")
+    assert run.code == 0, run.stderr
+    row = run.row
+    inside = sum(row[name] for name in ("kinetic_energy", "strain_energy", "damping_loss", "numerical_loss", "fracture_energy", "friction_loss"))
+    missing = row["external_work"] - inside
+    assert np.max(np.abs(missing - missing[0])) < 1e-6 * np.max(np.abs(row["external_work"]))
