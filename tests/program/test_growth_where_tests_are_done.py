@@ -117,7 +117,7 @@ def test_a_charpy_specimen_on_anvils(hampm):
     """K_I does not know of the anvils up to 16 us: it is that of a specimen that flies freely, whose ends do not press on them before 12 us (Boehme & Kalthoff 1982,
     Int. J. Fract. 20, R139-R143, saw such specimens without contact). The weight has bounced off by 16 us. The crack starts as K_I is that of the toughness, and
     cohesive points take that times the area, to 15 %."""
-    text = re.sub("end_time = .*", "end_time = 40e-6", (INPUT / "charpy.nml").read_text())
+    text = (INPUT / "charpy.nml").read_text()
     row, _ = run_told(hampm, text)
     alone = text[:text.index("&body", text.index("! the weight"))] + text[text.index("&contact"):]
     free, _ = run_told(hampm, alone[:alone.index("&growth")] + alone[alone.index("&energy_release"):], name="free")
