@@ -89,9 +89,10 @@ WAYS = {"explicit": {}, "implicit": {"method": IMPLICIT}, "HHT": {"method": IMPL
 
 @pytest.mark.parametrize("case", WAYS.values(), ids=WAYS)
 def test_normal_incidence(hampm, tmp_path, case):
-    """Nothing comes back in theory; asked are 1 %, held 0.1 %. The balance of energy is closed with the column of the edge."""
+    """Nothing comes back in theory; asked are 1 %, held 0.1 %, of quadratic cells, whose edge has no dashpots of negative parts, 0.15 %. The balance of energy is closed with
+    the column of the edge."""
     row = strip(hampm, tmp_path, **case)
-    assert left(row) < 1e-3
+    assert left(row) < (1.5e-3 if "order" in case else 1e-3)
     work = row["external_work"][-1]
     assert row["absorbed_energy"][-1] == pytest.approx(work, rel=4e-3)
     inside = sum(row[name] for name in ("kinetic_energy", "strain_energy", "absorbed_energy", "numerical_loss") + ("plastic_dissipation",) * ("J2" in str(case)))
