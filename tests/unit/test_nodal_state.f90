@@ -91,7 +91,7 @@ contains
       end do
       call start(m, scheme)
       call look(m, state)
-      velocity = nodal_velocity(m)
+      allocate (velocity, source=nodal_velocity(m))
       error = 0
       associate (all => m%fields%mass_matrix%all)
          do i = 1, all%n_nodes
@@ -231,7 +231,7 @@ contains
       end do
       m%cache%mapped = .false.
       call look(m, state)
-      velocity = nodal_velocity(m)
+      allocate (velocity, source=nodal_velocity(m))
       do i = 1, m%grid%n_points
          associate (x => m%grid%node_position(:, i), n => m%fields%mass_matrix%all)
             if (.not. any(n%nodes(:n%n_points) == i)) cycle
