@@ -160,8 +160,9 @@ class Sheet:
         return place + SYMBOL * self.point * outward
 
     def label(self, place, text, direction):
-        """To be written beside a place, in a direction if there is room."""
-        self._labels.append((place, text, direction))
+        """To be written beside a place, in a direction if there is room; once only where loads follow each other there."""
+        if not any(text == other and np.allclose(place, there) for there, other, _ in self._labels):
+            self._labels.append((place, text, direction))
 
     def write_labels(self):
         """Each label where it covers the least of what there is, nearer to its own place than to those of others if that can be."""
@@ -343,7 +344,11 @@ def draw_load(sheet, load, cracks):
     force = np.array(load.acceleration if load.kind == "gravity" else load.force or (0.0, -load.pressure))
     on_crack, is_pressure = load.on == "crack" or load.face != "none", load.kind == "pressure"
     lower, upper = (np.array(corner, dtype=float) for corner in ((load.lower, load.upper) if load.lower else (sheet.lower, sheet.upper)))
-    lines = [*(cracks if on_crack else sheet.outlines)] if load.kind in ("traction", "pressure") else []
+    lines = [*(cracks if on_crack else sheet.outlines)] if load.kind in ("traction", "pressure", "absorbing") else []
+    if load.kind == "absorbing":
+        for part in [part for line in lines for part in within(line, lower, upper, 1e-3 * sheet.point)]:
+            sheet.line(part, color=LOAD, linewidth=5, linestyle=(0, (0.5, 0.5)), zorder=1.5)
+        return sheet.label((lower + upper) / 2, "absorbing", upper - lower)
     ends = []
     for part in [part for line in lines for part in within(line, lower, upper, 1e-3 * sheet.point)]:
         sheet.line(part, color=LOAD, linewidth=5, zorder=1.5, solid_capstyle="butt")
