@@ -415,20 +415,20 @@ module hampm_rules
       (rule_t(trim(acting(k))//" held and &growth law = {growth laws at rest}", requires, "something that growth scales", &
               mechanics, "growth scales loads and motions that are not held, so that G is the toughness"), k=1, size(acting)), &
       rule_t("&control", requires, "&growth law = {growth laws at rest}", not_built, &
-             "a load frame follows cracks that grow at rest", use="&constraint displacement"), &
+             "a load frame follows cracks that grow at rest; a &constraint with a displacement moves others"), &
       rule_t("&control displacement", requires, "&control quantity = 'displacement'"), &
       rule_t("&control quantity = 'displacement'", requires, "&control displacement"), &
       (rule_t("&control "//trim(of_frame(k)), no_effect_with, "&control quantity = 'growth'", mechanics, &
               "load and displacement follow the crack"), k=1, size(of_frame)), &
       rule_t("&control", not_with, "growth scales forces beside motions", mechanics, &
-             "the load of a frame and its displacement are one pair", use="&constraint held = .true."), &
+             "the load of a frame and its displacement are one pair; hold the others, with held = .true."), &
       rule_t("&constraint velocity and &constraint held = .false.", not_with, "&control", mechanics, &
-             "the frame tells how much is moved", use="&constraint displacement"), &
+             "the frame tells how much is moved; give a displacement"), &
       (rule_t(trim(acting(k))//" history = 'ramp' | 'smooth_ramp' | 'sine' | 'table' and "//trim(acting(k))// &
               " held = .false.", not_with, &
-              "&control", mechanics, "the frame tells how loads change", use="&control history"), &
+              "&control", mechanics, "the frame tells how loads change, by its history"), &
        rule_t(trim(acting(k))//" start and "//trim(acting(k))//" held = .false.", not_with, &
-              "&control", mechanics, "the frame tells how loads change", use="&control start"), k=1, size(acting)), &
+              "&control", mechanics, "the frame tells how loads change, by its start"), k=1, size(acting)), &
       rule_t("&load on = 'crack' and &load held = .false.", not_with, "&control", not_built, &
              "the area that is pressed grows with the crack, so that there is no load of a frame"), &
       rule_t("&growth law = 'prescribed'", requires, "&growth speed > 0"), &

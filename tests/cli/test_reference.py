@@ -87,7 +87,7 @@ def test_each_key_gives_its_value_to_the_scene(choices):
 def test_examples_together_are_a_scene(reference, hampm, tmp_path):
     groups = re.findall(r"```fortran\n(.*?)```", reference, re.DOTALL)
     # those of a crack of kind 'path' are of other scenes
-    (tmp_path / "case.nml").write_text("".join(group for group in groups if not group.startswith(("&growth", "&cohesive"))))
+    (tmp_path / "case.nml").write_text("".join(group for group in groups if not group.startswith(("&growth", "&cohesive", "&control"))))
     result = hampm("case.nml", "--check")
     assert result.returncode == 0, result.stderr
 
@@ -134,7 +134,8 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
                                ("zz", GOOD + REFINE.replace("gradient", "zz"), settings), ("path", path, of_path),
                                ("closure", closed, (*of_path, "energy_release.estimators=domain_integral,series_fit",
                                                     "grid.cell=0.625e-3", "grid.cells=160,18")),
-                               ("growth", growth, (*of_path, "method.time=static")), ("running", running, of_path), ("cohesive", cohesive, of_path), *probed):
+                               ("growth", growth, (*of_path, "method.time=static", "energy_release.t_stress=.true.")),
+                               ("frame", growth + "&control stiffness = 1e6 /\n", (*of_path, "method.time=static")), ("running", running, of_path), ("cohesive", cohesive, of_path), *probed):
         (tmp_path / f"{name}.nml").write_text(scene)
         result = hampm(f"{name}.nml", "--set", f"output.file={name}.h5", *(f"--set={setting}" for setting in asked))
         assert result.returncode == 0, result.stderr

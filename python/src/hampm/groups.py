@@ -17,6 +17,14 @@ class Run(Group):
     """Thickness of the plane; forces and energies are those of all of it [m]; (0, inf); default 1.0"""
     end_time: float | None
     """The run goes from time 0 to this time [s]; (0, inf); required"""
+    stop_when: Literal['arrested', 'load_dropped', 'crack_length', 'separated'] | Sequence[Literal['arrested', 'load_dropped', 'crack_length', 'separated']] | None
+    """What ends the run before that, at a sample; none by default; no default"""
+    stop_length: float | None
+    """Of crack_length: length of a whole crack [m]; [0, inf); default 0.0"""
+    stop_load: float | None
+    """Of load_dropped: part of the largest load so far; (0, 1); default 0.5"""
+    stop_rest: float | None
+    """Of arrested, in motion: time for which no tip has grown [s]; [0, inf); default 0.0"""
 
 
 class Grid(Group):
@@ -125,18 +133,20 @@ class Constraint(Group):
     """By which they are moved where its factor is 1 [m]; (-inf, inf); default [0.0, 0.0]"""
     velocity: float | Sequence[float] | None
     """With which they are moved where its factor is 1 [m/s]; (-inf, inf); default [0.0, 0.0]"""
-    history: Literal['step', 'ramp', 'sine', 'table'] | None
-    """Factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start; default 'step'"""
+    history: Literal['step', 'ramp', 'smooth_ramp', 'sine', 'table'] | None
+    """Factor over time: 1, rising to 1 by a line or smoothly, sin(2 pi frequency t), or a table; t counts from start; default 'step'"""
     start: float | None
     """Time at which the history begins; before it the factor is 0 [s]; (-inf, inf); default 0.0"""
     rise_time: float | None
-    """Of a ramp: time in which the factor rises from 0 to 1; needed there [s]; [0, inf); default 0.0"""
+    """Of both ramps: time in which the factor rises from 0 to 1; needed there [s]; [0, inf); default 0.0"""
     frequency: float | None
     """Of a sine: its frequency; needed there [Hz]; [0, inf); default 0.0"""
     times: float | Sequence[float] | None
     """Of a table: increasing, counted from start; linear between, constant outside [s]; (-inf, inf); no default"""
     factors: float | Sequence[float] | None
     """Of a table: factors at its times, as many as these; (-inf, inf); no default"""
+    held: bool | None
+    """Whether it stays as its history has it where cracks grow at rest, which scales all others; default False"""
     name: str | None
     """Gives the force of this constraint columns of its own: reaction_<name>_x and _y; default ''"""
     unilateral: bool | None
@@ -146,8 +156,8 @@ class Constraint(Group):
 class Load(Group):
     """A force on the material, with its history in time."""
 
-    kind: Literal['point', 'traction', 'body', 'pressure', 'gravity'] | None
-    """Acts at a point, on a part of an edge, on material in a box, normal to an edge or crack, or on all material; required"""
+    kind: Literal['point', 'traction', 'body', 'pressure', 'gravity', 'absorbing'] | None
+    """Acts at a point, on an edge, in a box, normal to an edge or crack, on all material; or lets waves out of an edge; required"""
     lower: float | Sequence[float] | None
     """Lower corner of where it acts; none of gravity and of pressure on a crack [m]; (-inf, inf); no default"""
     upper: float | Sequence[float] | None
@@ -164,18 +174,22 @@ class Load(Group):
     """Of gravity: force on each mass where its factor is 1 [m/s2]; (-inf, inf); default [0.0, 0.0]"""
     face: Literal['none', 'left', 'right'] | None
     """Of a point or traction on a line or path: its face, as one walks to its tip or last point; default 'none'"""
-    history: Literal['step', 'ramp', 'sine', 'table'] | None
-    """Factor over time: 1, rising to 1, sin(2 pi frequency t), or a table; t counts from start; default 'step'"""
+    history: Literal['step', 'ramp', 'smooth_ramp', 'sine', 'table'] | None
+    """Factor over time: 1, rising to 1 by a line or smoothly, sin(2 pi frequency t), or a table; t counts from start; default 'step'"""
     start: float | None
     """Time at which the history begins; before it the factor is 0 [s]; (-inf, inf); default 0.0"""
     rise_time: float | None
-    """Of a ramp: time in which the factor rises from 0 to 1; needed there [s]; [0, inf); default 0.0"""
+    """Of both ramps: time in which the factor rises from 0 to 1; needed there [s]; [0, inf); default 0.0"""
     frequency: float | None
     """Of a sine: its frequency; needed there [Hz]; [0, inf); default 0.0"""
     times: float | Sequence[float] | None
     """Of a table: increasing, counted from start; linear between, constant outside [s]; (-inf, inf); no default"""
     factors: float | Sequence[float] | None
     """Of a table: factors at its times, as many as these; (-inf, inf); no default"""
+    held: bool | None
+    """Whether it stays as its history has it where cracks grow at rest, which scales all others; default False"""
+    name: str | None
+    """By which a &probe means it; default ''"""
 
 
 class Damping(Group):
@@ -205,6 +219,8 @@ class Method(Group):
     """Of time = 'implicit': longest time step; 0: by courant, and 1/1000 of end_time where that is 0 [s]; [0, inf); default 0.0"""
     hht_alpha: float | None
     """Of time = 'implicit': 0 for average acceleration; below it steps damp what they do not resolve; [-0.33334, 0]; default 0.0"""
+    start: Literal['undeformed', 'static'] | None
+    """Of motion: from undeformed bodies, or from the static equilibrium of what acts at time 0; default 'undeformed'"""
     load_steps: int | None
     """Of time = 'static': equal steps of the time, by which loads vary, up to end_time; [1, 100000]; default 1"""
     scheme: Literal['usf', 'usl', 'usavg', 'musl'] | None
@@ -345,7 +361,30 @@ class Growth(Group):
     max_length: float | None
     """Length of the whole crack at which it stops; 0: none [m]; [0, inf); default 0.0"""
     tips: Literal['all', 'largest', 'last', 'first'] | None
-    """Which tips go on: all, at rest that with the largest G, in motion that at the last or the first point; default 'all'"""
+    """Which tips go on: all; at rest, of all with this, that with the largest G over toughness; in motion that at an end; default 'all'"""
+
+
+class Control(Group):
+    """What a load frame controls as cracks grow at rest; load and displacement become columns."""
+
+    quantity: Literal['growth', 'load', 'displacement'] | None
+    """What is given: growth, an increment a load step; the load; or the displacement of the load frame; default 'growth'"""
+    displacement: float | None
+    """Of the load frame where its factor is 1 [m]; (-inf, inf); default 0.0"""
+    stiffness: float | None
+    """Of the load frame, a spring in series with the specimen; 0: it is rigid [N/m]; [0, inf); default 0.0"""
+    history: Literal['step', 'ramp', 'smooth_ramp', 'sine', 'table'] | None
+    """Factor over time: 1, rising to 1 by a line or smoothly, sin(2 pi frequency t), or a table; t counts from start; default 'step'"""
+    start: float | None
+    """Time at which the history begins; before it the factor is 0 [s]; (-inf, inf); default 0.0"""
+    rise_time: float | None
+    """Of both ramps: time in which the factor rises from 0 to 1; needed there [s]; [0, inf); default 0.0"""
+    frequency: float | None
+    """Of a sine: its frequency; needed there [Hz]; [0, inf); default 0.0"""
+    times: float | Sequence[float] | None
+    """Of a table: increasing, counted from start; linear between, constant outside [s]; (-inf, inf); no default"""
+    factors: float | Sequence[float] | None
+    """Of a table: factors at its times, as many as these; (-inf, inf); no default"""
 
 
 class EnergyRelease(Group):
@@ -357,10 +396,31 @@ class EnergyRelease(Group):
     """Whether the history records the energy that the method itself loses, numerical_loss; default False"""
     radii: float | Sequence[float] | None
     """Of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more [m]; (0, inf); no default"""
+    t_stress: bool | None
+    """Whether the history records the T-stress, by domain_integral; default False"""
     reference: Literal['none', 'dcb', 'value'] | None
     """Where the reference value G_ref comes from: nowhere, double cantilever beam theory, or a key; default 'none'"""
     reference_value: float | None
     """G_ref where reference = 'value'; needed there [J/m2]; [0, inf); default 0.0"""
+
+
+class Probe(Group):
+    """What the history records at a point, along a line, of a crack, or of a load."""
+
+    name: str | None
+    """What the names of its columns end with, before x, y, xx, yy, xy or zz; required"""
+    quantity: Literal['displacement', 'velocity', 'stress', 'strain', 'opening', 'volume', 'load_line'] | Sequence[Literal['displacement', 'velocity', 'stress', 'strain', 'opening', 'volume', 'load_line']] | None
+    """What is recorded, one or several; required"""
+    at: float | Sequence[float] | None
+    """A material point, x, y; or a straight line from x1, y1 to x2, y2, of which the mean is recorded [m]; (-inf, inf); no default"""
+    face: Literal['none', 'left', 'right'] | None
+    """Of a point on a crack: its face, as one walks to the tip or last point of the crack; default 'none'"""
+    of: str | Sequence[str] | None
+    """Of opening or volume: name of the crack; of load_line: of the load or constraint, and of another it moves from; no default"""
+    tip: Literal['last', 'first'] | None
+    """Of opening: at which end of its crack the tip is; default 'last'"""
+    distance: float | None
+    """Of opening: how far behind that tip, along the crack [m]; [0, inf); default 0.0"""
 
 
 class Output(Group):
@@ -407,7 +467,11 @@ class Groups:
     """How the faces of a crack hold each other by cohesion; without this group they do not."""
     growth: GroupList[Growth]
     """How a crack grows; without this group cracks stay as they are."""
+    control: Control
+    """What a load frame controls as cracks grow at rest; load and displacement become columns."""
     energy_release: EnergyRelease
     """Which energy quantities are recorded."""
+    probe: GroupList[Probe]
+    """What the history records at a point, along a line, of a crack, or of a load."""
     output: Output
     """What is written, and how often."""
