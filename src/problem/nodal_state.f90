@@ -4,7 +4,7 @@ module hampm_nodal_state
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads, add_loads
    use hampm_mass_solver, only: solve_aside
-   use hampm_problem, only: problem_t, map_to_grid, refresh_grid, is_weighed, keeps_velocity, do_pass, assemble_sums, pass_on
+   use hampm_problem, only: problem_t, map_to_grid, refresh_grid, keeps_velocity, do_pass, assemble_sums, pass_on
    use hampm_particle_pass, only: pass_report_t
    use hampm_pass, only: pass_t
    use hampm_interface_points, only: add_interface_forces
@@ -44,7 +44,7 @@ contains
       with_fields = .true.
       if (present(reactions_only)) with_fields = .not. reactions_only
       if (.not. m%cache%mapped) call map_to_grid(m)
-      if (with_fields .and. .not. is_weighed(m)) call refresh_grid(m)
+      if (with_fields) call refresh_grid(m)
       is_of_step = with_fields .and. keeps_velocity(m) .and. m%scheme%map_at_start%map_force .and. .not. any(m%loads%by_mass)
       call sum_stress(m)
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
