@@ -10,6 +10,7 @@ module hampm_load_work
    use hampm_loads, only: add_load, place_loads
    use hampm_newton, only: work_of
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
+   use hampm_outer_forces, only: find_heat
    use hampm_problem, only: problem_t
    implicit none
    private
@@ -17,8 +18,8 @@ module hampm_load_work
 
    !> What drives a body at an equilibrium.
    type :: load_state_t
-      real(dp), allocatable :: factor(:)         !! of each load [-]
-      real(dp), allocatable :: energy(:)         !! its force at factor 1 times its displacement [J]
+      real(dp), allocatable :: factor(:)         !! of each load [-]; then the force with which eigenstrains that are scaled do work [J]
+      real(dp), allocatable :: energy(:)         !! its force at factor 1 times its displacement [J]; then the factor of these [-]
       real(dp), allocatable :: way(:, :)         !! by which each box of a constraint is moved [m], (ndim, boxes)
       real(dp), allocatable :: reaction(:, :)    !! its force on the bodies, 0 where none moves [N], (ndim, boxes)
    end type load_state_t
@@ -33,7 +34,8 @@ contains
       type(nodal_state_t) :: nodal
       real(dp), allocatable :: force(:, :)
       integer :: k
-      allocate (state%factor(size(m%loads)), state%energy(size(m%loads)))
+      allocate (state%factor(size(m%loads) + 1), state%energy(size(m%loads) + 1))
+      call find_heat(m, state%energy(size(m%loads) + 1), state%factor(size(m%loads) + 1))
       call place_loads(m%loads, m%grid, m%particles)
       do k = 1, size(m%loads)
          state%factor(k) = m%loads(k)%history%factor(m%state%time)
@@ -66,7 +68,7 @@ contains
       end do
       load = load_factor*largest
       displacement = 0
-      if (largest > 0) displacement = sum(state%energy, mask=.not. m%loads%history%held)/largest
+      if (largest > 0) displacement = sum(state%energy(:size(m%loads)), mask=.not. m%loads%history%held)/largest
       if (largest > 0) return
       unit = m%constraints%scaled_units()
       displacement = load_factor*sum(norm2(unit, dim=1))

@@ -287,10 +287,10 @@ contains
       ratios = pack(of_all, [(growing%is_growing(k), k=1, size(values))])
    end function ratios_of
 
-   !> Whether held loads and prescribed motions, or eigenstrains, drive a body beside what is scaled.
+   !> Whether held loads, prescribed motions or eigenstrains drive a body beside what is scaled.
    pure logical function has_held_drive(m)
       type(problem_t), intent(in) :: m
-      has_held_drive = any(m%materials%has_eigenstrain) .or. m%constraints%have_held_ways()
+      has_held_drive = any(m%materials%has_eigenstrain .and. .not. m%materials%is_scaled) .or. m%constraints%have_held_ways()
       if (size(m%loads) > 0) has_held_drive = has_held_drive .or. any(m%loads%history%held)
    end function has_held_drive
 
@@ -298,7 +298,7 @@ contains
    pure logical function has_scaled_drive(m)
       type(problem_t), intent(in) :: m
       integer :: k
-      has_scaled_drive = m%constraints%have_scaled_ways(m%state%time)
+      has_scaled_drive = m%constraints%have_scaled_ways(m%state%time) .or. any(m%materials%is_scaled)
       do k = 1, size(m%loads)
          has_scaled_drive = has_scaled_drive .or. .not. m%loads(k)%history%held .and. &
                             abs(m%loads(k)%history%factor(m%state%time)) > 0

@@ -34,6 +34,8 @@ module hampm_body_group
             allowed=any_number), &
       key_t('eigenstrain', type_real, 'strain xx, yy, xy and zz (0) at which there is no stress; heat: alpha dT in xx, yy and zz', &
             default='0.0, 0.0, 0.0', allowed='[-0.05, 0.05]', fewest=3, most=4), &
+      key_t('held', type_logical, 'whether its eigenstrain stays where growth at rest scales loads, instead of being scaled too', &
+            default='.true.'), &
       key_t('contact_group', type_text, 'with &contact: bodies of the same part are one; without a name a body is one by itself')]
 
    !> &body: a piece of material.
@@ -49,6 +51,7 @@ module hampm_body_group
       real(dp) :: spin = 0                       !! initial angular velocity around that [rad/s]
       character(name_len) :: contact_group = ''  !! those of the same group are one, and do not slide on each other
       real(dp) :: eigenstrain(4) = 0             !! components xx, yy, xy and zz of the strain without stress [-]
+      logical :: held = .true.                   !! whether growth at rest does not scale it
    end type body_t
 
    !> &body with hole = .true.
@@ -224,6 +227,7 @@ contains
       body%velocity = settings%vector(entry, 'velocity')
       body%spin = settings%number(entry, 'spin')
       body%contact_group = settings%text(entry, 'contact_group')
+      body%held = settings%flag(entry, 'held')
       associate (numbers => settings%numbers(entry, 'eigenstrain'))
          body%eigenstrain(:size(numbers)) = numbers
       end associate

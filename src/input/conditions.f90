@@ -245,7 +245,7 @@ contains
        case ('growth by laws of both kinds')
          has = any(model%growth%law%is_static) .and. .not. all(model%growth%law%is_static)
        case ('something that growth scales')
-         has = has_scaled_forces(model) .or. has_scaled_motions(model)
+         has = has_scaled_forces(model) .or. has_scaled_motions(model) .or. .not. all(model%bodies%held)
        case ('growth scales forces beside motions')
          has = has_scaled_forces(model) .and. has_scaled_motions(model)
        case ('a load that is recorded')

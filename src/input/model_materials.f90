@@ -22,7 +22,8 @@ contains
          if (.not. has_eigenstrain(model, k)) cycle
          n = n + 1
          materials(n) = material_of(model, model%bodies(k)%material_index)
-         call materials(n)%give_eigenstrain(model%bodies(k)%eigenstrain)
+         call materials(n)%give_eigenstrain(model%bodies(k)%eigenstrain, &
+                                            .not. model%bodies(k)%held .and. any(model%growth%law%is_static))
       end do
    end function materials_of
 
@@ -46,12 +47,13 @@ contains
       has_eigenstrain = any(abs(model%bodies(body)%eigenstrain) > 0)
    end function has_eigenstrain
 
-   !> Whether two bodies are of one material with one eigenstrain.
+   !> Whether two bodies are of one material with one eigenstrain, which is held in both or in none.
    pure logical function are_alike(model, a, b)
       type(model_t), intent(in) :: model
       integer, intent(in) :: a, b
       are_alike = model%bodies(a)%material_index == model%bodies(b)%material_index .and. &
-                  .not. any(abs(model%bodies(a)%eigenstrain - model%bodies(b)%eigenstrain) > 0)
+                  .not. any(abs(model%bodies(a)%eigenstrain - model%bodies(b)%eigenstrain) > 0) .and. &
+                  (model%bodies(a)%held .eqv. model%bodies(b)%held)
    end function are_alike
 
    !> One of them.

@@ -65,7 +65,7 @@ module hampm_plain_groups
 
    type(group_t), parameter :: run_group = group_t('run', once, is_required, 'what is computed, and for how long')
 
-   integer, parameter :: most_ends = 3           !! of a run, before its time
+   integer, parameter :: most_ends = 4           !! of a run, before its time
 
    type(key_t), parameter :: run_keys(*) = [ &
       key_t('title', type_text, 'what the run is about; the result keeps it', example='DCB, suddenly loaded'), &
@@ -88,7 +88,7 @@ module hampm_plain_groups
       character(name_len) :: plane = ''          !! 'stress', 'strain' or 'axisymmetric'
       type(thickness_t) :: thickness
       real(dp) :: end_time = 0                   !! [s]
-      character(name_len) :: stop_when(most_ends) = '' !! 'arrested', 'load_dropped' or 'crack_length'; '' for none
+      character(name_len) :: stop_when(most_ends) = '' !! those of its key; '' for none
       real(dp) :: stop_length = 0                !! of a crack [m]
       real(dp) :: stop_load = 0                  !! over the largest so far [-]
       real(dp) :: stop_rest = 0                  !! of tips [s]

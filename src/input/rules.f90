@@ -139,11 +139,15 @@ module hampm_rules
       rule_t("&body eigenstrain and a shear of the eigenstrain", not_with, "&crack kind = 'symmetry'", mechanics, &
              "the other half would have the opposite shear, the third value"), &
       rule_t("&body eigenstrain", not_with, "&energy_release reference = 'dcb'", mechanics, "the closed form is for forces"), &
+      rule_t("&body held = .false.", requires, "&body eigenstrain", reason="growth scales the eigenstrain"), &
+      rule_t("&body held = .false.", no_effect_without, "&growth law = {growth laws at rest}", mechanics, &
+             "only growth at rest scales what acts"), &
+      rule_t("&body held = .false.", not_with, "&control", not_built, "a load frame has a force and a displacement"), &
       rule_t("&body eigenstrain and a fourth value of the eigenstrain", warned_with, "&run plane = 'stress'", mechanics, &
              "the fourth value has no effect, as the thickness is free")]
 
    type(rule_t), parameter :: of_ends(*) = [ &
-      rule_t("&run stop_when = 'separated'", not_with, "", not_built, "bodies do not separate"), &
+      rule_t("&run stop_when = 'separated'", requires, "&growth", reason="a crack that grows parts a body"), &
       rule_t("&run stop_when = 'crack_length'", requires, "&run stop_length > 0"), &
       rule_t("&run stop_when = 'crack_length'", requires, "&crack"), &
       rule_t("&run stop_when = 'arrested'", requires, "&growth"), &

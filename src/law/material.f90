@@ -51,6 +51,9 @@ module hampm_material
       real(dp), private :: fastest = 0           !! rho c**2 of the fastest waves [Pa]
       ! Strain without stress: `give_eigenstrain`
       logical :: has_eigenstrain = .false.
+      logical :: is_scaled = .false.             !! whether cracks that grow at rest scale it
+      real(dp) :: scale = 1                      !! by which they do [-]
+      real(dp), private :: given(4) = 0          !! what the model has of it [-]
       real(dp), private :: eigenstrain(space, space) = 0 !! [-]
       real(dp), private :: inverse(space, space) = unit_tensor !! of the stretch I + eigenstrain, of laws for any strain
       real(dp), private :: swelling = 1          !! its determinant, volume without stress over reference volume, of these laws [-]
@@ -61,6 +64,7 @@ module hampm_material
       real(dp) :: idle_energy = 0                !! energy density there, of the stress normal to it [J/m3]
    contains
       procedure :: give_eigenstrain
+      procedure :: scale_eigenstrain
       procedure :: stress_at_first
       procedure :: update_state
       procedure :: equivalent_plastic_strain
@@ -139,11 +143,30 @@ contains
    !> Give material a strain eps0 at which there is no stress: stress and energy are those of H - eps0 or, of laws for any strain, of (I + H)(I + eps0)**-1 - I, the
    !> energy that of the volume without stress. The linear laws know the plane only: what is kept from the strain normal to it, by a stress of -E eps0_zz where
    !> there is none in the plane, adds nu eps0_zz to the strain in the plane.
-   pure subroutine give_eigenstrain(self, eigenstrain)
+   pure subroutine give_eigenstrain(self, eigenstrain, is_scaled)
       class(material_t), intent(inout) :: self
       real(dp), intent(in) :: eigenstrain(4)     !! components xx, yy, xy and zz of the tensor [-]
+      logical, intent(in), optional :: is_scaled !! whether cracks that grow at rest scale it
+      self%has_eigenstrain = any(abs(eigenstrain) > 0)
+      self%given = eigenstrain
+      if (present(is_scaled)) self%is_scaled = is_scaled
+      call take_eigenstrain(self, eigenstrain)
+   end subroutine give_eigenstrain
+
+   !> Multiply a given eigenstrain that is scaled.
+   elemental subroutine scale_eigenstrain(self, scale)
+      class(material_t), intent(inout) :: self
+      real(dp), intent(in) :: scale              !! of what the model has, not of what is [-]
+      if (.not. self%is_scaled) return
+      self%scale = scale
+      call take_eigenstrain(self, scale*self%given)
+   end subroutine scale_eigenstrain
+
+   !> Have an eigenstrain from now on.
+   pure subroutine take_eigenstrain(self, eigenstrain)
+      class(material_t), intent(inout) :: self
+      real(dp), intent(in) :: eigenstrain(4)
       associate (e => eigenstrain)
-         self%has_eigenstrain = any(abs(e) > 0)
          self%free = reshape([e(1), e(3), e(3), e(2)], [ndim, ndim])
          if (self%is_ring) self%free_hoop = e(4)
          if (.not. self%is_ring) self%free = self%free + e(4)*self%by_across
@@ -153,7 +176,7 @@ contains
       if (.not. self%is_finite) return
       self%inverse = inverse_transpose_of(unit_tensor + self%eigenstrain)
       self%swelling = 1 + volume_change(self%eigenstrain)
-   end subroutine give_eigenstrain
+   end subroutine take_eigenstrain
 
    !> H_33 [-]: in a plane 0, of axisymmetric material the one that is given, and no number where none is.
    pure real(dp) function given_hoop(self, hoop) result(given_one)

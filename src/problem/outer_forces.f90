@@ -2,12 +2,12 @@
 module hampm_outer_forces
    use hampm_kinds, only: dp
    use hampm_mass_product, only: multiply_by_mass
-   use hampm_problem, only: problem_t
+   use hampm_problem, only: problem_t, stored_energy
    use hampm_nodal_state, only: external_force
    use hampm_vectors, only: add_scaled, correct
    implicit none
    private
-   public :: outer_forces_t, loading_t, find_loading, scale_loads
+   public :: outer_forces_t, loading_t, find_loading, scale_loads, find_heat
 
    !> What drives the material at a time.
    type :: loading_t
@@ -41,13 +41,33 @@ contains
       loading%shift = m%constraints%prescribed_at(time)
    end subroutine find_loading
 
-   !> Scale all loads and prescribed motions that are not held.
+   !> Scale all loads, prescribed motions and eigenstrains that are not held.
    pure subroutine scale_loads(m, load_factor)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: load_factor        !! of what the model has [-]
       if (size(m%loads) > 0) call m%loads%history%scale_to(load_factor)
       call m%constraints%scale_ways(load_factor)
+      call m%materials%scale_eigenstrain(load_factor)
    end subroutine scale_loads
+
+   !> The factor of eigenstrains that are scaled, and the derivative of the stored energy by it where nothing moves [J], with which its change
+   !> does work; both 0 where none is.
+   subroutine find_heat(m, factor, force)
+      type(problem_t), intent(inout) :: m        !! as it was in the end
+      real(dp), intent(out) :: factor, force
+      real(dp), parameter :: part = 1e-3_dp      ! of the factor, by which it is changed
+      real(dp) :: change
+      factor = 0
+      force = 0
+      if (.not. any(m%materials%is_scaled)) return
+      factor = maxval(m%materials%scale, mask=m%materials%is_scaled)
+      change = part*max(abs(factor), tiny(factor)**0.5_dp)
+      call m%materials%scale_eigenstrain(factor + change)
+      force = stored_energy(m)
+      call m%materials%scale_eigenstrain(factor - change)
+      force = (force - stored_energy(m))/(2*change)
+      call m%materials%scale_eigenstrain(factor)
+   end subroutine find_heat
 
    !> Add the forces with a displacement of the nodes to condensed ones [N].
    subroutine add_to(self, m, u, force)

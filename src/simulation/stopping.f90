@@ -1,4 +1,5 @@
-!> How a run ends before its end time, as `&run stop_when` has it: a crack is so long, cracks have arrested, or the load has dropped.
+!> How a run ends before its end time, as `&run stop_when` has it: a crack is so long or has parted a body, cracks have arrested, or the load has
+!> dropped.
 !> It is looked for at each sample of the history, with which the run then ends.
 module hampm_stopping
    use hampm_kinds, only: dp
@@ -23,6 +24,8 @@ contains
             if (length >= run%stop_length*(1 - rounding)) &
                s%stopped_when = 'crack_length: a crack is '//three_digits(length)//' m long'
          end if
+         if (any(run%stop_when == 'separated') .and. s%growing%separated >= 0) &
+            s%stopped_when = 'separated: a crack has parted a body'
          if (any(run%stop_when == 'arrested')) then
             if (have_arrested(s)) s%stopped_when = 'arrested: no crack grows any more'
          end if

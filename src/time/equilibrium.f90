@@ -16,7 +16,7 @@ module hampm_equilibrium
    use hampm_integrator, only: book_step
    use hampm_problem, only: problem_t, map_to_grid, stored_energy, dissipated_energy, archive_history
    use hampm_newton, only: residual, displace, work_of
-   use hampm_outer_forces, only: loading_t, find_loading, scale_loads
+   use hampm_outer_forces, only: loading_t, find_loading, scale_loads, find_heat
    use hampm_supports, only: lift_by, press_on_supports
    use hampm_text, only: three_digits
    implicit none
@@ -118,6 +118,10 @@ contains
       real(dp), intent(in) :: time               !! [s]
       type(failure_t), intent(inout) :: failure
       real(dp), intent(in), optional :: load_factor !! of what the model has [-]
+      real(dp) :: heat(2), force(2)              ! at both ends
+      heat = 0
+      force = 0
+      if (self%begun) call find_heat(m, heat(1), force(1))
       call find_loading(m, m%state%time, self%first)
       if (present(load_factor)) call scale_loads(m, load_factor)
       call find_loading(m, time, self%last)
@@ -125,9 +129,13 @@ contains
          self%first%force = 0
          self%first%shift = 0
          m%state%displacement = self%first%force
+      else if (present(load_factor) .and. any(m%materials%is_scaled)) then
+         call displace(m, 0*m%state%displacement) ! cells have the forces of another eigenstrain
       end if
       call self%advance_to(m, time, failure)
       self%begun = self%begun .or. .not. failure%failed()
+      call find_heat(m, heat(2), force(2))
+      m%energies%external_work = m%energies%external_work + sum(force)/2*(heat(2) - heat(1))
    end subroutine find
 
    !> Try a part of a load step. Fails where no equilibrium is found or, where bodies may buckle, none on the path from its start; it is
@@ -145,7 +153,8 @@ contains
       call go_to(self, m, between(self%first, self%last, part%from), between(self%first, self%last, part%to), part%length, failure)
       if (failure%failed()) return
       if (any(m%materials%is_finite) .or. m%interfaces%n_cohesive > 0) &
-         call check_stability(self, m, start, .not. (self%begun .or. part%from > 0) .and. any(m%materials%has_eigenstrain), failure)
+         call check_stability(self, m, start, .not. part%from > 0 .and. &
+                              any(m%materials%is_scaled .or. m%materials%has_eigenstrain .and. .not. self%begun), failure)
       if (failure%failed() .or. .not. tells_work(m)) return
       stored = stored_energy(m) + dissipated_energy(m)
       associate (work => m%energies%external_work - start%instant%energies%external_work)
