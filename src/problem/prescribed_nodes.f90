@@ -19,7 +19,8 @@ module hampm_prescribed_nodes
 
 contains
 
-   !> The velocities of the nodes of the constraints [m/s], (ndim, these nodes): for `v_n` those of the step before, else those of the present one, which
+   !> The velocities of the nodes of the constraints [m/s], (ndim, these nodes): for `v_n` those of the step before, and in the first step those with
+   !> which the material begins; else those of the present one, which
    !> are prescribed.
    pure function prescribed_velocity(c, time, last, f, which) result(v)
       type(constraints_t), intent(in) :: c
@@ -28,11 +29,18 @@ contains
       type(nodal_fields_t), intent(in) :: f
       integer, intent(in) :: which               !! which velocity has been found: `v_n` or `v_mapped`
       real(dp) :: v(ndim, size(c%node))
+      integer :: k
       v = 0
       if (which /= v_n) then
          v = f%velocity(:, c%node, v_next)
       else if (last%dt > 0) then
          v = (c%prescribed_of_nodes(time) - c%prescribed_of_nodes(time - last%dt))/last%dt
+      else                                       ! as the material begins to move
+         do k = 1, size(c%node)
+            associate (mass => f%mass_matrix%lumped(c%node(k)))
+               if (mass > 0) v(:, k) = f%momentum(:, c%node(k))/mass
+            end associate
+         end do
       end if
    end function prescribed_velocity
 

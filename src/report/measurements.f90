@@ -306,7 +306,7 @@ contains
          end if
          if (growing%are_there()) then
             if (growing%is_static) call history%record('load_factor', '1', &
-                                                       'by which loads and prescribed motions that are not held are multiplied', &
+                                                       'by which loads, motions and eigenstrains are multiplied unless held', &
                                                        growing%load_factor)
             if (model%control%is_there()) call record_frame(growing, model%control%stiffness, history)
             call history%record('fracture_energy', 'J', 'energy dissipated by growth: static, the integral of G over the new '// &

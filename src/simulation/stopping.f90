@@ -24,8 +24,6 @@ contains
             if (length >= run%stop_length*(1 - rounding)) &
                s%stopped_when = 'crack_length: a crack is '//three_digits(length)//' m long'
          end if
-         if (any(run%stop_when == 'separated') .and. s%growing%separated >= 0) &
-            s%stopped_when = 'separated: a crack has parted a body'
          if (any(run%stop_when == 'arrested')) then
             if (have_arrested(s)) s%stopped_when = 'arrested: no crack grows any more'
          end if
@@ -35,6 +33,8 @@ contains
             if (load < run%stop_load*s%largest_load) &
                s%stopped_when = 'load_dropped: the load is '//three_digits(load/s%largest_load)//' of its largest value'
          end if
+         if (any(run%stop_when == 'separated') .and. s%growing%separated >= 0) &
+            s%stopped_when = 'separated: a crack has parted a body'
       end associate
    end subroutine look_for_end
 

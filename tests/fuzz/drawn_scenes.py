@@ -133,6 +133,8 @@ class Drawing:
         if chance.random() < 0.15:
             keys["eigenstrain"] = [chance.uniform(-1, 1) * self.strain, chance.uniform(-1, 1) * self.strain,
                                    0.0 if self.crack == "symmetry" else chance.choice([0.0, self.strain])]
+            if self.grows and self.time == "static" and chance.random() < 0.6:
+                keys["held"] = False
         return keys
 
     def bodies(self):
@@ -475,7 +477,7 @@ class Drawing:
             output["snapshot_interval"] = self.end / 2
         run = {"plane": self.plane, "end_time": self.end} | ({} if self.plane == "axisymmetric" else {"thickness": self.thickness})
         if self.grows and chance.random() < 0.3:
-            run |= chance.choice([{"stop_when": ["arrested"]}, {"stop_when": ["crack_length"], "stop_length": 5 * self.cell}])
+            run |= chance.choice([{"stop_when": ["arrested"]}, {"stop_when": ["separated"]}, {"stop_when": ["crack_length"], "stop_length": 5 * self.cell}])
         scene = [["run", run], ["grid", grid], *bodies,
                  *self.cracks(), *self.constraints(), *self.loads(), ["method", self.method()], *self.refine(), ["energy_release", self.energy_release()],
                  ["output", output]]

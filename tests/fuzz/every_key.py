@@ -102,6 +102,8 @@ SCENES = {
     + "&load kind = 'point' lower = 10e-3, 0.0 upper = 10e-3, 0.0 force = 10.0, 5.0 held = .true. /\n"
     + "&constraint lower = -10e-3, 4e-3 upper = -10e-3, 6e-3 fix = 'x' displacement = 1e-8, 0.0 held = .true. /\n"
     + J.format("radii = 2e-3") + "&growth crack = 'p' toughness = 100 increment = 2.2e-3 max_length = 25e-3 tips = 'largest' /\n" + STATIC.format("load_steps = 2"),
+    "growth by heat": plate(cell="1e-3  cells = 20, 24", more="eigenstrain = 1e-3, 2e-3, 0.0 held = .false.") + HELD + PULL.format("held = .true.") + SHORT + J.format("radii = 2e-3")
+    + "&growth crack = 'p' toughness = 1e4 increment = 2.2e-3 direction = 'straight' /\n" + STATIC.format("load_steps = 2"),
     "growth in a load frame": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("radii = 2e-3")
     + "&growth crack = 'p' toughness = 1.0 increment = 2.2e-3 direction = 'straight' /\n&control quantity = 'displacement' displacement = 1e-6 stiffness = 1e9 "
     + "history = 'ramp' rise_time = 1.0 /\n" + STATIC.format("load_steps = 2"),

@@ -84,3 +84,15 @@ def test_moving_there_slowly_is_being_there(hampm, tmp_path):
     with h5py.File(tmp_path / "bar.h5") as file:
         assert file["history/strain_energy"][-1] < 1e-20
         assert abs(file["history/reaction_end_x"][-1]) < 1e-6
+
+
+@pytest.mark.parametrize("values", [{}, {"frame": "updated", "courant": 0.1, "scheme": "usf"}, {"mass": "consistent", "courant": 0.09}, {"mass": "weighted", "scheme": "usl"}], ids=str)
+def test_a_bar_that_moves_already_as_its_end_is_moved(hampm, values):
+    """Nothing acts on it: it flies on without any stress."""
+    values = {"end_time": TIME, "cell": 1e-3, "law": "linear_elastic", "frame": "total", "scheme": "musl", "courant": 0.3, "refine": "none", "levels": 0, "mass": "lumped",
+              "audit": ".true.", "order": 1, "points": 2} | values
+    text = BAR.format(motion=PULLED, nx=102, ny=5, **values).replace("points_per_cell = 2", f"velocity = {V}, 0.0")
+    row = harness.run(hampm, text).last()
+    assert row["kinetic_energy"] == pytest.approx(1000 * AREA * 0.1 * V**2 / 2, rel=1e-9)
+    assert row["strain_energy"] < 1e-12 * row["kinetic_energy"]
+    assert abs(row["external_work"]) < 1e-9 * row["kinetic_energy"]

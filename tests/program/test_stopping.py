@@ -78,6 +78,17 @@ def test_arrest_at_rest_is_a_tip_that_has_stopped(hampm, tmp_path):
     assert len(row["time"]) < 9
 
 
+@pytest.mark.parametrize("motion", [{"end": 20.0, "method": "time = 'static'  load_steps = 20"},
+                                    MOTION | {"end": 60e-6, "growth": AT_SPEED.replace("  end = 6e-6", "")}], ids=["rest", "explicit"])
+def test_a_parted_body_ends_a_run(hampm, tmp_path, motion):
+    """With the first sample from which on nothing joins both pieces; other ends are looked at as well."""
+    plate(hampm, tmp_path, "stop_when = 'separated', 'arrested', 'load_dropped', 'crack_length'  stop_length = 1.0  stop_load = 1e-9  stop_rest = 1.0", **motion)
+    row, attributes = history(tmp_path)
+    assert attributes["stopped_when"] == "separated: a crack has parted a body"
+    assert row["time"][-2] < attributes["separated"] <= row["time"][-1] < motion["end"]
+    assert row["crack_length"][-1] == pytest.approx(40e-3, abs=1.5e-3)
+
+
 def test_a_dropped_load_ends_a_run(hampm, tmp_path):
     plate(hampm, tmp_path, "")
     whole, _ = history(tmp_path)
@@ -103,7 +114,7 @@ def test_the_largest_load_is_kept_in_checkpoints(hampm, tmp_path):
 
 
 def test_refused(hampm, tmp_path):
-    assert "not built" in plate(hampm, tmp_path, "stop_when = 'separated'", code=2).stderr or "do not separate" in hampm("--check", "plate.nml").stderr
+    assert "a crack that grows parts a body" in plate(hampm, tmp_path, "stop_when = 'separated'", code=2, growth="").stderr
     for stop, words in (("stop_when = 'crack_length'", "stop_length"), ("stop_length = 1e-3", "stop_when = 'crack_length'"), ("stop_when = 'late'", "must be"),
                         ("stop_load = 0.7", "load_dropped")):
         assert words in plate(hampm, tmp_path, stop, code=2).stderr

@@ -116,6 +116,8 @@ class Body(Group):
     """Initial angular velocity around its middle, anticlockwise [rad/s]; (-inf, inf); default 0.0"""
     eigenstrain: float | Sequence[float] | None
     """Strain xx, yy, xy and zz (0) at which there is no stress; heat: alpha dT in xx, yy and zz; [-0.05, 0.05]; default [0.0, 0.0, 0.0]"""
+    held: bool | None
+    """Whether its eigenstrain stays where growth at rest scales loads, instead of being scaled too; default True"""
     contact_group: str | None
     """With &contact: bodies of the same part are one; without a name a body is one by itself; default ''"""
 
