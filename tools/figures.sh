@@ -189,12 +189,22 @@ draw_load_frame() {
     "$python" tools/load_frame.py $out/dcb_snap_back.h5 $out/compact_tension_growth.h5 $out/load_frame.png
 }
 
-# Tests as laboratories do them: a specimen that is hit on its anvils, a plate that a bar hits, and wing cracks under compression
+# Tests as laboratories do them: a specimen that is hit on its anvils, a plate that a bar hits, wing cracks under compression, and a wedge
 draw_impact() {
     for scene in charpy kalthoff_striker wing_cracks; do
         run input/$scene.nml $scene
         "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/$scene.png
     done
+    run input/wedge_dcb.nml wedge_dcb
+    "$python" postprocess/plot_field.py $out/wedge_dcb.h5 --field stress_xx --size 1.3 --no-mesh --width 5 --dpi 85 --output $out/wedge_dcb.png
+}
+
+# A film that peels as it is heated, and a crack that a wedge drives
+draw_peel() {
+    run input/peeling_film.nml peeling_film
+    "$python" postprocess/plot_field.py $out/peeling_film.h5 --field stress_xx --scale 5 --no-mesh --width 6 --dpi 85 --output $out/peeling_film.png
+    [ -f $out/wedge_dcb.h5 ] || run input/wedge_dcb.nml wedge_dcb
+    "$python" tools/peel_and_wedge.py $out/peeling_film.h5 $out/wedge_dcb.h5 $out/peel_and_wedge.png
 }
 
 # Specimens of the gallery, and one that yields; small pictures of all
@@ -210,19 +220,19 @@ draw_gallery() {
                  dcb_cohesive; do
         run input/$scene.nml $scene output.snapshot_interval=1
     done
-    for scene in two_cracks merging_cracks hole_growth bend_path strip_growth kalthoff kalthoff_striker charpy wing_cracks dcb; do
+    for scene in two_cracks merging_cracks hole_growth bend_path strip_growth kalthoff kalthoff_striker charpy wing_cracks peeling_film wedge_dcb dcb; do
         run input/$scene.nml $scene
     done
     for picture in $(rows | awk '/small_/ {print $3}'); do
         scene=${picture#"$out/small_"}
         scene=${scene%.png}
         case $scene in
-            laminate* | bimetal | dcb*) field=stress_xx ;;
+            laminate* | bimetal | dcb* | peeling_film | wedge_dcb) field=stress_xx ;;
             plastic_notch) field=plastic_strain ;;
             merging_cracks) field=displacement ;; # nothing is stressed any more
             *) field=von_mises ;;
         esac
-        case $scene in bimetal | laminate_dcb | dcb_cohesive | compact_tension_growth) scale=3 ;; dcb) scale=1000 ;; dcb_growth | dcb_snap_back) scale=50 ;; merging_cracks) scale=60 ;; *) scale=1 ;; esac
+        case $scene in bimetal | laminate_dcb | dcb_cohesive | compact_tension_growth | peeling_film) scale=3 ;; dcb) scale=1000 ;; dcb_growth | dcb_snap_back) scale=50 ;; merging_cracks) scale=60 ;; *) scale=1 ;; esac
         "$python" tools/thumbnail.py $out/$scene.h5 "$picture" $field $scale
     done
 }

@@ -156,3 +156,24 @@ def test_the_plate_of_kalthoff_with_its_projectile(hampm):
     assert 60 < mean < 75
     assert 0.8 < taken < 1.2
     assert np.all(row["contact_force_x"][time > 50] == 0) and np.any(row["contact_force_x"][time < 40] < 0)
+
+
+@pytest.mark.verify
+def test_a_wedge_in_a_double_cantilever_beam(hampm):
+    """Against arms that are opened by d/2 at their lips, G = 3 E' h**3 d**2/(16 (a + 0.673 h)**4), of which at a given opening G (a + 0.673 h)/3 is stored. The length is that by
+    the energy that cohesive points have taken: the tip starts one to two cells later. The arms swing by a tenth of G before growth."""
+    row, _ = run_told(hampm, INPUT / "wedge_dcb.nml")
+    modulus, depth, thickness, toughness = 3.3e9 / (1 - 0.35**2), 0.01, 0.01, 300.0
+    opening, time = row["displacement_upper_y"] - row["displacement_lower_y"], 1e3 * row["time"]
+    beam = 3 * modulus * depth**3 * opening**2 / (16 * (row["tip_x"] + 0.673 * depth) ** 4)
+    before, running = (time > 0.399) & (row["fracture_energy"] <= 0), time > 0.699
+    asked = (3 * modulus * depth**3 * opening[running] ** 2 / (16 * toughness)) ** 0.25 - 0.673 * depth
+    length = 25e-3 + row["fracture_energy"][running] / (toughness * thickness)
+    stored = row["strain_energy"][-1] / (toughness * thickness * (asked[-1] + 0.673 * depth) / 3)
+    g = row["G"][running] / toughness
+    print(np.mean(row["G"][before] / beam[before]), np.mean(g), np.std(g), np.min(length / asked), np.max(length / asked), length[-1] / asked[-1], stored, missing(row))
+    assert np.mean(row["G"][before] / beam[before]) == pytest.approx(1, abs=0.05)
+    assert np.mean(g) == pytest.approx(1, abs=0.03) and np.std(g) < 0.03
+    assert np.mean(length / asked) == pytest.approx(1, abs=0.02) and length[-1] == pytest.approx(asked[-1], rel=0.015)
+    assert stored == pytest.approx(1, abs=0.05)
+    assert missing(row) < 1e-12
