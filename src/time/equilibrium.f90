@@ -200,7 +200,7 @@ contains
       depends_on_path = any(m%materials%has_history) .or. have_friction(m%interfaces) .and. m%state%steps > 0 .or. &
          m%interfaces%n_cohesive > 0
       if (depends_on_path .or. .not. (self%forgets_mesh .and. all(m%materials%linear) .and. &
-                                      .not. any(m%materials%has_eigenstrain))) then
+                                      .not. any(m%materials%has_eigenstrain .and. .not. m%materials%is_scaled))) then
          call carry_over(m)
          call find_loading(m, m%state%time, loading)
          work = m%energies%external_work
