@@ -178,6 +178,8 @@ draw_growth() {
     run input/merging_cracks.nml merging_cracks
     "$python" postprocess/plot_field.py $out/merging_cracks.h5 --field von_mises --no-mesh --snapshot 9 --snapshot 11 --width 6.5 --dpi 85 \
         --output $out/merging_cracks.png
+    run input/in_situ_stress.nml in_situ_stress
+    "$python" postprocess/plot_path.py $out/in_situ_stress.h5 --beside load_factor --no-mesh --window 76 --dpi 75 --output $out/in_situ_stress.png
     "$python" postprocess/plot_path.py $out/strip_growth.h5 --beside G --time-unit us --no-mesh --scale 1000 --dpi 110 --output $out/growth.png
 }
 
@@ -220,7 +222,10 @@ draw_gallery() {
                  dcb_cohesive; do
         run input/$scene.nml $scene output.snapshot_interval=1
     done
-    for scene in two_cracks merging_cracks hole_growth bend_path strip_growth kalthoff kalthoff_striker charpy wing_cracks peeling_film wedge_dcb dcb; do
+    run input/freund_static.nml freund_static output.snapshot_interval=3.7e-6
+    run input/absorbing_wave.nml absorbing_wave run.end_time=16e-6 output.snapshot_interval=16e-6 # the pulse is half way out
+    for scene in two_cracks merging_cracks hole_growth in_situ_stress bend_path strip_growth kalthoff kalthoff_striker charpy wing_cracks \
+                 peeling_film wedge_dcb dcb; do
         run input/$scene.nml $scene
     done
     for picture in $(rows | awk '/small_/ {print $3}'); do
@@ -229,6 +234,7 @@ draw_gallery() {
         case $scene in
             laminate* | bimetal | dcb* | peeling_film | wedge_dcb) field=stress_xx ;;
             plastic_notch) field=plastic_strain ;;
+            absorbing_wave) field=speed ;;
             merging_cracks) field=displacement ;; # nothing is stressed any more
             *) field=von_mises ;;
         esac
