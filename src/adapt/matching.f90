@@ -318,8 +318,8 @@ contains
                i = mod(k + j - 2, p%n) + 1
                at = p%reference(i, :)
                away = norm2(at - x)
-               if (crosses(i) .or. p%body(i) /= p%body(k) .or. away > least + alike*away) cycle
-               if (cuts%divide(x, at)) cycle
+               if (crosses(i) .or. p%material(i) /= p%material(k) .or. away > least + alike*away) cycle
+               if (m%grid%velocity_field_of(p%body(i)) /= m%grid%velocity_field_of(p%body(k)) .or. cuts%divide(x, at)) cycle
                if (away < least - alike*away) n = 0
                if (n == 0) u = 0
                if (n == 0) h = 0

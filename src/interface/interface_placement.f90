@@ -404,7 +404,9 @@ contains
       integer :: k, nearest, face
       allocate (distance(old%n))
       begins = .false.
-      distance = [(abs(old%list(k)%way - point%way) + norm2(old%list(k)%origin - point%origin), k=1, old%n)]
+      ! of two as near the one behind, whatever rounding makes of the middle between them
+      distance = [(abs(old%list(k)%way - point%way) + 1e-9_dp*old%list(k)%way + norm2(old%list(k)%origin - point%origin), &
+                   k=1, old%n)]
       nearest = minloc(distance, dim=1, mask=[(old%list(k)%tip == point%tip .or. & ! or that of a tip which did not move, at rest
                                                .not. m%particles%total_frame .and. old%list(k)%tip == 0 .and. &
                                                old%list(k)%law == bonded, k=1, old%n)])

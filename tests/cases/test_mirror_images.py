@@ -24,3 +24,12 @@ def test_k_of_mirror_images_in_motion(case, text_of, change):
     for columns, sign in ((EVEN, 1), (ODD, -1)):
         for column in columns:
             assert a[column] == pytest.approx(sign * b[column], rel=0, abs=ROUNDING * max(abs(a[column]))), column
+
+
+def test_cohesive_points_half_way_between_others(case, text_of):
+    text = text_of("cohesive_points_half_way")
+    mirrored = text.replace("-0.129096790440258", "0.129096790440258").replace("-0.0808486015947118", "0.0808486015947118").replace("-2.32e-6", "2.32e-6").replace("-0.095", "0.095")
+    a, b = (case("cohesive_points_half_way", text=one).row for one in (text, mirrored))
+    assert a["cells"][-1] > a["cells"][0] and a["crack_length"][-1] > 0.2
+    for column in ("J", "J_tip2", "strain_energy", "kinetic_energy", "fracture_energy", "external_work", "crack_opening"):
+        assert a[column] == pytest.approx(b[column], rel=0, abs=ROUNDING * max(abs(a[column]))), column
