@@ -91,7 +91,7 @@ WAYS = {"explicit": {}, "implicit": {"method": IMPLICIT}, "HHT": {"method": IMPL
 def test_normal_incidence(hampm, tmp_path, case):
     """Nothing comes back in theory; asked are 1 %, held 0.1 %, of quadratic cells, whose edge has no dashpots of negative parts, 0.15 %. The balance of energy is closed with
     the column of the edge."""
-    row = strip(hampm, tmp_path, **case)
+    row = strip(hampm, tmp_path, **case, height=6e-3)
     assert left(row) < (1.5e-3 if "order" in case else 1e-3)
     work = row["external_work"][-1]
     assert row["absorbed_energy"][-1] == pytest.approx(work, rel=4e-3)
@@ -110,6 +110,66 @@ def test_the_time_step_is_that_without_it(hampm, tmp_path):
     assert strip(hampm, tmp_path)["dt"][-1] == strip(hampm, tmp_path, absorbs=False)["dt"][-1]
 
 
+RING = """
+&run plane = 'axisymmetric'  end_time = {end} /
+&grid lower = 0.0, -4e-3  cell = 1e-3  cells = 40, 68 /
+&material name = 'm'  young = 200e9  poisson = 0.3  density = 7800 /
+&body material = 'm'  lower = {inner}, 0.0  upper = {outer}, {high} /
+{rollers}
+&load kind = 'pressure'  lower = {inner}, 0.0  upper = {far}  pressure = 1e6  history = 'smooth_ramp'  rise_time = {rise} /
+&load kind = 'pressure'  lower = {inner}, 0.0  upper = {far}  pressure = -1e6  history = 'smooth_ramp'  rise_time = {rise}  start = {rise} /
+&load kind = 'absorbing'  lower = {edge}  upper = {outer}, {high} /
+&method {method} /
+&energy_release energy_balance = .true. /
+"""
+
+
+def left_in_a_ring(inner, outer, rise, end, n=1500):
+    """What is left of the work of the pulse in a ring in plane strain with dashpots around it: linear elements along the radius, central differences."""
+    r, h = np.linspace(inner, outer, n + 1), (outer - inner) / n
+    middle, lam, mu = (r[1:] + r[:-1]) / 2, RHO * C_P**2 - 2 * RHO * C_S**2, RHO * C_S**2
+    mass = RHO * h * r * np.where((np.arange(n + 1) % n) > 0, 1, 0.5)
+    dt, u, v, work = 0.8 * h / C_P, np.zeros(n + 1), np.zeros(n + 1), 0.0
+    dashpot = RHO * C_P * outer * dt / 2 / mass[-1]
+    for k in range(round(end / dt)):
+        along, around = np.diff(u) / h, (u[1:] + u[:-1]) / 2 / middle
+        radial, hoop = (lam + 2 * mu) * along + lam * around, lam * along + (lam + 2 * mu) * around
+        force = np.zeros(n + 1)
+        force[:-1] += radial * middle - hoop * h / 2
+        force[1:] -= radial * middle + hoop * h / 2
+        x = np.clip([k * dt / rise, k * dt / rise - 1], 0, 1)
+        pushed = 1e6 * inner * np.dot([1, -1], x**3 * (10 - 15 * x + 6 * x**2))
+        force[0] += pushed
+        new = v + dt * force / mass
+        new[-1] = ((1 - dashpot) * v[-1] + dt * force[-1] / mass[-1]) / (1 + dashpot)
+        work += pushed * dt * (v[0] + new[0]) / 2
+        v, u = new, u + dt * new
+    along, around = np.diff(u) / h, (u[1:] + u[:-1]) / 2 / middle
+    return (np.sum(mass * v**2) + np.sum(h * middle * ((lam + 2 * mu) * (along**2 + around**2) + 2 * lam * along * around))) / 2 / work
+
+
+@pytest.mark.parametrize("method", ["", IMPLICIT])
+def test_around_an_axis(hampm, tmp_path, method):
+    """Along a rod between rollers a wave is plane, and nothing comes back from its end. Across a ring it is not, as the stress has a part of the displacement over the radius,
+    which dashpots do not know: 4 % of the work is left, as by elements along the radius. The balance is closed."""
+    def rollers(*lines, fix):
+        return "\n".join(f"&constraint lower = {line[0]}  upper = {line[1]}  fix = '{fix}' /" for line in lines)
+
+    rod = {"inner": 0.0, "outer": 4e-3, "high": LENGTH, "far": "4e-3, 0.0", "edge": f"0.0, {LENGTH}", "end": (LENGTH + 1.1 * PULSE) / C_P, "rollers": rollers(("4e-3, 0.0", f"4e-3, {LENGTH}"), fix="x")}
+    ring = {"inner": 10e-3, "outer": 30e-3, "high": 4e-3, "far": "10e-3, 4e-3", "edge": "30e-3, 0.0", "end": (20e-3 + 1.5 * PULSE) / C_P,
+            "rollers": rollers(("10e-3, 0.0", "30e-3, 0.0"), ("10e-3, 4e-3", "30e-3, 4e-3"), fix="y")}
+    for values, expected in ((rod, 0.0), (ring, left_in_a_ring(10e-3, 30e-3, PULSE / C_P / 2, ring["end"]))):
+        (tmp_path / "ring.nml").write_text(RING.format(rise=PULSE / C_P / 2, method=method, **values))
+        result = hampm("ring.nml", "--force")
+        assert result.returncode == 0, result.stderr
+        with h5py.File(tmp_path / "ring.h5") as file:
+            row = {name: column[:] for name, column in file["history"].items()}
+        inside = sum(row[name] for name in ("kinetic_energy", "strain_energy", "absorbed_energy", "numerical_loss"))
+        print(left(row), expected)
+        assert left(row) == pytest.approx(expected, abs=1e-3)
+        assert np.max(np.abs(row["external_work"] - inside)) < 1e-6 * np.max(row["external_work"])
+
+
 def test_orthotropic_material(hampm, tmp_path):
     """Where an axis of the material is along the strip, its waves are plane ones; they are of two speeds."""
     law = "law = 'orthotropic'  young_1 = 200e9  young_2 = 100e9  young_3 = 100e9  shear_12 = 50e9  poisson_12 = 0.3  poisson_13 = 0.3  poisson_23 = 0.3  angle = {}"
@@ -117,7 +177,7 @@ def test_orthotropic_material(hampm, tmp_path):
         assert left(strip(hampm, tmp_path, law=law.format(angle), later=1.6)) < 2e-3
 
 
-@pytest.mark.parametrize("wave, angle", [("P", 30), ("P", 45), ("S", 45)])
+@pytest.mark.parametrize("wave, angle", [pytest.param("P", 30, marks=pytest.mark.verify), ("P", 45), ("S", 45)])
 def test_oblique_incidence(hampm, tmp_path, wave, angle):
     """The edge has a length: at its ends waves are bent, a part that falls with one over it. Two strips, one twice as high, tell what is left without
     that. Asked are 5 % of the energy at 45 degrees; theory has 0.6 % of P and 2.9 % of S."""
