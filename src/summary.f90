@@ -249,7 +249,7 @@ contains
                       three_digits(growth%speed_at(growth%start)/rayleigh_speed(s%problem%materials(of%material)))// &
                       ' of that of Rayleigh waves'
             else
-               text = text//', at '//to_text(growth%toughness_at(0.0_dp, s%cracks%crack(of%crack)%length()))//' J/m2'
+               text = text//', at '//to_text(growth%toughness_at(s%growing%advance_of(s%model, s%cracks, tip)))//' J/m2'
             end if
             if (growth%start > 0) text = text//', from '//to_text(growth%start)//' s'
             if (growth%end < huge(growth%end)) text = text//' to '//to_text(growth%end)//' s'

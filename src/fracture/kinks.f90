@@ -3,16 +3,26 @@
 !> Angles are positive to the left, as one looks along the crack. K_II > 0 turns a crack to the right.
 !>
 !> Sources: Erdogan & Sih, J. Basic Eng. 85 (1963) 519 (hoop stress); Amestoy & Leblond, Int. J. Solids Struct. 29 (1992) 465
-!> (stress intensity factors of a short kink); Goldstein & Salganik, Int. J. Fract. 10 (1974) 507 (local symmetry).
+!> (stress intensity factors of a short kink); Goldstein & Salganik, Int. J. Fract. 10 (1974) 507 (local symmetry); Chambolle, Francfort
+!> & Marigo, J. Mech. Phys. Solids 57 (2009) 1614 (most energy over toughness).
 module hampm_kinks
    use hampm_kinds, only: dp
    use hampm_crack_tip_field, only: modes
+   use hampm_toughness, only: advance_t, factors_t
    implicit none
    private
-   public :: kink_angle, after_kink, hoop_intensity, is_opened, slope_of_mixity
+   public :: kink_t, kink_angle, best_kink, after_kink, of_t_stress, hoop_intensity, is_opened, slope_of_mixity
 
    real(dp), parameter :: pi = acos(-1.0_dp)
-   real(dp), parameter :: largest = 80*pi/180    !! angle that is looked at; the series are good to 1e-5 there
+   real(dp), parameter :: degree = pi/180
+   real(dp), parameter :: largest = 80*degree    !! angle that is looked at; the series are good to 1e-5 there
+
+   !> A short kink.
+   type :: kink_t
+      real(dp) :: angle = 0                      !! to the left [rad]
+      real(dp) :: gain = 1                       !! its energy release rate over that of the crack before [-]
+      real(dp) :: shear = 0                      !! share of mode II in that [-]
+   end type kink_t
 
 contains
 
@@ -21,6 +31,8 @@ contains
    pure real(dp) function kink_angle(criterion, k) result(angle)
       character(*), intent(in) :: criterion
       real(dp), intent(in) :: k(modes)           !! stress intensity factors before [Pa sqrt(m)]
+      type(kink_t) :: kink
+      type(factors_t) :: same                    ! toughness in all directions
       angle = 0
       if (.not. maxval(abs(k)) > 0) return
       select case (criterion)
@@ -29,7 +41,8 @@ contains
        case ('local_symmetry')
          angle = symmetric_angle(k)
        case ('max_energy')
-         angle = angle_of_most_energy(k)
+         kink = best_kink(k, 0.0_dp, advance_t(), same)
+         angle = kink%angle
       end select
    end function kink_angle
 
@@ -93,26 +106,82 @@ contains
       slope = (after(2) - before(2))/(after(1) + before(1))/small
    end function slope_of_mixity
 
-   !> The angle of the short kink with the largest energy release rate [rad].
-   pure real(dp) function angle_of_most_energy(k) result(angle)
-      real(dp), intent(in) :: k(modes)
-      real(dp), parameter :: golden = 0.6180339887498949_dp
-      real(dp) :: low, high, a, b
+   !> The short kink that opens and has the largest energy release rate over its toughness: the best of directions a degree apart and of those of
+   !> the table of toughnesses, where weak planes are, and then the best by it. Of two that are as good it is the one that turns less, or
+   !> that to the left.
+   pure function best_kink(k, t, advance, factors) result(kink)
+      real(dp), intent(in) :: k(modes)           !! of the crack before [Pa sqrt(m)]
+      real(dp), intent(in) :: t                  !! its T-stress times the root of the length of the kink [Pa sqrt(m)]
+      type(advance_t), intent(in) :: advance     !! straight on
+      type(factors_t), intent(in) :: factors     !! of the toughness
+      type(kink_t) :: kink
+      integer, parameter :: most = 100           !! angle [deg]; the series are good to 1e-5 there
+      real(dp), parameter :: golden = 0.6180339887498949_dp, rounding = 1e-9_dp
+      real(dp) :: best, low, high, a, b
       integer :: i
-      a = symmetric_angle(k)                     ! a few degrees from it
-      low = max(-largest, a - 0.3_dp)
-      high = min(largest, a + 0.3_dp)
+      best = 0
+      do i = 0, most
+         call try(i*degree, kink%angle, best)
+         call try(-i*degree, kink%angle, best)
+      end do
+      if (factors%of_angle%is_there()) then
+         do i = 1, size(factors%of_angle%x)
+            a = modulo(factors%of_angle%x(i)*degree - advance%angle, pi)
+            if (a <= most*degree) call try(a, kink%angle, best)
+            if (pi - a <= most*degree) call try(a - pi, kink%angle, best)
+         end do
+      end if
+      low = max(kink%angle - degree, -most*degree)
+      high = min(kink%angle + degree, most*degree)
       do i = 1, digits(low)
          a = high - golden*(high - low)
          b = low + golden*(high - low)
-         if (sum(after_kink(a, k)**2) > sum(after_kink(b, k)**2)) then
+         if (ratio(a) > ratio(b)) then
             high = b
          else
             low = a
          end if
       end do
-      angle = (low + high)/2
-   end function angle_of_most_energy
+      call try((low + high)/2, kink%angle, best)
+      kink%gain = sum(of(kink%angle)**2)/max(sum(k**2), tiny(best))
+      kink%shear = shear_of(of(kink%angle))
+   contains
+      !> Stress intensity factors of a kink.
+      pure function of(angle) result(of_kink)
+         real(dp), intent(in) :: angle
+         real(dp) :: of_kink(modes)
+         of_kink = after_kink(angle, k) + t*of_t_stress(angle)
+      end function of
+
+      !> Share of mode II.
+      pure real(dp) function shear_of(k)
+         real(dp), intent(in) :: k(modes)
+         shear_of = k(2)**2/max(sum(k**2), tiny(best))
+      end function shear_of
+
+      !> Square of the stress intensity factors of a kink over the factor of its toughness; 0 of one that does not open.
+      pure real(dp) function ratio(angle)
+         real(dp), intent(in) :: angle
+         type(advance_t) :: there
+         real(dp) :: of_kink(modes)
+         of_kink = of(angle)
+         there = advance
+         there%angle = advance%angle + angle
+         there%shear = shear_of(of_kink)
+         ratio = merge(sum(of_kink**2), 0.0_dp, of_kink(1) > 0)/factors%product_at(there)
+      end function ratio
+
+      !> Take a kink where it is better.
+      pure subroutine try(angle, best_angle, best)
+         real(dp), intent(in) :: angle
+         real(dp), intent(inout) :: best_angle, best
+         real(dp) :: now
+         now = ratio(angle)
+         if (.not. now > best*(1 + rounding)) return
+         best = now
+         best_angle = angle
+      end subroutine try
+   end function best_kink
 
    !> Stress intensity factors of a short kink, from those of the crack before [Pa sqrt(m)]: the series of Amestoy & Leblond.
    pure function after_kink(angle, k) result(of_kink)
@@ -133,6 +202,19 @@ contains
          of_kink(2) = m*series(f21, m**2)*k(1) + series(f22, m**2)*k(2)
       end associate
    end function after_kink
+
+   !> What a T-stress of 1 adds to them at the end of a kink of length 1.
+   pure function of_t_stress(angle) result(k)
+      real(dp), intent(in) :: angle              !! [rad]
+      real(dp) :: k(modes)
+      real(dp), parameter :: g1(0:9) = [(2*pi)**1.5_dp, -47.933390_dp, 63.665987_dp, -50.70880_dp, 26.66807_dp, -6.0205_dp, &
+                                        -7.314_dp, 10.947_dp, -2.85_dp, -13.7_dp]
+      real(dp), parameter :: g2(0:9) = [-2*sqrt(2*pi), 12*sqrt(2*pi), -59.565733_dp, 61.174444_dp, -39.90249_dp, 15.6222_dp, &
+                                        3.0343_dp, -12.781_dp, 9.69_dp, 6.62_dp]
+      associate (m => angle/pi)
+         k = [m**2*series(g1, m**2), m*series(g2, m**2)]
+      end associate
+   end function of_t_stress
 
    !> A polynomial, by Horner's rule.
    pure real(dp) function series(coefficient, x)

@@ -9,18 +9,19 @@ module hampm_dynamic_growth
    use hampm_cracks, only: cracks_t, last_point
    use hampm_interface_points, only: interface_energy
    use hampm_forest, only: outside
-   use hampm_growing, only: growing_t, part_of_crack
+   use hampm_growing, only: growing_t, next_t, share_of_shear, part_of_crack
    use hampm_growth_room, only: update_model_path, room_for, why_no_room, find_end, plan_end, end_tips, &
                                   shrink_domains
    use hampm_interface_placement, only: release_length
    use hampm_law, only: value_of
-   use hampm_kinks, only: kink_angle, hoop_intensity, is_opened
+   use hampm_kinks, only: kink_t, hoop_intensity, is_opened
    use hampm_crack_groups, only: growth_t
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_model, only: model_t
    use hampm_text, only: to_text, three_digits
+   use hampm_toughness, only: advance_t
    implicit none
    private
    public :: plan_ways, move_tips, must_check, start_tips, note_check, book_rate
@@ -111,7 +112,7 @@ contains
          do cells = merge(1, straight_on, of%turns()), 1, -1 ! as many as there is room for
             growing%tips(k)%next_of_path = next
             from = before(:, merge(size(before, 2), 1, tip%end == last_point))
-            call choose_direction(growing, cracks, k, of, from, direction, angle)
+            call choose_direction(growing, model, cracks, k, of, from, direction, angle)
             ahead = direction
             do
                call next_point(m, cracks, growing, k, of, from, direction, cells, to, beyond, at_kink)
@@ -149,8 +150,9 @@ contains
    end subroutine plan
 
    !> Where a tip goes on, from where its way was planned to.
-   subroutine choose_direction(growing, cracks, k, of, from, direction, angle)
+   subroutine choose_direction(growing, model, cracks, k, of, from, direction, angle)
       type(growing_t), intent(inout) :: growing
+      type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: k
       type(growth_t), intent(in) :: of
@@ -158,6 +160,7 @@ contains
       real(dp), intent(out) :: direction(ndim)   !! unit vector
       real(dp), intent(out) :: angle             !! to the left of where the tip points to [rad]
       real(dp) :: present(ndim), along(ndim), most
+      type(kink_t) :: kink
       associate (tip => cracks%tips(k))
          direction = tip%axis(:, 1)
          angle = 0
@@ -168,7 +171,10 @@ contains
             direction = growing%to_next_point(k, of%points, from, direction)
             angle = atan2(dot_product(direction, tip%axis(:, 2)), dot_product(direction, tip%axis(:, 1)))
           case default
-            if (growing%tips(k)%looks > 0) angle = kink_angle(trim(of%direction), growing%tips(k)%sum_of_k/growing%tips(k)%looks)
+            if (growing%tips(k)%looks > 0) then
+               kink = growing%kink_of(model, cracks, k, of, growing%tips(k)%sum_of_k/growing%tips(k)%looks, 0.0_dp)
+               angle = kink%angle
+            end if
             growing%tips(k)%looks = 0
             growing%tips(k)%sum_of_k = 0
             if (tip%grown > 0) then
@@ -294,7 +300,7 @@ contains
                if (runs_out(growing, model, cracks, k)) growing%tips(k)%way = most(k)
                call try_way(growing, m, cracks, k, dt, most(k), taken)
             else if (growing%tips(k)%is_running) then
-               call move_by_toughness(growing, of, m, cracks, k, dt, most(k), taken, message)
+               call move_by_toughness(growing, model, of, m, cracks, k, dt, most(k), taken, message)
             end if
             m%energies%fracture_energy = m%energies%fracture_energy + taken
             if (tip%grown > grown) call growing%tips(k)%note_motion(time, dt)
@@ -351,8 +357,9 @@ contains
    !> Let a tip move as its toughness lets it: at the speed v at which the cohesive points that have failed take toughness(v) for its way. That is below
    !> limit_speed, at which it would take a toughness beyond all bounds, and it goes no faster than waves of Rayleigh: what cohesive points that let
    !> go faster leave it to do is owed.
-   subroutine move_by_toughness(growing, of, m, cracks, k, dt, most, taken, message)
+   subroutine move_by_toughness(growing, model, of, m, cracks, k, dt, most, taken, message)
       type(growing_t), intent(inout) :: growing
+      type(model_t), intent(in) :: model
       type(growth_t), intent(in) :: of
       type(problem_t), intent(inout) :: m
       type(cracks_t), intent(inout) :: cracks
@@ -361,12 +368,13 @@ contains
       real(dp), intent(in) :: most               !! that it may move [m]
       real(dp), intent(out) :: taken             !! energy that cohesive points that fail had stored [J]
       character(:), allocatable, intent(inout) :: message
-      real(dp) :: low, high, fastest, of_step, overload, released, length, farthest
+      type(advance_t) :: advance
+      real(dp) :: low, high, fastest, of_step, overload, released, farthest
       logical :: has_parted
       integer :: i
       associate (tip => cracks%tips(k), material => m%materials(cracks%tips(k)%material))
          taken = 0
-         length = cracks%crack(tip%crack)%length()
+         advance = growing%advance_of(model, cracks, k)
          if (most > 0 .or. tip%has_ended) then
             farthest = zone*tip%nodes%spacing
             if (cracks%carries(tip%crack)) farthest = min(farthest, cracks%crack(tip%crack)%bonded(tip%end))
@@ -383,7 +391,7 @@ contains
          of_step = min(1.0_dp, dt/growing%tips(k)%memory)
          low = 0
          high = fastest
-         if (.not. toughness_at(fastest) > toughness_at(low)) low = fastest ! it is the same at any speed
+         if (.not. of%depends_on_speed(advance)) low = fastest
          do i = 1, digits(low)
             if (.not. low < high) exit
             associate (speed => (low + high)/2)
@@ -412,7 +420,10 @@ contains
       !> The toughness at a speed [J/m2].
       pure real(dp) function toughness_at(speed)
          real(dp), intent(in) :: speed           !! [m/s]
-         toughness_at = of%toughness_at(speed, length)
+         type(advance_t) :: there
+         there = advance
+         there%speed = speed
+         toughness_at = of%toughness_at(there)
       end function toughness_at
 
       !> By how much the tip moves where so much is released [m].
@@ -498,7 +509,7 @@ contains
          if (law == 0) cycle
          associate (of => model%growth(law))
             if (.not. (of%law%gives_speed() .or. growing%tips(k)%is_running)) must_check = .true.
-            if (of%turns()) must_check = .true.
+            if (of%turns() .or. .not. of%law%gives_speed() .and. of%factors%mixed_mode /= 'none') must_check = .true.
          end associate
       end do
    end function must_check
@@ -511,6 +522,7 @@ contains
       integer :: k
       do k = 1, size(cracks%tips)
          if (.not. cracks%tips(k)%is_measured()) cycle
+         growing%tips(k)%shear = share_of_shear(values(k))
          if (cracks%tips(k)%grown > 0) then
             growing%tips(k)%looks = growing%tips(k)%looks + 1
             growing%tips(k)%sum_of_k = growing%tips(k)%sum_of_k + values(k)%intensity
@@ -528,28 +540,26 @@ contains
       type(problem_t), intent(in) :: m
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
-      real(dp) :: rate
+      type(next_t) :: next
       integer :: k, law
-      logical :: depends_on_speed
       do k = 1, size(cracks%tips)
          law = growing%law_at(model, cracks, k, m%state%time)
          growing%tips(k)%excess = -1             ! a tip that may not grow rests
          if (law == 0) cycle
-         associate (of => model%growth(law), modulus => m%materials(cracks%tips(k)%material)%plane_modulus(), &
-                    length => cracks%crack(cracks%tips(k)%crack)%length())
+         associate (of => model%growth(law), modulus => m%materials(cracks%tips(k)%material)%plane_modulus())
             if (of%law%gives_speed() .or. growing%tips(k)%is_running .and. .not. growing%is_paced) cycle
+            next = growing%next_of(model, cracks, k, of, values(k))
             if (of%direction == 'hoop_stress') then
-               rate = max(hoop_intensity(values(k)%intensity), 0.0_dp)**2/modulus
-            else
-               rate = best_rate(values(k), cracks%tips(k))
-               if (.not. is_opened(trim(of%direction), values(k)%intensity)) rate = 0
+               next%rate = max(hoop_intensity(values(k)%intensity), 0.0_dp)**2/modulus
+            else if (.not. is_opened(trim(of%direction), values(k)%intensity)) then
+               next%rate = 0
             end if
-            growing%tips(k)%excess = rate/of%toughness_at(growing%tips(k)%speed, length) - 1
+            growing%tips(k)%excess = next%rate/next%toughness - 1
             if (runs_out(growing, model, cracks, k)) growing%tips(k)%excess = 0
             if (growing%tips(k)%is_running) cycle
-            growing%tips(k)%is_running = rate >= of%toughness_at(0.0_dp, length)
-            depends_on_speed = of%toughness_at(huge(length), length) > of%toughness_at(0.0_dp, length)
-            if (growing%tips(k)%is_running) growing%tips(k)%memory = merge(late_of_speed, late, depends_on_speed) &
+            growing%tips(k)%is_running = next%rate >= next%toughness
+            if (growing%tips(k)%is_running) growing%tips(k)%memory = &
+               merge(late_of_speed, late, of%depends_on_speed(growing%advance_of(model, cracks, k))) &
                                                            *cracks%tips(k)%nodes%spacing &
                                                            /m%materials(cracks%tips(k)%material)%shear_wave_speed()
          end associate

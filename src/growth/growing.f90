@@ -2,16 +2,22 @@
 module hampm_growing
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
+   use hampm_crack_groups, only: growth_t
+   use hampm_crack_placement, only: body_at
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
+   use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_cracks, only: cracks_t
    use hampm_history, only: history_t
+   use hampm_kinks, only: kink_t, best_kink, kink_angle
    use hampm_load_work, only: load_state_t, archive_load_state
    use hampm_model, only: model_t
    use hampm_text, only: add_line, to_text
+   use hampm_toughness, only: advance_t, direction_of
    implicit none
    private
-   public :: growing_t, new_growing, record_growth, record_frame, record_place, archive_growing, fitting, part_of_crack
+   public :: growing_t, next_t, share_of_shear, new_growing, record_growth, &
+              record_frame, record_place, archive_growing, fitting, part_of_crack
 
    !> How a tip of the run grows.
    type :: growing_tip_t
@@ -22,6 +28,7 @@ module hampm_growing
       real(dp) :: rate = 0                       !! energy release rate when it was looked at last, at rest in the step before [J/m2]
       ! At rest
       real(dp) :: advance = 0                    !! by which it has advanced in the last load step [m]
+      real(dp) :: extension = 0                  !! by which it has in those before [m]
       real(dp) :: kink = 0                       !! angle of its last kink, to the left [rad]
       real(dp) :: slope = 0                      !! change of atan(K_II/K_I) with the angle of that, of a short kink
       ! In motion, of tips of law = toughness that keep pace with G
@@ -44,6 +51,7 @@ module hampm_growing
       integer :: next_of_path = 1                !! of direction = path: the point that it goes to
       integer :: looks = 0                       !! how often K was taken since the last turn
       real(dp) :: sum_of_k(modes) = 0            !! sum of those [Pa sqrt(m)]
+      real(dp) :: shear = 0                      !! share of mode II in G when that was looked at last [-]
       real(dp) :: last_turn = -huge(1.0_dp)      !! its way at its last turn that is too strong to be in a domain integral [m]; below 0: none
       real(dp) :: room = 0                       !! around it for these [m]
       real(dp), allocatable :: usual_radii(:)    !! of its domain integrals [m]
@@ -52,6 +60,13 @@ module hampm_growing
       procedure :: note_motion
       procedure :: has_arrested
    end type growing_tip_t
+
+   !> How a tip is about to go on.
+   type :: next_t
+      real(dp) :: kink = 0                       !! angle by which it turns, to the left [rad]
+      real(dp) :: rate = 0                       !! energy release rate that drives it, by `max_energy` that of the kink [J/m2]
+      real(dp) :: toughness = 0                  !! that it meets there [J/m2]
+   end type next_t
 
    !> The tips that grow.
    type :: growing_t
@@ -78,6 +93,9 @@ module hampm_growing
       procedure :: are_there
       procedure :: is_growing
       procedure :: law_at
+      procedure :: advance_of
+      procedure :: next_of
+      procedure :: kink_of
       procedure :: given_way
       procedure :: to_next_point
       procedure :: fit_radii
@@ -122,6 +140,80 @@ contains
          end associate
       end do
    end function law_at
+
+   !> What the toughness of a tip depends on as it goes straight on; the body is that a cell ahead of it.
+   pure function advance_of(self, model, cracks, tip) result(advance)
+      class(growing_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: tip
+      type(advance_t) :: advance
+      integer :: body
+      associate (of => cracks%tips(tip))
+         advance = advance_t(speed=of%speed, length=cracks%crack(of%crack)%length(), &
+                             extension=of%grown + self%tips(tip)%extension + self%tips(tip)%advance, &
+                             angle=direction_of(of%axis(:, 1)), shear=self%tips(tip)%shear)
+         if (.not. any(model%bodies%toughness > 0)) return
+         body = body_at(model, of%place + of%nodes%spacing*of%axis(:, 1))
+         if (body == 0) body = body_at(model, of%place)
+         if (body > 0) advance%of_body = model%bodies(body)%toughness
+      end associate
+   end function advance_of
+
+   !> How a tip goes on by the direction of a &growth, from what is measured there; in motion straight on, once it runs.
+   pure function next_of(self, model, cracks, tip, growth, values) result(next)
+      class(growing_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: tip
+      type(growth_t), intent(in) :: growth
+      type(crack_values_t), intent(in) :: values
+      type(next_t) :: next
+      type(advance_t) :: advance
+      type(kink_t) :: kink
+      advance = self%advance_of(model, cracks, tip)
+      if (self%is_static) advance%shear = share_of_shear(values)
+      if (.not. cracks%tips(tip)%has_ended) next%rate = best_rate(values, cracks%tips(tip))
+      if (.not. (cracks%tips(tip)%has_ended .or. self%tips(tip)%is_running)) then
+         kink = self%kink_of(model, cracks, tip, growth, values%intensity, t_stress_of(values))
+         next%kink = kink%angle
+         if (growth%direction == 'max_energy') then
+            next%rate = next%rate*kink%gain
+            advance%shear = kink%shear
+         end if
+         advance%angle = advance%angle + kink%angle
+      end if
+      next%toughness = growth%toughness_at(advance)
+   end function next_of
+
+   !> The kink by which a tip goes on by the direction of a &growth.
+   pure type(kink_t) function kink_of(self, model, cracks, tip, growth, k, t_stress) result(kink)
+      class(growing_t), intent(in) :: self
+      type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: tip
+      type(growth_t), intent(in) :: growth
+      real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
+      real(dp), intent(in) :: t_stress           !! [Pa]
+      if (growth%direction == 'max_energy') then
+         kink = best_kink(k, t_stress*sqrt(growth%increment), self%advance_of(model, cracks, tip), growth%factors)
+      else
+         kink%angle = kink_angle(trim(growth%direction), k)
+      end if
+   end function kink_of
+
+   !> T-stress, where it is measured [Pa].
+   pure real(dp) function t_stress_of(values) result(t_stress)
+      type(crack_values_t), intent(in) :: values
+      t_stress = 0
+      if (allocated(values%t_stress)) t_stress = sum(values%t_stress)/size(values%t_stress)
+   end function t_stress_of
+
+   !> Share of mode II in G [-].
+   pure real(dp) function share_of_shear(values) result(share)
+      type(crack_values_t), intent(in) :: values
+      share = abs(values%domain(2))/max(sum(abs(values%domain)), tiny(share))
+   end function share_of_shear
 
    !> Way of a tip at given speeds in a step [m].
    pure real(dp) function given_way(self, model, cracks, tip, time, step) result(way)
@@ -277,26 +369,26 @@ contains
    end subroutine record_frame
 
    !> Record how a tip stands.
-   subroutine record_growth(growing, model, cracks, tip, time, history)
+   subroutine record_growth(growing, model, cracks, tip, values, time, history)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: tip
+      type(crack_values_t), intent(in) :: values !! of it
       real(dp), intent(in) :: time               !! [s]
       type(history_t), intent(inout) :: history
-      real(dp) :: toughness
+      type(next_t) :: next
       integer :: law
       associate (of => cracks%tips(tip))
          call record_place(cracks, of, history)
          if (.not. growing%is_static) call history%record('tip_speed', 'm/s', 'speed at which the tip grows', of%speed)
          if (.not. growing%tips(tip)%grows) return
-         toughness = 0
          law = growing%law_at(model, cracks, tip, time)
          if (growing%is_static) law = findloc(model%growth%path, of%crack, dim=1)
-         if (law > 0) toughness = model%growth(law)%toughness_at(of%speed, cracks%crack(of%crack)%length())
+         if (law > 0) next = growing%next_of(model, cracks, tip, model%growth(law), values)
          if (.not. all(model%growth%law%gives_speed())) &
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
-                                toughness)
+                                next%toughness)
       end associate
    end subroutine record_growth
 
@@ -324,6 +416,8 @@ contains
       call archive%archive_logicals('has_no_room', n, growing%tips%has_no_room)
       call archive%archive_reals('rate', n, growing%tips%rate)
       call archive%archive_reals('kink', n, growing%tips%kink)
+      call archive%archive_reals('extension', n, growing%tips%extension)
+      call archive%archive_reals('shear', n, growing%tips%shear)
       call archive%archive_reals('speed', n, growing%tips%speed)
       call archive%archive_reals('memory', n, growing%tips%memory)
       call archive%archive_reals('owed', n, growing%tips%owed)

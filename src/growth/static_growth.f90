@@ -7,10 +7,10 @@ module hampm_static_growth
    use hampm_crack_tip, only: crack_tip_t
    use hampm_failure, only: failure_t
    use hampm_cracks, only: cracks_t
-   use hampm_growing, only: growing_t, fitting, part_of_crack
+   use hampm_growing, only: growing_t, next_t, fitting, part_of_crack
    use hampm_growth_room, only: update_model_path, room_for, why_no_room, find_end, plan_end, end_tips
    use hampm_load_search, only: nothing
-   use hampm_kinks, only: kink_angle, is_opened, slope_of_mixity
+   use hampm_kinks, only: is_opened, slope_of_mixity
    use hampm_load_work, only: load_state_t, find_load_state, find_frame, work_between
    use hampm_problem, only: problem_t
    use hampm_path_placement, only: path_radius
@@ -46,17 +46,17 @@ contains
       logical, intent(out) :: have_moved
       character(:), allocatable, intent(inout) :: message
       real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
-      real(dp), dimension(size(values)) :: rates !! G of each tip [J/m2]
-      real(dp), dimension(size(values)) :: ratios !! over its toughness, of those of which the largest advances; else below 0
+      type(next_t) :: next(size(values))         !! how each tip goes on
+      real(dp), dimension(size(values)) :: ratios !! G over its toughness, of those of which the largest advances; else below 0
       integer :: k, have_stopped
       growing%tips%advance = 0
       do k = 1, size(values)
          associate (tip => cracks%tips(k))
-            rates(k) = best_rate(values(k), tip)
             ratios(k) = -1
             if (.not. growing%is_growing(k)) cycle
             associate (law => model%growth(law_of(model, tip)))
-               if (law%only_largest) ratios(k) = rates(k)/law%toughness_at(0.0_dp, cracks%crack(tip%crack)%length())
+               next(k) = growing%next_of(model, cracks, k, law, values(k))
+               if (law%only_largest) ratios(k) = next(k)%rate/next(k)%toughness
             end associate
          end associate
       end do
@@ -73,8 +73,8 @@ contains
       subroutine advance_where_due(k)
          integer, intent(in) :: k
          associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
-            if (growing%waits .and. rates(k) < reached*law%toughness_at(0.0_dp, cracks%crack(tip%crack)%length())) return
-            if (.not. rates(k) > nothing*law%toughness_at(0.0_dp, cracks%crack(tip%crack)%length())) return ! there is no load yet
+            if (growing%waits .and. next(k)%rate < reached*next(k)%toughness) return
+            if (.not. next(k)%rate > nothing*next(k)%toughness) return ! there is no load yet
             if (law%only_largest) then
                if (k /= first_of_largest(ratios, growing%tips%advance > 0 .or. .not. growing%tips%has_stopped)) return
             end if
@@ -101,9 +101,10 @@ contains
                call growing%stop_tip(k, 'the crack has its max_length', message)
                return
             end if
-            angle = kink_angle(trim(law%direction), values(k)%intensity)
+            angle = next(k)%kink
             before = cracks%crack(tip%crack)%points
-            if (angle*growing%tips(k)%kink < 0 .and. min(abs(angle), abs(growing%tips(k)%kink)) > to_and_fro) &
+            if (angle*growing%tips(k)%kink < 0 .and. min(abs(angle), abs(growing%tips(k)%kink)) > to_and_fro .and. &
+                .not. law%factors%of_angle%is_there()) & ! along weak planes it does
                call growing%note_tip(k, &
                'turns to and fro: by '//three_digits(180/acos(-1.0_dp)*abs(angle))//' degrees where it was seen first: its '// &
                'increments are too long for its direction. Take shorter ones, or direction = ''local_symmetry''', message)
@@ -275,14 +276,14 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
       real(dp), allocatable :: ratios(:)
+      type(next_t) :: next
       real(dp) :: of_all(size(values))
       integer :: k
       of_all = 0
       do k = 1, size(values)
          if (.not. growing%is_growing(k)) cycle
-         associate (law => model%growth(law_of(model, cracks%tips(k))), crack => cracks%crack(cracks%tips(k)%crack))
-            of_all(k) = best_rate(values(k), cracks%tips(k))/law%toughness_at(0.0_dp, crack%length())
-         end associate
+         next = growing%next_of(model, cracks, k, model%growth(law_of(model, cracks%tips(k))), values(k))
+         of_all(k) = next%rate/next%toughness
       end do
       ratios = pack(of_all, [(growing%is_growing(k), k=1, size(values))])
    end function ratios_of
@@ -357,6 +358,7 @@ contains
          if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken
          growing%tips(k)%rate = rate
       end do
+      growing%tips%extension = growing%tips%extension + growing%tips%advance
       growing%tips%advance = 0
    end subroutine book_fracture
 end module hampm_static_growth

@@ -36,6 +36,8 @@ module hampm_body_group
             default='0.0, 0.0, 0.0', allowed='[-0.05, 0.05]', fewest=3, most=4), &
       key_t('held', type_logical, 'whether its eigenstrain stays where growth at rest scales loads, instead of being scaled too', &
             default='.true.'), &
+      key_t('toughness', type_real, 'energy release rate at which a crack grows in it, in place of that of &growth; 0: that', &
+            default='0.0', unit='J/m2', allowed=not_negative), &
       key_t('contact_group', type_text, 'with &contact: bodies of the same part are one; without a name a body is one by itself')]
 
    !> &body: a piece of material.
@@ -49,6 +51,7 @@ module hampm_body_group
       integer :: points_per_cell = 0             !! material points per cell and direction
       real(dp) :: velocity(ndim) = 0             !! initial velocity of its middle [m/s]
       real(dp) :: spin = 0                       !! initial angular velocity around that [rad/s]
+      real(dp) :: toughness = 0                  !! of a crack in it; 0: that of &growth [J/m2]
       character(name_len) :: contact_group = ''  !! those of the same group are one, and do not slide on each other
       real(dp) :: eigenstrain(4) = 0             !! components xx, yy, xy and zz of the strain without stress [-]
       logical :: held = .true.                   !! whether growth at rest does not scale it
@@ -226,6 +229,7 @@ contains
       body%points_per_cell = nint(settings%number(entry, 'points_per_cell'))
       body%velocity = settings%vector(entry, 'velocity')
       body%spin = settings%number(entry, 'spin')
+      body%toughness = settings%number(entry, 'toughness')
       body%contact_group = settings%text(entry, 'contact_group')
       body%held = settings%flag(entry, 'held')
       associate (numbers => settings%numbers(entry, 'eigenstrain'))

@@ -6,8 +6,9 @@ module hampm_crack_groups
    use hampm_growth_laws, only: growth_law_t, growth_laws, growth_law_keys
    use hampm_key_rows, only: group_t, key_t, type_logical, type_real, type_name, type_text, repeats, is_optional, any_number, &
                              not_negative, max_values, positive, once, is_assumed
-   use hampm_law, only: constant_t
+   use hampm_law, only: constant_t, value_of
    use hampm_settings, only: settings_t
+   use hampm_toughness, only: advance_t, factors_t, table_t, toughness_keys
    implicit none
    private
    public :: crack_group, crack_keys, path_spec_t, fill_paths, growth_group, growth_keys, growth_t, &
@@ -50,7 +51,7 @@ module hampm_crack_groups
    type(group_t), parameter :: growth_group = group_t('growth', repeats, is_optional, &
       'how a crack grows; without this group cracks stay as they are', is_apart=.true.)
 
-   type(key_t), parameter :: toughness_keys(*) = [ &
+   type(key_t), parameter :: constant_keys(*) = [ &
       key_t('toughness', type_real, 'energy release rate at which the crack grows, of the laws quasi_static and toughness', &
             default='0.0', example='100.0', unit='J/m2', allowed=not_negative), &
       key_t('limit_speed', type_real, &
@@ -67,7 +68,7 @@ module hampm_crack_groups
             allowed='straight|hoop_stress|local_symmetry|max_energy|path'), &
       key_t('points', type_real, 'of direction = path: x, y of each point, in the order in which the tip comes to them', unit='m', &
             allowed=any_number, fewest=0, most=max_values), &
-      toughness_keys, growth_law_keys, &
+      constant_keys, growth_law_keys, toughness_keys, &
       key_t('start', type_real, 'from when on this &growth applies, in motion', default='0.0', unit='s', allowed=not_negative), &
       key_t('end', type_real, 'until when; 0: to the end of the run', default='0.0', unit='s', allowed=not_negative), &
       key_t('increment', type_real, 'of law = quasi_static: by which a tip advances in a load step', default='0.0', &
@@ -83,7 +84,8 @@ module hampm_crack_groups
       character(name_len) :: crack = ''          !! name of the crack; '' where there is one
       integer :: path = 0                        !! number of the path, or 1 of a crack on a symmetry plane; 0: there is no such one
       type(growth_law_t) :: law                  !! without a name where there is none of the one given
-      type(constant_t) :: constants(size(toughness_keys) + size(growth_law_keys)) !! of it
+      type(constant_t) :: constants(size(constant_keys) + size(growth_law_keys)) !! of it
+      type(factors_t) :: factors                 !! of its toughness
       character(name_len) :: direction = ''      !! 'straight', 'hoop_stress', 'local_symmetry', 'max_energy' or 'path'
       real(dp), allocatable :: points(:, :)      !! of 'path' [m], (ndim, any)
       real(dp) :: start = 0                      !! from when on it applies [s]
@@ -94,6 +96,7 @@ module hampm_crack_groups
       logical :: of_end(2) = .true.              !! whether the tip at the first and that at the last point do
    contains
       procedure :: toughness_at
+      procedure :: depends_on_speed
       procedure :: speed_at
       procedure :: turns
    end type growth_t
@@ -160,13 +163,27 @@ contains
       turns = self%direction /= 'straight' .and. self%direction /= 'path'
    end function turns
 
-   !> Toughness [J/m2].
-   pure real(dp) function toughness_at(self, speed, length)
+   !> Toughness that a tip meets [J/m2]: that of the law, with the toughness of the body in place of that of the group, by all factors.
+   pure real(dp) function toughness_at(self, advance)
       class(growth_t), intent(in) :: self
-      real(dp), intent(in) :: speed, length      !! of the tip [m/s], of the whole crack [m]
+      type(advance_t), intent(in) :: advance
       toughness_at = 0
-      if (associated(self%law%toughness)) toughness_at = self%law%toughness(self%constants, speed, length)
+      if (.not. associated(self%law%toughness)) return
+      toughness_at = self%law%toughness(self%constants, advance%speed, advance%length)*self%factors%product_at(advance)
+      if (advance%of_body > 0) toughness_at = toughness_at*(advance%of_body/value_of(self%constants, 'toughness', 0.0_dp))
    end function toughness_at
+
+   !> Whether that changes with the speed of a tip.
+   pure logical function depends_on_speed(self, advance)
+      class(growth_t), intent(in) :: self
+      type(advance_t), intent(in) :: advance
+      type(advance_t) :: slow, fast
+      slow = advance
+      slow%speed = 0
+      fast = advance
+      fast%speed = huge(fast%speed)
+      depends_on_speed = self%factors%of_speed%is_there() .or. self%toughness_at(fast) > self%toughness_at(slow)
+   end function depends_on_speed
 
    !> Speed that is given at a time [m/s].
    pure real(dp) function speed_at(self, time)
@@ -190,7 +207,8 @@ contains
          growth(k)%crack = settings%text(entry, 'crack')
          i = findloc(laws%name == settings%text(entry, 'law'), .true., dim=1)
          if (i > 0) growth(k)%law = laws(i)
-         growth(k)%constants = settings%constants(entry, [toughness_keys%name, growth_law_keys%name])
+         growth(k)%constants = settings%constants(entry, [constant_keys%name, growth_law_keys%name])
+         call fill_factors(settings, entry, growth(k)%factors)
          growth(k)%direction = settings%text(entry, 'direction')
          numbers = settings%numbers(entry, 'points')
          growth(k)%points = reshape(numbers, [ndim, size(numbers)/ndim])
@@ -202,6 +220,22 @@ contains
          growth(k)%of_end = [settings%text(entry, 'tips') /= 'last', settings%text(entry, 'tips') /= 'first']
       end do
    end subroutine fill_growth
+
+   !> Take the factors of a toughness. Where a mix of modes has no effect it is left out.
+   pure subroutine fill_factors(settings, entry, factors)
+      type(settings_t), intent(in) :: settings
+      integer, intent(in) :: entry
+      type(factors_t), intent(out) :: factors
+      factors%of_extension = table_t(settings%numbers(entry, 'extensions'), settings%numbers(entry, 'extension_factors'))
+      factors%of_speed = table_t(settings%numbers(entry, 'speeds'), settings%numbers(entry, 'speed_factors'))
+      factors%of_angle = table_t(settings%numbers(entry, 'angles'), settings%numbers(entry, 'angle_factors'))
+      factors%mixed_mode = settings%text(entry, 'mixed_mode')
+      factors%lambda = settings%number(entry, 'lambda')
+      factors%exponent = settings%number(entry, 'mixed_mode_exponent')
+      associate (of_opening => settings%number(entry, 'toughness'))
+         if (of_opening > 0) factors%of_shear = settings%number(entry, 'toughness_shear')/of_opening
+      end associate
+   end subroutine fill_factors
 
    !> Take the values of the keys; 0, '' or empty where they are absent or wrong.
    pure subroutine fill_energy_release(settings, energy_release)

@@ -82,6 +82,25 @@ contains
       end associate
    end subroutine check_keys_in_motion
 
+   !> Check a table of factors.
+   pure subroutine check_table(settings, entry, key, factors, most)
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: entry
+      character(*), intent(in) :: key, factors
+      real(dp), intent(in) :: most               !! from the first to the last
+      real(dp), allocatable :: x(:)
+      allocate (x, source=settings%numbers(entry, key))
+      if (size(x) /= size(settings%numbers(entry, factors))) then
+         call settings%complain(entry, factors, 'must be as many as there are '//key)
+      else if (size(x) == 0) then
+         return
+      else if (any(x(2:) <= x(:size(x) - 1))) then
+         call settings%complain(entry, key, 'must ascend')
+      else if (any(x - x(1) >= most)) then
+         call settings%complain(entry, key, 'must be of less than '//to_text(most)//' degrees, after which they repeat')
+      end if
+   end subroutine check_table
+
    !> Check the k-th one.
    subroutine check_one(model, settings, k, has_bodies)
       type(model_t), intent(in) :: model
@@ -100,6 +119,9 @@ contains
             call settings%complain(entry, 'crack', 'is the crack of another &growth: choose another crack')
          end if
          if (.not. growth%law%is_static) call check_keys_in_motion(model, settings, k)
+         call check_table(settings, entry, 'extensions', 'extension_factors', huge(1.0_dp))
+         call check_table(settings, entry, 'speeds', 'speed_factors', huge(1.0_dp))
+         call check_table(settings, entry, 'angles', 'angle_factors', 180.0_dp)
          if (.not. has_bodies) return
          if (size(model%paths(growth%path)%points, 2) < 2) return ! told already
          if (.not. any(path_tips(model, growth%path))) &

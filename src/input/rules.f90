@@ -40,7 +40,9 @@ module hampm_rules
    character(*), parameter :: corners(*) = ['lower', 'upper']
    character(*), parameter :: acting(*) = ['&constraint', '&load      ']
    character(*), parameter :: in_time(*) = ['&constraint', '&load      ', '&control   ']
-   character(*), parameter :: of_matter(*) = [character(13) :: 'material', 'velocity', 'spin', 'eigenstrain', 'contact_group']
+   character(*), parameter :: of_matter(*) = [character(13) :: 'material', 'velocity', 'spin', 'eigenstrain', &
+                                               'contact_group', 'toughness']
+   character(*), parameter :: of_toughness(*) = [character(17) :: 'extensions', 'speeds', 'angles', 'mixed_mode']
    character(*), parameter :: of_looks(*) = ['start   ', 'interval']
    character(*), parameter :: moved_by(*) = ['displacement', 'velocity    ']
    character(*), parameter :: of_frame(*) = ['history', 'start  ']
@@ -109,10 +111,12 @@ module hampm_rules
              mechanics, no_rate), &
       rule_t(with_history, not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", mechanics, &
              "the direction needs stress intensity factors, which the law does not have", use="&growth direction = 'straight'"), &
+      rule_t(with_history, not_with, "&growth mixed_mode = 'hutchinson_suo' | 'benzeggagh_kenane'", mechanics, &
+             "the law has no shares of modes", use="&growth mixed_mode = 'none'"), &
       rule_t("&material law = 'orthotropic'", not_with, "&growth law = {growth laws in motion}", not_built, &
              "K and the limiting speed of a moving tip are known for isotropic material only"), &
       rule_t("&material law = 'orthotropic'", not_with, "&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy'", &
-             mechanics, "the direction depends on the toughness in each direction, which is not known", &
+             not_built, "the stress intensity factors of short kinks are known for isotropic material only", &
              use="&growth direction = 'straight'"), &
       rule_t("&material", no_effect_without, "a body of it")]
 
@@ -444,6 +448,16 @@ module hampm_rules
              reason="dynamic growth advances in each time step"), &
       rule_t("&growth limit_speed", requires, "&growth law = {growth laws in motion by toughness}"), &
       rule_t("&growth exponent", no_effect_without, "&growth limit_speed > 0"), &
+      (rule_t("&growth "//trim(of_toughness(k)), not_with, "&growth law = {growth laws by speed}", reason="its speed is given"), &
+       k=1, size(of_toughness)), &
+      rule_t("&growth speeds", requires, "&growth law = {growth laws in motion by toughness}", &
+             reason="a tip at rest has no speed"), &
+      rule_t("&growth mixed_mode", no_effect_with, "&crack kind = 'symmetry'", mechanics, "the crack is in mode I"), &
+      rule_t("&growth lambda", requires, "&growth mixed_mode = 'hutchinson_suo'"), &
+      rule_t("&growth toughness_shear", requires, "&growth mixed_mode = 'benzeggagh_kenane'"), &
+      rule_t("&growth mixed_mode_exponent", requires, "&growth mixed_mode = 'benzeggagh_kenane'"), &
+      rule_t("&growth mixed_mode = 'benzeggagh_kenane'", requires, "&growth toughness_shear > 0"), &
+      rule_t("&body toughness", no_effect_without, "&growth toughness > 0"), &
       rule_t("&growth start", not_with, "&growth law = {growth laws at rest}", reason="a static model has no time"), &
       rule_t("&growth end", not_with, "&growth law = {growth laws at rest}", reason="a static model has no time"), &
       rule_t("&growth direction = 'path'", requires, "&growth points"), &

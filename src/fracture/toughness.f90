@@ -1,0 +1,148 @@
+!> On what the toughness of a tip depends beside its law: how far it has grown, how fast it is, where it goes to, and the mix of its modes.
+!>
+!> Each is a factor. Those of extension, speed and direction are tables, linear between their points and constant beyond them. A direction is a
+!> line in the material: its table repeats itself after 180 degrees. With the share m of mode II in G, tan(psi)**2 = m/(1 - m),
+!>
+!>    1 + tan((1 - lambda) psi)**2              Hutchinson & Suo, Adv. Appl. Mech. 29 (1992) 63, equation 2.42
+!>    1 + (G_II,c/G_I,c - 1) m**eta             Benzeggagh & Kenane, Compos. Sci. Technol. 56 (1996) 439
+!>
+!> are the factors of the mix of modes.
+module hampm_toughness
+   use hampm_kinds, only: dp, name_len
+   use hampm_key_rows, only: key_t, type_real, type_name, positive, not_negative, max_values
+   implicit none
+   private
+   public :: advance_t, factors_t, table_t, toughness_keys, direction_of
+
+   real(dp), parameter :: degree = acos(-1.0_dp)/180
+
+   type(key_t), parameter :: toughness_keys(*) = [ &
+      key_t('extensions', type_real, 'R-curve: ways that a tip has grown, ascending', example='0.0, 5.0e-3', unit='m', &
+            allowed=not_negative, fewest=0, most=max_values), &
+      key_t('extension_factors', type_real, 'by which the toughness is multiplied there', example='1.0, 2.5', &
+            allowed=positive, fewest=0, most=max_values), &
+      key_t('speeds', type_real, 'of the tip, in motion, ascending', example='0.0, 500.0', unit='m/s', &
+            allowed=not_negative, fewest=0, most=max_values), &
+      key_t('speed_factors', type_real, 'by which the toughness is multiplied there', example='1.0, 3.0', &
+            allowed=positive, fewest=0, most=max_values), &
+      key_t('angles', type_real, 'from x to the left to the direction in which a tip goes, ascending; they repeat after 180', &
+            example='-30.0, 30.0, 90.0', unit='deg', allowed='[-180, 180]', fewest=0, most=max_values), &
+      key_t('angle_factors', type_real, 'by which the toughness is multiplied there', example='1.0, 1.0, 2.0', &
+            allowed=positive, fewest=0, most=max_values), &
+      key_t('mixed_mode', type_name, 'how the toughness rises with mode II', default='none', &
+            allowed='none|hutchinson_suo|benzeggagh_kenane'), &
+      key_t('lambda', type_real, 'of hutchinson_suo: 1 + tan((1 - lambda) psi)**2; 1: no rise, 0: G_I has the toughness', &
+            default='0.3', allowed='[0, 1]'), &
+      key_t('toughness_shear', type_real, 'of benzeggagh_kenane: toughness in mode II', default='0.0', unit='J/m2', &
+            allowed=not_negative), &
+      key_t('mixed_mode_exponent', type_real, 'of benzeggagh_kenane: eta', default='1.0', allowed='[0.1, 100]')]
+
+   !> How a tip goes on: what its toughness depends on.
+   type :: advance_t
+      real(dp) :: speed = 0                      !! [m/s]
+      real(dp) :: length = 0                     !! of the whole crack [m]
+      real(dp) :: extension = 0                  !! by which the tip has grown [m]
+      real(dp) :: angle = 0                      !! of its direction, from x to the left [rad]
+      real(dp) :: shear = 0                      !! share of mode II in G [-]
+      real(dp) :: of_body = 0                    !! toughness of the body there; 0: that of &growth [J/m2]
+   end type advance_t
+
+   !> A table of factors.
+   type :: table_t
+      real(dp), allocatable :: x(:)              !! ascending
+      real(dp), allocatable :: factor(:)         !! [-]
+   contains
+      procedure :: is_there
+      procedure :: at
+      procedure :: around
+   end type table_t
+
+   !> All factors.
+   type :: factors_t
+      type(table_t) :: of_extension              !! [m]
+      type(table_t) :: of_speed                  !! [m/s]
+      type(table_t) :: of_angle                  !! [deg]
+      character(name_len) :: mixed_mode = 'none'
+      real(dp) :: lambda = 1
+      real(dp) :: of_shear = 1                   !! toughness of mode II over that of mode I
+      real(dp) :: exponent = 1
+   contains
+      procedure :: product_at
+      procedure :: of_mix
+   end type factors_t
+
+contains
+
+   !> Product of all factors [-].
+   pure real(dp) function product_at(self, advance) result(factor)
+      class(factors_t), intent(in) :: self
+      type(advance_t), intent(in) :: advance
+      factor = self%of_extension%at(advance%extension)*self%of_speed%at(advance%speed) &
+               *self%of_angle%around(advance%angle/degree)*self%of_mix(advance%shear)
+   end function product_at
+
+   !> Factor of the mix of modes [-].
+   pure real(dp) function of_mix(self, shear) result(factor)
+      class(factors_t), intent(in) :: self
+      real(dp), intent(in) :: shear              !! share of mode II [-]
+      real(dp), parameter :: least = 1e-6_dp     ! so that nothing overflows
+      factor = 1
+      select case (self%mixed_mode)
+       case ('hutchinson_suo')
+         factor = 1/max(least, cos((1 - self%lambda)*atan2(sqrt(shear), sqrt(max(0.0_dp, 1 - shear))))**2)
+       case ('benzeggagh_kenane')
+         factor = 1 + (self%of_shear - 1)*shear**self%exponent
+      end select
+   end function of_mix
+
+   !> Whether there is a table.
+   pure logical function is_there(self)
+      class(table_t), intent(in) :: self
+      is_there = .false.
+      if (allocated(self%x)) is_there = size(self%x) > 0
+   end function is_there
+
+   !> Its factor, 1 without any [-].
+   pure real(dp) function at(self, x) result(factor)
+      class(table_t), intent(in) :: self
+      real(dp), intent(in) :: x
+      integer :: i
+      factor = 1
+      if (.not. self%is_there()) return
+      i = count(self%x <= x)
+      if (i == 0) then
+         factor = self%factor(1)
+      else if (i == size(self%x)) then
+         factor = self%factor(i)
+      else
+         factor = between(self%x(i), self%factor(i), self%x(i + 1), self%factor(i + 1), x)
+      end if
+   end function at
+
+   !> The same of a table of directions, which repeats itself.
+   pure real(dp) function around(self, x) result(factor)
+      class(table_t), intent(in) :: self
+      real(dp), intent(in) :: x                  !! [deg]
+      real(dp), parameter :: turn = 180
+      real(dp) :: angle
+      factor = 1
+      if (.not. self%is_there()) return
+      angle = self%x(1) + modulo(x - self%x(1), turn)
+      associate (n => size(self%x))
+         factor = self%at(angle)
+         if (angle > self%x(n)) factor = between(self%x(n), self%factor(n), self%x(1) + turn, self%factor(1), angle)
+      end associate
+   end function around
+
+   !> On the line through two points.
+   pure real(dp) function between(x1, y1, x2, y2, x) result(y)
+      real(dp), intent(in) :: x1, y1, x2, y2, x
+      y = y1 + (y2 - y1)*(x - x1)/(x2 - x1)
+   end function between
+
+   !> Angle of a direction, from x to the left [rad].
+   pure real(dp) function direction_of(along) result(angle)
+      real(dp), intent(in) :: along(:)
+      angle = atan2(along(2), along(1))
+   end function direction_of
+end module hampm_toughness

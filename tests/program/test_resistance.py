@@ -1,0 +1,121 @@
+"""Toughness that depends on how far, how fast, where and in what modes a tip goes (docs/explanation/resistance.md), against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+from harness import run_told
+from paths import ROOT
+
+CURVE = np.array([0, 2.5e-3, 5e-3, 7.5e-3, 10e-3]), np.array([100, 180, 240, 280, 300])
+
+
+def input_of(name):
+    return (ROOT / "input" / f"{name}.nml").read_text()
+
+
+def beam_load(length, toughness):
+    """Of a double cantilever beam whose G is the toughness, by beams that are longer by 0.673 arms."""
+    return 0.01 * np.sqrt(toughness * 70e9 * 0.01**3 / 12) / (length + 6.73e-3)
+
+
+def test_a_resistance_curve_at_rest(hampm):
+    """G is the curve at each length, and the load that of beams, to 0.3 %; it rises and falls."""
+    row, _ = run_told(hampm, input_of("dcb_r_curve"))
+    resistance = np.interp(row["tip_x"] - 30e-3, *CURVE)
+    off = 100 * row["load_factor"] / beam_load(row["tip_x"], resistance) - 1
+    print(off)
+    assert row["toughness"] == pytest.approx(resistance, rel=1e-9) and row["G"] == pytest.approx(resistance, rel=1e-6)
+    assert np.max(np.abs(off)) < 0.003
+    assert np.argmax(row["load_factor"]) == np.argmax(beam_load(row["tip_x"], resistance)) == 6
+
+
+def test_a_resistance_curve_in_slow_motion(hampm):
+    """The same beam, opened slowly: G on the curve to 1 %, the load within 3 % of that of beams in cells of 1 mm, and what faces have taken is the area under
+    the curve to 1 %."""
+    row, _ = run_told(hampm, input_of("dcb_r_curve_slow"))
+    grows = row["tip_x"] > 30.5e-3
+    resistance = np.interp(row["tip_x"] - 30e-3, *CURVE)
+    off = row["reaction_upper_y"][grows] / beam_load(row["tip_x"], resistance)[grows] - 1
+    way = np.linspace(0, row["tip_x"][-1] - 30e-3, 1000)
+    area = 0.01 * np.trapezoid(np.interp(way, *CURVE), way)
+    print(off, row["fracture_energy"][-1] / area, row["tip_x"][-1])
+    assert row["tip_x"][-1] > 50e-3
+    assert row["toughness"] == pytest.approx(resistance, rel=1e-9)
+    assert np.max(np.abs(row["G"][grows] / resistance[grows] - 1)) < 0.0105
+    assert 0 < np.mean(off) < 0.02 and np.max(np.abs(off)) < 0.03
+    assert row["fracture_energy"][-1] == pytest.approx(area, rel=0.01)
+
+
+@pytest.mark.parametrize("law", ["benzeggagh_kenane", "hutchinson_suo"])
+def test_mixed_mode_bending(hampm, law):
+    """A delamination grows at the toughness of its mix of modes: load and toughness are those of beams to 1 %."""
+    text = input_of("laminate_mmb_growth").replace("end_time = 8.0", "end_time = 4.0").replace("load_steps = 8", "load_steps = 4")
+    if law == "hutchinson_suo":
+        kept = [line for line in text.splitlines() if "toughness_shear" not in line and "exponent" not in line]
+        text = "\n".join(kept).replace("'benzeggagh_kenane'", "'hutchinson_suo'  lambda = 0.3") + "\n"
+    row, _ = run_told(hampm, text)
+    a, h, e, length, lever, chi = row["tip_x"], 2e-3, 140e9, 50e-3, 45e-3, 1.878
+    of_one = 3 * (3 * lever - length) ** 2 * (a + chi * h) ** 2 / (4 * length**2 * e * h**3)
+    of_two = 9 * (lever + length) ** 2 * (a + 0.42 * chi * h) ** 2 / (16 * length**2 * e * h**3)
+    m = of_two / (of_one + of_two)
+    toughness = 277 + 511 * m**1.6 if law == "benzeggagh_kenane" else 277 * (1 + np.tan(0.7 * np.arctan(np.sqrt(m / (1 - m)))) ** 2)
+    load = np.sqrt(toughness / (of_one + of_two))
+    print(8e3 * row["load_factor"] / load, row["toughness"] / toughness)
+    assert a[-1] == pytest.approx(33e-3)
+    assert 8e3 * row["load_factor"] == pytest.approx(load, rel=0.005)
+    assert row["toughness"] == pytest.approx(toughness, rel=0.01)
+
+
+def test_each_body_has_its_toughness(hampm):
+    """A crack that goes from one body into another of the same material: its toughness is that of the body a cell ahead, and factors apply to both."""
+    text = input_of("dcb_r_curve").replace("indicator = 'tip'", "indicator = 'none'").replace("end_time = 20.0", "end_time = 4.0").replace(
+        "load_steps = 20", "load_steps = 4").replace("snapshot_interval = 10.0", "").replace("increment = 1.25e-3", "increment = 2.5e-3")
+    body = text[text.index("&body"):text.index("&load")]
+    first, second = (body.replace("95.0e-3", "34.0e-3"), body.replace("lower = 0.0,", "lower = 34.0e-3,").replace("upper = 95.0e-3, 10.0e-3", "upper = 95.0e-3, 10.0e-3\n   toughness = 250.0"))
+    row, _ = run_told(hampm, text.replace(body, first + second))
+    factor = np.interp(row["tip_x"] - 30e-3, CURVE[0], CURVE[1] / 100)
+    assert row["tip_x"] == pytest.approx([30e-3, 32.5e-3, 35e-3, 37.5e-3, 40e-3])
+    assert row["toughness"] == pytest.approx(np.array([100, 100, 250, 250, 250]) * factor)
+    assert row["G"] == pytest.approx(row["toughness"], rel=1e-6)
+
+
+def test_a_crack_zigzags_along_weak_planes(hampm):
+    """Weak planes at 40 degrees to either side of a strip: segments go along them; a tip turns where a kink of 80 degrees has more G than straight on, at K_II/K_I =
+    0.460, and the load is that of a straight crack with the toughness of Wulff's construction to 2 %."""
+    text = input_of("zigzag").replace("end_time = 32.0", "end_time = 14.0").replace("load_steps = 32", "load_steps = 14").replace("interval = 32.0", "interval = 14.0")
+    row, said = run_told(hampm, text)
+    angle = row["tip_angle"][1:]
+    mixity = np.abs(row["K_II"] / row["K_I"])[1:-1]
+    turns = np.abs(np.diff(angle)) > 1
+    assert np.abs(angle) == pytest.approx(40.0, abs=1e-6) and "to and fro" not in said
+    print(np.min(mixity[turns]), np.max(mixity[~turns]))
+    assert np.max(mixity[~turns]) < 0.460 < np.min(mixity[turns])
+    assert row["toughness"][1:] == pytest.approx(100.0)
+    whole = slice(2, 14)                          # three periods of four increments
+    wulff = 100 / math.cos(math.radians(40))
+    per_way = (1 / row["load_factor"][:-1] ** 2 + row["G"][1:] / 100 / row["load_factor"][1:] ** 2) / 2
+    print(np.mean(per_way[whole]) * wulff / 12.0, said)
+    assert np.mean(per_way[whole]) * wulff / 12.0 == pytest.approx(1, abs=0.02)
+
+
+def test_the_same_on_weak_planes_that_turn_with_the_body(hampm):
+    """A quarter turn of strip and planes: the same loads and segments."""
+    text = input_of("zigzag").replace("end_time = 32.0", "end_time = 4.0").replace("load_steps = 32", "load_steps = 4").replace("interval = 32.0", "interval = 4.0")
+    text = text.replace("points = -30.0e-3, 0.0, 0.0, 0.0", "points = -30.0e-3, 0.1e-3, 0.0, 0.1e-3")
+    turned = text.replace("lower = -30.0e-3, -10.5e-3", "lower = -10.5e-3, -30.0e-3").replace("cells = 160, 42", "cells = 42, 160")
+    turned = turned.replace("lower = -30.0e-3, -10.0e-3", "lower = -10.0e-3, -30.0e-3").replace("upper = 50.0e-3, 10.0e-3", "upper = 10.0e-3, 50.0e-3")
+    turned = turned.replace("lower = -30.0e-3, 10.0e-3", "lower = -10.0e-3, -30.0e-3", 1).replace("upper = 50.0e-3, -10.0e-3", "upper = 10.0e-3, 50.0e-3")
+    for old, new in (("displacement = 0.0, 1.0e-6", "displacement = -1.0e-6, 0.0"), ("displacement = 0.0, -1.0e-6", "displacement = 1.0e-6, 0.0"),
+                     ("points = -30.0e-3, 0.1e-3, 0.0, 0.1e-3", "points = -0.1e-3, -30.0e-3, -0.1e-3, 0.0"), ("-40.0, 0.0, 40.0, 90.0", "0.0, 50.0, 90.0, 130.0"),
+                     ("1.0, 1.6, 1.0, 3.0", "3.0, 1.0, 1.6, 1.0")):
+        assert old in turned
+        turned = turned.replace(old, new)
+    boxes = turned.split("&constraint")
+    boxes[1] = boxes[1].replace("upper = 10.0e-3, 50.0e-3", "upper = -10.0e-3, 50.0e-3")
+    boxes[2] = boxes[2].replace("lower = -10.0e-3, -30.0e-3", "lower = 10.0e-3, -30.0e-3")
+    row, _ = run_told(hampm, text)
+    other, _ = run_told(hampm, "&constraint".join(boxes))
+    assert other["load_factor"] == pytest.approx(row["load_factor"], rel=1e-6)
+    assert other["tip_y"] == pytest.approx(row["tip_x"], abs=1e-9) and other["tip_x"] == pytest.approx(-row["tip_y"], abs=1e-9)
