@@ -191,6 +191,14 @@ draw_load_frame() {
     "$python" tools/load_frame.py $out/dcb_snap_back.h5 $out/compact_tension_growth.h5 $out/load_frame.png
 }
 
+# Toughness that varies: resistance curves, mixed-mode bending, weak planes
+draw_resistance() {
+    for scene in dcb_r_curve dcb_r_curve_slow laminate_mmb_growth zigzag; do
+        run input/$scene.nml $scene
+    done
+    "$python" tools/resistance.py $out $out/resistance.png
+}
+
 # Tests as laboratories do them: a specimen that is hit on its anvils, a plate that a bar hits, wing cracks under compression, and a wedge
 draw_impact() {
     for scene in charpy kalthoff_striker wing_cracks; do
@@ -218,14 +226,14 @@ draw_gallery() {
     run input/plastic_notch.nml plastic_notch
     "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --width 5 --dpi 85 --output $out/plastic_notch.png
     for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole bimetal \
-                 laminate_dcb laminate_enf laminate_mmb penny dcb_growth dcb_snap_back compact_tension_growth \
+                 laminate_dcb laminate_enf laminate_mmb laminate_mmb_growth penny dcb_growth dcb_r_curve dcb_snap_back compact_tension_growth \
                  dcb_cohesive; do
         run input/$scene.nml $scene output.snapshot_interval=1
     done
     run input/freund_static.nml freund_static output.snapshot_interval=3.7e-6
     run input/absorbing_wave.nml absorbing_wave run.end_time=16e-6 output.snapshot_interval=16e-6 # the pulse is half way out
-    for scene in two_cracks merging_cracks hole_growth in_situ_stress bend_path strip_growth kalthoff kalthoff_striker charpy wing_cracks \
-                 peeling_film wedge_dcb dcb; do
+    for scene in two_cracks merging_cracks hole_growth in_situ_stress bend_path strip_growth kalthoff kalthoff_striker charpy \
+                 wing_cracks peeling_film wedge_dcb dcb zigzag; do
         run input/$scene.nml $scene
     done
     for picture in $(rows | awk '/small_/ {print $3}'); do
@@ -238,7 +246,7 @@ draw_gallery() {
             merging_cracks) field=displacement ;; # nothing is stressed any more
             *) field=von_mises ;;
         esac
-        case $scene in bimetal | laminate_dcb | dcb_cohesive | compact_tension_growth | peeling_film) scale=3 ;; dcb) scale=1000 ;; dcb_growth | dcb_snap_back) scale=50 ;; merging_cracks) scale=60 ;; *) scale=1 ;; esac
+        case $scene in bimetal | laminate_dcb | dcb_cohesive | compact_tension_growth | peeling_film) scale=3 ;; dcb) scale=1000 ;; dcb_growth | dcb_snap_back) scale=50 ;; merging_cracks) scale=60 ;; dcb_r_curve) scale=10 ;; *) scale=1 ;; esac
         "$python" tools/thumbnail.py $out/$scene.h5 "$picture" $field $scale
     done
 }

@@ -389,6 +389,10 @@ contains
          if (.not. all(model%growth%law%gives_speed())) &
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
                                 next%toughness)
+         if (.not. growing%is_static .or. law == 0) return
+         if (model%growth(law)%direction /= 'max_energy') return
+         call history%record('G_kink', 'J/m2', 'energy release rate of the kink by which the tip goes on, by max_energy', next%rate)
+         call history%record('kink_angle', 'deg', 'angle of that kink, to the left', next%kink*180/acos(-1.0_dp))
       end associate
    end subroutine record_growth
 

@@ -135,6 +135,7 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
                                ("closure", closed, (*of_path, "energy_release.estimators=domain_integral,series_fit",
                                                     "grid.cell=0.625e-3", "grid.cells=160,18")),
                                ("growth", growth, (*of_path, "method.time=static", "energy_release.t_stress=.true.")),
+                               ("kink", growth.replace("&growth", "&growth direction = 'max_energy'"), (*of_path, "method.time=static")),
                                ("frame", growth + "&control stiffness = 1e6 /\n", (*of_path, "method.time=static")), ("running", running, of_path), ("cohesive", cohesive, of_path), *probed):
         (tmp_path / f"{name}.nml").write_text(scene)
         result = hampm(f"{name}.nml", "--set", f"output.file={name}.h5", *(f"--set={setting}" for setting in asked))

@@ -306,6 +306,22 @@ class Drawing:
             keys |= {"start": 0.2 * self.end, "end": 0.8 * self.end}
         if chance.random() < 0.2:
             keys["max_length"] = 8 * self.cell
+        if law != "prescribed" and chance.random() < 0.5:
+            keys |= self.resistance(law, keys["toughness"])
+        return keys
+
+    def resistance(self, law, toughness):
+        """Of a growth: keys on which its toughness depends."""
+        chance, keys = self.chance, {}
+        if chance.random() < 0.4:
+            keys |= {"extensions": [0.0, chance.choice([0.5, 2.0, 5.0]) * self.cell], "extension_factors": [1.0, chance.choice([0.6, 1.5, 3.0])]}
+        if chance.random() < 0.4:
+            keys |= {"angles": [chance.choice([-50.0, -20.0, 0.0]), chance.choice([10.0, 35.0, 60.0]), 90.0], "angle_factors": [chance.uniform(0.7, 2.0) for _ in range(3)]}
+        if law == "toughness" and chance.random() < 0.4:
+            keys |= {"speeds": [0.0, chance.choice([0.1, 0.4]) * self.cell / self.tick], "speed_factors": [1.0, chance.choice([0.7, 2.0])]}
+        if chance.random() < 0.4:
+            keys |= chance.choice([{"mixed_mode": "hutchinson_suo", "lambda": chance.choice([0.0, 0.3, 1.0])},
+                                   {"mixed_mode": "benzeggagh_kenane", "toughness_shear": chance.choice([0.5, 3.0]) * toughness, "mixed_mode_exponent": chance.choice([1.0, 1.6])}])
         return keys
 
     def constraints(self):

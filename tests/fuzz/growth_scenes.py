@@ -24,6 +24,20 @@ def crack(chance, number, middle, room):
     return f"&crack kind = 'path'  name = 'c{number}'  points = {text}  contact = '{chance.choice(['none', 'none', 'frictionless'])}' /\n"
 
 
+def resistance(chance, moves):
+    """On what its toughness depends."""
+    text = ""
+    if chance.random() < 0.2:
+        text += f"  extensions = 0.0, {chance.choice([1, 3])}e-3  extension_factors = 1.0, {chance.choice([0.6, 2.5])}"
+    if chance.random() < 0.2:
+        text += f"  angles = {chance.choice([-50, -20, 0])}, {chance.choice([10, 35, 60])}, 90  angle_factors = {chance.uniform(0.7, 2):.3g}, {chance.uniform(0.7, 2):.3g}, 1.5"
+    if moves and chance.random() < 0.2:
+        text += f"  speeds = 0.0, {chance.choice([300, 1000])}  speed_factors = 1.0, {chance.choice([0.7, 2.5])}"
+    if chance.random() < 0.2:
+        text += "  mixed_mode = " + chance.choice(["'hutchinson_suo'  lambda = 0.3", "'benzeggagh_kenane'  toughness_shear = 5.0  mixed_mode_exponent = 1.6"])
+    return text
+
+
 def growth(chance, number, end):
     """How it grows."""
     direction = chance.choice(["straight", "hoop_stress", "local_symmetry", "max_energy", "path"])
@@ -36,6 +50,7 @@ def growth(chance, number, end):
         text += f"  law = 'toughness'  toughness = {10 ** chance.uniform(-4, 1):.3g}"
         if chance.random() < 0.3:
             text += f"  limit_speed = {chance.choice([500, 1500])}  exponent = {chance.choice([1, 2])}"
+        text += resistance(chance, moves=True)
     if chance.random() < 0.3:
         text += f"  start = {chance.uniform(0, 0.5) * end:.4g}  end = {chance.uniform(0.4, 1) * end:.4g}"
     if chance.random() < 0.2:

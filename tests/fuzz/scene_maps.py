@@ -16,14 +16,15 @@ DIMENSIONS = {
     "run": {"thickness": LENGTH, "end_time": TIME, "stop_length": LENGTH, "stop_rest": TIME}, "grid": {"lower": LENGTH, "cell": LENGTH},
     "material": {"density": (1, -3, 0), "relaxation_times": TIME}
     | dict.fromkeys(("young", "yield_stress", "hardening", "saturation", "kinematic_hardening", "c01", "moduli", "young_1", "young_2", "young_3", "shear_12"), PRESSURE),
-    "body": dict.fromkeys(("lower", "upper", "points", "center", "radius"), LENGTH) | {"velocity": SPEED, "spin": RATE},
+    "body": dict.fromkeys(("lower", "upper", "points", "center", "radius"), LENGTH) | {"velocity": SPEED, "spin": RATE, "toughness": TOUGHNESS},
     "constraint": {"lower": LENGTH, "upper": LENGTH, "displacement": LENGTH, "velocity": SPEED},
     "load": {"lower": LENGTH, "upper": LENGTH, "force": FORCE, "pressure": PRESSURE, "acceleration": (0, 1, -2)},
     "damping": {"rate": RATE}, "contact": {"distance": LENGTH}, "method": {"time_step": TIME, "consistent_lower": LENGTH, "consistent_upper": LENGTH},
     "refine": {"region_lower": LENGTH, "region_upper": LENGTH, "start": TIME}, "crack": {"tip": LENGTH, "length": LENGTH, "points": LENGTH},
     "cohesive": dict.fromkeys(("from", "opening", "openings"), LENGTH) | dict.fromkeys(("strength", "tractions", "strength_shear"), PRESSURE)
     | dict.fromkeys(("toughness", "toughness_shear"), TOUGHNESS),
-    "growth": {"points": LENGTH, "toughness": TOUGHNESS, "limit_speed": SPEED, "speed": SPEED, "start": TIME, "end": TIME, "increment": LENGTH, "max_length": LENGTH},
+    "growth": {"points": LENGTH, "toughness": TOUGHNESS, "limit_speed": SPEED, "speed": SPEED, "start": TIME, "end": TIME, "increment": LENGTH, "max_length": LENGTH,
+               "extensions": LENGTH, "speeds": SPEED, "toughness_shear": TOUGHNESS},
     "control": {"displacement": LENGTH, "stiffness": (1, 0, -2)},
     "energy_release": {"radii": LENGTH, "reference_value": TOUGHNESS}, "output": {"history_interval": TIME, "snapshot_interval": TIME},
     "probe": {"at": LENGTH, "distance": LENGTH},
@@ -76,6 +77,10 @@ def isometric(scene, q):
             keys["angle"] = round(keys["angle"], 9)
         if name == "material" and keys.get("law") == "orthotropic" and "angle" not in keys:
             keys["angle"] = 90.0 if turns else 0.0
+        if name == "growth" and "angles" in keys:       # of lines: they repeat after 180 degrees
+            ahead = [q @ [math.cos(math.radians(angle)), math.sin(math.radians(angle))] for angle in keys["angles"]]
+            angles = [round(math.degrees(math.atan2(y, x)) % 180, 9) % 180 for x, y in ahead]
+            keys["angles"], keys["angle_factors"] = [list(column) for column in zip(*sorted(zip(angles, keys["angle_factors"])))]
         if "spin" in keys and flips:
             keys["spin"] = -keys["spin"]
         if "eigenstrain" in keys:
@@ -108,7 +113,7 @@ def isometric_columns(row, q):
     flips, found = round(np.linalg.det(q)) < 0, {}
     for column, values in row.items():
         name = family(column)
-        odd = (name in ("K_II", "crack_sliding", "mouth_sliding", "angular_momentum") or name.startswith("sliding_") or name.startswith("G_") and name.endswith("_II"))
+        odd = (name in ("K_II", "kink_angle", "crack_sliding", "mouth_sliding", "angular_momentum") or name.startswith("sliding_") or name.startswith("G_") and name.endswith("_II"))
         if name == "mode_mixity":
             continue
         if name == "tip_angle":
