@@ -193,10 +193,11 @@ draw_load_frame() {
 
 # Toughness that varies: resistance curves, mixed-mode bending, weak planes
 draw_resistance() {
-    for scene in dcb_r_curve dcb_r_curve_slow laminate_mmb_growth zigzag; do
+    for scene in dcb_r_curve dcb_r_curve_slow laminate_mmb_growth zigzag pmma_strip; do
         run input/$scene.nml $scene
     done
     "$python" tools/resistance.py $out $out/resistance.png
+    "$python" tools/branching.py $out/pmma_strip.h5 $out/branching.png
 }
 
 # Tests as laboratories do them: a specimen that is hit on its anvils, a plate that a bar hits, wing cracks under compression, and a wedge
@@ -233,7 +234,7 @@ draw_gallery() {
     run input/freund_static.nml freund_static output.snapshot_interval=3.7e-6
     run input/absorbing_wave.nml absorbing_wave run.end_time=16e-6 output.snapshot_interval=16e-6 # the pulse is half way out
     for scene in two_cracks merging_cracks hole_growth in_situ_stress bend_path strip_growth kalthoff kalthoff_striker charpy \
-                 wing_cracks peeling_film wedge_dcb dcb zigzag; do
+                 wing_cracks peeling_film wedge_dcb dcb zigzag pmma_strip; do
         run input/$scene.nml $scene
     done
     for picture in $(rows | awk '/small_/ {print $3}'); do

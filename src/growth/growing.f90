@@ -2,6 +2,7 @@
 module hampm_growing
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
+   use hampm_branching, only: branching_t, criteria_of, record_branching, why_it_may_branch
    use hampm_crack_groups, only: growth_t
    use hampm_crack_placement, only: body_at
    use hampm_crack_tip, only: crack_tip_t
@@ -11,12 +12,13 @@ module hampm_growing
    use hampm_history, only: history_t
    use hampm_kinks, only: kink_t, best_kink, kink_angle
    use hampm_load_work, only: load_state_t, archive_load_state
+   use hampm_material, only: material_t
    use hampm_model, only: model_t
-   use hampm_text, only: add_line, to_text
+   use hampm_text, only: add_line, to_text, three_digits
    use hampm_toughness, only: advance_t, direction_of
    implicit none
    private
-   public :: growing_t, next_t, share_of_shear, new_growing, record_growth, &
+   public :: growing_t, next_t, share_of_shear, new_growing, record_growth, note_branching, &
               record_frame, record_place, archive_growing, fitting, part_of_crack
 
    !> How a tip of the run grows.
@@ -369,9 +371,10 @@ contains
    end subroutine record_frame
 
    !> Record how a tip stands.
-   subroutine record_growth(growing, model, cracks, tip, values, time, history)
+   subroutine record_growth(growing, model, material, cracks, tip, values, time, history)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
+      type(material_t), intent(in) :: material   !! at the tip
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: tip
       type(crack_values_t), intent(in) :: values !! of it
@@ -389,12 +392,51 @@ contains
          if (.not. all(model%growth%law%gives_speed())) &
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
                                 next%toughness)
+         if (.not. growing%is_static) call record_branching(branching_of(growing, model, material, cracks, tip, values, law), &
+                                                            .not. all(model%growth%law%gives_speed()), history)
          if (.not. growing%is_static .or. law == 0) return
          if (model%growth(law)%direction /= 'max_energy') return
          call history%record('G_kink', 'J/m2', 'energy release rate of the kink by which the tip goes on, by max_energy', next%rate)
          call history%record('kink_angle', 'deg', 'angle of that kink, to the left', next%kink*180/acos(-1.0_dp))
       end associate
    end subroutine record_growth
+
+   !> The criteria of branching of a tip in motion; none while no &growth applies.
+   pure type(branching_t) function branching_of(growing, model, material, cracks, tip, values, law) result(criteria)
+      type(growing_t), intent(in) :: growing
+      type(model_t), intent(in) :: model
+      type(material_t), intent(in) :: material
+      type(cracks_t), intent(in) :: cracks
+      integer, intent(in) :: tip
+      type(crack_values_t), intent(in) :: values
+      integer, intent(in) :: law                 !! number of its &growth, or 0
+      if (law > 0) criteria = criteria_of(material, cracks%tips(tip), model%growth(law), &
+                                          growing%advance_of(model, cracks, tip), best_rate(values, cracks%tips(tip)))
+   end function branching_of
+
+   !> Note tips in motion that may branch.
+   subroutine note_branching(growing, model, materials, cracks, values, time, message)
+      type(growing_t), intent(in) :: growing
+      type(model_t), intent(in) :: model
+      type(material_t), intent(in) :: materials(:)
+      type(cracks_t), intent(in) :: cracks
+      type(crack_values_t), intent(in) :: values(:) !! of all tips
+      real(dp), intent(in) :: time               !! [s]
+      character(:), allocatable, intent(inout) :: message
+      type(branching_t) :: criteria
+      character(:), allocatable :: why
+      integer :: k, i
+      if (growing%is_static .or. .not. growing%are_there()) return
+      do k = 1, size(cracks%tips)
+         if (.not. cracks%tips(k)%is_measured()) cycle
+         criteria = branching_of(growing, model, materials(cracks%tips(k)%material), cracks, k, values(k), &
+                                 growing%law_at(model, cracks, k, time))
+         do i = 1, 2
+            why = why_it_may_branch(criteria, by_energy=i == 1)
+            if (why /= '') call note_tip(k, why//' and at t = '//three_digits(time)//' s; here it stays one', message)
+         end do
+      end do
+   end subroutine note_branching
 
    !> Keep how tips have grown.
    subroutine archive_growing(growing, archive)

@@ -4,14 +4,16 @@
 !>    a_d**2 = 1 - v**2/c_d**2,   a_s**2 = 1 - v**2/c_s**2,   D = 4 a_d a_s - (1 + a_s**2)**2
 !>
 !> in plane strain; in plane stress with nu/(1 + nu) for nu, and the speed of pressure waves of a plate. D is 0 at the speed of Rayleigh
-!> waves, which no crack of mode I reaches. Source: Freund, Dynamic Fracture Mechanics (1990), section 5.3.
+!> waves, which no crack of mode I reaches. Source: Freund, Dynamic Fracture Mechanics (1990), sections 4.3, 5.3 and 6.4; Yoffe, Phil. Mag. 42
+!> (1951) 739 (hoop stress).
 module hampm_moving_tip
    use hampm_kinds, only: dp
    use hampm_material, only: material_t
    implicit none
    private
-   public :: energy_factors, rayleigh_speed
+   public :: energy_factors, rayleigh_speed, share_of_rest, hoop_angle
 
+   real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: static_speed = 1e-4_dp !! part of the speed of shear waves below which a tip is taken to be at rest
 
 contains
@@ -47,6 +49,64 @@ contains
       of_shear = sqrt(1 - (speed/material%shear_wave_speed())**2)
       d = 4*of_pressure*of_shear - (1 + of_shear**2)**2
    end function rayleigh_function
+
+   !> Energy release rate of mode I over that of a tip at rest under the same loads, g = A_I k**2, with the universal function
+   !> k = (1 - v/c_R)/sqrt(1 - v/c_d) exp(1/pi int atan(4 e**2 sqrt((e**2 - a**2)(b**2 - e**2))/(b**2 - 2 e**2)**2)/(1/v - e) de) from a = 1/c_d
+   !> to b = 1/c_s; 0 from the speed of Rayleigh waves on.
+   pure real(dp) function share_of_rest(material, speed) result(g)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: speed              !! of the tip [m/s]
+      integer, parameter :: steps = 64           ! in the angle by whose sine squared e goes from a to b: the ends have no roots then
+      real(dp) :: a, b, e, angle, integral, factors(2)
+      integer :: i
+      g = 1
+      if (speed <= static_speed*material%shear_wave_speed()) return
+      g = 0
+      if (speed >= rayleigh_speed(material)) return
+      a = 1/material%dilatational_wave_speed()
+      b = 1/material%shear_wave_speed()
+      integral = 0
+      do i = 1, steps
+         angle = (i - 0.5_dp)*pi/(2*steps)
+         e = a + (b - a)*sin(angle)**2
+         integral = integral + atan2(4*e**2*sqrt((e**2 - a**2)*(b**2 - e**2)), (b**2 - 2*e**2)**2)/(1/speed - e) &
+                               *(b - a)*sin(2*angle)*pi/(2*steps)
+      end do
+      factors = energy_factors(material, speed)
+      g = factors(1)*(1 - speed/rayleigh_speed(material))**2/(1 - a*speed)*exp(2*integral/pi)
+   end function share_of_rest
+
+   !> Angle of the largest hoop stress around a tip of mode I, 0 where that is straight ahead [rad].
+   pure real(dp) function hoop_angle(material, speed) result(angle)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: speed              !! of the tip [m/s]
+      integer, parameter :: steps = 360
+      integer :: i
+      angle = 0
+      if (speed <= static_speed*material%shear_wave_speed() .or. .not. rayleigh_function(material, speed) > 0) return
+      associate (looked_at => [(hoop_stress(material, speed, i*pi/(2*steps)), i=0, steps)])
+         angle = (maxloc(looked_at, dim=1) - 1)*pi/(2*steps)
+      end associate
+   end function hoop_angle
+
+   !> Hoop stress around a tip of mode I, times D sqrt(2 pi r)/K_I, at an angle of 90 degrees at most.
+   pure real(dp) function hoop_stress(material, speed, angle) result(stress)
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: speed              !! of the tip [m/s]
+      real(dp), intent(in) :: angle              !! [rad]
+      real(dp), dimension(2) :: part, turned     ! of pressure and shear waves
+      associate (ratio => speed/[material%dilatational_wave_speed(), material%shear_wave_speed()], s => sin(angle), c => cos(angle))
+         part = sqrt(1 - ratio**2)
+         turned = atan2(part*s, c)/2
+         associate (root => (1 - (ratio*s)**2)**0.25_dp, a_d => part(1), a_s => part(2))
+            associate (even => cos(turned)/root, odd => sin(turned)/root)
+               stress = ((1 + a_s**2)*(1 + 2*a_d**2 - a_s**2)*even(1) - 4*a_d*a_s*even(2))*s**2 &
+                        + (4*a_d*a_s*even(2) - (1 + a_s**2)**2*even(1))*c**2 &
+                        - 4*a_d*(1 + a_s**2)*(odd(1) - odd(2))*s*c
+            end associate
+         end associate
+      end associate
+   end function hoop_stress
 
    !> Speed of Rayleigh waves [m/s].
    pure real(dp) function rayleigh_speed(material) result(speed)

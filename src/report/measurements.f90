@@ -322,7 +322,9 @@ contains
             if (k > 1) history%of_tip = '_tip'//to_text(k)
             call record_crack(problem%materials(cracks%tips(k)%material), cracks%tips(k), m%crack(k), &
                               size(model%growth) > 0, history)
-            if (growing%are_there()) call record_growth(growing, model, cracks, k, m%crack(k), problem%state%time, history)
+            if (growing%are_there()) &
+               call record_growth(growing, model, problem%materials(cracks%tips(k)%material), cracks, k, m%crack(k), &
+                                  problem%state%time, history)
             if (cracks%tips(k)%has_zone) then
                if (.not. growing%are_there()) call record_place(cracks, cracks%tips(k), history)
                call history%record('zone_length', 'm', 'length of the faces ahead of the tip that are damaged', &

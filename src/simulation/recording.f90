@@ -7,6 +7,7 @@ module hampm_recording
    use hampm_crack_groups, only: path_spec_t
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_folders, only: ensure_folder
+   use hampm_growing, only: note_branching
    use hampm_dynamic_growth, only: book_rate
    use hampm_run_time_checks, only: check_state, check_tip, check_faces, check_modes, check_normals
    use hampm_measurements, only: take_row, declare_columns, energy_residual
@@ -140,6 +141,8 @@ contains
          if (s%cracks%tips(k)%is_measured()) &
             call check_modes(s%problem, s%cracks%tips(k), s%warning)
       end do
+      call note_branching(s%growing, s%model, s%problem%materials, s%cracks, s%measurements%crack, s%problem%state%time, &
+                          s%warning)
       if (s%problem%interfaces%n_cohesive > 0) call check_zones(s%cracks, s%problem%interfaces, s%warning)
       if (is_due(s, min(output_time(s, s%samples, s%model%output%history_interval), s%model%run%end_time))) then
          call take_row(s%model, s%problem, s%cracks, s%growing, s%dt, s%measurements)

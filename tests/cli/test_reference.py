@@ -75,6 +75,8 @@ def test_each_key_gives_its_value_to_the_scene(choices):
         source = path.read_text() if path.exists() else "".join(fill for fill in fills if f"settings%find('{group}'" in fill)
         if "call fill_history(" in source:
             source += history
+        if "call fill_factors(" in source:
+            source += next(fill for fill in fills if fill.startswith("subroutine fill_factors("))
         taken = set(re.findall(r"settings%\w+\(entry, '(\w+)'", source))
         for table in re.findall(r"(\w+)%name", "".join(re.findall(r"settings%constants\((.*)\)\n", source))):
             parts = re.search(rf":: {table}\(\*\) = \[(.*?)\]\n", everything, re.DOTALL)[1]

@@ -1,12 +1,13 @@
 """Toughness that depends on how far, how fast, where and in what modes a tip goes (docs/explanation/resistance.md), against closed forms."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 
 from harness import run_told
-from paths import ROOT
+from paths import REFERENCE, ROOT
 
 CURVE = np.array([0, 2.5e-3, 5e-3, 7.5e-3, 10e-3]), np.array([100, 180, 240, 280, 300])
 
@@ -119,3 +120,50 @@ def test_the_same_on_weak_planes_that_turn_with_the_body(hampm):
     other, _ = run_told(hampm, "&constraint".join(boxes))
     assert other["load_factor"] == pytest.approx(row["load_factor"], rel=1e-6)
     assert other["tip_y"] == pytest.approx(row["tip_x"], abs=1e-9) and other["tip_x"] == pytest.approx(-row["tip_y"], abs=1e-9)
+
+
+def rayleigh_speed(shear, pressure):
+    low, high = 0.5 * shear, shear
+    for _ in range(60):
+        v = (low + high) / 2
+        a_d, a_s = math.sqrt(1 - (v / pressure) ** 2), math.sqrt(1 - (v / shear) ** 2)
+        low, high = (v, high) if 4 * a_d * a_s > (1 + a_s**2) ** 2 else (low, v)
+    return v
+
+
+def hoop_angle(v, shear, pressure):
+    """Of the largest hoop stress around a tip that runs in mode I, by the stresses of Freund (1990), equation 4.3.10 [deg]."""
+    a_d, a_s = math.sqrt(1 - (v / pressure) ** 2), math.sqrt(1 - (v / shear) ** 2)
+    theta = np.radians(np.linspace(0, 90, 1801))
+    s, c = np.sin(theta), np.cos(theta)
+    root_d, root_s = (1 - (v * s / pressure) ** 2) ** 0.25, (1 - (v * s / shear) ** 2) ** 0.25
+    half_d, half_s = np.arctan2(a_d * s, c) / 2, np.arctan2(a_s * s, c) / 2
+    xx = (1 + a_s**2) * (1 + 2 * a_d**2 - a_s**2) * np.cos(half_d) / root_d - 4 * a_s * a_d * np.cos(half_s) / root_s
+    yy = -((1 + a_s**2) ** 2 * np.cos(half_d) / root_d - 4 * a_d * a_s * np.cos(half_s) / root_s)
+    xy = 2 * a_d * (1 + a_s**2) * (np.sin(half_d) / root_d - np.sin(half_s) / root_s)
+    return np.degrees(theta[np.argmax(xx * s**2 + yy * c**2 - 2 * xy * s * c)])
+
+
+def test_where_a_crack_in_pmma_may_branch(hampm):
+    """The criteria of a crack that runs faster and faster, against the universal function and stresses of Freund; the run warns of both, at 0.4 to 0.72 of the
+    speed of Rayleigh waves, as experiments branch."""
+    text = input_of("pmma_strip").replace("cell = 0.5e-3", "cell = 1.0e-3").replace("cells = 180, 42", "cells = 90, 22").replace("-10.5e-3", "-11.0e-3")
+    text = text.replace("'stress'", "'strain'").replace("0.35", "0.3").replace("interval = 115.0e-6", "interval = 0.0").replace("115.0e-6", "105.0e-6")
+    row, said = run_told(hampm, text)
+    shear = math.sqrt(3.6e9 / 2.6 / 1190)
+    pressure = shear * math.sqrt(3.5)
+    v = row["tip_speed"]
+    assert np.max(v) > 0.75 * shear
+    ratio = v / rayleigh_speed(shear, pressure)
+    assert row["speed_ratio"] == pytest.approx(ratio, rel=1e-9)
+    runs = np.flatnonzero(v > 0)
+    off = [row["hoop_angle"][k] - hoop_angle(v[k], shear, pressure) for k in runs]
+    assert np.max(np.abs(off)) < 0.3
+    table = np.loadtxt(REFERENCE / "growth/c1_universal_nu0.30_strain.csv", delimiter=",", skiprows=7)
+    g = np.interp(ratio, table[:, 0], table[:, 5])
+    off = row["branching_energy"] * 2 * 200 * g / np.maximum(row["G"], 1e-9) - 1
+    print(np.max(np.abs(off[runs])), np.max(ratio), said)
+    assert np.max(np.abs(off[runs][ratio[runs] < 0.8])) < 2e-3
+    by_energy, by_stress = (float(re.search(rf"tip 1 {what}.*first at ([\d.]+) of the speed", said)[1]) for what in ("has the energy", "is fast enough"))
+    print(by_energy, by_stress)
+    assert 0.4 < by_energy < by_stress < 0.75
