@@ -27,7 +27,7 @@ module hampm_crack_errors
 contains
 
    !> Before the first step: estimate by which part of their values the chosen estimators are off at each tip, from what they find at rest. Where
-   !> material depends on the history, nothing is known of that.
+   !> material depends on the history, or a crack is not there yet, nothing is known of that.
    subroutine estimate_errors(problem, cracks, rest, extrapolation, values, failure)
       type(problem_t), intent(inout) :: problem
       type(cracks_t), intent(in) :: cracks
@@ -42,6 +42,7 @@ contains
       if (size(values) == 0) return
       if (size(values(1)%estimates) == 0 .and. .not. allocated(values(1)%j)) return
       if (any(problem%materials(problem%particles%material(:problem%particles%n))%has_history)) return
+      if (any(cracks%crack%waits)) return
       associate (tips => cracks%tips(:size(values)))
          at_nodes = all(tips%nodes%tip > 0)
          call find_equilibrium(problem, rest, model)

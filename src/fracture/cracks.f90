@@ -27,6 +27,11 @@ module hampm_cracks
       logical :: grows = .false.                 !! whether it does: then its tips are at nodes by chance only
       real(dp) :: beyond(2) = 0                  !! how far ends that are no tips reach beyond their points [m]
       real(dp) :: mouth(ndim) = 0                !! where the opening at the mouth is measured, on the crack [m]
+      logical :: waits = .false.                 !! whether it is not there yet: its points are beside the grid, where nothing is cut
+      real(dp), allocatable :: given(:, :)       !! of one that may appear: where it does, as a whole [m]
+      real(dp) :: covered(2) = 0                 !! of the same: ways from and to which it is in the material [m]
+      real(dp) :: aside(ndim) = 0                !! by which its points are beside the grid as it waits [m]
+      real(dp), allocatable :: places(:, :)      !! of the same: places along it around which cells refine as around a tip [m]
    contains
       procedure :: length
    end type crack_t
@@ -44,6 +49,9 @@ module hampm_cracks
       procedure :: carries
       procedure :: extend
       procedure :: put_back
+      procedure, private :: place
+      procedure :: hide
+      procedure :: show
       procedure :: move_tip
       procedure :: plan_way
       procedure :: forget_way
@@ -58,7 +66,8 @@ contains
    !> Its length, all segments together, between its tips [m].
    pure real(dp) function length(self)
       class(crack_t), intent(in) :: self
-      length = length_of(self%points) - sum(self%bonded)
+      length = 0
+      if (.not. self%waits) length = length_of(self%points) - sum(self%bonded)
    end function length
 
    !> Number the tips, and find their places and frames.
@@ -77,7 +86,8 @@ contains
             self%tips(n)%end = end
             self%tips(n)%has_zone = end == last_point .and. self%crack(c)%cohesion > 0 .and. self%crack(c)%bonded(end) > 0
             self%tips(n)%may_close = self%crack(c)%contact
-            self%tips(n)%has_ended = self%crack(c)%is_through(end) .and. .not. self%crack(c)%bonded(end) > 0
+            self%tips(n)%has_ended = self%crack(c)%waits .or. self%crack(c)%is_through(end) .and. .not. &
+                                     self%crack(c)%bonded(end) > 0
          end do
       end do
    end subroutine list_tips
@@ -137,9 +147,40 @@ contains
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: number              !! of the tip
       real(dp), intent(in) :: points(:, :)       !! [m]
+      call self%place(self%tips(number)%crack, points)
+   end subroutine put_back
+
+   !> Let a crack wait: it is not there.
+   pure subroutine hide(self, crack)
+      class(cracks_t), intent(inout) :: self
+      integer, intent(in) :: crack               !! its number
+      self%crack(crack)%waits = .true.
+      call self%place(crack, self%crack(crack)%given + spread(self%crack(crack)%aside, 2, size(self%crack(crack)%given, 2)))
+   end subroutine hide
+
+   !> Let a crack that waits be there, over a length in the material from its first point on.
+   pure subroutine show(self, crack, length)
+      class(cracks_t), intent(inout) :: self
+      integer, intent(in) :: crack               !! its number
+      real(dp), intent(in) :: length             !! [m]
+      real(dp), parameter :: rounding = 1e-9_dp  ! of the length
+      type(line_t) :: line
+      associate (of => self%crack(crack))
+         of%waits = .false.
+         line%points = of%given
+         if (of%covered(1) + length < of%covered(2)*(1 - rounding)) &
+            line%bonded(last_point) = length_of(of%given) - (of%covered(1) + length)
+         call self%place(crack, line%open_part())
+      end associate
+   end subroutine show
+
+   !> Give a crack other points, and its tips their places.
+   pure subroutine place(self, crack, points)
+      class(cracks_t), intent(inout) :: self
+      integer, intent(in) :: crack               !! its number
+      real(dp), intent(in) :: points(:, :)       !! [m]
       type(crack_tip_t) :: new
-      integer :: crack, k
-      crack = self%tips(number)%crack
+      integer :: k
       self%crack(crack)%points = points
       do k = 1, size(self%tips)
          if (self%tips(k)%crack /= crack) cycle
@@ -147,13 +188,14 @@ contains
             call place_tip(self%crack(crack), tip%end, new)
             tip%place = new%place
             tip%axis = new%axis
-            tip%has_ended = self%crack(crack)%is_through(tip%end) .and. .not. self%crack(crack)%bonded(tip%end) > 0
+            tip%has_ended = self%crack(crack)%waits .or. self%crack(crack)%is_through(tip%end) .and. .not. &
+                            self%crack(crack)%bonded(tip%end) > 0
             if (self%carries(crack)) cycle       ! the grid tells where it is
             tip%now = new%now
             tip%direction = new%direction
          end associate
       end do
-   end subroutine put_back
+   end subroutine place
 
    !> Let a tip that grows in motion go on along the part of its crack that is bonded.
    pure subroutine move_tip(self, number, way, lines)
@@ -269,12 +311,23 @@ contains
       end associate
    end subroutine turn
 
-   !> The places of the tips that there are in the grid [m], (ndim, number).
+   !> The places of the tips that there are in the grid, and those along cracks that may appear, so that these cut cells that are always the same
+   !> [m], (ndim, number).
    pure function tip_places(self) result(places)
       class(cracks_t), intent(in) :: self
-      real(dp) :: places(ndim, count(.not. self%tips%has_ended))
+      real(dp), allocatable :: places(:, :)
       integer :: k, n
+      n = count(.not. self%tips%has_ended)
+      do k = 1, size(self%crack)
+         if (allocated(self%crack(k)%places)) n = n + size(self%crack(k)%places, 2)
+      end do
+      allocate (places(ndim, n))
       n = 0
+      do k = 1, size(self%crack)
+         if (.not. allocated(self%crack(k)%places)) cycle
+         places(:, n + 1:n + size(self%crack(k)%places, 2)) = self%crack(k)%places
+         n = n + size(self%crack(k)%places, 2)
+      end do
       do k = 1, size(self%tips)
          if (self%tips(k)%has_ended) cycle
          n = n + 1
@@ -391,5 +444,6 @@ contains
       call archive%archive_reals('mouth', ndim, crack%mouth)
       call archive%archive_reals('beyond', size(crack%beyond), crack%beyond)
       call archive%archive_reals('bonded', size(crack%bonded), crack%bonded)
+      call archive%serialise('waits', crack%waits)
    end subroutine archive_crack
 end module hampm_cracks

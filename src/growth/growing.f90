@@ -19,7 +19,7 @@ module hampm_growing
    implicit none
    private
    public :: growing_t, next_t, share_of_shear, new_growing, record_growth, note_branching, &
-              record_frame, record_place, archive_growing, fitting, part_of_crack
+              record_frame, record_place, record_onset, archive_growing, fitting, part_of_crack
 
    !> How a tip of the run grows.
    type :: growing_tip_t
@@ -84,6 +84,10 @@ module hampm_growing
       real(dp) :: controlled = 0                 !! of the quantity that is controlled, at the end of the step before
       real(dp) :: compliance = 0                 !! change of `frame_way` with the load factor, as it was found last; 0: not known [m]
       real(dp) :: part = 1                       !! of an increment by which tips advance
+      logical :: have_onsets = .false.           !! whether cracks may appear
+      integer :: onset_crack = 0                 !! number of the one that is about to; 0: none
+      real(dp) :: onset_length = 0               !! length with which it does [m]
+      real(dp) :: onset_released = 0             !! energy that it releases then, over its area [J/m2]
       logical :: waits = .false.                 !! whether tips below their toughness do not advance
       ! In motion
       logical :: is_paced = .false.              !! whether tips of law = toughness keep pace with G, in implicit steps
@@ -107,11 +111,11 @@ module hampm_growing
 
 contains
 
-   !> Whether any tip is to grow.
+   !> Whether any tip is to grow, or a crack to appear.
    pure logical function are_there(self)
       class(growing_t), intent(in) :: self
-      are_there = .false.
-      if (allocated(self%tips)) are_there = any(self%tips%grows)
+      are_there = self%have_onsets
+      if (allocated(self%tips)) are_there = are_there .or. any(self%tips%grows)
    end function are_there
 
    !> Whether a tip still grows.
@@ -243,14 +247,17 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(growing_t), intent(out) :: growing
       integer :: k, i
-      if (size(model%growth) == 0) return
-      growing%is_static = any(model%growth%law%is_static)
+      growing%have_onsets = size(model%nucleations) > 0
+      if (size(model%growth) == 0 .and. .not. growing%have_onsets) return
+      growing%is_static = any(model%growth%law%is_static) .or. growing%have_onsets
       growing%is_paced = model%method%time == 'implicit'
       allocate (growing%tips(size(cracks%tips)))
       do k = 1, size(growing%tips)
          growing%tips(k)%grows = any(model%growth%path == cracks%tips(k)%crack .and. &
                                      [(model%growth(i)%of_end(cracks%tips(k)%end), i=1, size(model%growth))])
          growing%tips(k)%usual_radii = cracks%tips(k)%radii
+         growing%tips(k)%has_ended = cracks%crack(cracks%tips(k)%crack)%waits
+         growing%tips(k)%has_stopped = growing%tips(k)%has_ended
       end do
    end subroutine new_growing
 
@@ -351,11 +358,22 @@ contains
       type(history_t), intent(inout) :: history
       real(dp), parameter :: degree = acos(-1.0_dp)/180
       call history%record('crack_length', 'm', 'length of the whole crack', cracks%crack(tip%crack)%length())
+      history%is_of_none = cracks%crack(tip%crack)%waits
       call history%record('tip_x', 'm', 'place of the tip', tip%place(1))
       call history%record('tip_y', 'm', 'place of the tip', tip%place(2))
       call history%record('tip_angle', 'deg', 'direction out of the crack, from x to the left', &
                           atan2(tip%axis(2, 1), tip%axis(1, 1))/degree)
+      history%is_of_none = .false.
    end subroutine record_place
+
+   !> Record which crack is about to appear.
+   subroutine record_onset(growing, history)
+      type(growing_t), intent(in) :: growing
+      type(history_t), intent(inout) :: history
+      call history%record('onset_crack', '1', 'number of the crack that is about to appear; 0: none', growing%onset_crack)
+      call history%record('onset_length', 'm', 'length with which it does', growing%onset_length)
+      call history%record('onset_energy', 'J/m2', 'energy that it releases, over its area', growing%onset_released)
+   end subroutine record_onset
 
    !> Record the load of a load frame, and its displacement.
    subroutine record_frame(growing, stiffness, history)
@@ -451,6 +469,9 @@ contains
       if (growing%is_static) call archive_load_state(growing%loads, archive)
       call archive%serialise('controlled', growing%controlled)
       call archive%serialise('compliance', growing%compliance)
+      call archive%serialise('onset_crack', growing%onset_crack)
+      call archive%serialise('onset_length', growing%onset_length)
+      call archive%serialise('onset_released', growing%onset_released)
       call archive%serialise('integral', growing%integral)
       call archive%serialise('pieces', growing%pieces)
       call archive%serialise('separated', growing%separated)

@@ -52,8 +52,10 @@ contains
       growing%tips%advance = 0
       do k = 1, size(values)
          associate (tip => cracks%tips(k))
+            rates(k) = 0
             ratios(k) = -1
             if (.not. growing%is_growing(k)) cycle
+            rates(k) = best_rate(values(k), tip)
             associate (law => model%growth(law_of(model, tip)))
                next(k) = growing%next_of(model, cracks, k, law, values(k))
                if (law%only_largest) ratios(k) = next(k)%rate/next(k)%toughness
@@ -349,6 +351,7 @@ contains
       real(dp) :: rate, taken, middle(ndim)
       integer :: k
       do k = 1, size(values)
+         if (.not. growing%tips(k)%grows) cycle
          rate = growing%tips(k)%rate             ! of a tip that has run through, which is none any more
          if (.not. cracks%tips(k)%has_ended) rate = best_rate(values(k), cracks%tips(k))
          middle = cracks%tips(k)%now - growing%tips(k)%advance/2*cracks%tips(k)%direction

@@ -249,7 +249,7 @@ contains
        case ('growth scales forces beside motions')
          has = has_scaled_forces(model) .and. has_scaled_motions(model)
        case ('a load that is recorded')
-         has = any(model%growth%law%is_static) .or. any(model%constraints%name /= '')
+         has = any(model%growth%law%is_static) .or. size(model%nucleations) > 0 .or. any(model%constraints%name /= '')
        case ('a body of it')                     ! of a material
          has = any(model%materials%name == settings%text(entry, 'name'))
        case ('cohesion all along it')            ! along a crack

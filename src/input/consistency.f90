@@ -6,7 +6,7 @@ module hampm_consistency
    use hampm_body_group, only: body_t, outline_of
    use hampm_cohesive_consistency, only: check_cohesive
    use hampm_crack_consistency, only: check_crack, check_energy_release
-   use hampm_growth_consistency, only: check_growth
+   use hampm_growth_consistency, only: check_growth, check_nucleations
    use hampm_joints, only: gap_between, groups_of_bodies, velocity_fields_of
    use hampm_kinds, only: dp, name_len, ndim
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
@@ -56,6 +56,7 @@ contains
       call check_paths(model, settings, has_bodies)
       call check_cohesive(model, settings)
       call check_growth(model, settings, has_bodies .and. settings%errors%count == before)
+      call check_nucleations(model, settings, has_bodies .and. settings%errors%count == before)
       call check_energy_release(model, settings, has_bodies .and. settings%errors%count == before)
       call check_probes(model, settings, has_bodies .and. settings%errors%count == before)
       if (has_grid .and. model%method%mass == 'partial' .and. model%method%consistent_region == 'box') &

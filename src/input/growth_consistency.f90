@@ -3,7 +3,7 @@ module hampm_growth_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: least_radius
    use hampm_moving_tip, only: rayleigh_speed
-   use hampm_path_placement, only: path_tips
+   use hampm_path_placement, only: path_tips, held_part, last_end
    use hampm_placement, only: tolerance
    use hampm_model, only: model_t
    use hampm_model_materials, only: material_of
@@ -11,7 +11,7 @@ module hampm_growth_consistency
    use hampm_text, only: to_text
    implicit none
    private
-   public :: check_growth
+   public :: check_growth, check_nucleations
 
 contains
 
@@ -139,4 +139,35 @@ contains
                                    to_text(maxval(model%energy_release%radii))//' m, in which the crack is to be straight')
       end if
    end subroutine check_one
+
+   !> Check all groups &nucleation.
+   subroutine check_nucleations(model, settings, has_bodies)
+      type(model_t), intent(in) :: model
+      type(settings_t), intent(inout) :: settings
+      logical, intent(in) :: has_bodies          !! whether grid and bodies are without errors
+      real(dp) :: covered(2)
+      integer :: k, entry
+      logical :: is_tip(2)
+      do k = 1, size(model%nucleations)
+         entry = settings%find('nucleation', k)
+         associate (path => model%nucleations(k)%path, increment => model%nucleations(k)%increment)
+            if (.not. settings%good(entry, 'crack') .or. (path == 0 .and. model%nucleations(k)%crack == '')) cycle ! told by a rule
+            if (path == 0) then
+               call settings%complain(entry, 'crack', 'there is no &crack of this name')
+               cycle
+            end if
+            if (any(model%nucleations(:k - 1)%path == path)) &
+               call settings%complain(entry, 'crack', 'is the crack of another &nucleation: choose another crack')
+            if (.not. has_bodies .or. size(model%paths(path)%points, 2) < 2) cycle
+            covered = held_part(model, path)
+            is_tip = path_tips(model, path)
+            if (increment > 0 .and. .not. is_tip(last_end)) call settings%complain(entry, 'increment', &
+               'is for a crack whose last point is a tip inside the material: the longest that is tried ends there')
+            if (increment > (covered(2) - covered(1))*(1 + 1e-3_dp)) call settings%complain(entry, 'increment', &
+               'must be at most the length of the crack in the material, '//to_text(covered(2) - covered(1))//' m')
+            if (increment > 0 .and. increment < least_radius(model)/2 - tolerance(model%grid)) call settings%complain(entry, &
+               'increment', 'must be at least the finest cell, '//to_text(least_radius(model)/2)//' m: cells are cut as a whole')
+         end associate
+      end do
+   end subroutine check_nucleations
 end module hampm_growth_consistency

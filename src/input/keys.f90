@@ -12,6 +12,7 @@ module hampm_keys
                                  output_keys, contact_group, contact_keys, method_group, method_keys, refine_group, refine_keys
    use hampm_key_rows, only: group_t, key_t, list_len, type_name, type_text, type_logical
    use hampm_material_group, only: material_group, material_keys
+   use hampm_nucleation_group, only: nucleation_group, nucleation_keys
    use hampm_probe_group, only: probe_group, probe_keys
    use hampm_settings, only: group_entry_t
    use hampm_text, only: did_you_mean, printable
@@ -22,18 +23,18 @@ module hampm_keys
 
    type(group_t), parameter :: groups(*) = [ &
       run_group, grid_group, material_group, body_group, constraint_group, load_group, damping_group, contact_group, &
-      method_group, refine_group, crack_group, cohesive_group, growth_group, control_group, &
+      method_group, refine_group, crack_group, cohesive_group, growth_group, nucleation_group, control_group, &
       energy_release_group, probe_group, output_group]
 
    type(key_t), parameter :: keys(*) = [ &
       run_keys, grid_keys, material_keys, body_keys, constraint_keys, load_keys, damping_keys, contact_keys, &
-      method_keys, refine_keys, crack_keys, cohesive_keys, growth_keys, control_keys, energy_release_keys, &
+      method_keys, refine_keys, crack_keys, cohesive_keys, growth_keys, nucleation_keys, control_keys, energy_release_keys, &
       probe_keys, output_keys]
 
    integer, parameter :: key_count(size(groups)) = [ & !! of each group
       size(run_keys), size(grid_keys), size(material_keys), size(body_keys), size(constraint_keys), size(load_keys), &
       size(damping_keys), size(contact_keys), size(method_keys), size(refine_keys), size(crack_keys), size(cohesive_keys), &
-      size(growth_keys), size(control_keys), size(energy_release_keys), size(probe_keys), size(output_keys)]
+      size(growth_keys), size(nucleation_keys), size(control_keys), size(energy_release_keys), size(probe_keys), size(output_keys)]
 
    !> A name of version 1.
    type :: renamed_t

@@ -12,6 +12,7 @@ module hampm_model
                                  growth_t, fill_growth
    use hampm_plain_groups, only: grid_spec_t, run_t, damping_t, output_t, body_contact_spec_t, method_t
    use hampm_material_group, only: material_spec_t, fill_materials
+   use hampm_nucleation_group, only: nucleation_t, fill_nucleations
    use hampm_probe_group, only: probe_t, fill_probes
    use hampm_namelist_text, only: component_text
    use hampm_settings, only: settings_t
@@ -38,6 +39,7 @@ module hampm_model
       type(path_spec_t), allocatable :: paths(:) !! the cracks
       type(cohesive_t), allocatable :: cohesive(:)
       type(growth_t), allocatable :: growth(:)
+      type(nucleation_t), allocatable :: nucleations(:)
       type(control_t) :: control
       type(energy_release_t) :: energy_release
       type(probe_t), allocatable :: probes(:)
@@ -86,6 +88,7 @@ contains
       call fill_paths(settings, model%paths)
       call fill_cohesive(settings, model%cohesive)
       call fill_growth(settings, model%growth)
+      call fill_nucleations(settings, model%nucleations)
       call fill_control(settings, model%control)
       call fill_energy_release(settings, model%energy_release)
       call fill_probes(settings, model%probes)
@@ -235,9 +238,13 @@ contains
       do i = 1, size(model%growth)
          model%growth(i)%path = path_of(model, model%growth(i)%crack)
       end do
+      do i = 1, size(model%nucleations)
+         model%nucleations(i)%path = path_of(model, model%nucleations(i)%crack)
+      end do
       do i = 1, size(model%paths)
          model%paths(i)%at_nodes = model%paths(i)%kind == 'symmetry' .or. runs_along_cells(model, i) .and. &
-                                   .not. (any(model%growth%path == i) .or. model%paths(i)%held_from > 0)
+                                   .not. (any(model%growth%path == i) .or. any(model%nucleations%path == i) .or. &
+                                          model%paths(i)%held_from > 0)
       end do
    end subroutine find_growing_paths
 

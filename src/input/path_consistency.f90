@@ -55,10 +55,10 @@ contains
             return
          end if
          do i = 2, size(points, 2)
-            if (norm2(points(:, i) - points(:, i - 1)) >= least_way*model%grid%cell - tolerance(model%grid)) cycle
+            if (norm2(points(:, i) - points(:, i - 1)) >= least_way*cell_at(model, k) - tolerance(model%grid)) cycle
             call settings%complain(entry, trim(model%paths(k)%key), 'points '//to_text(i - 1)//' and '//to_text(i)//' are '// &
                                    length_text(norm2(points(:, i) - points(:, i - 1)))//' m apart, less than a cell, '// &
-                                   to_text(model%grid%cell)//' m: the cells cannot follow. Use fewer points or smaller cells')
+                                   to_text(cell_at(model, k))//' m: the cells cannot follow. Use fewer points or smaller cells')
             return
          end do
          do i = 2, size(points, 2)
@@ -114,20 +114,29 @@ contains
          do end = first_end, last_end
             if (.not. is_tip(end)) cycle
             associate (tip => path_tip(path, end))
+               near = least_way*cell_at(model, k)
                if (clear_radius(model, k, end) >= near - tolerance(model%grid)) cycle
                if (distance_to_cracks(model, tip, k) < near) then
                   call settings%complain(entry, trim(model%paths(k)%key), 'the tip '//point_text(tip)//' is '// &
                                          length_text(distance_to_cracks(model, tip, k))//' m from another crack, less than a '// &
-                                         'cell, '//to_text(model%grid%cell)//' m: let it end on that crack, or use smaller cells')
+                                         'cell, '//to_text(cell_at(model, k))//' m: let it end on that crack, or use smaller cells')
                else
                   call settings%complain(entry, trim(model%paths(k)%key), 'the tip '//point_text(tip)//' is less than a cell, '// &
-                                         to_text(model%grid%cell)//' m, from a surface or another part '// &
+                                         to_text(cell_at(model, k))//' m, from a surface or another part '// &
                                          'of its crack: let it end beyond the surface, move it, or use smaller cells')
                end if
             end associate
          end do
       end associate
    end subroutine check_place
+
+   !> Size of the cells along the k-th path [m]: those along a crack that may appear are refined from the start where places tell.
+   pure real(dp) function cell_at(model, k) result(cell)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: k
+      cell = model%grid%cell
+      if (model%refine%by%is_of_places .and. any(model%nucleations%path == k)) cell = least_radius(model)/2
+   end function cell_at
 
    !> Whether a polyline runs through material.
    pure logical function enters(model, points)

@@ -9,7 +9,7 @@ module hampm_path_placement
    implicit none
    private
    public :: path_tips, path_reaches, path_mouth, path_tip, path_direction, path_radius, clear_radius, held_part, to_surface, &
-             room_around, distance_to_cracks, length_along, is_inside, first_end, last_end
+             room_around, distance_to_cracks, length_along, is_inside, first_end, last_end, place_along
 
    integer, parameter :: first_end = 1, last_end = 2
    real(dp), parameter :: to_surface = 2         !! cells by which an end at a surface is continued
@@ -75,7 +75,7 @@ contains
          if (i == merge(0, looks, sense < 0)) return
          step = 1/real(looks, dp)
          do turn = 1, 50
-            step = step/2
+            if (turn > 2) step = step/2          ! it may be two steps away, as a place on a surface is none inside
             if (is_covered(model, place_along(points, part + sense*step), 1e-6_dp*model%grid%cell)) part = part + sense*step
          end do
       end function edge_at

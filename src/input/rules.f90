@@ -418,7 +418,7 @@ module hampm_rules
       rule_t("&growth law = {growth laws in motion}", requires, "&method time = 'explicit' | 'implicit'", &
              reason="a static model has no time"), &
       rule_t("&growth law = {growth laws at rest}", requires, "&growth increment > 0 and &growth toughness > 0"), &
-      (rule_t(trim(acting(k))//" held", no_effect_without, "&growth law = {growth laws at rest}", mechanics, &
+      (rule_t(trim(acting(k))//" held", no_effect_without, "&growth law = {growth laws at rest} or &nucleation", mechanics, &
               "only growth at rest scales loads and motions"), k=1, size(acting)), &
       (rule_t(trim(acting(k))//" held and &growth law = {growth laws at rest}", requires, "something that growth scales", &
               mechanics, "growth scales loads and motions that are not held, so that G is the toughness"), k=1, size(acting)), &
@@ -472,6 +472,29 @@ module hampm_rules
       rule_t("&growth tips = 'first'", not_with, "&crack kind = 'symmetry'", reason="the crack has one tip, its last point"), &
       rule_t("&growth tips = 'largest' | 'last'", no_effect_with, "&crack kind = 'symmetry'", mechanics, "the crack has one tip")]
 
+   type(rule_t), parameter :: of_nucleation(*) = [ &
+      rule_t("&nucleation", requires, "&crack", reason="that says where a crack may appear"), &
+      rule_t("&nucleation and several cracks", requires, "&nucleation crack", reason="the name selects the crack"), &
+      rule_t("&nucleation", requires, "&nucleation toughness > 0"), &
+      rule_t("&nucleation", requires, "&method time = 'static'", not_built, &
+             "cracks appear at rest; in motion &cohesive parts faces"), &
+      rule_t("&nucleation", requires, "something that growth scales", mechanics, &
+             "loads and motions that are not held are scaled until the crack appears"), &
+      rule_t("&nucleation", not_with, "&crack kind = 'symmetry'", not_built, "the whole body tells the energy of a new crack"), &
+      rule_t("&nucleation", not_with, "&control", not_built, "what a new crack releases depends on the stiffness of the frame"), &
+      rule_t("&nucleation", not_with, "&cohesive", not_built, "the energy of cohesive faces depends on their history"), &
+      rule_t("&nucleation", not_with, "&load on = 'crack'", not_built, &
+             "a pressure does work on the faces of a new crack at once"), &
+      rule_t("&nucleation", not_with, "&crack contact = 'frictionless' | 'friction'", not_built, &
+             "energies are taken to be quadratic in the load factor", use="&crack contact = 'none'"), &
+      rule_t("&nucleation", not_with, "&constraint unilateral = .true.", not_built, &
+             "energies are taken to be quadratic in the load factor", use="&constraint unilateral = .false."), &
+      rule_t("&nucleation", not_with, "&material law = {laws of any strain}", not_built, &
+             "energies are taken to be quadratic in the load factor", use="&material law = 'linear_elastic' | 'orthotropic'"), &
+      rule_t("&nucleation", not_with, with_history, mechanics, &
+             "what is stored before and after does not tell what a new crack releases", &
+             use="&material law = 'linear_elastic' | 'orthotropic'")]
+
    type(rule_t), parameter :: of_energies(*) = [ &
       rule_t("&energy_release estimators = {estimators}", requires, "&crack"), &
       rule_t("&energy_release estimators = {estimators at nodes}", not_with, "tips at no nodes", mechanics, &
@@ -490,6 +513,8 @@ module hampm_rules
               "the estimator assumes traction-free crack faces", use="'domain_integral'"), k=1, 4), &
       rule_t("&energy_release estimators = {estimators for stationary tips}", not_with, "&growth", not_built, &
              "the estimator is for stationary tips", use="'domain_integral'"), &
+      rule_t("&energy_release estimators = {estimators for stationary tips}", not_with, "&nucleation", not_built, &
+             "the estimator is for tips that are there from the start", use="'domain_integral'"), &
       rule_t("&energy_release estimators = 'domain_integral'", warned_with, with_history, mechanics, &
              "J depends on its domain where material yields or creeps; K, modes and errors are not recorded; J_near_tip and "// &
              "J_far_field are those of the smallest and the largest one"), &
@@ -539,5 +564,5 @@ module hampm_rules
    type(rule_t), parameter :: rules(*) = [ &
       of_ends, of_rings, of_grids, of_materials, of_bodies, of_histories(:of_a_group), of_constraints, &
       of_histories(of_a_group + 1:), of_loads, of_contact, of_method, of_refinement, of_cracks, of_cohesion, of_growth, &
-      of_energies, of_probes]
+      of_nucleation, of_energies, of_probes]
 end module hampm_rules

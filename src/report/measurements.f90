@@ -18,7 +18,7 @@ module hampm_measurements
    use hampm_energy, only: linear_momentum, angular_momentum, dissipation, largest_displacement
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
-   use hampm_growing, only: growing_t, record_growth, record_frame, record_place
+   use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
    use hampm_history, only: history_t
    use hampm_joints, only: groups_of_bodies, velocity_fields_of
    use hampm_loads, only: load_t
@@ -308,6 +308,7 @@ contains
             if (growing%is_static) call history%record('load_factor', '1', &
                                                        'by which loads, motions and eigenstrains are multiplied unless held', &
                                                        growing%load_factor)
+            if (growing%have_onsets) call record_onset(growing, history)
             if (model%control%is_there()) call record_frame(growing, model%control%stiffness, history)
             call history%record('fracture_energy', 'J', 'energy dissipated by growth: static, the integral of G over the new '// &
                                 'area; dynamic, the work of nodal release; half of it on a symmetry plane', &
@@ -321,7 +322,7 @@ contains
          do k = 1, size(m%crack)
             if (k > 1) history%of_tip = '_tip'//to_text(k)
             call record_crack(problem%materials(cracks%tips(k)%material), cracks%tips(k), m%crack(k), &
-                              size(model%growth) > 0, history)
+                              size(model%growth) + size(model%nucleations) > 0, history)
             if (growing%are_there()) &
                call record_growth(growing, model, problem%materials(cracks%tips(k)%material), cracks, k, m%crack(k), &
                                   problem%state%time, history)

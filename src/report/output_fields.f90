@@ -173,6 +173,8 @@ contains
       end associate
       do c = 1, size(cracks%crack)
          output%points(:, first(c):first(c + 1) - 1) = cracks%crack(c)%open_part()
+         if (cracks%crack(c)%waits) output%points(:, first(c):first(c + 1) - 1) = spread(cracks%crack(c)%given(:, 1), 2, &
+                                                                                         first(c + 1) - first(c)) ! nothing to see
          output%connectivity = [output%connectivity, [([k - 1, k], k=first(c), first(c + 1) - 2)]]
          number(1, first(c) - c + 1:first(c + 1) - 1 - c) = c
       end do

@@ -14,7 +14,7 @@ module hampm_probes
    use hampm_problem, only: problem_t
    implicit none
    private
-   public :: record_probes
+   public :: record_probes, add_means
 
    character(2), parameter :: components(4) = ['xx', 'yy', 'xy', 'zz']
 

@@ -5,7 +5,8 @@ module hampm_assembly
    use hampm_bodies, only: pieces_t, cut_into_pieces, fill_rectangle, fill_outline
    use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box, hold_axis
-   use hampm_crack_placement, only: distance_in_material, body_at, is_other_within, held_ahead, domain_radii
+   use hampm_crack_placement, only: distance_in_material, body_at, is_other_within, held_ahead, domain_radii, &
+                                     least_radius
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, last_point
    use hampm_domains, only: start_domains
@@ -23,7 +24,8 @@ module hampm_assembly
    use hampm_newmark, only: newmark_t
    use hampm_problem, only: problem_t, start_problem
    use hampm_particles, only: particles_t, new_particles, add_history
-   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius, held_part, to_surface
+   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius, held_part, to_surface, &
+                                    place_along
    use hampm_placement, only: tolerance, points_of
    use hampm_quadratic_points, only: weigh_points
    use hampm_reference_step, only: reference_t
@@ -34,7 +36,7 @@ module hampm_assembly
    use hampm_sorting, only: sort_into_cells
    use hampm_supports, only: check_supports
    use hampm_text, only: to_text
-   use hampm_crack_lines, only: left_face, right_face
+   use hampm_crack_lines, only: left_face, right_face, length_of
    use hampm_load_assembly, only: place_loads
    implicit none
    private
@@ -175,7 +177,28 @@ contains
             tip%has_layers = any([(is_other_within(model, body, tip%place, maxval(tip%radii)), body=1, size(model%bodies))])
          end associate
       end do
+      do k = 1, size(model%nucleations)
+         call let_wait(model, model%nucleations(k)%path, cracks)
+      end do
    end subroutine place_cracks
+
+   !> Let a crack that may appear wait for that.
+   pure subroutine let_wait(model, path, cracks)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: path                !! its number
+      type(cracks_t), intent(inout) :: cracks
+      real(dp), parameter :: farther = 2         ! than the width of the grid
+      integer :: k, n
+      associate (crack => cracks%crack(path), grid => model%grid)
+         crack%given = crack%points
+         crack%covered = held_part(model, path)
+         crack%aside(1) = farther*grid%cell*grid%cells(1) + grid%lower(1) - minval(crack%points(1, :))
+         n = ceiling((crack%covered(2) - crack%covered(1))/(least_radius(model)/2))
+         crack%places = reshape([(place_along(crack%given, (crack%covered(1) + real(k, dp)/n*(crack%covered(2) &
+            - crack%covered(1)))/length_of(crack%given)), k=0, n)], [ndim, n + 1])
+      end associate
+      call cracks%hide(path)
+   end subroutine let_wait
 
    !> The k-th crack of a model.
    pure subroutine place_crack(model, k, crack)
@@ -187,7 +210,7 @@ contains
       crack%points = model%paths(k)%points
       crack%contact = model%paths(k)%contact
       crack%friction = model%paths(k)%friction
-      crack%grows = any(model%growth%path == k)
+      crack%grows = any(model%growth%path == k) .or. any(model%nucleations%path == k)
       crack%is_tip = path_tips(model, k)
       crack%mouth = path_mouth(model, k)
       crack%cohesion = findloc(model%cohesive%path, k, dim=1)
@@ -224,8 +247,9 @@ contains
       type(model_t), intent(in) :: model
       type(refinement_t) :: r
       r%refine_t = model%refine
-      r%tips_move = (model%method%frame /= 'total' .and. any(model%paths%kind /= 'symmetry')) .or. size(model%growth) > 0 &
-                    .or. any(model%cohesive%from > 0) .or. model%is_half() .and. size(model%cohesive) > 0
+      r%tips_move = (model%method%frame /= 'total' .and. any(model%paths%kind /= 'symmetry')) &
+                    .or. size(model%growth) + size(model%nucleations) > 0 .or. any(model%cohesive%from > 0) &
+                    .or. model%is_half() .and. size(model%cohesive) > 0
       r%is_static = model%method%time == 'static'
    end function refinement_of
 

@@ -8,7 +8,7 @@ module hampm_growth
    use hampm_failure, only: failure_t, exit_computation
    use hampm_growing, only: growing_t
    use hampm_growth_room, only: update_model_path
-   use hampm_load_search, only: load_search_t
+   use hampm_load_search, only: load_search_t, nothing
    use hampm_static_growth, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, ratios_of, &
                                   has_held_drive, has_scaled_drive, book_work, look_at_frame
    use hampm_dynamic_growth, only: plan_ways, move_tips, must_check, start_tips, note_check
@@ -17,6 +17,7 @@ module hampm_growth
    use hampm_interface_points, only: have_friction, commit_slip
    use hampm_measurements, only: measurements_t, measure_tips, has_measured_tips
    use hampm_mesh_changes, only: cut_anew, change_cut
+   use hampm_nucleation, only: find_onset, let_appear, book_onset
    use hampm_problem, only: stored_energy, update_particles
    use hampm_rigid_motions, only: number_of_pieces
    use hampm_simulation, only: simulation_t, measure_state
@@ -42,6 +43,7 @@ contains
          call follow_control(s, failure)
       else
          call load_to_toughness(s, failure)
+         call load_to_onset(s, failure)
          call book_step(s, failure)
       end if
    end subroutine start_growth
@@ -138,6 +140,7 @@ contains
             call follow_control(s, failure)
          else
             call load_in_symmetry(s, failure)
+            call load_to_onset(s, failure)
             call book_step(s, failure)
          end if
       else if (.not. s%growing%is_paced) then
@@ -174,6 +177,10 @@ contains
       if (present(has_grown)) has_grown = .false.
       s%problem%interfaces%keep_slip = have_friction(s%problem%interfaces)
       if (.not. has_scaled_drive(s%problem)) return
+      if (s%growing%onset_crack > 0) then
+         call appear(s, failure)
+         return
+      end if
       call measure_state(s, failure)
       if (failure%failed()) return
       before = s%cracks
@@ -193,6 +200,27 @@ contains
          if (is_over) return
       end do
    end subroutine grow
+
+   !> Before a load step: let a crack appear at the load of the step before.
+   subroutine appear(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: stored
+      stored = stored_energy(s%problem)
+      call let_appear(s)
+      call cut_at_rest(s, failure)
+      if (.not. (failure%failed() .or. s%is_over)) call book_onset(s, stored, failure)
+   end subroutine appear
+
+   !> When loads are scaled so that tips are about to grow: scale them so that a crack is about to appear, where that comes first.
+   subroutine load_to_onset(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: factor
+      if (failure%failed() .or. .not. s%growing%have_onsets) return
+      call find_onset(s, any(ratios_of(s%growing, s%model, s%cracks, s%measurements%crack) > nothing), factor, failure)
+      if (.not. failure%failed()) call rescale(s, factor, failure)
+   end subroutine load_to_onset
 
    !> At rest: cut cells along cracks that have grown, and find equilibrium. Where they have parted a body and one of its pieces has no equilibrium,
    !> the run is over.
@@ -298,6 +326,7 @@ contains
       integer :: attempt
       logical :: is_found
       if (failure%failed()) return
+      if (s%growing%have_onsets .and. size(ratios_of(s%growing, s%model, s%cracks, s%measurements%crack)) == 0) return
       search%is_proportional = .not. has_held_drive(s%problem)
       do attempt = 1, most
          call search%note(s%growing%load_factor, ratios_of(s%growing, s%model, s%cracks, s%measurements%crack))

@@ -1,0 +1,266 @@
+!> Cracks that appear at rest (`hampm_onset`): after each load step the load factor at which the next one does is found, from equilibria without it
+!> and with it at all lengths in question; before the next step it is there, and may grow as any other.
+module hampm_nucleation
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack_lines, only: length_of
+   use hampm_crack_placement, only: body_at, least_radius
+   use hampm_failure, only: failure_t, exit_computation
+   use hampm_growing, only: fitting
+   use hampm_growth_room, only: update_model_path
+   use hampm_joints, only: groups_of_bodies
+   use hampm_load_work, only: load_state_t, find_load_state
+   use hampm_mesh_changes, only: cut_anew
+   use hampm_model_materials, only: material_of_body
+   use hampm_onset, only: load_for_stress, parabola_through, load_for_energy, find_least, never
+   use hampm_path_placement, only: path_radius, place_along
+   use hampm_point_values, only: view_t, surroundings_t, new_view, look_around
+   use hampm_probes, only: add_means
+   use hampm_problem, only: stored_energy
+   use hampm_simulation, only: simulation_t
+   use hampm_static_growth, only: has_held_drive, has_scaled_drive, book_work
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: find_onset, let_appear, book_onset
+
+   integer, parameter :: looks = 4               !! places in an increment at which stress is looked at
+
+   !> What is known of a crack that waits.
+   type :: candidate_t
+      real(dp), allocatable :: length(:)         !! that are tried, ascending [m]
+      real(dp), allocatable :: by_stress(:), by_energy(:) !! load factors for these
+      real(dp), allocatable :: released(:, :)    !! energy over its area: coefficients of 1, l and l**2 [J/m2]
+      integer :: tried = 0                       !! lengths that were
+   end type candidate_t
+
+contains
+
+   !> After a load step, when loads are scaled so that tips are about to grow, unless none does: find whether a crack appears before that, and at which
+   !> load factor. Cells are as before then, and loads to be scaled.
+   subroutine find_onset(s, any_grows, load, failure)
+      type(simulation_t), intent(inout) :: s
+      logical, intent(in) :: any_grows           !! whether a tip is about to grow
+      real(dp), intent(out) :: load              !! [-]
+      type(failure_t), intent(inout) :: failure
+      real(dp), parameter :: rounding = 1e-7_dp  ! of load factors: of cracks that are alike the first one appears
+      type(candidate_t) :: of
+      real(dp), allocatable :: loads(:), before(:)
+      real(dp) :: least, length
+      integer :: k, tried
+      load = s%growing%load_factor
+      s%growing%onset_crack = 0
+      s%growing%onset_length = 0
+      s%growing%onset_released = 0
+      if (failure%failed() .or. .not. any(s%cracks%crack%waits) .or. .not. has_scaled_drive(s%problem)) return
+      loads = [load]
+      if (has_held_drive(s%problem)) loads = load*[1.0_dp, 0.5_dp, 1.5_dp]
+      allocate (before(size(loads)))
+      if (.not. any_grows) load = never
+      do k = 1, size(s%model%nucleations)
+         if (.not. s%cracks%crack(s%model%nucleations(k)%path)%waits) cycle
+         call look_without(s, k, loads, before, of, failure)
+         call try_lengths(s, k, loads, before, load, of, failure)
+         if (failure%failed()) return
+         if (of%tried == 0) cycle
+         call find_least(of%length(:of%tried), of%by_stress(:of%tried), of%by_energy(:of%tried), least, length, tried)
+         if (least >= load*(1 - rounding)) cycle
+         load = least
+         s%growing%onset_crack = s%model%nucleations(k)%path
+         s%growing%onset_length = length
+         s%growing%onset_released = max(s%model%nucleations(k)%toughness, dot_product(of%released(:, tried), least**[0, 1, 2]))
+      end do
+      if (s%growing%onset_crack == 0) load = s%growing%load_factor
+      if (load > 0) return
+      call failure%report(exit_computation, s%problem%state%when()//'crack '//to_text(s%growing%onset_crack)// &
+                          ' of the model appears by held loads or eigenstrains alone: no factor of the other loads is right')
+   end subroutine find_onset
+
+   !> Without the k-th crack that may appear: energies, and the load factors that the stress along it asks for.
+   subroutine look_without(s, k, loads, energy, of, failure)
+      type(simulation_t), intent(inout) :: s
+      integer, intent(in) :: k
+      real(dp), intent(in) :: loads(:)           !! factors that are tried [-]
+      real(dp), intent(out) :: energy(:)         !! [J]
+      type(candidate_t), intent(out) :: of
+      type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: stress(:, :)      ! across the crack, at its places and loads [Pa]
+      real(dp) :: least, spacing
+      integer :: i, n
+      associate (nucleation => s%model%nucleations(k), crack => s%cracks%crack(s%model%nucleations(k)%path))
+         n = 1
+         if (nucleation%increment > 0) n = max(1, nint((crack%covered(2) - crack%covered(1))/nucleation%increment))
+         spacing = (crack%covered(2) - crack%covered(1))/n
+         of%length = spacing*[(i, i=1, n)]
+         if (nucleation%increment > 0) of%length(:n - 1) = nucleation%increment*[(i, i=1, n - 1)]
+         allocate (of%by_stress(n), of%by_energy(n), source=never)
+         allocate (of%released(3, n), source=0.0_dp)
+         do i = size(loads), 1, -1               ! the first is that at which it was
+            if (size(loads) > 1) call s%integrator%rescale(s%problem, loads(i), failure)
+            if (failure%failed()) return
+            energy(i) = potential(s, failure)
+            call find_stress(s, crack%given, of%length, crack%covered(1), i, size(loads), stress)
+         end do
+         least = 0
+         do i = 1, n
+            least = max(least, maxval(load_for_stress(held_part(stress(i*looks - looks + 1:i*looks, :)), &
+                                                      scaled_part(stress(i*looks - looks + 1:i*looks, :)), nucleation%strength)))
+            of%by_stress(i) = least
+         end do
+      end associate
+
+   contains
+
+      !> What of stresses is there without scaled loads.
+      pure function held_part(stress) result(part)
+         real(dp), intent(in) :: stress(:, :)
+         real(dp) :: part(size(stress, 1))
+         part = stress(:, 1) - loads(1)*scaled_part(stress)
+      end function held_part
+
+      !> What they change by with the load factor.
+      pure function scaled_part(stress) result(part)
+         real(dp), intent(in) :: stress(:, :)
+         real(dp) :: part(size(stress, 1))
+         part = stress(:, 1)/loads(1)
+         if (size(loads) > 1) part = (stress(:, 1) - stress(:, 2))/(loads(1) - loads(2))
+      end function scaled_part
+   end subroutine look_without
+
+   !> Find the stress across a crack that is not there.
+   subroutine find_stress(s, points, length, from, load, loads, stress)
+      type(simulation_t), intent(in) :: s
+      real(dp), intent(in) :: points(:, :)       !! of the crack [m]
+      real(dp), intent(in) :: length(:), from    !! lengths from this way on [m]
+      integer, intent(in) :: load, loads         !! number of the load factor, and how many there are
+      real(dp), allocatable, intent(inout) :: stress(:, :) !! (looks of each length, loads) [Pa]
+      type(view_t) :: view
+      type(surroundings_t) :: around
+      real(dp), parameter :: nowhere(ndim) = 0, step = 1e-6_dp
+      real(dp) :: x(ndim), along(ndim), normal(ndim), way, before, whole, u(ndim), v(ndim), strain(4), tensor(4)
+      integer :: i, j
+      if (.not. allocated(stress)) allocate (stress(looks*size(length), loads))
+      call new_view(s%problem%matter_t, s%cracks, groups_of_bodies(s%model), minval(points, dim=2), maxval(points, dim=2), view)
+      whole = length_of(points)
+      before = 0
+      do i = 1, size(length)
+         do j = 1, looks
+            way = from + before + (length(i) - before)*j/looks
+            if (i == size(length) .and. j == looks) way = way - (length(i) - before)/(2*looks) ! not at its very end
+            x = place_along(points, way/whole)
+            along = place_along(points, min(1.0_dp, way/whole + step)) - place_along(points, max(0.0_dp, way/whole - step))
+            normal = [-along(2), along(1)]/norm2(along)
+            u = 0
+            v = 0
+            strain = 0
+            tensor = 0
+            call look_around(s%problem%matter_t, view, x, nowhere, around)
+            call add_means(s%problem, around, 1.0_dp, u, v, strain, tensor)
+            stress((i - 1)*looks + j, load) = normal(1)**2*tensor(1) + normal(2)**2*tensor(2) + 2*normal(1)*normal(2)*tensor(3)
+         end do
+         before = length(i)
+      end do
+   end subroutine find_stress
+
+   !> Try the lengths of the k-th crack until strength governs: with more there is a larger load.
+   subroutine try_lengths(s, k, loads, before, most, of, failure)
+      type(simulation_t), intent(inout) :: s
+      integer, intent(in) :: k
+      real(dp), intent(in) :: loads(:)           !! factors that are tried [-]
+      real(dp), intent(in) :: before(:)          !! energies without it [J]
+      real(dp), intent(in) :: most               !! load factor at which something else comes first [-]
+      type(candidate_t), intent(inout) :: of
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: after(size(loads)), area
+      integer :: i, j
+      associate (nucleation => s%model%nucleations(k))
+         do i = 1, size(of%length)
+            if (of%by_stress(i) >= most .or. failure%failed()) exit
+            call open_crack(s, nucleation%path, of%length(i))
+            call cut_anew(s, failure)
+            do j = size(loads), 1, -1
+               if (size(loads) > 1 .and. .not. failure%failed()) call s%integrator%rescale(s%problem, loads(j), failure)
+               if (.not. failure%failed()) after(j) = potential(s, failure)
+            end do
+            if (failure%failed()) exit
+            area = area_of(s, nucleation%path, of%length(i))
+            of%released(:, i) = parabola_through(loads, (before - after)/area)
+            of%by_energy(i) = load_for_energy(of%released(:, i), nucleation%toughness)
+            of%tried = i
+            if (of%by_energy(i) <= of%by_stress(i)) exit
+         end do
+         if (of%tried == 0 .or. failure%failed()) return
+         call s%cracks%hide(nucleation%path)
+         call update_model_path(s%model, s%cracks, nucleation%path)
+      end associate
+      call cut_anew(s, failure)
+   end subroutine try_lengths
+
+   !> Energy that is stored, less what the loads have given: what a new crack releases is what it falls by, under given loads and given motions [J].
+   real(dp) function potential(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(load_state_t) :: now
+      call find_load_state(s%problem, now, failure)
+      potential = stored_energy(s%problem) - sum(now%factor*now%energy)
+   end function potential
+
+   !> The area of a length of a crack [m2].
+   pure real(dp) function area_of(s, path, length) result(area)
+      type(simulation_t), intent(in) :: s
+      integer, intent(in) :: path
+      real(dp), intent(in) :: length             !! [m]
+      integer, parameter :: parts = 64
+      integer :: i
+      associate (crack => s%cracks%crack(path))
+         area = length/parts*sum([(s%model%run%thickness%at(place_along(crack%given, &
+            (crack%covered(1) + (i - 0.5_dp)/parts*length)/length_of(crack%given))), i=1, parts)])
+      end associate
+   end function area_of
+
+   !> Let a length of a crack be there, from its first point on.
+   subroutine open_crack(s, path, length)
+      type(simulation_t), intent(inout) :: s
+      integer, intent(in) :: path
+      real(dp), intent(in) :: length             !! [m]
+      call s%cracks%show(path, length)
+      call update_model_path(s%model, s%cracks, path)
+   end subroutine open_crack
+
+   !> Let the crack be there whose turn it is, before cells are cut.
+   subroutine let_appear(s)
+      type(simulation_t), intent(inout) :: s
+      integer :: k, path, body
+      path = s%growing%onset_crack
+      s%growing%onset_crack = 0
+      call open_crack(s, path, s%growing%onset_length)
+      do k = 1, size(s%cracks%tips)
+         associate (tip => s%cracks%tips(k))
+            if (tip%crack /= path) cycle
+            s%growing%tips(k)%has_ended = .false.
+            s%growing%tips(k)%has_stopped = .false.
+            body = body_at(s%model, tip%place)
+            if (body > 0) tip%material = material_of_body(s%model, body)
+            if (.not. any(s%model%energy_release%chosen%needs_radii)) cycle
+            associate (room => path_radius(s%model, path, tip%end))
+               tip%has_no_domain = room < least_radius(s%model)*(1 - 1e-9_dp)
+               tip%radii = fitting(tip%radii, least_radius(s%model), max(room, least_radius(s%model)))
+               if (tip%has_no_domain) call s%growing%stop_tip(k, 'there is no room for a radius of the domain integral of two '// &
+                                                              'of the finest cells where it has appeared', s%warning)
+            end associate
+         end associate
+      end do
+   end subroutine let_appear
+
+   !> Book what a crack that has appeared has released at the load of the step before: as taken by its faces, also what a real one turns into motion.
+   subroutine book_onset(s, stored, failure)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: stored             !! energy without it [J]
+      type(failure_t), intent(inout) :: failure
+      real(dp) :: taken
+      taken = -s%growing%work
+      call book_work(s%growing, s%problem, failure)
+      taken = taken + s%growing%work - (stored_energy(s%problem) - stored)
+      s%problem%energies%fracture_energy = s%problem%energies%fracture_energy + taken
+      if (s%problem%audit) s%problem%energies%numerical_loss = s%problem%energies%numerical_loss - taken
+   end subroutine book_onset
+end module hampm_nucleation
