@@ -27,7 +27,7 @@ module hampm_cracks
       logical :: grows = .false.                 !! whether it does: then its tips are at nodes by chance only
       real(dp) :: beyond(2) = 0                  !! how far ends that are no tips reach beyond their points [m]
       real(dp) :: mouth(ndim) = 0                !! where the opening at the mouth is measured, on the crack [m]
-      logical :: waits = .false.                 !! whether it is not there yet: its points are beside the grid, where nothing is cut
+      logical :: waits = .false.                 !! whether it is not there yet: its points are outside of the material, where nothing is cut
       real(dp), allocatable :: given(:, :)       !! of one that may appear: where it does, as a whole [m]
       real(dp) :: covered(2) = 0                 !! of the same: ways from and to which it is in the material [m]
       real(dp) :: aside(ndim) = 0                !! by which its points are beside the grid as it waits [m]
@@ -150,12 +150,22 @@ contains
       call self%place(self%tips(number)%crack, points)
    end subroutine put_back
 
-   !> Let a crack wait: it is not there.
+   !> Let a crack wait: it is not there but for what lies before the material, as in a notch, whose faces have no nodes in common then.
    pure subroutine hide(self, crack)
       class(cracks_t), intent(inout) :: self
       integer, intent(in) :: crack               !! its number
-      self%crack(crack)%waits = .true.
-      call self%place(crack, self%crack(crack)%given + spread(self%crack(crack)%aside, 2, size(self%crack(crack)%given, 2)))
+      real(dp), parameter :: nothing = 1e-3_dp   ! of the length
+      type(line_t) :: line
+      associate (of => self%crack(crack))
+         of%waits = .true.
+         of%is_through(last_point) = of%is_tip(last_point) ! cells are cut to where it ends, and no farther
+         line%points = of%given + spread(of%aside, 2, size(of%given, 2))
+         if (of%is_tip(last_point) .and. of%covered(1) > nothing*of%covered(2)) then
+            line%points = of%given
+            line%bonded(last_point) = length_of(of%given) - of%covered(1)
+         end if
+         call self%place(crack, line%open_part())
+      end associate
    end subroutine hide
 
    !> Let a crack that waits be there, over a length in the material from its first point on.
@@ -167,6 +177,8 @@ contains
       type(line_t) :: line
       associate (of => self%crack(crack))
          of%waits = .false.
+         if (of%is_tip(last_point)) of%is_through(last_point) = .false.
+         if (of%is_tip(last_point)) of%beyond(last_point) = 0
          line%points = of%given
          if (of%covered(1) + length < of%covered(2)*(1 - rounding)) &
             line%bonded(last_point) = length_of(of%given) - (of%covered(1) + length)

@@ -23,8 +23,6 @@ module hampm_nucleation
    private
    public :: find_onset, let_appear, book_onset
 
-   integer, parameter :: looks = 4               !! places in an increment at which stress is looked at
-
    !> What is known of a crack that waits.
    type :: candidate_t
       real(dp), allocatable :: length(:)         !! that are tried, ascending [m]
@@ -83,8 +81,9 @@ contains
       real(dp), intent(out) :: energy(:)         !! [J]
       type(candidate_t), intent(out) :: of
       type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: stress(:, :)      ! across the crack, at its places and loads [Pa]
-      real(dp) :: least, spacing
+      integer, parameter :: looks = 16           ! at the stress along a crack that appears as a whole
+      real(dp), allocatable :: stress(:, :), part(:) ! across the crack, at parts of it and at loads [Pa]
+      real(dp) :: spacing
       integer :: i, n
       associate (nucleation => s%model%nucleations(k), crack => s%cracks%crack(s%model%nucleations(k)%path))
          n = 1
@@ -94,18 +93,17 @@ contains
          if (nucleation%increment > 0) of%length(:n - 1) = nucleation%increment*[(i, i=1, n - 1)]
          allocate (of%by_stress(n), of%by_energy(n), source=never)
          allocate (of%released(3, n), source=0.0_dp)
+         part = (of%length + crack%covered(1))/length_of(crack%given) ! beside a notch nothing is known within an increment
+         if (n == 1) part = (crack%covered(1) + spacing/looks*[(i - 0.5_dp, i=1, looks)])/length_of(crack%given)
+         allocate (stress(size(part), size(loads)))
          do i = size(loads), 1, -1               ! the first is that at which it was
             if (size(loads) > 1) call s%integrator%rescale(s%problem, loads(i), failure)
             if (failure%failed()) return
             energy(i) = potential(s, failure)
-            call find_stress(s, crack%given, of%length, crack%covered(1), i, size(loads), stress)
+            call find_stress(s, crack%given, part, stress(:, i))
          end do
-         least = 0
-         do i = 1, n
-            least = max(least, maxval(load_for_stress(held_part(stress(i*looks - looks + 1:i*looks, :)), &
-                                                      scaled_part(stress(i*looks - looks + 1:i*looks, :)), nucleation%strength)))
-            of%by_stress(i) = least
-         end do
+         stress(:, 1) = load_for_stress(held_part(stress), scaled_part(stress), nucleation%strength)
+         of%by_stress = [(maxval(stress(:merge(size(part), i, n == 1), 1)), i=1, n)]
       end associate
 
    contains
@@ -127,37 +125,28 @@ contains
    end subroutine look_without
 
    !> Find the stress across a crack that is not there.
-   subroutine find_stress(s, points, length, from, load, loads, stress)
+   subroutine find_stress(s, points, part, stress)
       type(simulation_t), intent(in) :: s
       real(dp), intent(in) :: points(:, :)       !! of the crack [m]
-      real(dp), intent(in) :: length(:), from    !! lengths from this way on [m]
-      integer, intent(in) :: load, loads         !! number of the load factor, and how many there are
-      real(dp), allocatable, intent(inout) :: stress(:, :) !! (looks of each length, loads) [Pa]
+      real(dp), intent(in) :: part(:)            !! of its length at which it is sought [-]
+      real(dp), intent(out) :: stress(:)         !! there [Pa]
       type(view_t) :: view
       type(surroundings_t) :: around
       real(dp), parameter :: nowhere(ndim) = 0, step = 1e-6_dp
-      real(dp) :: x(ndim), along(ndim), normal(ndim), way, before, whole, u(ndim), v(ndim), strain(4), tensor(4)
-      integer :: i, j
-      if (.not. allocated(stress)) allocate (stress(looks*size(length), loads))
+      real(dp) :: along(ndim), u(ndim), v(ndim), strain(4), tensor(4)
+      integer :: i
       call new_view(s%problem%matter_t, s%cracks, groups_of_bodies(s%model), minval(points, dim=2), maxval(points, dim=2), view)
-      whole = length_of(points)
-      before = 0
-      do i = 1, size(length)
-         do j = 1, looks
-            way = from + before + (length(i) - before)*j/looks
-            if (i == size(length) .and. j == looks) way = way - (length(i) - before)/(2*looks) ! not at its very end
-            x = place_along(points, way/whole)
-            along = place_along(points, min(1.0_dp, way/whole + step)) - place_along(points, max(0.0_dp, way/whole - step))
-            normal = [-along(2), along(1)]/norm2(along)
-            u = 0
-            v = 0
-            strain = 0
-            tensor = 0
-            call look_around(s%problem%matter_t, view, x, nowhere, around)
-            call add_means(s%problem, around, 1.0_dp, u, v, strain, tensor)
-            stress((i - 1)*looks + j, load) = normal(1)**2*tensor(1) + normal(2)**2*tensor(2) + 2*normal(1)*normal(2)*tensor(3)
-         end do
-         before = length(i)
+      do i = 1, size(part)
+         along = place_along(points, min(1.0_dp, part(i) + step)) - place_along(points, max(0.0_dp, part(i) - step))
+         u = 0
+         v = 0
+         strain = 0
+         tensor = 0
+         call look_around(s%problem%matter_t, view, place_along(points, part(i)), nowhere, around)
+         call add_means(s%problem, around, 1.0_dp, u, v, strain, tensor)
+         associate (n => [-along(2), along(1)]/norm2(along))
+            stress(i) = n(1)**2*tensor(1) + n(2)**2*tensor(2) + 2*n(1)*n(2)*tensor(3)
+         end associate
       end do
    end subroutine find_stress
 
