@@ -45,7 +45,8 @@ contains
                                                 'K_I [Pa m^0.5]', 'error', 'K_II [Pa m^0.5]', 'error']
       character(*), parameter :: of_cells = 'errors are estimated from the cells', &
                                  of_motion = '; waves too short for them, and what is missing to rest, are not included', &
-                                 unknown = 'errors are not known: those of cells of a history-dependent material are not estimated'
+                                 unknown = 'errors are not known: those of cells are not estimated where material depends on '// &
+                                           'its history, or a crack was not there at first'
       real(dp), parameter :: degree = acos(-1.0_dp)/180
       type(string_t) :: table(0:size(s%cracks%tips), size(headings))
       character(:), allocatable :: ending

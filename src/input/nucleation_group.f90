@@ -16,7 +16,8 @@ module hampm_nucleation_group
       key_t('toughness', type_real, &
             'energy that it must release for its area, from the equilibrium before it to the one with it', &
             default='0.0', example='100.0', unit='J/m2', allowed=not_negative), &
-      key_t('strength', type_real, 'stress across it that all of it must have before; 0: the energy alone tells', &
+      key_t('strength', type_real, &
+            'stress across it that all of it must have before; 0: the energy tells, if stress opens it in the mean', &
             default='0.0', example='50.0e6', unit='Pa', allowed=not_negative), &
       key_t('increment', type_real, &
             'by which the lengths differ that are tried, from its first point on; 0: it appears as a whole', default='0.0', &

@@ -102,6 +102,7 @@ contains
             energy(i) = potential(s, failure)
             call find_stress(s, crack%given, part, stress(:, i))
          end do
+         if (.not. nucleation%strength > 0) stress = spread(sum(stress, dim=1)/size(part), 1, size(part)) ! it need but open
          stress(:, 1) = load_for_stress(held_part(stress), scaled_part(stress), nucleation%strength)
          of%by_stress = [(maxval(stress(:merge(size(part), i, n == 1), 1)), i=1, n)]
       end associate

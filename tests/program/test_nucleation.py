@@ -1,0 +1,198 @@
+"""Cracks that appear where none was: what a new crack releases in laminates, against the principle of minimum complementary energy, and the load at which one begins at a
+notch, against the asymptotic solution (tests/reference/nucleation)."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from harness import differing, run
+from paths import INPUT, REFERENCE
+
+sys.path.insert(0, str(REFERENCE / "nucleation"))
+import notch  # noqa: E402
+from laminate import CARBON, GLASS, Laminate  # noqa: E402
+
+T90, T0, TOUGHNESS = 1e-3, 0.5e-3, 250.0
+
+
+def laminate(of, length, *, heat=1.0, cells=24, places=(0.0,), extra=""):
+    """Plies between two cracks, and further ones that wait."""
+    cell, half = T90 / cells, length / 2
+    strains = [[a * of["dT"] * heat for a in pair] for pair in ((of["aT"], of["aT"]), (of["aA"], of["aT"]))]
+    cracks = "".join(f"&crack name = 'c{k}'  kind = 'path'  points = {x}, {-1.5 * cell}, {x}, {T90} /\n&nucleation crack = 'c{k}'  toughness = {TOUGHNESS} /\n"
+                     for k, x in enumerate(places))
+    return f"""&run plane = 'stress'  thickness = 1.0  end_time = 1.0 /
+&grid lower = {-half}, {-2 * cell}  cell = {cell}  cells = {round(length / cell)}, {round(1.5 * cells) + 4} /
+&material name = 'n'  law = 'orthotropic'  young_1 = {of['ET']}  young_2 = {of['ET']}  shear_12 = {of['GT']}  poisson_12 = {of['nuT']}  density = 1600 /
+&material name = 'z'  law = 'orthotropic'  young_1 = {of['EA']}  young_2 = {of['ET']}  shear_12 = {of['GA']}  poisson_12 = {of['nuA']}  density = 1600 /
+&body material = 'n'  lower = {-half}, 0.0  upper = {half}, {T90}  eigenstrain = {strains[0][0]}, {strains[0][1]}, 0.0 /
+&body material = 'z'  lower = {-half}, {T90}  upper = {half}, {T90 + T0}  eigenstrain = {strains[1][0]}, {strains[1][1]}, 0.0 /
+&constraint lower = {-half}, 0.0  upper = {half}, 0.0  fix = 'y' /
+&constraint lower = {-half}, {T90}  upper = {-half}, {T90 + T0}  fix = 'x' /
+&constraint lower = {half}, {T90}  upper = {half}, {T90 + T0}  fix = 'x'  displacement = {length * 5e-3}, 0.0  name = 'grip' /
+{cracks}&method time = 'static'  load_steps = {len(places)} /
+&energy_release energy_balance = .true. /
+&output file = 'out.h5' /
+{extra}"""
+
+
+def beam(angle, level=9, *, cells=2, extra="", loads=(-1000.0, 500.0, 500.0), first="0.0, 4.0e-3"):
+    """A notched beam of acrylic glass, bent at three points."""
+    tip, increment = 5e-3, cells * 1e-3 / 2**level
+    width = tip * math.tan(math.radians(angle) / 2)
+    most = increment * math.ceil(40e-6 / increment)
+    points = "".join(f"&load kind = 'point'  lower = {x}, {y}  upper = {x}, {y}  force = 0.0, {f} /\n"
+                     for f, x, y in zip(loads, (0.0, -38e-3, 38e-3), (18e-3, 0.0, 0.0)))
+    return f"""&run plane = 'strain'  thickness = 12.7e-3  end_time = 1.0 /
+&grid lower = -42e-3, -2e-3  cell = 1e-3  cells = 84, 22 /
+&material name = 'pmma'  young = {YOUNG}  poisson = {POISSON}  density = 1180.0 /
+&body material = 'pmma'  shape = 'polygon'  points = -40e-3, 0.0, {-width}, 0.0, 0.0, {tip}, {width}, 0.0, 40e-3, 0.0, 40e-3, 18e-3, -40e-3, 18e-3 /
+{points}&crack kind = 'path'  points = {first}, 0.0, {tip + most} /
+&nucleation toughness = {K_IC**2 * (1 - POISSON**2) / YOUNG}  strength = {STRENGTH}  increment = {increment} /
+&method time = 'static'  load_steps = 1 /
+&refine indicator = 'tip'  max_level = {level}  rings = 6 /
+&output file = 'out.h5' /
+{extra}"""
+
+
+YOUNG, POISSON, K_IC, STRENGTH = 2.3e9, 0.36, 1.02e6, 124e6  # acrylic glass
+
+
+@pytest.mark.parametrize("of", [CARBON, GLASS], ids=["carbon", "glass"])
+@pytest.mark.parametrize("length", [2e-3, 4e-3, 8e-3], ids=lambda length: f"{length * 1e3:g}mm")
+def test_released_energy_of_the_next_crack(hampm, of, length):
+    """Half way between two cracks, by given grips and converted to a given load, against many layers; one layer is the solution of Nairn."""
+    found = run(hampm, laminate(of, length, heat=0.0))
+    theory, nairn = Laminate(of, T90, T0, heat=0.0), Laminate(of, T90, T0, 1, heat=0.0)
+    u = found["load_factor"][0] * length * 5e-3
+    compliances = u / found["reaction_grip_x"]
+    share = theory.share**2 * T90
+    energy = (compliances[1] - compliances[0]) / 2 / share
+    asked = [(2 * of_layers.energy(length / 2) - of_layers.energy(length)) / T90 for of_layers in (theory, nairn)]
+    print(f"asked {asked[0]:.4g} J/m2 for 1 Pa (one layer: {asked[1]:.4g}), measured {energy:.4g}: {energy / asked[0]:.4f}; grips {u / theory.onset([length], [length / 2] * 2, TOUGHNESS)[0]:.4f}")
+    assert energy == pytest.approx(asked[0], rel=0.02)
+    assert asked[1] == pytest.approx(nairn.nairn(1 / length), rel=1e-9)
+    assert u == pytest.approx(theory.onset([length], [length / 2] * 2, TOUGHNESS)[0], rel=0.01)
+    assert found["fracture_energy"][1] == pytest.approx(TOUGHNESS * T90, rel=1e-6)
+    assert np.abs(found["numerical_loss"]).max() < 1e-10 * found["strain_energy"].max()
+
+
+@pytest.mark.parametrize("of", [CARBON, GLASS], ids=["carbon", "glass"])
+def test_cracks_one_after_the_other_with_residual_stress(hampm, of):
+    found = run(hampm, laminate(of, 8e-3, places=(0.0, -2e-3, 2e-3)))
+    theory = Laminate(of, T90, T0)
+    stages = [8e-3], [4e-3] * 2, [4e-3, 2e-3, 2e-3], [2e-3] * 4
+    asked = np.array([theory.onset(before, after, TOUGHNESS) for before, after in zip(stages, stages[1:])])
+    u, load = found["load_factor"][:3] * 8e-3 * 5e-3, found["reaction_grip_x"][:3]
+    print("grips", u / asked[:, 0], "load", load / asked[:, 1])
+    assert list(found["onset_crack"]) == [1, 2, 3, 0]
+    assert u == pytest.approx(asked[:, 0], rel=0.02)
+    assert load == pytest.approx(asked[:, 1], rel=0.022)
+    assert found["fracture_energy"] == pytest.approx(TOUGHNESS * T90 * np.arange(4), rel=1e-6)
+
+
+@pytest.mark.parametrize("angle", [60, 90, pytest.param(120, marks=pytest.mark.verify), pytest.param(150, marks=pytest.mark.verify)])
+def test_strength_of_v_notches(hampm, angle):
+    """k of the notch by the stress beyond the crack that waits; load and length of the asymptotic solution."""
+    places = np.array([5e-5, 7e-5, 1e-4, 1.4e-4, 2e-4])
+    probes = "".join(f"&probe name = 'p{k}'  at = 0.0, {5e-3 + float(r)}  quantity = 'stress' /\n" for k, r in enumerate(places))
+    found = run(hampm, beam(angle, extra=probes))
+    k = notch.intensity(places, [found[f"stress_p{n}_xx"][0] for n in range(len(places))], math.radians(angle))
+    length, asked = notch.onset(math.radians(angle), K_IC, STRENGTH)
+    print(f"asked {asked:.5g}, {length * 1e6:.2f} um; measured {k / asked:.4f}, {found['onset_length'][0] / length:.4f}")
+    assert k == pytest.approx(asked, rel=0.015)
+    assert found["onset_length"][0] == pytest.approx(length, rel=0.04)
+    assert found["onset_energy"][0] == pytest.approx(K_IC**2 * (1 - POISSON**2) / YOUNG)
+
+
+def test_psi_of_the_asymptotic_solution():
+    """A crack ahead of a crack has its K, and at a straight edge that of Koiter."""
+    assert notch.psi(0.0) == pytest.approx(math.sqrt(2 * math.pi), rel=1e-9)
+    assert notch.psi(math.pi) / math.sqrt(math.pi) == pytest.approx(1.1215222552, rel=1e-9)
+
+
+def strip(*, growth="", cell=1e-3, extra="", strength=10e6, load=1e6, toughness=100.0, increment=1e-3, points=(-1e-3, 0.0, 8e-3, 0.0)):
+    """A strip under tension, in whose edge a crack may appear."""
+    return f"""&run plane = 'stress'  thickness = 1e-2  end_time = 1.0 /
+&grid lower = -2e-3, -40e-3  cell = {cell}  cells = {round(44e-3 / cell)}, {round(80e-3 / cell)} /
+&material name = 'm'  young = 70e9  poisson = 0.2  density = 2500 /
+&body material = 'm'  lower = 0.0, -40e-3  upper = 40e-3, 40e-3 /
+&load kind = 'traction'  lower = 0.0, 40e-3  upper = 40e-3, 40e-3  force = 0.0, {load * 4e-4} /
+&load kind = 'traction'  lower = 0.0, -40e-3  upper = 40e-3, -40e-3  force = 0.0, {-load * 4e-4} /
+&crack kind = 'path'  points = {', '.join(map(str, points))} /
+&nucleation toughness = {toughness}  strength = {strength}  increment = {increment} /
+{growth}&method time = 'static'  load_steps = 3 /
+&energy_release {"estimators = 'domain_integral'" if growth else ''}  energy_balance = .true. /
+&output file = 'out.h5' /
+{extra}"""
+
+
+GROWTH = "&growth direction = 'straight'  toughness = 100.0  increment = 2e-3 /\n"
+
+
+def test_smooth_edge(hampm):
+    """Where the stress is uniform the strength is the load, if the longest crack that is tried releases enough, by Tada's K of an edge crack; else the energy of that one is."""
+    width = 40e-3
+
+    def released(length):
+        a = np.linspace(0, length, 2001)
+        x = a / width
+        k2 = np.pi * a * (1.122 - 0.231 * x + 10.55 * x**2 - 21.72 * x**3 + 30.39 * x**4)**2
+        return np.trapezoid(k2, a) / 70e9 / length
+    strong = run(hampm, strip(strength=1e9, cell=0.5e-3))
+    assert strong["load_factor"][0] == pytest.approx(1e3, rel=1e-3)        # the strength
+    weak = run(hampm, strip(strength=1e5, cell=0.5e-3))
+    asked = math.sqrt(100.0 / released(8e-3)) / 1e6
+    print(f"asked {asked:.4f}, measured {weak['load_factor'][0]:.4f}")
+    assert weak["onset_length"][0] == pytest.approx(8e-3, rel=1e-6)
+    assert weak["load_factor"][0] == pytest.approx(asked, rel=0.03)
+
+
+def test_growth_goes_on(hampm):
+    """The crack of the strip appears whole, has more than its toughness, and then grows as one that is there from the start."""
+    found = run(hampm, strip(growth=GROWTH, strength=1e5))
+    there = run(hampm, strip(growth=GROWTH).replace("&nucleation toughness = 100.0  strength = 10000000.0  increment = 0.001 /\n", ""))
+    assert found["load_factor"][1:] == pytest.approx(there["load_factor"][:3], rel=1e-6)
+    assert found["crack_length"] == pytest.approx([0, 9e-3, 11e-3, 13e-3])
+    assert math.isnan(found["K_I"][0])
+    assert found["load_factor"][1] < found["load_factor"][0]
+    assert np.abs(found["numerical_loss"]).max() < 0.02 * found["fracture_energy"].max()
+
+
+def test_a_crack_that_grows_before_another_appears(hampm):
+    """What comes first counts: with a strength that is not reached the second crack waits."""
+    two = strip(growth=GROWTH.replace("&growth", "&growth crack = 'a'"), points=(41e-3, 5e-3, 30e-3, 5e-3)).replace("&crack", "&crack name = 'b'").replace(
+        "&nucleation", "&crack name = 'a'  kind = 'path'  points = -1e-3, 0.0, 12e-3, 0.0 /\n&nucleation crack = 'b'")
+    waits = run(hampm, two.replace("strength = 10000000.0", "strength = 1e9"))
+    assert not waits["onset_crack"].any() and (waits["crack_length_tip2"] > 12e-3).all() and not waits["crack_length"].any()
+    comes = run(hampm, two.replace("strength = 10000000.0", "strength = 1e3").replace("toughness = 100.0  strength", "toughness = 1.0  strength"))
+    assert comes["onset_crack"][0] == 1 and comes["load_factor"][0] < waits["load_factor"][0]
+
+
+def test_held_loads_that_suffice_are_an_error(hampm):
+    live = "".join(f"&load kind = 'traction'  lower = 0.0, {y}  upper = 40e-3, {y}  force = 0.0, {1e5 * y} /\n" for y in (40e-3, -40e-3))
+    said = run(hampm, strip(strength=1e5, load=1e8).replace("&load kind = 'traction'", "&load held = .true.  kind = 'traction'") + live, code=3)
+    assert "appears by held loads or eigenstrains alone" in said
+
+
+def test_pressed_material_does_not_crack(hampm):
+    found = run(hampm, strip(load=-1e6, strength=0.0))
+    assert not found["onset_crack"].any() and (found["load_factor"] == 1).all()
+
+
+def test_scenes_of_input(hampm):
+    """The words at their heads."""
+    found = run(hampm, INPUT / "laminate_cracks.nml")
+    assert found["reaction_grip_x"][:3] / 1.5e-6 == pytest.approx([71e6, 99e6, 98e6], rel=0.01)
+
+
+def test_resumed(hampm):
+    """While the crack waits, as it is about to appear, and after that, on another number of threads: the same bytes."""
+    text = strip(growth=GROWTH, strength=1e5)
+    run(hampm, text, name="whole")
+    for steps in ("1", "2"):
+        run(hampm, text, code=5, words=("--steps", steps, "--threads", "2"), name="part")
+        assert hampm("--resume", "part.h5.checkpoint", "--quiet", "--threads", "1").returncode == 0
+        assert not differing(hampm.folder / "whole.h5", hampm.folder / "part.h5")
