@@ -52,10 +52,8 @@ contains
       growing%tips%advance = 0
       do k = 1, size(values)
          associate (tip => cracks%tips(k))
-            rates(k) = 0
             ratios(k) = -1
             if (.not. growing%is_growing(k)) cycle
-            rates(k) = best_rate(values(k), tip)
             associate (law => model%growth(law_of(model, tip)))
                next(k) = growing%next_of(model, cracks, k, law, values(k))
                if (law%only_largest) ratios(k) = next(k)%rate/next(k)%toughness
