@@ -22,8 +22,10 @@
 !> changes what it does. Of unknowns whose force changes with their opening the matrix is W + 1/law', symmetric and positive definite, as
 !> friction is held at limits that follow from the pressure before a pass, and passes are repeated; it is factorised where it changes only.
 !>
-!> Masses are lumped at the nodes of points, where faces of linear cells may touch and where the material moves through the cells; elsewhere A is that of the run, and
-!> its columns for the forces are found once for each mesh. What holds small cut cells of quadratic cells has a mass, and its force at the start of the step.
+!> Masses are lumped at the nodes of points, where faces of linear cells may touch; elsewhere A is that of the run, and its columns for the forces are found once for
+!> each mesh. Where the material moves through the cells they would have to be found in each step: W has those of the nodes within some cells of the points there, as
+!> columns fall by 6 to 4 times from one cell to the next, and A C' f is solved for with all nodes. What holds small cut cells of quadratic cells has a mass, and its force
+!> at the start of the step.
 !>
 !> Source: Hughes & Liu, Implicit-explicit finite elements in transient analysis, Journal of Applied Mechanics 45 (1978) 371-378; Carpenter, Taylor & Katona,
 !> Lagrange constraints for transient finite element surface contact, International Journal for Numerical Methods in Engineering 32 (1991) 103-128.
@@ -39,10 +41,11 @@ module hampm_interface_step
                                      hold_friction, cohesion_at, holds, are_apart
    use hampm_cohesive_law, only: cohesive_state_t
    use hampm_jumps, only: jump_of, give_nodes, add_mass_product
+   use hampm_mass_factorisation, only: mass_factorisation_t
    use hampm_mass_matrix, only: mass_matrix_t
-   use hampm_mass_solver, only: mass_solver_t, solve_aside
+   use hampm_mass_solver, only: mass_solver_t, solve_aside, solve_mass
    use hampm_matter, only: matter_t
-   use hampm_numbering, only: numbering_t, number_unknowns
+   use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_sparse, only: sparse_t, pattern_of_cliques
    implicit none
    private
@@ -56,6 +59,7 @@ module hampm_interface_step
    real(dp), parameter :: tolerance = 1e-9_dp    !! of forces, with friction
    real(dp), parameter :: of_cohesion = 1e-6_dp  !! the same where faces part by cohesion, which the next step goes on from
    real(dp), parameter :: lowered = 0.8_dp       !! part of a slope of cohesion from which on a matrix fits
+   integer, parameter :: rings = 4               !! of cells around points whose nodes they move, where the material moves through the cells
    real(dp), parameter :: none = 1e-18_dp        !! part of the largest acceleration by a force that is not kept
 
    !> What unit forces of a point do, those along x along x, and those along y along y: on some nodes the accelerations A C', and M A C', by which it feels
@@ -73,6 +77,10 @@ module hampm_interface_step
       type(response_t), allocatable :: responses(:) !! (points)
       logical :: are_new = .false.               !! whether no step has used these
       integer, allocatable :: elements(:)        !! by which points feel others
+      integer, allocatable :: nodes(:)           !! of these
+      logical :: are_near = .false.              !! whether W is by the nodes near the points alone
+      logical, allocatable :: is_beyond(:, :)    !! which components of nodes points do not move, where the material moves, (ndim, n_nodes)
+      type(mass_factorisation_t) :: around       !! the masses of the others
       type(numbering_t) :: numbering             !! of all nodes that have degrees of freedom, as they are
       type(sparse_t) :: masses                   !! of the particles of these elements [kg]
       type(sparse_t) :: compliance               !! W [m/N]
@@ -93,6 +101,7 @@ contains
       type(interface_step_t), intent(inout) :: self
       type(interface_step_t) :: new
       call self%factor%release()
+      call self%around%release()
       self = new
    end subroutine forget_faces
 
@@ -111,7 +120,8 @@ contains
       real(dp), intent(inout) :: acceleration(:, :) !! [m/s2]
       real(dp), intent(inout) :: force(:, :)     !! [N]
       type(failure_t), intent(inout) :: failure
-      real(dp) :: f(ndim*interfaces%n_at_end), before(ndim*interfaces%n_at_end), change(ndim), acting(ndim)
+      real(dp) :: f(ndim*interfaces%n_at_end), before(ndim*interfaces%n_at_end), change(ndim), &
+                  acting(ndim, interfaces%n_at_end)
       integer :: pass, k, j
       logical :: rubs, is_new, is_kept           ! whether a checkpoint has kept what the matrix is for
       is_kept = m%particles%total_frame .and. allocated(self%slopes)
@@ -151,18 +161,17 @@ contains
       end do
       if (rubs) interfaces%list(:interfaces%n)%most_held = -1
       do k = 1, interfaces%n_at_end
-         associate (point => interfaces%list(k), of => self%responses(k))
+         associate (point => interfaces%list(k))
             point%felt = point%opening
             point%opening = self%opening(:, k)
-            acting = f(ndim*k - 1)*point%normal + f(ndim*k)*along(point)
-            call give_nodes(point%jump_t, -acting, force)
-            do j = 1, size(of%acceleration, 2)
-               change = -acting*of%acceleration(:, j)
-               acceleration(:, of%node(j)) = acceleration(:, of%node(j)) + change
-               velocity(:, of%node(j)) = velocity(:, of%node(j)) + dt*change
-            end do
+            acting(:, k) = f(ndim*k - 1)*point%normal + f(ndim*k)*along(point)
+            call give_nodes(point%jump_t, -acting(:, k), force)
          end associate
       end do
+      call move_nodes(self, interfaces, m, acting, masses, solver, failure)
+      acceleration = acceleration + self%moved
+      velocity = velocity + dt*self%moved
+      self%moved = 0
    end subroutine hold_faces
 
    !> Add to accelerations what the points make of them by their forces as they are open now, between steps.
@@ -176,17 +185,45 @@ contains
       type(mass_solver_t), intent(inout) :: solver
       real(dp), intent(inout) :: acceleration(:, :) !! [m/s2], (ndim, n_points)
       type(failure_t), intent(inout) :: failure
-      integer :: k, j
+      real(dp) :: acting(ndim, interfaces%n_at_end)
+      integer :: k
       call find_responses(self, interfaces, m, fixed, map, masses, solver, failure)
       if (failure%failed()) return
       do k = 1, interfaces%n_at_end
-         associate (of => self%responses(k), force => force_at(interfaces, k))
+         acting(:, k) = force_at(interfaces, k)
+      end do
+      call move_nodes(self, interfaces, m, acting, masses, solver, failure, is_aside=.true.)
+      acceleration = acceleration + self%moved
+      self%moved = 0
+   end subroutine accelerate_by_faces
+
+   !> Find -A C' f, in `moved`, which is 0 before.
+   subroutine move_nodes(self, interfaces, m, acting, masses, solver, failure, is_aside)
+      type(interface_step_t), intent(inout) :: self
+      type(interfaces_t), intent(in) :: interfaces
+      type(matter_t), intent(in) :: m
+      real(dp), intent(in) :: acting(:, :)       !! f [N], (ndim, n_at_end)
+      type(mass_matrix_t), intent(in) :: masses
+      type(mass_solver_t), intent(inout) :: solver
+      type(failure_t), intent(inout) :: failure
+      logical, intent(in), optional :: is_aside  !! whether it is found between steps, which must not depend on it
+      integer :: k, j
+      do k = 1, interfaces%n_at_end
+         associate (of => self%responses(k))
             do j = 1, size(of%acceleration, 2)
-               acceleration(:, of%node(j)) = acceleration(:, of%node(j)) - force*of%acceleration(:, j)
+               self%moved(:, of%node(j)) = self%moved(:, of%node(j)) - acting(:, k)*of%acceleration(:, j)
             end do
+            if (self%are_near) call give_nodes(interfaces%list(k)%jump_t, -acting(:, k), self%unit)
          end associate
       end do
-   end subroutine accelerate_by_faces
+      if (.not. self%are_near) return
+      if (present(is_aside)) then
+         call solve_aside(solver, m%grid, masses, self%unit, self%moved, failure)
+      else
+         call solve_mass(solver, m%grid, masses, self%unit, self%moved, failure)
+      end if
+      self%unit = 0
+   end subroutine move_nodes
 
    !> Find what unit forces of the points do, and W over beta dt**2, unless they are there and stay.
    subroutine find_responses(self, interfaces, m, fixed, map, masses, solver, failure)
@@ -204,17 +241,20 @@ contains
       is_new = .not. allocated(self%responses)
       if (.not. is_new .and. m%particles%total_frame) return
       self%are_new = .true.
-      if (is_new) call prepare(self, interfaces, m)
+      if (is_new) call prepare(self, interfaces, m, fixed)
       call weigh_elements(self, m, map)
+      if (self%are_near) call self%around%factorise(m%grid, masses, self%is_beyond, failure)
+      if (failure%failed()) return
       do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k), of => self%responses(k))
             associate (nodes => point%node(:count(point%node > 0)))
                call give_nodes(point%jump_t, [1.0_dp, 1.0_dp], self%unit)
-               if (interfaces%are_lumped) then
+               if (interfaces%are_lumped .or. self%are_near) then
                   do j = 1, size(nodes)
                      if (masses%lumped(nodes(j)) > 0) &
                         self%moved(:, nodes(j)) = merge(0.0_dp, self%unit(:, nodes(j))/masses%lumped(nodes(j)), fixed(:, nodes(j)))
                   end do
+                  if (self%are_near) call self%around%solve(self%unit, self%moved)
                else
                   call solve_aside(solver, m%grid, masses, self%unit, self%moved, failure)
                   if (failure%failed()) return
@@ -230,8 +270,9 @@ contains
                      self%mapped(:, nodes(j)) = self%mapped(:, nodes(j)) + self%unit(:, nodes(j))
                end do
                if (.not. interfaces%are_lumped) & ! those with accelerations, or something that they map to
-                  of%node = pack([(j, j=1, m%grid%n_points)], maxval(abs(self%moved), dim=1) > none*maxval(abs(self%moved)) .or. &
-                                 maxval(abs(self%mapped), dim=1) > none*maxval(abs(self%mapped)))
+                  of%node = pack(self%nodes, &
+                                 maxval(abs(self%moved(:, self%nodes)), dim=1) > none*maxval(abs(self%moved(:, self%nodes))) .or. &
+                                 maxval(abs(self%mapped(:, self%nodes)), dim=1) > none*maxval(abs(self%mapped(:, self%nodes))))
                j = size(of%node)
                if (interfaces%are_lumped) j = min(j, size(nodes)) ! one on both faces is named twice
                of%acceleration = self%moved(:, of%node(:j))
@@ -242,8 +283,8 @@ contains
             self%moved(:, of%node) = 0
             self%mapped(:, of%node) = 0
             if (interfaces%are_lumped) cycle
-            self%moved = 0
-            self%mapped = 0
+            self%moved(:, self%nodes) = 0
+            self%mapped(:, self%nodes) = 0
          end associate
       end do
       if (is_new) call find_pattern(self, interfaces%are_lumped, m%grid%n_points)
@@ -252,15 +293,25 @@ contains
    end subroutine find_responses
 
    !> Find the elements by which forces are felt and, where masses are lumped, the nodes that the forces of each point reach.
-   subroutine prepare(self, interfaces, m)
+   subroutine prepare(self, interfaces, m, fixed)
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(in) :: interfaces
       type(matter_t), intent(in) :: m
+      logical, intent(in) :: fixed(:, :)
       integer :: j, k
       allocate (self%responses(interfaces%n_at_end), self%opening(ndim, interfaces%n_at_end), self%beta(interfaces%n_at_end))
       allocate (self%unit(ndim, m%grid%n_points), self%moved(ndim, m%grid%n_points), self%mapped(ndim, m%grid%n_points), &
                 source=0.0_dp)
+      self%are_near = .not. (interfaces%are_lumped .or. m%particles%total_frame)
       call gather_elements(m, interfaces, self%elements)
+      self%nodes = [(k, k=1, m%grid%n_points)]
+      if (self%are_near) then
+         call nodes_of_elements(m%grid, self%elements, self%nodes)
+         allocate (self%is_beyond, source=fixed)
+         self%is_beyond = .true.
+         self%is_beyond(:, self%nodes) = fixed(:, self%nodes)
+         allocate (self%around%ghosts(0))
+      end if
       call number_unknowns([(k, k=1, m%grid%n_nodes)], spread([(.false., k=1, m%grid%n_nodes)], 1, 1), self%numbering)
       call pattern_of_elements(m%grid, self%elements, self%numbering, self%masses)
       if (.not. interfaces%are_lumped) return
@@ -292,23 +343,32 @@ contains
       end do
    end subroutine map_by
 
-   !> Gather the elements with material, or that some may enter, that have nodes of points or some that hang on these: where masses are not lumped all.
+   !> Gather the elements with material, or that some may enter, that have nodes of points or some that hang on these, or that are near those: where masses are neither
+   !> lumped nor move all.
    pure subroutine gather_elements(m, interfaces, elements)
       type(matter_t), intent(in) :: m
       type(interfaces_t), intent(in) :: interfaces
       integer, allocatable, intent(out) :: elements(:)
-      integer :: e, k
+      integer :: e, k, ring
+      integer, allocatable :: nodes(:)
       logical, allocatable :: is_near(:)
       allocate (is_near(m%grid%n_points))
-      is_near = .not. interfaces%are_lumped
+      is_near = .not. interfaces%are_lumped .and. m%particles%total_frame
       do k = 1, interfaces%n_at_end
          is_near(pack(interfaces%list(k)%node, interfaces%list(k)%node > 0)) = .true.
       end do
-      associate (dofs => m%grid%dofs)
-         do k = 1, dofs%n_hanging
-            is_near(dofs%n_nodes + k) = any(is_near(dofs%master(dofs%first_master(k):dofs%first_master(k + 1) - 1)))
-         end do
-      end associate
+      do ring = 0, merge(0, rings, interfaces%are_lumped .or. m%particles%total_frame)
+         if (ring > 0) then
+            call nodes_of_elements(m%grid, pack([(e, e=1, m%grid%n_elements)], &
+                                                [(any(is_near(m%grid%support_of(e))), e=1, m%grid%n_elements)]), nodes)
+            is_near(nodes) = .true.
+         end if
+         associate (dofs => m%grid%dofs)
+            do k = 1, dofs%n_hanging
+               is_near(dofs%n_nodes + k) = any(is_near(dofs%master(dofs%first_master(k):dofs%first_master(k + 1) - 1)))
+            end do
+         end associate
+      end do
       elements = pack([(e, e=1, m%grid%n_elements)], &
                       [(any(is_near(m%grid%support_of(e))) .and. &
                         (m%blocks%count_in(e) > 0 .or. .not. m%particles%total_frame), e=1, m%grid%n_elements)])

@@ -14,7 +14,7 @@ module hampm_problem
    use hampm_loads, only: load_t, follow_sort, share_by_mass
    use hampm_mass_choice, only: mass_choice_t, choose_cells
    use hampm_mass_product, only: by_mass
-   use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped
+   use hampm_mass_solver, only: mass_solver_t, new_mass_solver, by_lumped, by_fmpm
    use hampm_matter, only: matter_t
    use hampm_state_update, only: update_particle_state
    use hampm_mass_matrix, only: find_coupled_region, lump_at
@@ -115,7 +115,8 @@ contains
       call rebuild_constraints(m%constraints, m%grid)
       call rebuild_body_contact(m%body_contact, m%grid)
       call rebuild_interfaces(m%interfaces, m%matter_t)
-      m%interfaces%are_lumped = m%mass%by == by_lumped .or. .not. m%particles%total_frame .or. &
+      m%interfaces%are_lumped = m%mass%by == by_lumped .or. &
+                                .not. m%particles%total_frame .and. (m%mass%by == by_fmpm .or. m%grid%is_quadratic()) .or. &
                                 .not. m%grid%is_quadratic() .and. (m%interfaces%n_contact + m%interfaces%n_cohesive > 0 .or. &
                                                                    any(m%interfaces%list(:m%interfaces%n)%law == ghost))
       call forget_faces(m%interface_step)
