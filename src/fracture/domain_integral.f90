@@ -5,7 +5,7 @@ module hampm_domain_integral
    use hampm_cell_blocks, only: cell_blocks_t
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_tip, only: frame_along
-   use hampm_interface_points, only: interfaces_t, holds, is_half, find_face_force
+   use hampm_interface_points, only: interfaces_t, holds, is_half, is_softening, find_face_force
    use hampm_grid, only: grid_t
    use hampm_loads, only: load_t
    use hampm_material, only: material_t
@@ -287,7 +287,8 @@ contains
    !> times the change of that along the crack, f . [u],1 q for B J and f . [a],1 q for the interaction.
    !>
    !> What holds a cohesive zone ahead of the tip does not take part in the body: the integrals are to be those of a circle around the zone, so that its
-   !> faces count with q - 1. J is then what it takes from the body, wherever q is 1, and K what the body has around a zone that is short.
+   !> faces count with q - 1. J is then what it takes from the body, wherever q is 1, and K what the body has around a zone that is short. The same holds of the cohesive
+   !> points that fail at a tip that grows, also beyond the disc, where q is 0: in motion they are some cells long, and discs may be as small.
    !>
    !> In the last cells the slope of a is largest, and the layer of interface points, which gives way where the tip does not, carries too little
    !> and too much by turns. At a closed tip the traction there is that of the faces behind, continued, they slide as K_II has it, and the
@@ -315,7 +316,11 @@ contains
             end associate
          end do
          if (is_half(interfaces%list(n))) at_point = 2*at_point ! there is one face
-         if (.not. any(at_point > 0)) cycle
+         if (interfaces%list(n)%tip == domain%number .and. is_softening(interfaces%list(n))) then
+            at_point = at_point - 1
+         else if (.not. any(at_point > 0)) then
+            cycle
+         end if
          if (domain%has_zone .and. holds(interfaces%list(n))) at_point = merge(at_point - 1, 0.0_dp, at_point > 0)
          uncertainty = 0
          call find_face_force(interfaces, n, direction, force, slope, is_there)

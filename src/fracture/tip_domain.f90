@@ -31,6 +31,7 @@ module hampm_tip_domain
       real(dp) :: turn(ndim, ndim) = 0           !! R - I, R being the rotation of the material around the tip since then
       real(dp) :: face_of_line = 1               !! 1 where material on the line of the crack belongs to the upper face, -1 to the lower one
       logical :: is_beside = .false.             !! whether the tip is sought ahead or behind: on the line of the crack whole particles may then be on both faces
+      integer :: number = -1                     !! of the tip among those of cells that are cut, -1 where none ends there
       logical :: has_zone = .false.              !! whether cohesion holds faces ahead of it
       logical :: half = .false.                  !! whether the crack is on a symmetry plane and one side of it is modelled
       real(dp) :: thickness = 0                  !! B; of a crack around an axis the length of its front, 2 pi a [m]

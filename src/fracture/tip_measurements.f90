@@ -73,6 +73,9 @@ contains
       domain%face_of_line = side_of_ties(tip%direction)
       domain%half = tip%is_half()
       domain%has_zone = tip%has_zone
+      do i = 1, size(problem%grid%cut_cells%ends)
+         if (problem%grid%cut_cells%ends(i)%line == tip%crack .and. problem%grid%cut_cells%ends(i)%end == tip%end) domain%number = i
+      end do
       domain%thickness = p%thickness%at(tip%now)
       domain%is_ring = p%thickness%is_ring
       domain%material = problem%materials(tip%material)

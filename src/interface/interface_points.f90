@@ -45,7 +45,7 @@ module hampm_interface_points
              open_interfaces, commit_slip, ease_faces, &
              interface_energy, interface_states, interface_stiffness, stiffness_of_axes, force_of, force_at, &
              face_force, overlap_of, sliding_of, energy_of, relax_interfaces, find_face_force, extend_opening, &
-             is_pressed, have_friction, hold_friction, &
+             is_pressed, is_softening, have_friction, hold_friction, &
              archive_interfaces, add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
              kick_interfaces, energy_of_rates, add_interface_resistance
 
@@ -146,6 +146,13 @@ contains
       type(interface_point_t), intent(in) :: point
       pulls = holds(point) .or. point%law == bonded .and. point%fraction_left > 0
    end function pulls
+
+   !> Whether a cohesive point has begun to fail, still pulls, and its faces do not press on each other.
+   pure logical function is_softening(point)
+      type(interface_point_t), intent(in) :: point
+      is_softening = point%is_failing .and. point%fraction_left > 0
+      if (is_softening) is_softening = overlap_of(point) < 0
+   end function is_softening
 
    !> Whether an interface point is one of faces that are free to part.
    pure logical function is_free(point)
@@ -282,8 +289,8 @@ contains
       end if
    end function force_of
 
-   !> What an interface point of contact tells of the faces there: the force by which they resist being parted, and the change of their opening
-   !> along a direction, by that at its neighbours. `is_there` is false for cohesive points and where faces have parted.
+   !> What an interface point tells of the faces there: the force by which they resist being parted, and the change of their opening along a direction, by that at its
+   !> neighbours. `is_there` is false for cohesive points that have not begun to fail and where faces have parted.
    pure subroutine find_face_force(interfaces, k, direction, force, slope, is_there)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
@@ -295,10 +302,10 @@ contains
       real(dp) :: way
       force = 0
       slope = 0
-      is_there = holds(interfaces%list(k)) .or. is_free(interfaces%list(k)) .and. state_of(interfaces%list(k)) /= is_open
+      is_there = holds(interfaces%list(k)) .or. is_softening(interfaces%list(k)) .or. &
+                 is_free(interfaces%list(k)) .and. state_of(interfaces%list(k)) /= is_open
       if (.not. is_there) return
-      force = face_force(interfaces%list(k))
-      if (holds(interfaces%list(k))) force = force_at(interfaces, k)
+      force = force_at(interfaces, k)
       before = merge(k - 1, k, is_next(max(k - 1, 1)))
       after = merge(k + 1, k, is_next(min(k + 1, interfaces%n)))
       way = dot_product(interfaces%list(after)%place - interfaces%list(before)%place, direction)
@@ -309,9 +316,11 @@ contains
       !> Whether another interface point is one of the same crack, on the same straight part of it.
       pure logical function is_next(other)
          integer, intent(in) :: other
-         is_next = other /= k .and. (is_free(interfaces%list(other)) .or. holds(interfaces%list(other))) &
-                   .and. interfaces%list(other)%line == interfaces%list(k)%line &
-                   .and. norm2(interfaces%list(other)%normal - interfaces%list(k)%normal) <= 1e-6_dp
+         associate (point => interfaces%list(k), beside => interfaces%list(other))
+            is_next = is_free(beside) .or. holds(beside)
+            if (is_softening(point)) is_next = beside%tip == point%tip
+            is_next = is_next .and. other /= k .and. beside%line == point%line .and. norm2(beside%normal - point%normal) <= 1e-6_dp
+         end associate
       end function is_next
    end subroutine find_face_force
 
