@@ -228,6 +228,7 @@ draw_gallery() {
     "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --width 5 --dpi 85 --output $out/plastic_notch.png
     for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole bimetal \
                  laminate_dcb laminate_enf laminate_mmb laminate_mmb_growth penny dcb_growth dcb_r_curve dcb_snap_back compact_tension_growth \
+                 compact_tension_pins \
                  dcb_cohesive; do
         run input/$scene.nml $scene output.snapshot_interval=1
     done
@@ -247,7 +248,7 @@ draw_gallery() {
             merging_cracks) field=displacement ;; # nothing is stressed any more
             *) field=von_mises ;;
         esac
-        case $scene in bimetal | laminate_dcb | dcb_cohesive | compact_tension_growth | peeling_film) scale=3 ;; dcb) scale=1000 ;; dcb_growth | dcb_snap_back) scale=50 ;; merging_cracks) scale=60 ;; dcb_r_curve) scale=10 ;; *) scale=1 ;; esac
+        case $scene in bimetal | laminate_dcb | dcb_cohesive | compact_tension_growth | peeling_film | compact_tension_pins) scale=3 ;; dcb) scale=1000 ;; dcb_growth | dcb_snap_back) scale=50 ;; merging_cracks) scale=60 ;; dcb_r_curve) scale=10 ;; *) scale=1 ;; esac
         "$python" tools/thumbnail.py $out/$scene.h5 "$picture" $field $scale
     done
 }

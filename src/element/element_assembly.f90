@@ -107,6 +107,12 @@ contains
       type(sparse_t), intent(inout) :: matrix
       integer :: unknown(size(numbering%dof, 1)*size(masters))
       unknown = reshape(numbering%dof(:, masters), [size(unknown)])
-      call matrix%add_block(unknown, by_master)
+      if (allocated(numbering%weight)) then
+         associate (weight => reshape(numbering%weight(:, masters), [size(unknown)]))
+            call matrix%add_block(unknown, by_master*spread(weight, 1, size(unknown))*spread(weight, 2, size(unknown)))
+         end associate
+      else
+         call matrix%add_block(unknown, by_master)
+      end if
    end subroutine add_element
 end module hampm_element_assembly

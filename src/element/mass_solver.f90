@@ -15,7 +15,7 @@
 module hampm_mass_solver
    use hampm_kinds, only: dp, ndim, neighbours, long
    use hampm_archive, only: archive_t
-   use hampm_constraints, only: constraints_t, hold
+   use hampm_constraints, only: constraints_t, hold, let_turn
    use hampm_failure, only: failure_t, exit_computation
    use hampm_grid, only: grid_t
    use hampm_mass_factorisation, only: mass_factorisation_t
@@ -58,6 +58,7 @@ module hampm_mass_solver
       real(dp), allocatable, private :: r(:, :), z(:, :), d(:, :), q(:, :)  !! workspace, (ndim, n_points)
       real(dp), allocatable, private :: partial(:, :, :)  !! workspace of sums, (ndim, 2 norms, chunks)
    contains
+      procedure :: hold_or_turn
       procedure :: iterates
       procedure, private :: is_factorised_as_it_is
    end type mass_solver_t
@@ -130,12 +131,12 @@ contains
       select case (s%by)
       case (by_lumped)
          call divide(matrix%all%n_nodes, matrix%all%nodes, matrix%inverse_lumped, b, x)
-         call hold(s%constraints, x)
+         call s%hold_or_turn(matrix, b, x)
       case (by_fmpm)
          call add_series(s, grid, matrix, b, x)
       case default
          call divide(size(matrix%apart), matrix%apart, matrix%inverse_lumped, b, x)
-         call hold(s%constraints, x)
+         call s%hold_or_turn(matrix, b, x)
          if (matrix%coupled%n_nodes == 0) return
          if (s%by == by_direct .and. .not. s%factorised) call factorise(s, grid, matrix, failure)
          if (failure%failed()) return
@@ -148,6 +149,16 @@ contains
          end if
       end select
    end subroutine solve_mass
+
+   !> Set fixed components to zero or, where they turn with others, to the turning by b: their masses are lumped.
+   pure subroutine hold_or_turn(self, matrix, b, x)
+      class(mass_solver_t), intent(in) :: self
+      type(mass_matrix_t), intent(in) :: matrix
+      real(dp), intent(in) :: b(:, :)               !! (ndim, n_points)
+      real(dp), intent(inout), contiguous :: x(:, :) !! (ndim, n_points)
+      call hold(self%constraints, x)
+      if (allocated(self%constraints%turning)) call let_turn(self%constraints, matrix%lumped, b, x)
+   end subroutine hold_or_turn
 
    !> Solve M x = b between steps, as `solve_mass` does, and leave it to the steps to find that the matrix has to be factorised
    !> anew: so what they do does not depend on what is solved between them.
@@ -197,7 +208,7 @@ contains
       associate (region => matrix%coupled)
          call divide(size(matrix%apart), matrix%apart, matrix%inverse_lumped, b, x)
          call divide(region%n_nodes, region%nodes, matrix%inverse_lumped, b, x)
-         call hold(s%constraints, x)
+         call s%hold_or_turn(matrix, b, x)
          if (s%order > 1) call combine(region, one, x, zero, s%d)
          do j = 2, s%order
             call multiply(s, grid, matrix, matrix%row, s%d, s%q, unused)

@@ -45,6 +45,8 @@ module hampm_load_groups
       history_keys, &
       key_t('name', type_text, 'gives the force of this constraint columns of its own: reaction_<name>_x and _y', example='grip'), &
       key_t('unilateral', type_logical, 'whether it holds what presses on it only: a support from which material may lift off', &
+            default='.false.'), &
+      key_t('turns', type_logical, 'whether its nodes turn freely about the middle of the box, as a rigid body: a pin or roller', &
             default='.false.')]
 
    !> &constraint: nodes that are held.
@@ -149,6 +151,7 @@ contains
             constraint%motion%history%held = settings%flag(entry, 'held')
             constraint%name = settings%text(entry, 'name')
             constraint%motion%unilateral = settings%flag(entry, 'unilateral')
+            constraint%motion%turns = settings%flag(entry, 'turns')
             constraint%fixed = [(index(fix, axis(d:d)) > 0, d=1, ndim)]
          end associate
       end do

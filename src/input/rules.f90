@@ -44,7 +44,7 @@ module hampm_rules
                                                'contact_group', 'toughness']
    character(*), parameter :: of_toughness(*) = [character(17) :: 'extensions', 'speeds', 'angles', 'mixed_mode']
    character(*), parameter :: of_looks(*) = ['start   ', 'interval']
-   character(*), parameter :: moved_by(*) = ['displacement', 'velocity    ']
+   character(*), parameter :: moved_by(*) = ['displacement', 'velocity    ', 'turns       ']
    character(*), parameter :: of_frame(*) = ['history', 'start  ']
    character(*), parameter :: of_factor(*) = ['history', 'start  ', 'held   ']
    character(*), parameter :: of_shear(*) = ['exponent  ', 'mixed_mode']
@@ -182,9 +182,17 @@ module hampm_rules
              "&method time = 'explicit' | 'implicit' and &method start = 'static'", mechanics, &
              "prescribed nodes would jump", use="history = 'smooth_ramp', or a velocity"), &
       (rule_t("&constraint "//moved_by(k), not_with, "&method time = 'explicit' and &method time_steps = 'local'", not_built, &
-              use="&method time_steps = 'global'"), k=1, 2), &
+              use="&method time_steps = 'global'"), k=1, size(moved_by)), &
       rule_t("&constraint unilateral = .true.", not_with, "&method time = 'explicit'", not_built, &
-             "faces with contact separate and touch again in explicit steps", use="&method time = 'implicit'")]
+             "faces with contact separate and touch again in explicit steps", use="&method time = 'implicit'"), &
+      rule_t("&constraint turns = .true.", not_with, "&constraint unilateral = .true.", not_built, &
+             "nodes of a support part one by one, and no rigid body does", use="&constraint unilateral = .false."), &
+      rule_t("&constraint turns = .true.", not_with, "&run plane = 'axisymmetric'", mechanics, &
+             "a ring does not turn in the plane of its section without strain"), &
+      rule_t("&constraint turns = .true.", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
+             "an impulse between bodies at its nodes would not turn it"), &
+      rule_t("&constraint turns = .true.", not_with, "&load kind = 'absorbing'", not_built, &
+             "a dashpot at its nodes would not turn it")]
 
    type(rule_t), parameter :: of_loads(*) = [ &
       rule_t("&load kind = 'point' | 'traction' | 'body'", requires, "&load lower and &load upper and &load force"), &
@@ -276,7 +284,7 @@ module hampm_rules
       rule_t("&method path = 'reference'", not_with, "&material volumetric = 'b_bar'", not_built, &
              "particles of the reference step have their own dilatation", use="&material volumetric = 'standard'"), &
       (rule_t("&constraint "//moved_by(k), not_with, "&method path = 'reference'", not_built, &
-              "the reference step has no prescribed motion", use="&method path = 'fastest'"), k=1, 2), &
+              "the reference step has no prescribed motion", use="&method path = 'fastest'"), k=1, size(moved_by)), &
       rule_t("&method path = 'reference'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
              "the reference step has one velocity field", use="&contact bodies = 'bonded'"), &
       rule_t("&method path = 'reference'", not_with, "&crack contact = 'frictionless' | 'friction'", not_built, &

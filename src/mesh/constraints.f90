@@ -1,6 +1,12 @@
 !> Dirichlet constraints: nodes that are held, or moved as prescribed, in some directions. The user gives them as boxes, which are
 !> fitted to each new grid. One grid may have several sets of them: extrapolations are solved without the constraints of the motion.
 !> Of those that only push (`hampm_supports`) a component is fixed while the material presses on it.
+!>
+!> A box that turns freely is a pin, or a roller where it fixes one component: its nodes move as a rigid body about the middle of the box, node i with
+!>
+!>    u_i = U(t) + theta t_i,     t_i = e_z x (x_i - middle)/largest,     in the components that are fixed,
+!>
+!> and the one unknown theta is such that the reactions have no moment, sum over i of t_i . R_i = 0.
 module hampm_constraints
    use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
@@ -8,7 +14,7 @@ module hampm_constraints
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: constraints_t, given_motion_t, constrain_box, hold_axis, rebuild_constraints, hold
+   public :: constraints_t, given_motion_t, constrain_box, hold_axis, rebuild_constraints, hold, let_turn
 
    !> How held nodes are moved.
    type :: given_motion_t
@@ -16,6 +22,7 @@ module hampm_constraints
       real(dp) :: velocity(ndim) = 0             !! and with which [m/s]
       type(time_history_t) :: history            !! of that factor
       logical :: unilateral = .false.            !! whether nothing keeps the material from leaving them
+      logical :: turns = .false.                 !! whether nothing keeps them from turning, as a rigid body
    end type given_motion_t
 
    !> A box in which nodes are fixed.
@@ -37,6 +44,9 @@ module hampm_constraints
       real(dp), allocatable :: lift(:, :)        !! how far a component is from the place where its support has it [m], (ndim, n_nodes)
       real(dp), allocatable :: up(:, :)          !! 1 or -1: which way from its support the material is, (ndim, n_nodes); not
                                                  !! allocated until that is asked
+      integer, allocatable :: turning(:, :)      !! the box with which a component turns, 0 for none, (ndim, n_nodes); not allocated
+                                                 !! where none does
+      real(dp), allocatable :: lever(:, :)       !! t of these [-], (ndim, n_nodes)
    contains
       procedure :: holds
       procedure :: number
@@ -53,6 +63,9 @@ module hampm_constraints
       procedure :: have_held_ways
       procedure :: scaled_units
       procedure :: have_scaled_ways
+      procedure :: nodes_that_turn
+      procedure :: turned
+      procedure :: held_at
    end type constraints_t
 
 contains
@@ -101,6 +114,7 @@ contains
       integer :: k
       if (allocated(c%fixed)) deallocate (c%fixed, c%free, c%box, c%supported, c%lift)
       if (allocated(c%up)) deallocate (c%up)
+      if (allocated(c%turning)) deallocate (c%turning, c%lever)
       allocate (c%fixed(ndim, grid%n_nodes), source=.false.)
       allocate (c%box(ndim, grid%n_nodes), source=0)
       allocate (c%free(ndim, grid%n_points), source=1.0_dp)
@@ -113,7 +127,138 @@ contains
       if (c%has_axis) where (abs(grid%node_position(1, :grid%n_nodes)) <= grid%forest%tolerance()) c%fixed(1, :) = .true.
       where (c%fixed) c%free(:, :grid%n_nodes) = 0
       c%node = pack([(k, k=1, grid%n_nodes)], any(c%fixed, dim=1))
+      if (any(c%boxes%motion%turns)) call find_levers(c, grid)
    end subroutine rebuild_constraints
+
+   !> Find which components turn with their boxes, and how. Those of a box whose nodes do not tell how it turns, as of a single one, are held.
+   pure subroutine find_levers(c, grid)
+      type(constraints_t), intent(inout) :: c
+      type(grid_t), intent(in) :: grid
+      real(dp), parameter :: rounding = 1e-9_dp  ! of a lever
+      integer :: i, k
+      allocate (c%turning, mold=c%box)
+      allocate (c%lever(ndim, grid%n_nodes), source=0.0_dp)
+      c%turning = 0
+      do k = 1, size(c%boxes)
+         if (.not. c%boxes(k)%motion%turns) cycle
+         where (c%box == k) c%turning = k
+         do i = 1, grid%n_nodes
+            associate (arm => grid%node_position(:, i) - (c%boxes(k)%lower + c%boxes(k)%upper)/2)
+               where (c%box(:, i) == k) c%lever(:, i) = [-arm(2), arm(1)]
+            end associate
+         end do
+         associate (largest => maxval(abs(c%lever), mask=c%box == k))
+            if (all([(spread_of(pack(c%lever(i, :), c%box(i, :) == k)), i=1, ndim)] <= rounding*grid%forest%cell)) then
+               where (c%box == k) c%turning = 0
+            else
+               where (c%box == k) c%lever = c%lever/largest
+            end if
+         end associate
+      end do
+   end subroutine find_levers
+
+   !> How far numbers are from each other; 0 where there are none.
+   pure real(dp) function spread_of(values)
+      real(dp), intent(in) :: values(:)
+      spread_of = 0
+      if (size(values) > 0) spread_of = maxval(values) - minval(values)
+   end function spread_of
+
+   !> The nodes with a component that turns.
+   pure function nodes_that_turn(self) result(nodes)
+      class(constraints_t), intent(in) :: self
+      integer, allocatable :: nodes(:)
+      integer :: k
+      nodes = [integer ::]
+      if (allocated(self%turning)) nodes = pack(self%node, [(any(self%turning(:, self%node(k)) > 0), k=1, size(self%node))])
+   end function nodes_that_turn
+
+   !> What of a nodal field is turning of the boxes, of the nodes with a component in a box: theta t by least squares, whatever the mean of the field in a
+   !> box is; (ndim, these nodes).
+   pure function turned(self, x) result(turn)
+      class(constraints_t), intent(in) :: self
+      real(dp), intent(in) :: x(:, :)            !! (ndim, n_points)
+      real(dp) :: turn(ndim, size(self%node))
+      real(dp), dimension(ndim, size(self%boxes)) :: n, of_t, of_x
+      real(dp), dimension(size(self%boxes)) :: of_tx, of_tt
+      integer :: i, d
+      turn = 0
+      if (.not. allocated(self%turning)) return
+      n = 0
+      of_t = 0
+      of_x = 0
+      do i = 1, size(self%node)
+         do d = 1, ndim
+            associate (node => self%node(i), k => self%turning(d, self%node(i)))
+               if (k == 0) cycle
+               n(d, k) = n(d, k) + 1
+               of_t(d, k) = of_t(d, k) + self%lever(d, node)
+               of_x(d, k) = of_x(d, k) + x(d, node)
+            end associate
+         end do
+      end do
+      of_t = of_t/max(n, 1.0_dp)
+      of_x = of_x/max(n, 1.0_dp)
+      of_tx = 0
+      of_tt = 0
+      do i = 1, size(self%node)
+         do d = 1, ndim
+            associate (node => self%node(i), k => self%turning(d, self%node(i)))
+               if (k == 0) cycle
+               of_tx(k) = of_tx(k) + (self%lever(d, node) - of_t(d, k))*(x(d, node) - of_x(d, k))
+               of_tt(k) = of_tt(k) + (self%lever(d, node) - of_t(d, k))**2
+            end associate
+         end do
+      end do
+      do i = 1, size(self%node)
+         do d = 1, ndim
+            associate (node => self%node(i), k => self%turning(d, self%node(i)))
+               if (k > 0) turn(d, i) = of_tx(k)/of_tt(k)*self%lever(d, node)
+            end associate
+         end do
+      end do
+   end function turned
+
+   !> Turn the boxes by what acts on them: their nodes are theta t with theta = sum of t . b/sum of m t**2.
+   pure subroutine let_turn(c, mass, b, x)
+      type(constraints_t), intent(in) :: c
+      real(dp), intent(in) :: mass(:)            !! m of the nodes, which are lumped, 0 where there is no material [kg]
+      real(dp), intent(in) :: b(:, :)            !! (ndim, n_points)
+      real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
+      real(dp), dimension(size(c%boxes)) :: of_tb, of_tt
+      integer :: i, d
+      of_tb = 0
+      of_tt = 0
+      do i = 1, size(c%node)
+         do d = 1, ndim
+            associate (node => c%node(i), k => c%turning(d, c%node(i)))
+               if (k == 0 .or. .not. mass(node) > 0) cycle
+               of_tb(k) = of_tb(k) + c%lever(d, node)*b(d, node)
+               of_tt(k) = of_tt(k) + mass(node)*c%lever(d, node)**2
+            end associate
+         end do
+      end do
+      do i = 1, size(c%node)
+         do d = 1, ndim
+            associate (node => c%node(i), k => c%turning(d, c%node(i)))
+               if (k > 0) x(d, node) = of_tb(k)/max(of_tt(k), tiny(1.0_dp))*c%lever(d, node)
+            end associate
+         end do
+      end do
+   end subroutine let_turn
+
+   !> Where a component of a node is held: where that is, or in the middle of the box with which it turns [m].
+   pure function held_at(self, grid, node, component) result(x)
+      class(constraints_t), intent(in) :: self
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: node, component
+      real(dp) :: x(ndim)
+      x = grid%node_position(:, node)
+      if (.not. allocated(self%turning)) return
+      associate (k => self%turning(component, node))
+         if (k > 0) x = (self%boxes(k)%lower + self%boxes(k)%upper)/2
+      end associate
+   end function held_at
 
    !> Fix the nodes in the k-th box, but where a crack on a symmetry plane has grown.
    pure subroutine hold_in_box(c, grid, k)
@@ -177,14 +322,15 @@ contains
       if (allocated(self%boxes)) number = size(self%boxes)
    end function number
 
-   !> Whether anything that is fixed is moved.
+   !> Whether anything that is fixed is moved, or turns.
    pure logical function move(self)
       class(constraints_t), intent(in) :: self
       integer :: k
       move = .false.
       if (.not. allocated(self%boxes)) return
       do k = 1, size(self%boxes)
-         move = move .or. any(abs(self%boxes(k)%motion%displacement) + abs(self%boxes(k)%motion%velocity) > 0)
+         move = move .or. any(abs(self%boxes(k)%motion%displacement) + abs(self%boxes(k)%motion%velocity) > 0) &
+                .or. self%boxes(k)%motion%turns
       end do
    end function move
 
@@ -303,14 +449,18 @@ contains
       end associate
    end function prescribed_of_box
 
-   !> Set the fixed components of a nodal field to zero.
+   !> Set the fixed components of a nodal field to zero, but for those that turn.
    pure subroutine hold(c, field)
       type(constraints_t), intent(in) :: c
       real(dp), intent(inout), contiguous :: field(:, :)  !! (ndim, n_points)
       integer :: k
       if (.not. allocated(c%node)) return
       do k = 1, size(c%node)
-         where (c%fixed(:, c%node(k))) field(:, c%node(k)) = 0
+         if (allocated(c%turning)) then
+            where (c%fixed(:, c%node(k)) .and. c%turning(:, c%node(k)) == 0) field(:, c%node(k)) = 0
+         else
+            where (c%fixed(:, c%node(k))) field(:, c%node(k)) = 0
+         end if
       end do
    end subroutine hold
 end module hampm_constraints

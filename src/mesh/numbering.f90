@@ -1,5 +1,6 @@
 !> Numbering of unknowns: the degrees of freedom of some nodes, those apart that a Dirichlet constraint fixes. With the directions
-!> one by one it numbers what a mass matrix couples, with all of them together what a stiffness does.
+!> one by one it numbers what a mass matrix couples, with all of them together what a stiffness does. An unknown may be that of several, each a weight
+!> times it, as where nodes turn together: with T the weights, the matrix is T transposed A T.
 module hampm_numbering
    use hampm_kinds, only: dp
    use hampm_dofs, only: most_nodes_of_leaf
@@ -13,8 +14,9 @@ module hampm_numbering
       integer :: n = 0                           !! number of unknowns
       integer, allocatable :: dof(:, :)          !! unknown of each direction of each node, 0 where there is none;
                                                  !! (directions, n_nodes)
-      integer, allocatable :: node(:)            !! node of each unknown, (n)
-      integer, allocatable :: direction(:)       !! its direction, (n)
+      integer, allocatable :: node(:)            !! nodes of the unknowns, (n) where each is that of one
+      integer, allocatable :: direction(:)       !! their directions
+      real(dp), allocatable :: weight(:, :)      !! of each direction of each node [-]; not allocated where all are 1
    contains
       procedure :: gather
       procedure :: scatter
@@ -23,32 +25,61 @@ module hampm_numbering
 contains
 
    !> Number the unknowns of some nodes: in the order of these, the directions of a node one after the other.
-   pure subroutine number_unknowns(nodes, fixed, numbering)
+   pure subroutine number_unknowns(nodes, fixed, numbering, group, weight)
       integer, intent(in) :: nodes(:)            !! with degrees of freedom
       logical, intent(in) :: fixed(:, :)         !! which are no unknowns, (directions, n_nodes)
       type(numbering_t), intent(out) :: numbering
-      integer :: k, d
-      numbering%n = count(.not. fixed(:, nodes))
+      integer, allocatable, intent(in), optional :: group(:, :) !! with which others one is an unknown, 0 for none, (directions, n_nodes)
+      real(dp), allocatable, intent(in), optional :: weight(:, :) !! of these [-]
+      integer, allocatable :: of_group(:)
+      integer :: k, d, last
+      last = count(.not. fixed(:, nodes))
       allocate (numbering%dof(size(fixed, 1), size(fixed, 2)), source=0)
-      allocate (numbering%node(numbering%n), numbering%direction(numbering%n))
+      allocate (numbering%node(last), numbering%direction(last))
+      if (present(group)) then
+         if (allocated(group)) then
+            allocate (numbering%weight, source=merge(weight, 1.0_dp, group > 0))
+            allocate (of_group(maxval(group)), source=0)
+         end if
+      end if
       numbering%n = 0
+      last = 0
       do k = 1, size(nodes)
          do d = 1, size(fixed, 1)
-            if (fixed(d, nodes(k))) cycle
-            numbering%n = numbering%n + 1
-            numbering%dof(d, nodes(k)) = numbering%n
-            numbering%node(numbering%n) = nodes(k)
-            numbering%direction(numbering%n) = d
+            associate (dof => numbering%dof(d, nodes(k)))
+               if (fixed(d, nodes(k))) cycle
+               last = last + 1
+               numbering%node(last) = nodes(k)
+               numbering%direction(last) = d
+               if (allocated(of_group)) then
+                  if (group(d, nodes(k)) > 0) dof = of_group(group(d, nodes(k)))
+               end if
+               if (dof > 0) cycle
+               numbering%n = numbering%n + 1
+               dof = numbering%n
+               if (allocated(of_group)) then
+                  if (group(d, nodes(k)) > 0) of_group(group(d, nodes(k))) = dof
+               end if
+            end associate
          end do
       end do
    end subroutine number_unknowns
 
-   !> What a field of the nodes has at the unknowns.
+   !> What a field of the nodes has at the unknowns, by weight of those that are one.
    pure function gather(self, field) result(x)
       class(numbering_t), intent(in) :: self
       real(dp), intent(in) :: field(:, :)        !! (directions, n_points)
       real(dp) :: x(self%n)
       integer :: i
+      if (allocated(self%weight)) then
+         x = 0
+         do i = 1, size(self%node)
+            associate (d => self%direction(i), node => self%node(i))
+               x(self%dof(d, node)) = x(self%dof(d, node)) + self%weight(d, node)*field(d, node)
+            end associate
+         end do
+         return
+      end if
       do i = 1, self%n
          x(i) = field(self%direction(i), self%node(i))
       end do
@@ -60,8 +91,11 @@ contains
       real(dp), intent(in) :: x(:)
       real(dp), intent(inout) :: field(:, :)     !! (directions, n_points)
       integer :: i
-      do i = 1, self%n
-         field(self%direction(i), self%node(i)) = x(i)
+      do i = 1, size(self%node)
+         associate (d => self%direction(i), node => self%node(i))
+            field(d, node) = x(self%dof(d, node))
+            if (allocated(self%weight)) field(d, node) = self%weight(d, node)*field(d, node)
+         end associate
       end do
    end subroutine scatter
 

@@ -39,6 +39,7 @@ contains
       type(failure_t), intent(inout) :: failure
       if (solver%by == by_lumped) then
          call divide_by_mass(matrix%all%n_nodes, matrix%all%nodes, free, matrix%inverse_lumped, b, x)
+         call solver%hold_or_turn(matrix, b, x)
       else
          call solve_mass(solver, grid, matrix, b, x, failure)
       end if

@@ -1,5 +1,6 @@
 !> Nodes of prescribed motion, in explicit steps: whatever acts on them, in the step from t to t + dt they go from where they
-!> are to be at t to where they are to be at t + dt, all of it with one velocity w.
+!> are to be at t to where they are to be at t + dt, all of it with one velocity w. Those that turn with their box (`hampm_constraints`) have that and
+!> their turning.
 module hampm_prescribed_nodes
    use hampm_kinds, only: dp, ndim
    use hampm_constraints, only: constraints_t
@@ -50,7 +51,8 @@ contains
       real(dp), intent(in) :: time, dt           !! [s]
       type(nodal_fields_t), intent(in) :: f
       real(dp) :: a(ndim, size(c%node))
-      a = ((c%prescribed_of_nodes(time + dt) - c%prescribed_of_nodes(time))/dt - f%velocity(:, c%node, v_n))/dt
+      a = ((c%prescribed_of_nodes(time + dt) - c%prescribed_of_nodes(time))/dt &
+           - (f%velocity(:, c%node, v_n) - c%turned(f%velocity(:, :, v_n))))/dt
    end function prescribed_acceleration
 
    !> What fixed components with values of the nodes of the constraints bring into the nodal equations: M x, (ndim, n_points).
@@ -65,17 +67,19 @@ contains
       allocate (mx, source=by_mass(grid, f%mass_matrix, x))
    end function coupled_to_prescribed
 
-   !> Set fixed components of a field to values of the nodes of the constraints.
+   !> Set fixed components of a field to values of the nodes of the constraints, and what turns to these and how it turns.
    pure subroutine set_prescribed(c, grid, f, values, x)
       type(constraints_t), intent(in) :: c
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(in) :: f
       real(dp), intent(in) :: values(:, :)       !! (ndim, nodes of the constraints)
       real(dp), intent(inout), contiguous :: x(:, :) !! (ndim, n_points)
+      real(dp) :: turn(ndim, size(c%node))
       integer :: k
+      turn = c%turned(x)
       do k = 1, size(c%node)
          associate (i => c%node(k))
-            where (c%fixed(:, i)) x(:, i) = values(:, k)
+            where (c%fixed(:, i)) x(:, i) = values(:, k) + turn(:, k)
          end associate
       end do
       call grid%dofs%distribute(f%mass_matrix%all, ndim, x)
@@ -88,10 +92,14 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       real(dp), intent(in) :: acceleration(:, :) !! `prescribed_acceleration`
       type(nodal_fields_t), intent(inout) :: f
-      real(dp) :: velocity(ndim, size(c%node))
-      velocity = f%velocity(:, c%node, v_n) + dt*acceleration
+      integer :: k
       call set_prescribed(c, grid, f, acceleration, f%acceleration)
-      call set_prescribed(c, grid, f, velocity, f%velocity(:, :, v_next))
+      do k = 1, size(c%node)
+         associate (i => c%node(k))
+            where (c%fixed(:, i)) f%velocity(:, i, v_next) = f%velocity(:, i, v_n) + dt*f%acceleration(:, i)
+         end associate
+      end do
+      call grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
    end subroutine move_prescribed
 
    !> Find the work of what moves fixed components: the force R = M a - f + alpha p, f being the force without damping and p the momentum. In a step

@@ -133,7 +133,8 @@ contains
          if (allocated(m%grid%correction) .or. m%particles%thickness%is_ring .and. m%grid%is_quadratic()) &
             allocate (m%fields%mass_matrix%diagonal(m%grid%n_points), source=0.0_dp)
       end if
-      call lump_at(m%fields%mass_matrix, m%grid, [m%constraints%supporting(), nodes_lumped_in_steps(m), lumped_by_dashpots(m)])
+      call lump_at(m%fields%mass_matrix, m%grid, [m%constraints%supporting(), m%constraints%nodes_that_turn(), &
+                                                  nodes_lumped_in_steps(m), lumped_by_dashpots(m)])
       if (m%body_contact%wanted .and. allocated(m%fields%mass_matrix%lumped_fraction)) then
          call m%grid%copies_of_nodes(m%fields%mass_matrix%copies)
          m%fields%mass_matrix%lumped_apart = m%fields%mass_matrix%lumped_fraction

@@ -5,6 +5,7 @@
 module hampm_rigid_motions
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic
+   use hampm_constraints, only: hold
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_failure, only: failure_t, exit_computation
    use hampm_interface_points, only: pulls
@@ -116,6 +117,7 @@ contains
          associate (node => m%fields%mass_matrix%all%nodes(k))
             if (.not. in_piece(node)) cycle
             do d = 1, ndim
+               if (m%constraints%fixed(d, node)) cycle
                moved = abs(dot_product(row_of(m, node, d), free))
                if (moved <= most*(1 + not_held)) cycle
                most = moved
@@ -126,17 +128,26 @@ contains
       end do
    end subroutine find_best_constraint
 
-   !> By how much the motions move a direction of a node; lengths are over the extent of the grid.
+   !> By how much the motions move a direction of a node.
    pure function row_of(m, node, direction) result(row)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: node, direction
       real(dp) :: row(motions)
+      row = row_at(m, m%grid%node_position(:, node), direction)
+   end function row_of
+
+   !> The same at a place [m]; lengths are over the extent of the grid.
+   pure function row_at(m, place, direction) result(row)
+      type(problem_t), intent(in) :: m
+      real(dp), intent(in) :: place(ndim)
+      integer, intent(in) :: direction
+      real(dp) :: row(motions)
       real(dp) :: x(ndim)
-      x = (m%grid%node_position(:, node) - m%grid%forest%lower)/(maxval(m%grid%forest%cells)*m%grid%forest%cell)
+      x = (place - m%grid%forest%lower)/(maxval(m%grid%forest%cells)*m%grid%forest%cell)
       row = 0
       row(direction) = 1
       row(motions) = merge(-x(2), x(1), direction == 1)
-   end function row_of
+   end function row_at
 
    !> The motion as a whole that a rigid-body constraint holds, by which its node moves by 1 in its direction [-].
    subroutine turn_with(m, constraint, u)
@@ -152,7 +163,7 @@ contains
          u(:, k) = [(dot_product(row_of(m, k, d), constraint%free), d=1, ndim)] &
                    /dot_product(row_of(m, constraint%node, constraint%direction), constraint%free)
       end do
-      where (m%constraints%fixed) u(:, :m%grid%n_nodes) = 0 ! but for rounding
+      call hold(m%constraints, u)                ! but for rounding
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, u)
    end subroutine turn_with
 
@@ -356,7 +367,8 @@ contains
       do k = 1, size(m%constraints%node)
          associate (node => m%constraints%node(k))
             do d = 1, ndim
-               if (m%constraints%fixed(d, node)) call add_row(row_of(m, node, d), held(:, :, piece(node)))
+               if (m%constraints%fixed(d, node)) &
+                  call add_row(row_at(m, m%constraints%held_at(m%grid, node, d), d), held(:, :, piece(node)))
             end do
          end associate
       end do

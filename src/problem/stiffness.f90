@@ -183,12 +183,13 @@ contains
          call nodes_of_elements(m%grid, all%cells(:all%n_cells), nodes)
       end associate
       allocate (fixed, source=m%constraints%fixed)
+      if (allocated(m%constraints%turning)) fixed = fixed .and. m%constraints%turning == 0
       if (allocated(stiffness%kind%rigid_constraints)) then
          do k = 1, size(stiffness%kind%rigid_constraints)
             fixed(stiffness%kind%rigid_constraints(k)%direction, stiffness%kind%rigid_constraints(k)%node) = .true.
          end do
       end if
-      call number_unknowns(nodes, fixed, stiffness%unknowns)
+      call number_unknowns(nodes, fixed, stiffness%unknowns, m%constraints%turning, m%constraints%lever)
    end subroutine number
 
    !> Add the stiffness of all cells. Where few particles are, nodes have motions that strain nothing: these are hardly held, to have some
@@ -299,11 +300,18 @@ contains
       type(stiffness_t), intent(in) :: stiffness
       type(sparse_t), intent(inout) :: matrix
       real(dp), allocatable :: mass(:)
+      real(dp), allocatable :: square(:, :)      ! of weights
       integer :: i
       call find_concentrated_mass(m%grid, m%fields%mass_matrix, mass)
-      do i = 1, stiffness%unknowns%n
-         call matrix%add(i, i, stiffness%kind%mass_factor*mass(stiffness%unknowns%node(i)))
-      end do
+      allocate (square(ndim, m%grid%n_nodes), source=1.0_dp)
+      associate (unknowns => stiffness%unknowns)
+         if (allocated(unknowns%weight)) square = unknowns%weight**2
+         do i = 1, size(unknowns%node)
+            associate (d => unknowns%direction(i), node => unknowns%node(i))
+               call matrix%add(unknowns%dof(d, node), unknowns%dof(d, node), stiffness%kind%mass_factor*square(d, node)*mass(node))
+            end associate
+         end do
+      end associate
    end subroutine add_concentrated_mass
 
    !> Add the dashpots on edges.

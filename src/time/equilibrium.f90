@@ -340,10 +340,13 @@ contains
    !> After the mesh has changed: let the particles be moved and strained by the displacement of its nodes.
    subroutine carry_over(m)
       type(problem_t), intent(inout) :: m
+      real(dp) :: turn(ndim, m%grid%n_nodes)
       integer :: k
       associate (u => m%state%displacement)
+         turn = 0
+         turn(:, m%constraints%node) = m%constraints%turned(u)
          where (m%constraints%fixed .and. .not. m%constraints%supported) &
-            u(:, :m%grid%n_nodes) = m%constraints%prescribed_at(m%state%time)
+            u(:, :m%grid%n_nodes) = m%constraints%prescribed_at(m%state%time) + turn
          call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, u)
          m%particles%displacement = 0
          m%particles%gradient = 0

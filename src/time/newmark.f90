@@ -409,20 +409,22 @@ contains
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, first%a)
    end subroutine begin_prescribed
 
-   !> Give components of a nodal field that are held, by constraints or by supports, their values, and distribute it.
+   !> Give components of a nodal field that are held, by constraints or by supports, their values, with how they turn, and distribute it.
    subroutine give(m, given, x, on_supports)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: given(:, :)        !! (ndim, n_points)
       real(dp), intent(inout), contiguous :: x(:, :) !! (ndim, n_points)
       logical, intent(in), optional :: on_supports !! which; without both are given
+      real(dp) :: turn(ndim, size(m%constraints%node))
       logical :: is_given
       integer :: k, d
       associate (c => m%constraints)
+         turn = c%turned(x)
          do k = 1, size(c%node)
             do d = 1, ndim
                is_given = c%fixed(d, c%node(k))
                if (present(on_supports)) is_given = is_given .and. (c%supported(d, c%node(k)) .eqv. on_supports)
-               if (is_given) x(d, c%node(k)) = given(d, c%node(k))
+               if (is_given) x(d, c%node(k)) = given(d, c%node(k)) + turn(d, k)
             end do
          end do
       end associate

@@ -373,15 +373,19 @@ contains
       real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved in it [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: offset(:, :) !! (ndim, n_points)
       logical, intent(out) :: has_offset
+      real(dp), parameter :: rounding = 1e-12_dp ! part of a displacement
+      real(dp) :: turn(ndim, size(m%constraints%node))
       integer :: k, d
       allocate (offset(ndim, m%grid%n_points), source=0.0_dp)
       has_offset = .false.
       associate (c => m%constraints)
+         turn = c%turned(moved)
          do k = 1, size(c%node)
             do d = 1, ndim
                associate (i => c%node(k))
                   if (.not. c%fixed(d, i)) cycle
-                  offset(d, i) = merge(-c%lift(d, i), shift(d, i) - moved(d, i), c%supported(d, i))
+                  offset(d, i) = merge(-c%lift(d, i), shift(d, i) + turn(d, k) - moved(d, i), c%supported(d, i))
+                  if (allocated(c%turning) .and. abs(offset(d, i)) <= rounding*maxval(abs(moved))) offset(d, i) = 0
                   has_offset = has_offset .or. abs(offset(d, i)) > 0
                end associate
             end do

@@ -217,7 +217,7 @@ contains
          m%fields%velocity(:, :, v_n) = m%fields%velocity(:, :, v_mapped)
       else if (m%constraints%move()) then
          prescribed = prescribed_velocity(m%constraints, m%state%time, m%energies%prescribed, m%fields, which)
-         couples = m%solver%by /= by_lumped
+         couples = m%solver%by /= by_lumped .or. allocated(m%constraints%turning)
          if (couples) then
             momentum = m%fields%momentum
             m%fields%momentum = momentum - coupled_to_prescribed(m%constraints, m%grid, m%fields, prescribed)
@@ -243,7 +243,7 @@ contains
       real(dp) :: damping_power, mapping_power, work, taken !! work that bodies lose by meeting [J]
       logical :: moves, couples                  ! whether the motion of nodes is given, and these stand in the equations of others
       moves = m%constraints%move()
-      couples = moves .and. m%solver%by /= by_lumped
+      couples = moves .and. (m%solver%by /= by_lumped .or. allocated(m%constraints%turning))
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       if (size(m%loads) + m%interfaces%n > 0) m%fields%force = m%fields%force + m%fields%external
       if (moves) prescribed = prescribed_acceleration(m%constraints, m%state%time, dt, m%fields)

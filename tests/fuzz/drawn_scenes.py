@@ -15,7 +15,7 @@ CHOICES = {
     "grid": {"order": [1, 1, 2]},
     "material": {"volumetric": ["standard", "b_bar"]},
     "body": {"points_per_cell": [1, 2, 2, 3, 4]},
-    "constraint": {"unilateral": [False, True], "fix": ["x", "y", "xy"]},
+    "constraint": {"unilateral": [False, True], "turns": [False, True], "fix": ["x", "y", "xy"]},
     "load": {"face": ["none", "left", "right"]},
     "contact": {"bodies": ["bonded", "stick", "frictionless", "friction"]},
     "method": {"time": ["explicit", "implicit", "static"], "start": ["undeformed", "static"], "scheme": ["musl", "usf", "usl", "usavg"], "wave_speed": ["shear", "dilatational"],
@@ -329,8 +329,8 @@ class Drawing:
         chance, (w, h) = self.chance, self.size
         found, name = [], iter("abc")
         move = self.strain * self.cell * h
-        kind = chance.choice(["none", "low", "corner", "sides", "moved", "moved", "push"]) if self.time != "static" else chance.choice(
-            ["low", "low", "sides", "moved", "moved", "corner", "push"])
+        kind = chance.choice(["none", "low", "corner", "sides", "moved", "moved", "push", "pins"]) if self.time != "static" else chance.choice(
+            ["low", "low", "sides", "moved", "moved", "corner", "push", "pins"])
         symmetric = self.crack == "symmetry"
         if kind in ("low", "moved", "push") and not symmetric:
             found.append(self.box(-1 if self.shaped else 0, -0.5 if self.shaped else 0, self.width + self.shaped, 1.2 if self.shaped else 0) | {"fix": chance.choice(["y", "xy", "xy"])})
@@ -348,7 +348,14 @@ class Drawing:
                 found.append(self.box(0, h, self.width, h) | {"fix": fix, "velocity": [a / self.end for a in amount]})
             else:
                 found.append(self.box(0, h, self.width, h) | {"fix": fix, "displacement": amount} | self.history(motion=True))
+        if kind == "pins" and not symmetric:                               # a pin in the material, and another one or a roller
+            found.append(self.box(0.7, 0.2, 3.3, 2.8) | {"fix": "xy", "turns": True})
+            found.append(self.box(w - 3.3, 0.2, w - 0.7, 2.8) | {"fix": chance.choice(["y", "xy"]), "turns": True})
+            if chance.random() < 0.5:
+                found[-1] |= {"displacement": [0.0, chance.uniform(-1, 1) * move]} | self.history(motion=True)
         for keys in found:
+            if "unilateral" not in keys and chance.random() < 0.1:
+                keys["turns"] = True
             if chance.random() < 0.8:
                 keys["name"] = next(name)
         return [["constraint", keys] for keys in found]

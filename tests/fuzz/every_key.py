@@ -149,6 +149,8 @@ SCENES = {
     "pushes only": plate() + "&constraint lower = -10e-3, -10e-3 upper = 10e-3, -10e-3 fix = 'y' unilateral = .true. name = 'foot' /\n"
     + "&constraint lower = 0.0, -10e-3 upper = 0.0, -10e-3 fix = 'x' /\n" + "&load kind = 'body' lower = 4e-3, 0.0 upper = 10e-3, 10e-3 force = 0.0, -1e4 /\n"
     + STATIC.format(""),
+    "on pins": plate() + "&constraint lower = -8e-3, -3e-3 upper = -4e-3, 1e-3 fix = 'xy' turns = .true. name = 'pin' /\n"
+    + "&constraint lower = 4e-3, -3e-3 upper = 8e-3, 1e-3 fix = 'y' turns = .true. /\n&load kind = 'gravity' acceleration = 0.0, 1e4 /\n" + STATIC.format(""),
     "moved": plate() + HELD + "&constraint lower = -10e-3, 10e-3 upper = 10e-3, 10e-3 fix = 'xy' displacement = 1e-5, 2e-5 velocity = 0.0, 1e-5 "
     "history = 'ramp' rise_time = 0.7 start = 0.1 /\n" + STATIC.format("load_steps = 3"),
     "moved in motion": plate(end="8e-6") + HELD + "&constraint lower = -10e-3, 10e-3 upper = 10e-3, 10e-3 fix = 'y' velocity = 0.0, 1.0 "
