@@ -183,12 +183,12 @@ draw_growth() {
     "$python" postprocess/plot_path.py $out/strip_growth.h5 --beside G --time-unit us --no-mesh --scale 1000 --dpi 110 --output $out/growth.png
 }
 
-# Load over displacement of a load frame: a beam that snaps back, a specimen that is unloaded once
+# Load over displacement of a load frame: two beams that snap back, a specimen that is unloaded once
 draw_load_frame() {
-    for scene in dcb_snap_back compact_tension_growth; do
+    for scene in dcb_snap_back els compact_tension_growth; do
         run input/$scene.nml $scene
     done
-    "$python" tools/load_frame.py $out/dcb_snap_back.h5 $out/compact_tension_growth.h5 $out/load_frame.png
+    "$python" tools/load_frame.py $out/dcb_snap_back.h5 $out/els.h5 $out/compact_tension_growth.h5 $out/load_frame.png
 }
 
 # Toughness that varies: resistance curves, mixed-mode bending, weak planes
@@ -206,6 +206,8 @@ draw_impact() {
         run input/$scene.nml $scene
         "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/$scene.png
     done
+    run input/one_point_bend.nml one_point_bend
+    "$python" bench/one_point_bend.py $out/one_point_bend.h5 $out/one_point_bend.png
     run input/wedge_dcb.nml wedge_dcb
     "$python" postprocess/plot_field.py $out/wedge_dcb.h5 --field stress_xx --size 1.3 --no-mesh --width 5 --dpi 85 --output $out/wedge_dcb.png
 }
@@ -227,28 +229,28 @@ draw_gallery() {
     run input/plastic_notch.nml plastic_notch
     "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --width 5 --dpi 85 --output $out/plastic_notch.png
     for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole bimetal \
-                 laminate_dcb laminate_enf laminate_mmb laminate_mmb_growth penny dcb_growth dcb_r_curve dcb_snap_back compact_tension_growth \
-                 compact_tension_pins \
+                 laminate_dcb laminate_enf laminate_mmb laminate_mmb_growth penny dcb_growth dcb_r_curve dcb_snap_back \
+                 compact_tension_growth compact_tension_pins \
                  dcb_cohesive; do
         run input/$scene.nml $scene output.snapshot_interval=1
     done
     run input/freund_static.nml freund_static output.snapshot_interval=3.7e-6
     run input/absorbing_wave.nml absorbing_wave run.end_time=16e-6 output.snapshot_interval=16e-6 # the pulse is half way out
     for scene in two_cracks merging_cracks hole_growth in_situ_stress bend_path strip_growth kalthoff kalthoff_striker charpy \
-                 wing_cracks peeling_film wedge_dcb dcb zigzag pmma_strip; do
+                 wing_cracks peeling_film wedge_dcb dcb zigzag pmma_strip one_point_bend els; do
         run input/$scene.nml $scene
     done
     for picture in $(rows | awk '/small_/ {print $3}'); do
         scene=${picture#"$out/small_"}
         scene=${scene%.png}
         case $scene in
-            laminate* | bimetal | dcb* | peeling_film | wedge_dcb) field=stress_xx ;;
+            laminate* | bimetal | dcb* | peeling_film | wedge_dcb | els) field=stress_xx ;;
             plastic_notch) field=plastic_strain ;;
             absorbing_wave) field=speed ;;
             merging_cracks) field=displacement ;; # nothing is stressed any more
             *) field=von_mises ;;
         esac
-        case $scene in bimetal | laminate_dcb | dcb_cohesive | compact_tension_growth | peeling_film | compact_tension_pins) scale=3 ;; dcb) scale=1000 ;; dcb_growth | dcb_snap_back) scale=50 ;; merging_cracks) scale=60 ;; dcb_r_curve) scale=10 ;; *) scale=1 ;; esac
+        case $scene in bimetal | laminate_dcb | dcb_cohesive | compact_tension_growth | peeling_film | compact_tension_pins) scale=3 ;; dcb) scale=1000 ;; dcb_growth | dcb_snap_back | one_point_bend) scale=50 ;; merging_cracks) scale=60 ;; dcb_r_curve) scale=10 ;; *) scale=1 ;; esac
         "$python" tools/thumbnail.py $out/$scene.h5 "$picture" $field $scale
     done
 }

@@ -188,3 +188,23 @@ def test_threads_and_scenes_that_are_refused(hampm):
                          (("fix = 'y' /", "fix = 'y'  displacement = 0.0, 1e-6 /"), "beside motions"),
                          (("&growth direction", "!"), "&growth")):
         assert word in run(hampm, s.replace(*change), code=2), change
+
+
+@pytest.mark.verify
+def test_an_end_loaded_split_specimen_snaps_back(hampm):
+    """Load and displacement of beams with sliding arms, P = sqrt(4 G E B**2 h**3/9)/a and u = P (3 a**3 + L**3)/(2 E B h**3) + 1.2 P L/(2 mu B h), with a longer by 0.28 h (Wang &
+    Williams 1992); the displacement is least at a = L/6**(1/3). What the load works less what is stored is toughness times area."""
+    row = run(hampm, (ROOT / "input/els.nml").read_text(), "growth.increment=12e-3", "method.load_steps=3", "run.end_time=3.0", "output.snapshot_interval=0")
+    young, width, depth, length, toughness = 70e9, 0.01, 3e-3, 0.1, 100.0
+    a, work, stored = row["tip_x"], row["external_work"], row["strain_energy"]
+    longer = a + 0.28 * depth
+    load = math.sqrt(4 * toughness * young * width**2 * depth**3 / 9) / longer
+    way = load * ((3 * longer**3 + length**3) / (2 * young * width * depth**3) + 1.2 * length / (2 * young / 2.6 * width * depth))
+    released = (np.diff(work) - np.diff(stored)) / (toughness * width * np.diff(a))
+    print("load", row["load"] / load, "displacement", row["load_displacement"] / way, "released", released)
+    assert row["load"] == pytest.approx(load, rel=0.013)
+    assert row["load_displacement"] == pytest.approx(way, rel=0.008)
+    assert np.argmin(row["load_displacement"]) == 2 and a[2] == pytest.approx(length / 6**(1 / 3), rel=0.02)
+    assert released == pytest.approx(np.ones(3), rel=0.08)                 # by steps of 12 mm, whose error falls with their square
+    missing = work - stored - row["fracture_energy"] - row["numerical_loss"]
+    assert np.abs(missing - missing[0]).max() < 1e-9 * work.max()

@@ -108,3 +108,19 @@ def test_a_compact_tension_specimen_between_pins(hampm):
     assert ratios(row) == pytest.approx((1, 1), rel=6e-3)
     assert max(ratios(held)) < 0.85
     assert row["load_pins_y"] * 1e-5 / 2 == pytest.approx(row["strain_energy"], rel=1e-9) == row["external_work"]
+
+
+def test_a_crack_grows_between_pins(hampm):
+    """With the crack the pins lose load and move on: K of ASTM E399 (0.5 %) is that of the toughness at each length, and what they work less what is stored is toughness times area."""
+    toughness, steps = 2000.0, 4
+    text = (INPUT / "compact_tension_pins.nml").read_text() + f"&growth toughness = {toughness}  increment = 1e-3  direction = 'straight' /\n&control /\n"
+    row = harness.run(hampm, text, f"method.load_steps={steps}", f"run.end_time={steps}", "refine.max_level=2", "refine.rings=8", "energy_release.energy_balance=.true.",
+                      "output.snapshot_interval=0")
+    x = row["tip_x"] / 0.05
+    shape = (2 + x) / (1 - x)**1.5 * np.polyval([-5.6, 14.72, -13.32, 4.64, 0.886], x)
+    load = math.sqrt(toughness * 210e9 / (1 - 0.3**2)) * math.sqrt(0.05) / shape
+    released = (np.diff(row["external_work"]) - np.diff(row["strain_energy"])) / (toughness * np.diff(row["tip_x"]))
+    print("load", row["load"] / load, "released", released)
+    assert row["load"] == pytest.approx(load, rel=0.015)
+    assert released == pytest.approx(np.ones(steps), rel=0.01)
+    assert np.all(np.diff(row["load"]) < 0) and np.all(np.diff(row["load_displacement"]) > 0)
