@@ -13,8 +13,9 @@ module hampm_crack_errors
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
-   use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
+   use hampm_crack_tip_field, only: modes, tip_field_t
    use hampm_stiffness, only: stiffness_t
+   use hampm_tip_domain, only: fields_at
    use hampm_tip_measurements, only: estimate_rates, measure_domain
    use hampm_missing_energy, only: missing_energies, displace
    implicit none
@@ -100,7 +101,7 @@ contains
       type(crack_values_t) :: found
       type(particles_t) :: p
       integer :: k
-      type(tip_field_t) :: field
+      type(tip_field_t) :: field(2)
       associate (tip => cracks%tips(number), errors => values%errors)
          call find_static_crack(problem, rest, model, cracks%tips, number, problem%particles%thickness%at(tip%now), crack)
          if (.not. crack%known) then
@@ -114,16 +115,20 @@ contains
          if (failure%failed()) return
          errors%by_mode = .true.
          errors%of_tip = crack%part_of_tip()
-         field = new_tip_field(problem%materials(tip%material), tip%direction)
+         field = fields_at(problem%materials, tip)
          associate (best => crack%best(), correction => crack%correction(), own => problem%grid%is_quadratic())
             do k = 1, size(values%estimates)
                values%estimates(k)%error%relative = relative_errors(found%estimates(k)%rate, best, correction, own, hardly**2)
             end do
             errors%domain%relative = relative_errors(found%domain, best, correction, own, hardly**2)
             ! In material whose modes turn into each other both have the relative error of either, unless one of them is small
-            errors%intensity%relative = relative_errors(found%intensity, field%typical_intensities(best), correction/2, own, &
+            errors%intensity%relative = relative_errors(found%intensity, field(1)%typical_intensities(best), correction/2, own, &
                                                         merge(hardly, 10*hardly, problem%materials(tip%material)%isotropic))
             if (.not. problem%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
+            ! Between two materials what the cells have of each mode depends on their size
+            if (tip%phase_length > 0) errors%intensity%relative = &
+               maxval(relative_errors([norm2(found%intensity)], [norm2(field(1)%typical_intensities([sum(best), 0.0_dp]))], &
+                                      [sum(correction*best)/sum(best)]/2, own, hardly))
             if (allocated(found%j)) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(best)], &
                                                                                 [sum(correction*best)/sum(best)], own, hardly**2))
          end associate

@@ -15,7 +15,8 @@ module hampm_crack_measurements
    use hampm_material, only: material_t
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
-   use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
+   use hampm_crack_tip_field, only: modes, tip_field_t
+   use hampm_tip_domain, only: fields_at
    use hampm_tip_measurements, only: estimate_rates, error_of_rate, of_any_sign
    implicit none
    private
@@ -37,7 +38,7 @@ contains
       real(dp), parameter :: middle(ndim) = 0    ! cells on both sides of the mouth tell
       real(dp) :: at_node(modes)                 ! opening of the nodes behind the tip [m]
       type(best_t) :: best
-      type(tip_field_t) :: field
+      type(tip_field_t) :: field(2)
       associate (p => problem%particles, grid => problem%grid, tip => cracks%tips(number))
          if (tip%is_measured()) call estimate_rates(problem, factors_at(problem%loads, problem%state%time), tip, p, state, &
                                                       extrapolation, values, failure)
@@ -53,8 +54,8 @@ contains
                values%behind = at_node
             end if
          end associate
-         field = new_tip_field(problem%materials(tip%material), tip%direction)
-         call follow_values(tip, field, values)
+         field = fields_at(problem%materials, tip)
+         call follow_values(tip, field(1), values)
          best = values%best(tip, problem%materials(tip%material)%isotropic)
          if (best%estimator /= '') g = best%rate
       end associate
@@ -146,6 +147,7 @@ contains
             end associate
          end do
          if (allocated(v%j)) then        ! where material yields or creeps J depends on the domain, and K are of elastic fields
+            if (tip%phase_length > 0) call record_intensities()
             if (.not. (tip%has_layers .or. material%has_history)) call record_parts()
             call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))
             if (v%errors%are_known) call history%record('J_error', 'J/m2', 'estimated error of J', v%errors%j%now)
@@ -180,18 +182,27 @@ contains
          associate (v => values)
             call record_modes('G_domain_', 'J/m2', 'energy release rate, part of J', v%domain, &
                               'estimated error of G_domain', v%errors%domain)
-            call record_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral', v%intensity, &
-                              'estimated error of K', v%errors%intensity)
+            call record_intensities()
             if (allocated(v%t_stress)) then
                call history%record('T_stress', 'Pa', 'stress along the crack at its tip beside the singular ones', &
                                    sum(v%t_stress)/size(v%t_stress))
                if (v%errors%are_known) call history%record('T_stress_error', 'Pa', 'estimated error of T_stress', &
                                                            v%error_of_t_stress(tip%radii))
             end if
-            if (recorded > 1) &
-               call history%record('mode_mixity', 'rad', 'angle of (K_I, K_II)', atan2(v%intensity(2), v%intensity(1)))
          end associate
       end subroutine record_parts
+
+      !> Record the stress intensity factors.
+      subroutine record_intensities()
+         associate (v => values)
+            call record_modes('K_', 'Pa m^0.5', 'stress intensity factor, interaction integral', v%intensity, &
+                              'estimated error of K', v%errors%intensity)
+            if (recorded > 1) &
+               call history%record('mode_mixity', 'rad', 'angle of (K_I, K_II)', atan2(v%intensity(2), v%intensity(1)))
+            if (tip%phase_length > 0) &
+               call history%record('oscillation_index', '1', 'epsilon of the interface at the tip', v%oscillation)
+         end associate
+      end subroutine record_intensities
 
       !> Record the value of each mode, and then the estimated error of each.
       subroutine record_modes(name, unit, meaning, value, meaning_of_error, error)

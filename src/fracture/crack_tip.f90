@@ -43,7 +43,9 @@ module hampm_crack_tip
       logical :: may_close = .false.             !! whether interface points keep the faces from interpenetrating
       real(dp) :: grown = 0                      !! how far it has moved since the start of the run, by growth in motion [m]
       real(dp) :: speed = 0                      !! at which it grows in motion [m/s]
-      integer :: material = 0                    !! number of the material in which it is
+      integer :: material = 0                    !! number of the material in which it is; with K of an interface of that above the crack
+      integer :: below = 0                       !! and of that below it
+      real(dp) :: phase_length = 0               !! at which K of an interface is; 0 where that is not measured [m]
       logical :: has_layers = .false.            !! whether there are others within its radii, in layers along the crack: J has a meaning there,
                                                  !! its parts and K have none
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending; none where that is not taken [m]
@@ -155,6 +157,9 @@ contains
       class(archive_t), intent(inout) :: archive
       integer :: n
       call archive%serialise('material', tip%material)
+      call archive%serialise('below', tip%below)
+      call archive%serialise('phase_length', tip%phase_length)
+      call archive%serialise('has_layers', tip%has_layers)
       call archive%serialise('grown', tip%grown)
       call archive%serialise('speed', tip%speed)
       call archive%serialise('has_no_domain', tip%has_no_domain)

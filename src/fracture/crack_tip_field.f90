@@ -14,13 +14,21 @@
 !>    G = sum_mn K_m Y_mn K_n,   opening and sliding r behind the tip = 8 sqrt(r/(2 pi)) sum_n Y_mn K_n,
 !>
 !> in an isotropic material with Y = 1/E' times the unit matrix.
+!>
+!> Between two isotropic materials stress and opening oscillate (Williams 1959; Rice & Sih 1965; Rice 1988). With complex numbers, and K at a length l,
+!>
+!>    s_22 + i s_12 = K (r/l)**(i eps)/sqrt(2 pi r) ahead,   K = K_1 + i K_2,
+!>    2 mu u,1 = kappa f - g - 2 i y conj(f'),   2 mu u,2 = i (kappa f + g - 2 conj(f) + 2 i y conj(f')),   u = u_1 + i u_2,
+!>    f = p conj(K) (z/l)**(-i eps)/sqrt(2 pi z),   g = (1 - p) conj(K) (conj(z)/l)**(-i eps)/sqrt(2 pi conj(z)),
+!>    p = exp(-pi eps)/(2 cosh(pi eps)) above and 1 - p below,   2 pi eps = log((kappa/mu + 1/mu')/(kappa'/mu' + 1/mu)) of mu above and mu' below,
+!>    [u_2] + i [u_1] = 8 K sqrt(r/(2 pi)) (r/l)**(i eps)/((1 + 2 i eps) E* cosh(pi eps)),   Y = 1/(E* cosh(pi eps)**2),   2/E* = 1/E' + 1/E''.
 module hampm_crack_tip_field
    use hampm_kinds, only: dp, ndim
    use hampm_material, only: material_t
    use hampm_orthotropic, only: n_voigt, turned_stiffness, turned_compliance, voigt_stress
    implicit none
    private
-   public :: modes, tip_field_t, new_tip_field
+   public :: modes, tip_field_t, new_tip_field, new_interface_fields
 
    integer, parameter :: modes = 2               !! opening (I) and in-plane shear (II)
    real(dp), parameter :: pi = acos(-1.0_dp)
@@ -41,6 +49,14 @@ module hampm_crack_tip_field
       real(dp) :: compliance(n_voigt, n_voigt) = 0 !! a in the axes of the crack [1/Pa]
       real(dp) :: stiffness(n_voigt, n_voigt) = 0 !! its inverse [Pa]
       real(dp) :: rate(modes, modes) = 0         !! Y [1/Pa]
+      ! Of a tip between two materials: on one side of it
+      logical, public :: is_at_interface = .false.
+      real(dp), public :: oscillation = 0        !! eps [-]
+      real(dp), public :: part_of_opening = 0.5_dp !! what this side has of the opening [-]
+      real(dp) :: length = 1                     !! l [m]
+      real(dp) :: part = 0.5_dp                  !! p [-]
+      real(dp) :: kappa = 0                      !! (lambda + 3 mu)/(lambda + mu) in the plane [-]
+      real(dp) :: mu = 0                         !! [Pa]
    contains
       procedure :: gradient
       procedure :: gradient_of_force
@@ -77,6 +93,27 @@ contains
       end associate
       call find_factors(field)
    end function new_tip_field
+
+   !> The fields above and below a tip between two isotropic materials.
+   pure function new_interface_fields(above, below, direction, length) result(fields)
+      type(material_t), intent(in) :: above, below
+      real(dp), intent(in) :: direction(ndim)    !! unit vector out of the crack, above to the left of it
+      real(dp), intent(in) :: length             !! at which K is that of the stress [m]
+      type(tip_field_t) :: fields(2)
+      real(dp) :: compliance(2)                  ! 1/E'
+      fields = [new_tip_field(above, direction), new_tip_field(below, direction)]
+      fields%is_at_interface = .true.
+      fields%length = length
+      fields%mu = [above%mu, below%mu]
+      fields%kappa = [above%small_strain_lambda(), below%small_strain_lambda()]/fields%mu
+      fields%kappa = (fields%kappa + 3)/(fields%kappa + 1)
+      compliance = (fields%kappa + 1)/(8*fields%mu)
+      fields%oscillation = log((fields(1)%kappa/above%mu + 1/below%mu)/(fields(2)%kappa/below%mu + 1/above%mu))/(2*pi)
+      fields%part = 1/(1 + exp([2, -2]*pi*fields%oscillation))
+      fields%part_of_opening = compliance/sum(compliance)
+      fields%rate(1, 1) = sum(compliance)/2/cosh(pi*fields%oscillation)**2
+      fields%rate(2, 2) = fields%rate(1, 1)
+   end function new_interface_fields
 
    !> The roots in the axes of the material: with L = sqrt(a_22/a_11) and S = sqrt((2 a_12 + a_66)/a_11 + 2 L) they have the sum i S and
    !> the product -L.
@@ -133,6 +170,10 @@ contains
       real(dp) :: gradient(ndim, ndim)
       complex(dp) :: z, over_root(2), f(ndim), difference(ndim)
       integer :: k
+      if (self%is_at_interface) then
+         gradient = gradient_at_interface(self, mode, x)
+         return
+      end if
       do k = 1, merge(2, 1, self%apart)
          z = sqrt(cmplx(x(1) + real(self%root(k), dp)*x(2), aimag(self%root(k))*x(2), dp)) ! with the sign of a zero: it tells the face of the crack
          over_root(k) = conjg(z)/(real(z, dp)**2 + aimag(z)**2)
@@ -148,6 +189,37 @@ contains
          gradient(:, 2) = real(self%root(1)*difference - f, dp)
       end if
    end function gradient
+
+   !> The same on one side of an interface.
+   pure function gradient_at_interface(self, mode, x) result(gradient)
+      type(tip_field_t), intent(in) :: self
+      integer, intent(in) :: mode
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: gradient(ndim, ndim)
+      complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+      complex(dp) :: z, f, g, slope, u(ndim)
+      z = cmplx(x(1), x(2), dp)
+      f = unit_of(mode)*over_root(self, z)
+      g = (1 - self%part)*unit_of(mode)*over_root(self, conjg(z))
+      slope = 2*i*x(2)*conjg(-self%part*f*cmplx(0.5_dp, self%oscillation, dp)/z)
+      f = self%part*f
+      u = [self%kappa*f - g - slope, i*(self%kappa*f + g - 2*conjg(f) + slope)]/(2*self%mu)
+      gradient(1, :) = real(u, dp)
+      gradient(2, :) = aimag(u)
+   end function gradient_at_interface
+
+   !> conj(K) of a unit K of a mode at an interface.
+   pure complex(dp) function unit_of(mode)
+      integer, intent(in) :: mode
+      unit_of = merge((1.0_dp, 0.0_dp), (0.0_dp, -1.0_dp), mode == 1)
+   end function unit_of
+
+   !> (z/l)**(-i eps)/sqrt(2 pi z), with the sign of a zero of its imaginary part.
+   pure complex(dp) function over_root(self, z)
+      type(tip_field_t), intent(in) :: self
+      complex(dp), intent(in) :: z               !! [m]
+      over_root = exp(cmplx(-0.5_dp, -self%oscillation, dp)*log(z/self%length))/sqrt(2*pi*self%length)
+   end function over_root
 
    !> Displacement gradient of a unit force over the thickness that acts on the tip along the crack, the faces being free: of w_i z,j/z the divided
    !> difference, or the derivative (Lekhnitskii 1963). In an isotropic material its stress is -cos(theta)/(pi r) along the radius [m/N].
@@ -200,7 +272,12 @@ contains
       class(tip_field_t), intent(in) :: self
       integer, intent(in) :: component, mode
       real(dp), intent(in) :: r                  !! distance from the tip [m]
+      complex(dp) :: both                        ! opening + i sliding
       opening = 8*self%rate(component, mode)*sqrt(r/(2*pi))
+      if (.not. (self%is_at_interface .and. r > 0)) return
+      both = 8*self%rate(1, 1)*cosh(pi*self%oscillation)*sqrt(r/(2*pi))*conjg(unit_of(mode))/cmplx(1, 2*self%oscillation, dp) &
+             *exp(cmplx(0, self%oscillation*log(r/self%length), dp))
+      opening = merge(real(both, dp), aimag(both), component == 1)
    end function opening
 
    !> G of stress intensity factors [J/m2].
@@ -210,11 +287,12 @@ contains
       rate_of = dot_product(k, matmul(self%rate, k))
    end function rate_of
 
-   !> Whether G has a part of both modes together, as it does where a crack lies across the axes of a material.
+   !> Whether one mode turns into the other: G has a part of both together where a crack lies across the axes of a material, and at an interface
+   !> both oscillate.
    pure logical function modes_couple(self)
       class(tip_field_t), intent(in) :: self
       associate (y => self%rate)
-         modes_couple = abs(y(1, 2)) > same_rate*(y(1, 1) + y(2, 2))
+         modes_couple = abs(y(1, 2)) > same_rate*(y(1, 1) + y(2, 2)) .or. self%is_at_interface
       end associate
    end function modes_couple
 

@@ -18,6 +18,7 @@ module hampm_crack_values
       logical :: cells_divide = .false.          !! whether cells are divided in motion
       real(dp) :: domain(modes) = 0              !! energy release rates, the parts of J [J/m2]
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
+      real(dp) :: oscillation = 0                !! epsilon at an interface [-]
       real(dp) :: g_of_k = 0                     !! energy release rate that goes with these [J/m2]
       real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains; of closed tips with all uncertainties [Pa sqrt(m)]
       real(dp) :: uncertainty_of_j = 0           !! by what K and J differ at a closed tip [J/m2]
@@ -66,7 +67,7 @@ contains
       best%estimator = ''
       if (allocated(self%j)) then
          best = best_t('domain_integral', best_rate(self, tip), self%errors%j%now)
-         if (.not. tip%nodes%in_cell .or. tip%grown > 0) return
+         if (.not. is_by_k(tip)) return
          best%error = self%errors%of_rate
          best%estimator = best%estimator//trim(merge(', (K_I**2 + K_II**2)/E''', ', of K_I and K_II      ', isotropic))
       else if (size(self%estimates) > 0) then
@@ -94,8 +95,14 @@ contains
       class(crack_values_t), intent(in) :: v
       type(crack_tip_t), intent(in) :: tip
       best_rate = sum(v%j)/size(v%j)
-      if (tip%nodes%in_cell .and. .not. tip%grown > 0) best_rate = v%g_of_k
+      if (is_by_k(tip)) best_rate = v%g_of_k
    end function best_rate
+
+   !> Whether that is by K, which a tip that grows, and one beside layers, has not.
+   pure logical function is_by_k(tip)
+      type(crack_tip_t), intent(in) :: tip
+      is_by_k = tip%nodes%in_cell .and. .not. tip%grown > 0 .and. (tip%phase_length > 0 .or. .not. tip%has_layers)
+   end function is_by_k
 
    !> Keep what the next errors need of the values so far.
    subroutine keep_crack_values(values, archive)

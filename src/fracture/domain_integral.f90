@@ -75,7 +75,7 @@ contains
       type(tip_domain_t) :: domain
       integer :: n
       domain = unturned
-      domain%field = new_tip_field(domain%material, domain%direction)
+      if (.not. domain%field%is_at_interface) domain%field = new_tip_field(domain%material, domain%direction)
       associate (grid => problem%grid, blocks => problem%blocks)
          call list_places(domain, grid, blocks, p, places)
          call find_mean_slope(domain, p, places, c)
@@ -88,7 +88,8 @@ contains
             associate (place => places%list(n))
                call take_sample(domain, grid, p, place, problem%materials(p%material(place%particle)), state, c, s)
                call add_to_j(s, domain, size(j), places%q(1, n), places%dq(1, 1, n), j)
-               call add_to_interaction(s, domain, place, size(j), places%q(1, n), places%dq(1, 1, n), k)
+               call add_to_interaction(s, domain, problem%materials(p%material(place%particle)), place, size(j), places%q(1, n), &
+                                       places%dq(1, 1, n), k)
             end associate
          end do
          call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, places%nodal, j, k, by_closed, &
@@ -252,9 +253,10 @@ contains
 
    !> Add what a particle contributes to the interaction with the tip fields of unit K: 2 B/E' K of each disc, in an anisotropic material
    !> 2 B sum_n Y_mn K_n.
-   pure subroutine add_to_interaction(s, domain, place, radii, q, dq, k)
+   pure subroutine add_to_interaction(s, domain, material, place, radii, q, dq, k)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
+      type(material_t), intent(in) :: material   !! of the particle
       type(place_t), intent(in) :: place
       integer, intent(in) :: radii
       real(dp), intent(in) :: q(radii)           !! at the particle, by radius
@@ -271,7 +273,7 @@ contains
                axes = frame_along(domain%direction)
                source = source + (s%hoop_stress*dot_product(a(:, 1), s%outward) &
                                   + dot_product(matmul(stress, s%outward), s%slope) - sum(s%stress*a)*s%outward(1) &
-                                  - domain%material%stress_across(matmul(axes, matmul(stress, transpose(axes)))) &
+                                  - material%stress_across(matmul(axes, matmul(stress, transpose(axes)))) &
                                   *(s%radial_slope - s%hoop*s%outward(1)))/s%radius
             end if
          end associate
@@ -356,7 +358,7 @@ contains
       real(dp), intent(in) :: q(:, :)            !! at the points of the grid [-], (radii, n_points)
       real(dp), intent(in) :: c(ndim)
       real(dp), intent(inout) :: j(:), k(:, :)
-      real(dp) :: force(ndim), x(ndim), slope(ndim), side, at_point(size(j))
+      real(dp) :: force(ndim), x(ndim), slope(ndim), side, part_of_face, at_point(size(j))
       integer :: n, mode
       do n = 1, size(load%particle)
          associate (particle => load%particle(n))
@@ -365,11 +367,13 @@ contains
             force = domain%in_axes(load%fraction(n)*factor*load%force)
             x = domain%from_tip(p%place_in_grid(particle), p%total_frame)
             side = sign(1.0_dp, x(2))
+            part_of_face = merge(domain%below%part_of_opening, domain%field%part_of_opening, &
+                                 side < 0 .and. domain%field%is_at_interface)
             slope = turned_back(domain, slope_at_face(domain, grid, p, blocks, particle, load%offset(:, n)), domain%direction)
             j = j - dot_product(force, matmul(slope, frame_along(domain%direction)) - c)*at_point
             x = domain%from_tip(p%place_in_grid(particle) + load%offset(:, n), p%total_frame)
             do mode = 1, modes
-               k(mode, :) = k(mode, :) - side*at_point &
+               k(mode, :) = k(mode, :) - 2*part_of_face*side*at_point &
                                          *dot_product(force, mean_slope_of_face(domain, mode, -x(1), norm2(load%half(:, n))))
             end do
          end associate
@@ -431,8 +435,8 @@ contains
       end function terms_at
    end function slope_at_face
 
-   !> Mean of a,1 over a segment of the upper face, in the axes of the crack: that of a face is half of the sliding and of the opening
-   !> [1/(Pa sqrt(m))]. A segment that ends at the tip begins there, whatever rounding says: the opening there goes as the root of the distance.
+   !> Mean of half of the change of sliding and of opening over a segment of the faces, which is a,1 of the upper face in one material, in the axes of the
+   !> crack [1/(Pa sqrt(m))]. A segment that ends at the tip begins there, whatever rounding says: the opening there goes as the root of the distance.
    pure function mean_slope_of_face(domain, mode, r, half) result(mean)
       type(tip_domain_t), intent(in) :: domain
       integer, intent(in) :: mode

@@ -4,8 +4,8 @@ module hampm_tip_domain
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: points_of_quadratic, inside_cell
    use hampm_cell_blocks, only: cell_blocks_t
-   use hampm_crack_tip, only: frame_along
-   use hampm_crack_tip_field, only: modes, tip_field_t
+   use hampm_crack_tip, only: crack_tip_t, frame_along
+   use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field, new_interface_fields
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
    use hampm_node_list, only: node_list_t
@@ -13,7 +13,7 @@ module hampm_tip_domain
    use hampm_tensors, only: identity
    implicit none
    private
-   public :: tip_domain_t, place_t, places_t, weight_nodes, list_places, fill_places
+   public :: tip_domain_t, place_t, places_t, fields_at, weight_nodes, list_places, fill_places
 
    real(dp), parameter :: plateau = 0.5_dp       !! part of the radius within which q is 1
    real(dp), parameter :: on_line = 1.0e-9_dp    !! part of an element within which of the crack's line a particle counts as on it
@@ -39,7 +39,8 @@ module hampm_tip_domain
       type(material_t) :: material               !! in which the tip is
       real(dp), allocatable :: radius(:)         !! of each disc [m]
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
-      type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction
+      type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction; at an interface those above it
+      type(tip_field_t) :: below                 !! and those below it
       real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, as they were at first [Pa]
       logical :: quadratic = .false.             !! whether cells are quadratic
       real(dp) :: tip_offset(modes) = 0          !! of these, else 0 [cells]
@@ -74,6 +75,18 @@ module hampm_tip_domain
    end type places_t
 
 contains
+
+   !> The singular fields at a tip: those above and below its crack.
+   pure function fields_at(materials, tip) result(fields)
+      type(material_t), intent(in) :: materials(:)
+      type(crack_tip_t), intent(in) :: tip
+      type(tip_field_t) :: fields(2)
+      if (tip%phase_length > 0) then
+         fields = new_interface_fields(materials(tip%material), materials(tip%below), tip%axis(:, 1), tip%phase_length)
+      else
+         fields = new_tip_field(materials(tip%material), tip%axis(:, 1))
+      end if
+   end function fields_at
 
    !> q at the points of the grid: 1 up to a part of the radius, then a cubic with level ends, 0 from the radius on.
    !>
@@ -172,8 +185,8 @@ contains
       real(dp), intent(in) :: nodal(:, :)        !! (radii, n_points)
       type(place_t), intent(inout) :: place
       real(dp), intent(out) :: q(:), dq(:, :)    !! (radii), (ndim, radii)
-      real(dp) :: gradient(grid%n_functions, ndim), to_reference(ndim, ndim), xi(ndim), x(ndim), from_mode(ndim)
-      integer :: mode, k, r
+      real(dp) :: gradient(grid%n_functions, ndim), to_reference(ndim, ndim), xi(ndim), x(ndim)
+      integer :: k, r
       associate (i => place%particle, e => p%cell(place%particle))
          to_reference = frame_along(domain%direction)
          if (.not. p%total_frame) to_reference = matmul(identity + p%gradient_of(i), to_reference)
@@ -193,22 +206,32 @@ contains
          x = domain%from_tip(p%place_in_grid(i), p%total_frame)
          associate (size => grid%element_size(e))
             if (abs(x(2)) <= on_line*size) x(2) = sign(x(2), domain%face_of_line)
-            place%unit = 0
-            do mode = 1, modes
-               from_mode = [x(1) + domain%tip_offset_of(mode), x(2)] ! the sign of the second tells the faces apart where it is 0
-               if (norm2(from_mode) < singular*size) cycle
-               associate (a => place%unit(:, :, mode))
-                  a = domain%field%gradient(mode, from_mode)
-                  if (domain%is_beside .and. abs(x(2)) <= on_line*size) & ! it is on both faces
-                     a = (a + domain%field%gradient(mode, [from_mode(1), -x(2)]))/2
-               end associate
-            end do
+            call fill_fields(domain, merge(domain%below, domain%field, domain%field%is_at_interface .and. x(2) < 0), x, size, place)
          end associate
       end associate
-      do mode = 1, modes
-         place%unit_stress(:, :, mode) = domain%field%stress(place%unit(:, :, mode))
-      end do
    end subroutine fill_place
+
+   !> The fields of each mode at a place.
+   pure subroutine fill_fields(domain, field, x, size, place)
+      type(tip_domain_t), intent(in) :: domain
+      type(tip_field_t), intent(in) :: field     !! on this side of the crack
+      real(dp), intent(in) :: x(ndim), size      !! from the tip in the axes of the crack, and of the element [m]
+      type(place_t), intent(inout) :: place
+      real(dp) :: from_mode(ndim)
+      integer :: mode
+      place%unit = 0
+      do mode = 1, modes
+         from_mode = [x(1) + domain%tip_offset_of(mode), x(2)] ! the sign of the second tells the faces apart where it is 0
+         associate (a => place%unit(:, :, mode))
+            if (norm2(from_mode) >= singular*size) then
+               a = field%gradient(mode, from_mode)
+               if (domain%is_beside .and. abs(x(2)) <= on_line*size) & ! it is on both faces
+                  a = (a + field%gradient(mode, [from_mode(1), -x(2)]))/2
+            end if
+            place%unit_stress(:, :, mode) = field%stress(a)
+         end associate
+      end do
+   end subroutine fill_fields
 
    !> Whether places that were found are those of a tip still.
    pure logical function stay(self, domain, blocks, p)
@@ -236,6 +259,8 @@ contains
       class(tip_domain_t), intent(in) :: self
       integer, intent(in) :: mode
       tip_offset_of = merge(self%tip_offset(mode), tip_offset(mode), self%tip_offset(mode) > 0)*self%cell
+      if (self%field%is_at_interface) & ! where either K has both modes
+         tip_offset_of = sum(merge(self%tip_offset, tip_offset, self%tip_offset > 0))/modes*self%cell
    end function tip_offset_of
 
    !> A vector in the present configuration, in the axes of the crack.

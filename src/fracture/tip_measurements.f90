@@ -14,9 +14,9 @@ module hampm_tip_measurements
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_quadratic_tip_offset, only: quadratic_tip_offset
-   use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
+   use hampm_crack_tip_field, only: modes, tip_field_t
    use hampm_t_stress, only: t_stresses
-   use hampm_tip_domain, only: tip_domain_t
+   use hampm_tip_domain, only: tip_domain_t, fields_at
    implicit none
    private
    public :: estimate_rates, measure_domain, error_of_rate, of_any_sign
@@ -59,11 +59,15 @@ contains
       type(crack_values_t), intent(inout) :: values
       real(dp), intent(in), optional :: shift(ndim) !! from the tip to where it is sought [m]
       type(tip_domain_t) :: domain
-      type(tip_field_t) :: field
+      type(tip_field_t) :: field, fields(2)
       type(closed_faces_t) :: closed
       real(dp) :: k(modes, size(values%j)), k_uncertainty(modes, size(values%j))
       integer :: i
       domain%tip = tip%now
+      fields = fields_at(problem%materials, tip)
+      field = fields(1)
+      domain%field = fields(1)
+      domain%below = fields(2)
       if (present(shift)) domain%tip = domain%tip + shift
       if (present(shift)) domain%is_beside = any(abs(shift) > 0)
       domain%direction = tip%axis(:, 1)
@@ -84,14 +88,12 @@ contains
       domain%pressure = sum(factors*problem%loads%pressure, mask=problem%loads%line == tip%crack)/(2*ndim)
       if (tip%may_close) closed = sample_behind_tip(problem%interfaces, tip%now, tip%direction, tip%nodes%spacing)
       call domain_integrals(domain, problem, factors, p, state, closed, values%places, values%j, k, k_uncertainty)
-      field = new_tip_field(domain%material, domain%direction)
-      domain%field = field
       if (allocated(values%t_stress)) then
          values%t_stress = t_stresses(domain, problem, factors, p, state, closed, values%places)
          values%uncertainty_of_t_stress = 0
          if (closed%are_closed) values%uncertainty_of_t_stress = norm2(closed%uncertainty_at(0.0_dp))/domain%thickness
       end if
-      if (domain%cell > 0 .and. .not. domain%material%isotropic) then
+      if (domain%cell > 0 .and. (field%is_at_interface .or. .not. domain%material%isotropic)) then
          do i = 1, size(values%j)
             k(:, i) = field%of_rate(k(:, i), values%j(i))
          end do
@@ -104,6 +106,7 @@ contains
       values%intensity = sum(k, dim=2)/size(values%j)
       if (closed%are_closed) values%spread_of_k = [0.0_dp, values%spread_of_k(2) + abs(values%intensity(2)) &
                *values%errors%with_cells(tip%nodes%spacing)*values%errors%intensity(2)%relative] ! tractions and the place of the tip err apart
+      values%oscillation = field%oscillation
       values%g_of_k = field%rate_of(values%intensity)
       if (domain%material%has_history) values%g_of_k = sum(values%j)/size(values%j) ! K is of elastic fields
       values%uncertainty_of_j = 0

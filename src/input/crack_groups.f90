@@ -116,6 +116,9 @@ module hampm_crack_groups
             example='4.0e-3, 6.0e-3, 8.0e-3', unit='m', allowed=positive, fewest=0, most=most_radii), &
       key_t('t_stress', type_logical, 'whether the history records the T-stress, by domain_integral', default='.false.', &
             example='.true.'), &
+      key_t('phase_length', type_real, &
+            'of tips between two materials: distance ahead at which K_I and K_II are those of the stress; 0: no K there', &
+            default='0.0', unit='m', allowed=not_negative), &
       key_t('reference', type_name, &
             'where the reference value G_ref comes from: nowhere, double cantilever beam theory, or a key', default='none', &
             example='dcb', allowed='none|dcb|value'), &
@@ -128,6 +131,7 @@ module hampm_crack_groups
       logical :: energy_balance = .false.        !! whether the loss of the method is recorded
       logical :: t_stress = .false.              !! whether the T-stress is
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending [m]
+      real(dp) :: phase_length = 0               !! at which K of an interface is, 0: it is not recorded [m]
       character(name_len) :: reference = ''      !! 'none', 'dcb' or 'value'
       real(dp) :: reference_value = 0            !! G_ref where reference = 'value' [J/m2]
    end type energy_release_t
@@ -249,6 +253,7 @@ contains
       energy_release%radii = settings%numbers(entry, 'radii')
       energy_release%energy_balance = settings%flag(entry, 'energy_balance')
       energy_release%t_stress = settings%flag(entry, 't_stress')
+      energy_release%phase_length = settings%number(entry, 'phase_length')
       energy_release%reference = settings%text(entry, 'reference')
       energy_release%reference_value = settings%number(entry, 'reference_value')
    end subroutine fill_energy_release

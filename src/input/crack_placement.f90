@@ -8,7 +8,7 @@ module hampm_crack_placement
    implicit none
    private
    public :: distance_in_material, body_at, least_radius, domain_radii, is_covered, held_ahead, covered_radius, &
-             distance_to_loads, distance_to_constraints, path_at, is_other_within, is_layer, face_normal
+             distance_to_loads, distance_to_constraints, path_at, is_other_within, is_layer, sides_of_tip, face_normal
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
@@ -139,6 +139,28 @@ contains
                     minval(abs(direction)) <= epsilon(1.0_dp)*maxval(abs(direction))
       end associate
    end function is_layer
+
+   !> The bodies above and below a tip, to the left and to the right of its direction, where its crack is the interface of their two materials and there
+   !> is no other within a radius; else 0.
+   pure function sides_of_tip(model, tip, direction, radius) result(bodies)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: tip(ndim), direction(ndim), radius !! direction of any length; others [m]
+      integer :: bodies(2)
+      real(dp) :: aside(ndim)
+      integer :: b, side
+      aside = 1e-3_dp*model%grid%cell*[-direction(2), direction(1)]/norm2(direction)
+      bodies = [body_at(model, tip + aside), body_at(model, tip - aside)]
+      if (any(bodies == 0)) return
+      if (are_alike(model, bodies(1), bodies(2))) bodies = 0
+      do b = 1, size(model%bodies)
+         if (any(bodies == 0)) exit
+         associate (body => model%bodies(b))
+            if (.not. overlap(tip - radius, tip + radius, body%lower, body%upper, tolerance(model%grid))) cycle
+            side = merge(1, 2, dot_product((body%lower + body%upper)/2 - tip, aside) > 0)
+            if (.not. (are_alike(model, b, bodies(side)) .and. is_layer(model, b, tip, direction, radius))) bodies = 0
+         end associate
+      end do
+   end function sides_of_tip
 
    !> Unit vector from the line of a crack into the material at the face of a load; 0 where it names none, or is on no crack.
    pure function face_normal(model, load) result(normal)

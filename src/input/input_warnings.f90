@@ -212,7 +212,8 @@ contains
          end do
          if (.not. any(around > 0 .and. .not. are_alike(model, around, maxval(around)))) cycle
          call add(text, 'the tip of the crack is between two materials: G of modes I and II depends on the size of the '// &
-                  'cells there, only their sum is valid; K is not recorded')
+                  'cells there, only their sum is valid'//trim(merge('; K is not recorded', '                   ', &
+                                                               .not. model%energy_release%phase_length > 0)))
          return
       end do
    end subroutine check_interfaces

@@ -1,7 +1,7 @@
 !> Whether the cracks of a model can be cut: each by itself, against each other, and against what they are not allowed with.
 module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: least_radius, domain_radii, is_other_within, is_layer
+   use hampm_crack_placement, only: least_radius, domain_radii, is_other_within, is_layer, sides_of_tip
    use hampm_path_placement, only: path_tips, path_tip, path_direction, path_radius, clear_radius, distance_to_cracks, &
                                    length_along, &
                                    is_inside, first_end, &
@@ -160,8 +160,9 @@ contains
       integer, intent(in) :: entry               !! position of the group &energy_release
       character(:), allocatable :: why
       real(dp) :: most
-      logical :: is_tip(2)
+      logical :: is_tip(2), is_at_interface
       integer :: k, end, i
+      is_at_interface = .false.
       do k = 1, size(model%paths)
          is_tip = path_tips(model, k)
          do end = last_end, first_end, -1
@@ -193,8 +194,13 @@ contains
                end do
                if (why /= '') call settings%complain(entry, 'radii', why)
                if (why /= '') return
+               is_at_interface = is_at_interface .or. &
+                                 all(sides_of_tip(model, tip, path_direction(model%paths(k), end), maxval(radii)) > 0)
             end associate
          end do
       end do
+      if (model%energy_release%phase_length > 0 .and. .not. is_at_interface) &
+         call settings%complain(entry, 'phase_length', 'there is no tip at the interface of two bodies of different materials '// &
+                                'which have the radii for themselves')
    end subroutine check_path_radii
 end module hampm_path_consistency

@@ -536,6 +536,18 @@ module hampm_rules
              "faces that are held ahead of the tip have tractions there"), &
       rule_t("&energy_release t_stress = .true.", not_with, "&growth law = {growth laws in motion}", not_built, &
              "the fields that the integral is with are those of a tip at rest"), &
+      rule_t("&energy_release phase_length", requires, "&energy_release estimators = 'domain_integral'", mechanics, &
+             "K of an interface is an interaction integral"), &
+      rule_t("&energy_release phase_length", not_with, with_history, mechanics, &
+             "the fields that the integral is with are those of elastic material"), &
+      rule_t("&energy_release phase_length", not_with, "&material law = 'orthotropic'", not_built, &
+             "the fields that the integral is with are those of isotropic materials"), &
+      rule_t("&energy_release phase_length", not_with, "&crack kind = 'symmetry'", mechanics, &
+             "beyond a symmetry plane is the same material"), &
+      rule_t("&energy_release phase_length", not_with, "&crack contact = 'frictionless' | 'friction'", mechanics, &
+             "faces that touch at an interface have other fields at the tip"), &
+      rule_t("&energy_release phase_length", not_with, "&growth law = {growth laws in motion}", not_built, &
+             "the fields that the integral is with are those of a tip at rest"), &
       rule_t("&energy_release radii", no_effect_without, "&energy_release estimators = {estimators by radii}"), &
       rule_t("&energy_release reference = 'value'", requires, "&energy_release reference_value > 0"), &
       rule_t("&energy_release reference_value", requires, "&energy_release reference = 'value'"), &

@@ -5,7 +5,7 @@ module hampm_assembly
    use hampm_bodies, only: pieces_t, cut_into_pieces, fill_rectangle, fill_outline
    use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box, hold_axis
-   use hampm_crack_placement, only: distance_in_material, body_at, is_other_within, held_ahead, domain_radii, &
+   use hampm_crack_placement, only: distance_in_material, body_at, is_other_within, sides_of_tip, held_ahead, domain_radii, &
                                      least_radius
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, last_point
@@ -161,7 +161,7 @@ contains
    pure subroutine place_cracks(model, cracks)
       type(model_t), intent(in) :: model
       type(cracks_t), intent(out) :: cracks
-      integer :: k, body
+      integer :: k, body, sides(2)
       allocate (cracks%crack(size(model%paths)))
       do k = 1, size(model%paths)
          call place_crack(model, k, cracks%crack(k))
@@ -175,6 +175,12 @@ contains
             if (.not. any(model%energy_release%chosen%needs_radii)) cycle
             tip%radii = domain_radii(model, path_radius(model, tip%crack, tip%end))
             tip%has_layers = any([(is_other_within(model, body, tip%place, maxval(tip%radii)), body=1, size(model%bodies))])
+            if (.not. model%energy_release%phase_length > 0) cycle
+            sides = sides_of_tip(model, tip%place, tip%direction, maxval(tip%radii))
+            if (any(sides == 0)) cycle
+            tip%phase_length = model%energy_release%phase_length
+            tip%material = material_of_body(model, sides(1))
+            tip%below = material_of_body(model, sides(2))
          end associate
       end do
       do k = 1, size(model%nucleations)

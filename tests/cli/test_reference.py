@@ -123,6 +123,8 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
     running = path.replace("contact = 'friction' friction = 0.1", "") + \
         "&growth law = 'toughness' toughness = 1e6 /\n&load kind = 'absorbing' lower = 0.1, 0.0 upper = 0.1, 0.01 /\n"
     cohesive = path.replace("contact = 'friction' friction = 0.1", "") + "&cohesive from = 0.02 strength = 1e7 toughness = 1e3 /\n"
+    between = LINE.replace("upper = 0.1, 0.02\n  points", "upper = 0.1, 0.01\n  points") + held + \
+        "&material name = 'b' young = 1e9 density = 1000 /\n&body material = 'b' lower = 0.0, 0.01 upper = 0.1, 0.02 /\n"
     closed = path.replace("contact = 'friction' friction = 0.1", "").replace("0.0045", "0.0055")
     of_path = (*settings[:3], "energy_release.estimators=domain_integral", "energy_release.energy_balance=.true.", "energy_release.reference=none",
                "method.frame=total", "method.courant=0")
@@ -139,7 +141,7 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
                                ("growth", growth, (*of_path, "method.time=static", "energy_release.t_stress=.true.")),
                                ("kink", growth.replace("&growth", "&growth direction = 'max_energy'"), (*of_path, "method.time=static")),
                                ("onset", growth.replace("&growth", "&nucleation"), (*of_path, "method.time=static")),
-                               ("frame", growth + "&control stiffness = 1e6 /\n", (*of_path, "method.time=static")), ("running", running, of_path), ("cohesive", cohesive, of_path), *probed):
+                               ("frame", growth + "&control stiffness = 1e6 /\n", (*of_path, "method.time=static")), ("interface", between, (*settings, "energy_release.phase_length=1e-3", "energy_release.reference=none")), ("running", running, of_path), ("cohesive", cohesive, of_path), *probed):
         (tmp_path / f"{name}.nml").write_text(scene)
         result = hampm(f"{name}.nml", "--set", f"output.file={name}.h5", *(f"--set={setting}" for setting in asked))
         assert result.returncode == 0, result.stderr

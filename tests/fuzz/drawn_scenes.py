@@ -512,7 +512,29 @@ class Drawing:
             name = chance.choice([name for name, _ in scene if name in CHOICES])
             key = chance.choice(list(CHOICES[name]))
             chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
+        self.part_at_crack(scene)
         return scene + self.probes(scene)
+
+    def part_at_crack(self, scene):
+        """Makes two bodies of two materials of one, with a crack along grid lines between them."""
+        chance, bodies, lines = self.chance, groups(scene, "body"), [keys for keys in groups(scene, "crack") if keys.get("kind") == "line" and 0.0 in keys["direction"]]
+        if len(bodies) > 1 or "shape" in bodies[0] or not lines or groups(scene, "contact") or chance.random() < 0.4:
+            return
+        across = lines[0]["direction"].index(0.0)
+        other = dict(bodies[0], material="m2", lower=list(bodies[0]["lower"]))
+        bodies[0]["upper"] = list(bodies[0]["upper"])
+        bodies[0]["upper"][across] = other["lower"][across] = lines[0]["tip"][across]
+        bodies[0].pop("spin", None)
+        other.pop("spin", None)
+        if "eigenstrain" in other and chance.random() < 0.5:
+            del other["eigenstrain"]
+        at = max(k for k, (name, _) in enumerate(scene) if name == "body")
+        scene[at + 1:at + 1] = [["body", other], ["material", self.material("m2", chance.choice(["linear_elastic", "linear_elastic", "neo_hookean"]))]]
+        release = group(scene, "energy_release")
+        if "domain_integral" in release.get("estimators", []) and chance.random() < 0.8:
+            release["phase_length"] = chance.choice([0.3, 3.0]) * self.cell
+            lines[0].pop("friction", None)
+            lines[0]["contact"] = "none"
 
     def probes(self, scene):
         """The groups of probes, drawn last; their names begin with p."""

@@ -26,7 +26,7 @@ DIMENSIONS = {
     "growth": {"points": LENGTH, "toughness": TOUGHNESS, "limit_speed": SPEED, "speed": SPEED, "start": TIME, "end": TIME, "increment": LENGTH, "max_length": LENGTH,
                "extensions": LENGTH, "speeds": SPEED, "toughness_shear": TOUGHNESS},
     "control": {"displacement": LENGTH, "stiffness": (1, 0, -2)},
-    "energy_release": {"radii": LENGTH, "reference_value": TOUGHNESS}, "output": {"history_interval": TIME, "snapshot_interval": TIME},
+    "energy_release": {"radii": LENGTH, "phase_length": LENGTH, "reference_value": TOUGHNESS}, "output": {"history_interval": TIME, "snapshot_interval": TIME},
     "probe": {"at": LENGTH, "distance": LENGTH},
 }
 for _name in ("constraint", "load", "control"):
@@ -113,7 +113,7 @@ def isometric_columns(row, q):
     flips, found = round(np.linalg.det(q)) < 0, {}
     for column, values in row.items():
         name = family(column)
-        odd = (name in ("K_II", "kink_angle", "crack_sliding", "mouth_sliding", "angular_momentum") or name.startswith("sliding_") or name.startswith("G_") and name.endswith("_II"))
+        odd = (name in ("K_II", "kink_angle", "oscillation_index", "crack_sliding", "mouth_sliding", "angular_momentum") or name.startswith("sliding_") or name.startswith("G_") and name.endswith("_II"))
         if name == "mode_mixity":
             continue
         if name == "tip_angle":
