@@ -191,6 +191,15 @@ draw_load_frame() {
     "$python" tools/load_frame.py $out/dcb_snap_back.h5 $out/els.h5 $out/compact_tension_growth.h5 $out/load_frame.png
 }
 
+# Growth in load cycles: two tips, an overload, and a crack that goes past a hole
+draw_fatigue() {
+    for scene in fatigue_eccentric_crack fatigue_overload fatigue_hole; do
+        run input/$scene.nml $scene
+    done
+    "$python" tools/fatigue.py $out/fatigue_eccentric_crack.h5 $out/fatigue_overload.h5 $out/fatigue.png
+    "$python" postprocess/plot_field.py $out/fatigue_hole.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/fatigue_hole.png
+}
+
 # Toughness that varies: resistance curves, mixed-mode bending, weak planes
 draw_resistance() {
     for scene in dcb_r_curve dcb_r_curve_slow laminate_mmb_growth zigzag pmma_strip; do
@@ -228,16 +237,12 @@ draw_gallery() {
     done
     run input/plastic_notch.nml plastic_notch
     "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --width 5 --dpi 85 --output $out/plastic_notch.png
-    for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole bimetal interface_crack \
-                 laminate_dcb laminate_enf laminate_mmb laminate_mmb_growth penny dcb_growth dcb_r_curve dcb_snap_back \
-                 compact_tension_growth compact_tension_pins \
-                 dcb_cohesive; do
         run input/$scene.nml $scene output.snapshot_interval=1
-    done
     run input/freund_static.nml freund_static output.snapshot_interval=3.7e-6
     run input/absorbing_wave.nml absorbing_wave run.end_time=16e-6 output.snapshot_interval=16e-6 # the pulse is half way out
-    for scene in two_cracks merging_cracks hole_growth in_situ_stress bend_path strip_growth kalthoff kalthoff_striker charpy \
-                 wing_cracks peeling_film wedge_dcb dcb zigzag pmma_strip one_point_bend els; do
+    for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole \
+                 bimetal interface_crack laminate_dcb laminate_enf laminate_mmb laminate_mmb_growth penny dcb_growth \
+                 dcb_r_curve dcb_snap_back compact_tension_growth compact_tension_pins dcb_cohesive fatigue_centre_crack; do
         run input/$scene.nml $scene
     done
     for picture in $(rows | awk '/small_/ {print $3}'); do

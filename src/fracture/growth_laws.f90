@@ -4,6 +4,7 @@
 !> A new law is a file with one of these procedures and a row in this table: its choice in `&growth`, its column of the history, and the rules on
 !> what it goes with follow from the row. Keys of its own stand in its file, and join `growth_law_keys`.
 module hampm_growth_laws
+   use hampm_fatigue_rates, only: fatigue_keys, fatigue_rate
    use hampm_kinds, only: dp, name_len
    use hampm_key_rows, only: key_t, type_real, not_negative
    use hampm_law, only: constant_t, value_of
@@ -14,11 +15,13 @@ module hampm_growth_laws
    !> A row of the table.
    type :: growth_law_t
       character(name_len) :: name = ''           !! in model files
-      logical :: is_static = .false.             !! whether tips advance by increments at rest, under loads that are scaled to the toughness
+      logical :: is_static = .false.             !! whether tips advance by increments at rest, under loads that are scaled: to the toughness, or in cycles
       procedure(toughness_of), pointer, nopass :: toughness => null() !! of a law that gives this
       procedure(speed_of), pointer, nopass :: speed => null() !! or this
+      procedure(rate_of), pointer, nopass :: rate => null() !! of a law of load cycles
    contains
       procedure :: gives_speed
+      procedure :: is_cyclic
    end type growth_law_t
 
    abstract interface
@@ -36,13 +39,23 @@ module hampm_growth_laws
          type(constant_t), intent(in) :: constants(:)
          real(dp), intent(in) :: time            !! [s]
       end function speed_of
+
+      !> Way of a tip in a load cycle [m].
+      pure real(dp) function rate_of(constants, rate, range, ratio, part)
+         import :: dp, constant_t
+         type(constant_t), intent(in) :: constants(:)
+         character(*), intent(in) :: rate        !! of &growth
+         real(dp), intent(in) :: range           !! of K [Pa sqrt(m)]
+         real(dp), intent(in) :: ratio           !! least over largest K [-]
+         real(dp), intent(in) :: part            !! largest K over that of the toughness [-]
+      end function rate_of
    end interface
 
    type(key_t), parameter :: prescribed_keys(*) = [ &
       key_t('speed', type_real, 'of law = prescribed', default='0.0', unit='m/s', allowed=not_negative, &
             only_with="law = 'prescribed'")]
 
-   type(key_t), parameter :: growth_law_keys(*) = [prescribed_keys]
+   type(key_t), parameter :: growth_law_keys(*) = [prescribed_keys, fatigue_keys]
 
 contains
 
@@ -52,7 +65,8 @@ contains
       allocate (rows, source=[ &
          growth_law_t('quasi_static', is_static=.true., toughness=toughness_at_speed), &
          growth_law_t('prescribed', speed=prescribed_speed), &
-         growth_law_t('toughness', toughness=toughness_at_speed)])
+         growth_law_t('toughness', toughness=toughness_at_speed), &
+         growth_law_t('fatigue', is_static=.true., toughness=toughness_at_speed, rate=fatigue_rate)])
    end function growth_laws
 
    !> Whether a law gives the speed, else the toughness.
@@ -60,6 +74,12 @@ contains
       class(growth_law_t), intent(in) :: self
       gives_speed = associated(self%speed)
    end function gives_speed
+
+   !> Whether a law is one of load cycles.
+   elemental logical function is_cyclic(self)
+      class(growth_law_t), intent(in) :: self
+      is_cyclic = associated(self%rate)
+   end function is_cyclic
 
    !> A speed that is constant [m/s].
    pure real(dp) function prescribed_speed(constants, time) result(speed)

@@ -9,6 +9,7 @@ module hampm_growing
    use hampm_crack_tip_field, only: modes
    use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_cracks, only: cracks_t
+   use hampm_fatigue, only: fatigue_t, new_fatigue, record_cycle, archive_fatigue
    use hampm_history, only: history_t
    use hampm_kinks, only: kink_t, best_kink, kink_angle
    use hampm_load_work, only: load_state_t, archive_load_state
@@ -75,6 +76,8 @@ module hampm_growing
       type(growing_tip_t), allocatable :: tips(:) !! all tips of the run; not allocated without any &growth
       logical :: is_static = .false.             !! whether tips advance by increments, under loads that are scaled
       ! At rest
+      type(fatigue_t) :: fatigue                 !! of law = fatigue
+      logical :: is_cyclic = .false.             !! whether by that
       real(dp) :: load_factor = 1                !! by which loads and prescribed motions that are not held are scaled
       real(dp) :: work = 0                       !! of the loads at the end of the step before [J]
       type(load_state_t) :: loads                !! what they were then
@@ -259,6 +262,9 @@ contains
          growing%tips(k)%has_ended = cracks%crack(cracks%tips(k)%crack)%waits
          growing%tips(k)%has_stopped = growing%tips(k)%has_ended
       end do
+      growing%is_cyclic = any(model%growth%law%is_cyclic())
+      if (growing%is_cyclic) call new_fatigue(model%cycles, [(merge(findloc(model%growth%path, cracks%tips(k)%crack, dim=1), 0, &
+                                                                 growing%tips(k)%grows), k=1, size(growing%tips))], growing%fatigue)
    end subroutine new_growing
 
    !> Direction from a place to the next point of a given path that is not there already; behind the last one straight on.
@@ -410,6 +416,9 @@ contains
          if (.not. all(model%growth%law%gives_speed())) &
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
                                 next%toughness)
+         history%is_of_none = .not. of%is_measured()
+         if (growing%is_cyclic) call record_cycle(growing%fatigue, model, tip, history)
+         history%is_of_none = .false.
          if (.not. growing%is_static) call record_branching(branching_of(growing, model, material, cracks, tip, values, law), &
                                                             .not. all(model%growth%law%gives_speed()), history)
          if (.not. growing%is_static .or. law == 0) return
@@ -467,6 +476,7 @@ contains
       call archive%serialise('load_factor', growing%load_factor)
       call archive%serialise('work', growing%work)
       if (growing%is_static) call archive_load_state(growing%loads, archive)
+      if (growing%is_cyclic) call archive_fatigue(growing%fatigue, archive)
       call archive%serialise('controlled', growing%controlled)
       call archive%serialise('compliance', growing%compliance)
       call archive%serialise('onset_crack', growing%onset_crack)

@@ -1,11 +1,12 @@
 !> Cracks that grow at rest, by increments: in each load step tips advance, and loads and prescribed motions that are not held are scaled so that the
-!> largest energy release rate over its toughness is 1 (`hampm_load_search`). What is left of these by themselves is how they are shared.
+!> largest energy release rate over its toughness is 1 (`hampm_load_search`), or are those of load cycles (`hampm_fatigue`). What is left of these by themselves is how they are shared.
 module hampm_static_growth
    use hampm_kinds, only: dp, ndim
    use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_crack_placement, only: least_radius
    use hampm_crack_tip, only: crack_tip_t
    use hampm_failure, only: failure_t
+   use hampm_fatigue, only: ways_of
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t, next_t, fitting, part_of_crack
    use hampm_growth_room, only: update_model_path, room_for, why_no_room, find_end, plan_end, end_tips
@@ -48,8 +49,12 @@ contains
       real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
       type(next_t) :: next(size(values))         !! how each tip goes on
       real(dp), dimension(size(values)) :: ratios !! G over its toughness, of those of which the largest advances; else below 0
+      real(dp), dimension(size(values)) :: least !! way of a tip that turns [m]
+      real(dp), dimension(size(values)) :: wanted !! way of each tip [m]
       integer :: k, have_stopped
       growing%tips%advance = 0
+      least = 0
+      wanted = 0
       do k = 1, size(values)
          associate (tip => cracks%tips(k))
             ratios(k) = -1
@@ -57,9 +62,12 @@ contains
             associate (law => model%growth(law_of(model, tip)))
                next(k) = growing%next_of(model, cracks, k, law, values(k))
                if (law%only_largest) ratios(k) = next(k)%rate/next(k)%toughness
+               wanted(k) = law%increment
+               least(k) = least_radius(model)*merge(0.01_dp, 1.0_dp, law%direction == 'straight')
             end associate
          end associate
       end do
+      if (growing%is_cyclic) wanted = ways_of(growing%fatigue, model, [(growing%is_growing(k), k=1, size(values))], least)
       do
          have_stopped = count(growing%tips%has_stopped .and. .not. growing%tips%advance > 0)
          do k = 1, size(values)
@@ -73,6 +81,7 @@ contains
       subroutine advance_where_due(k)
          integer, intent(in) :: k
          associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
+            if (.not. wanted(k) > 0) return
             if (growing%waits .and. next(k)%rate < reached*next(k)%toughness) return
             if (.not. next(k)%rate > nothing*next(k)%toughness) return ! there is no load yet
             if (law%only_largest) then
@@ -95,8 +104,8 @@ contains
          real(dp) :: angle, most, length, to(ndim), way(ndim)
          logical :: runs_through
          associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
-            length = max(part_of_increment(attempts(k))*growing%part*law%increment, min(law%increment, least_radius(model)))
-            if (law%direction == 'straight') length = growing%part*law%increment ! no kink is in the way of a domain integral
+            length = max(part_of_increment(attempts(k))*growing%part*wanted(k), min(wanted(k), least(k)))
+            if (law%direction == 'straight') length = growing%part*wanted(k) ! no kink is in the way of a domain integral
             if (law%max_length > 0 .and. cracks%crack(tip%crack)%length() + length > law%max_length*(1 + 1e-9_dp)) then
                call growing%stop_tip(k, 'the crack has its max_length', message)
                return

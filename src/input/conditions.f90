@@ -243,13 +243,15 @@ contains
        case ('edges that are no grid lines')
          has = has_shapes(model)
        case ('growth by laws of both kinds')
-         has = any(model%growth%law%is_static) .and. .not. all(model%growth%law%is_static)
+         has = any(model%growth%law%is_static) .and. .not. all(model%growth%law%is_static) .or. &
+               any(model%growth%law%is_cyclic()) .and. .not. all(model%growth%law%is_cyclic())
        case ('something that growth scales')
          has = has_scaled_forces(model) .or. has_scaled_motions(model) .or. .not. all(model%bodies%held)
        case ('growth scales forces beside motions')
          has = has_scaled_forces(model) .and. has_scaled_motions(model)
        case ('a load that is recorded')
-         has = any(model%growth%law%is_static) .or. size(model%nucleations) > 0 .or. any(model%constraints%name /= '')
+         has = any(model%growth%law%is_static .and. .not. model%growth%law%is_cyclic()) .or. size(model%nucleations) > 0 .or. &
+               any(model%constraints%name /= '')
        case ('a body of it')                     ! of a material
          has = any(model%materials%name == settings%text(entry, 'name'))
        case ('cohesion all along it')            ! along a crack

@@ -52,7 +52,8 @@ module hampm_crack_groups
       'how a crack grows; without this group cracks stay as they are', is_apart=.true.)
 
    type(key_t), parameter :: constant_keys(*) = [ &
-      key_t('toughness', type_real, 'energy release rate at which the crack grows, of the laws quasi_static and toughness', &
+      key_t('toughness', type_real, &
+            'energy release rate at which the crack grows by quasi_static and toughness; by fatigue: at which it breaks', &
             default='0.0', example='100.0', unit='J/m2', allowed=not_negative), &
       key_t('limit_speed', type_real, &
             'of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it is constant', default='0.0', &
@@ -62,16 +63,19 @@ module hampm_crack_groups
    type(key_t), parameter :: growth_keys(*) = [ &
       key_t('crack', type_text, 'name of the crack; may be left out where there is one crack', example='a'), &
       key_t('law', type_name, &
-            'at rest, by increments under loads that are scaled; in motion, at a given speed or as the toughness lets it', &
+            'at rest by increments, under loads that are scaled or in load cycles; in motion, at a speed or by the toughness', &
             default='quasi_static', allowed='{growth laws}'), &
       key_t('direction', type_name, 'where tips go to; path: along points', default='hoop_stress', &
             allowed='straight|hoop_stress|local_symmetry|max_energy|path'), &
       key_t('points', type_real, 'of direction = path: x, y of each point, in the order in which the tip comes to them', unit='m', &
             allowed=any_number, fewest=0, most=max_values), &
       constant_keys, growth_law_keys, toughness_keys, &
+      key_t('rate', type_name, 'of law = fatigue: whose law the way in a load cycle follows', default='paris', &
+            allowed='paris|walker|forman'), &
       key_t('start', type_real, 'from when on this &growth applies, in motion', default='0.0', unit='s', allowed=not_negative), &
       key_t('end', type_real, 'until when; 0: to the end of the run', default='0.0', unit='s', allowed=not_negative), &
-      key_t('increment', type_real, 'of law = quasi_static: by which a tip advances in a load step', default='0.0', &
+      key_t('increment', type_real, 'by which a tip advances in a load step at rest; of fatigue '// &
+            'that which is the first to', default='0.0', &
             example='1e-3', unit='m', allowed=not_negative), &
       key_t('max_length', type_real, 'length of the whole crack at which it stops; 0: none', default='0.0', unit='m', &
             allowed=not_negative), &
@@ -84,6 +88,7 @@ module hampm_crack_groups
       character(name_len) :: crack = ''          !! name of the crack; '' where there is one
       integer :: path = 0                        !! number of the path, or 1 of a crack on a symmetry plane; 0: there is no such one
       type(growth_law_t) :: law                  !! without a name where there is none of the one given
+      character(name_len) :: rate = ''           !! of load cycles: 'paris', 'walker' or 'forman'
       type(constant_t) :: constants(size(constant_keys) + size(growth_law_keys)) !! of it
       type(factors_t) :: factors                 !! of its toughness
       character(name_len) :: direction = ''      !! 'straight', 'hoop_stress', 'local_symmetry', 'max_energy' or 'path'
@@ -98,6 +103,8 @@ module hampm_crack_groups
       procedure :: toughness_at
       procedure :: depends_on_speed
       procedure :: speed_at
+      procedure :: rate_at
+      procedure :: yield_stress
       procedure :: turns
    end type growth_t
 
@@ -197,6 +204,22 @@ contains
       if (self%law%gives_speed()) speed_at = self%law%speed(self%constants, time)
    end function speed_at
 
+   !> Way in a load cycle [m].
+   pure real(dp) function rate_at(self, range, ratio, part)
+      class(growth_t), intent(in) :: self
+      real(dp), intent(in) :: range              !! of K [Pa sqrt(m)]
+      real(dp), intent(in) :: ratio              !! least over largest K [-]
+      real(dp), intent(in) :: part               !! largest K over that of the toughness [-]
+      rate_at = 0
+      if (self%law%is_cyclic()) rate_at = self%law%rate(self%constants, trim(self%rate), range, ratio, part)
+   end function rate_at
+
+   !> Yield stress for the zones of overloads; 0 where they do not count [Pa].
+   pure real(dp) function yield_stress(self)
+      class(growth_t), intent(in) :: self
+      yield_stress = value_of(self%constants, 'wheeler_stress', 0.0_dp)
+   end function yield_stress
+
    !> Take all groups of this name.
    pure subroutine fill_growth(settings, growth)
       type(settings_t), intent(in) :: settings
@@ -213,6 +236,7 @@ contains
          if (i > 0) growth(k)%law = laws(i)
          growth(k)%constants = settings%constants(entry, [constant_keys%name, growth_law_keys%name])
          call fill_factors(settings, entry, growth(k)%factors)
+         growth(k)%rate = settings%text(entry, 'rate')
          growth(k)%direction = settings%text(entry, 'direction')
          numbers = settings%numbers(entry, 'points')
          growth(k)%points = reshape(numbers, [ndim, size(numbers)/ndim])

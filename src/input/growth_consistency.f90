@@ -21,11 +21,26 @@ contains
       type(settings_t), intent(inout) :: settings
       logical, intent(in) :: has_bodies          !! whether grid and bodies are without errors
       integer :: k
+      if (settings%find('cycles', 1) > 0) call check_cycles(model, settings)
       if (model%is_half() .and. size(model%growth) + size(model%cohesive) > 0) call check_on_plane(model, settings)
       do k = 1, size(model%growth)
          call check_one(model, settings, k, has_bodies)
       end do
    end subroutine check_growth
+
+   !> Check that blocks of cycles have as many values each.
+   pure subroutine check_cycles(model, settings)
+      type(model_t), intent(in) :: model
+      type(settings_t), intent(inout) :: settings
+      integer :: entry
+      entry = settings%find('cycles', 1)
+      associate (n => size(model%cycles%number))
+         if (size(model%cycles%factor) /= n) call settings%complain(entry, 'factors', &
+            'must have one value for each of the '//to_text(n)//' blocks')
+         if (size(model%cycles%ratio) /= n) call settings%complain(entry, 'ratios', &
+            'must have one value for each of the '//to_text(n)//' blocks')
+      end associate
+   end subroutine check_cycles
 
    !> Check what growth and cohesion on a symmetry plane ask of a model.
    pure subroutine check_on_plane(model, settings)

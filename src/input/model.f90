@@ -7,6 +7,7 @@ module hampm_model
    use hampm_indicators, only: indicators, indicator_keys
    use hampm_kinds, only: dp, ndim
    use hampm_cohesive_group, only: cohesive_t, fill_cohesive
+   use hampm_cycles_group, only: cycles_t, fill_cycles
    use hampm_control_group, only: control_t, fill_control
    use hampm_crack_groups, only: path_spec_t, fill_paths, energy_release_t, fill_energy_release, &
                                  growth_t, fill_growth
@@ -41,6 +42,7 @@ module hampm_model
       type(growth_t), allocatable :: growth(:)
       type(nucleation_t), allocatable :: nucleations(:)
       type(control_t) :: control
+      type(cycles_t) :: cycles
       type(energy_release_t) :: energy_release
       type(probe_t), allocatable :: probes(:)
       type(output_t) :: output
@@ -90,6 +92,7 @@ contains
       call fill_growth(settings, model%growth)
       call fill_nucleations(settings, model%nucleations)
       call fill_control(settings, model%control)
+      call fill_cycles(settings, model%cycles)
       call fill_energy_release(settings, model%energy_release)
       call fill_probes(settings, model%probes)
       call find_materials(model)

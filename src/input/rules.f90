@@ -45,6 +45,7 @@ module hampm_rules
    character(*), parameter :: of_toughness(*) = [character(17) :: 'extensions', 'speeds', 'angles', 'mixed_mode']
    character(*), parameter :: of_looks(*) = ['start   ', 'interval']
    character(*), parameter :: moved_by(*) = ['displacement', 'velocity    ', 'turns       ']
+   character(*), parameter :: of_blocks(*) = ['factors', 'ratios ', 'repeat ']
    character(*), parameter :: of_frame(*) = ['history', 'start  ']
    character(*), parameter :: of_factor(*) = ['history', 'start  ', 'held   ']
    character(*), parameter :: of_shear(*) = ['exponent  ', 'mixed_mode']
@@ -421,11 +422,34 @@ module hampm_rules
       rule_t("&growth crack", not_with, "&crack kind = 'symmetry'", reason="such a crack is the only one"), &
       rule_t("&growth and several cracks", requires, "&growth crack", reason="the name selects the crack"), &
       rule_t("&growth law = {growth laws at rest}", not_with, "growth by laws of both kinds", not_built, &
-             use="law = 'quasi_static' of each or of none"), &
+             use="laws of one kind"), &
       rule_t("&growth law = {growth laws at rest}", requires, "&method time = 'static'"), &
       rule_t("&growth law = {growth laws in motion}", requires, "&method time = 'explicit' | 'implicit'", &
              reason="a static model has no time"), &
-      rule_t("&growth law = {growth laws at rest}", requires, "&growth increment > 0 and &growth toughness > 0"), &
+      rule_t("&growth law = {growth laws at rest}", requires, "&growth increment > 0"), &
+      rule_t("&growth law = {growth laws at rest by toughness}", requires, "&growth toughness > 0"), &
+      rule_t("&growth law = {growth laws in cycles}", requires, "&growth rate_constant > 0 and &growth rate_exponent > 0"), &
+      rule_t("&growth law = {growth laws in cycles}", requires, "something that growth scales", mechanics, &
+             "loads and motions that are held do not change in a cycle"), &
+      rule_t("&growth rate = 'walker' | 'forman'", requires, "&growth law = {growth laws in cycles}"), &
+      rule_t("&growth rate = 'walker'", requires, "&growth walker_exponent"), &
+      rule_t("&growth rate = 'forman'", requires, "&growth toughness > 0", mechanics, "its rate is infinite there"), &
+      rule_t("&growth wheeler_exponent", requires, "&growth wheeler_stress > 0", mechanics, "plastic zones depend on it"), &
+      rule_t("&growth wheeler_stress", no_effect_without, "&growth wheeler_exponent > 0"), &
+      rule_t("&growth tips = 'largest'", not_with, "&growth law = {growth laws in cycles}", mechanics, &
+             "each tip has a rate of its own", use="&growth tips = 'all'"), &
+      rule_t("&cycles", requires, "&growth law = {growth laws in cycles}"), &
+      (rule_t("&cycles "//trim(of_blocks(k)), requires, "&cycles blocks"), k=1, size(of_blocks)), &
+      rule_t("&cycles ratio", no_effect_with, "&cycles ratios", reason="they tell it of each block"), &
+      (rule_t(trim(acting(k))//" history = 'ramp' | 'smooth_ramp' | 'sine' | 'table' and "//trim(acting(k))// &
+              " held = .false.", not_with, "&growth law = {growth laws in cycles}", mechanics, &
+              "&cycles tells how loads change"), &
+       rule_t(trim(acting(k))//" start and "//trim(acting(k))//" held = .false.", not_with, &
+              "&growth law = {growth laws in cycles}", mechanics, "&cycles tells how loads change"), k=1, size(acting)), &
+      rule_t("&constraint velocity and &constraint held = .false.", not_with, "&growth law = {growth laws in cycles}", mechanics, &
+             "&cycles tells how much is moved; give a displacement"), &
+      rule_t("&control quantity = 'load' | 'displacement'", not_with, "&growth law = {growth laws in cycles}", mechanics, &
+             "&cycles tells how loads change", use="&control quantity = 'growth'"), &
       (rule_t(trim(acting(k))//" held", no_effect_without, "&growth law = {growth laws at rest} or &nucleation", mechanics, &
               "only growth at rest scales loads and motions"), k=1, size(acting)), &
       (rule_t(trim(acting(k))//" held and &growth law = {growth laws at rest}", requires, "something that growth scales", &

@@ -309,6 +309,7 @@ contains
                                                        'by which loads, motions and eigenstrains are multiplied unless held', &
                                                        growing%load_factor)
             if (growing%have_onsets) call record_onset(growing, history)
+            if (growing%is_cyclic) call history%record('cycles', '1', 'load cycles so far', growing%fatigue%cycles)
             if (model%control%is_there()) call record_frame(growing, model%control%stiffness, history)
             call history%record('fracture_energy', 'J', 'energy dissipated by growth: static, the integral of G over the new '// &
                                 'area; dynamic, the work of nodal release; half of it on a symmetry plane', &

@@ -1,11 +1,13 @@
-!> How tips grow in a run: at rest by increments, under loads that are scaled until G is the toughness (`hampm_static_growth`); in
+!> How tips grow in a run: at rest by increments, under loads that are scaled until G is the toughness, or in load cycles (`hampm_static_growth`); in
 !> motion along ways for which the cells are cut in advance (`hampm_dynamic_growth`), in implicit steps at the pace that keeps G at
 !> the toughness (`hampm_growth_pace`).
 module hampm_growth
    use hampm_kinds, only: dp
-   use hampm_crack_values, only: crack_values_t
+   use hampm_crack_tip_field, only: modes
+   use hampm_crack_values, only: best_rate, crack_values_t
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t, exit_computation
+   use hampm_fatigue, only: count_cycles, has_fractured
    use hampm_growing, only: growing_t
    use hampm_growth_room, only: update_model_path
    use hampm_load_search, only: load_search_t, nothing
@@ -20,6 +22,7 @@ module hampm_growth
    use hampm_nucleation, only: find_onset, let_appear, book_onset
    use hampm_problem, only: stored_energy, update_particles
    use hampm_rigid_motions, only: number_of_pieces
+   use hampm_state, only: energies_t
    use hampm_simulation, only: simulation_t, measure_state
    use hampm_symmetric_turns, only: symmetric_turns_t, is_symmetric
    use hampm_text, only: add_line, digits_text, to_text
@@ -42,9 +45,10 @@ contains
          s%growing%controlled = s%model%control%target_at(s%problem%state%time)
          call follow_control(s, failure)
       else
-         call load_to_toughness(s, failure)
+         if (.not. s%growing%is_cyclic) call load_to_toughness(s, failure)
          call load_to_onset(s, failure)
          call book_step(s, failure)
+         if (s%growing%is_cyclic) call look_at_cycles(s, s%growing%fatigue%at, failure)
       end if
    end subroutine start_growth
 
@@ -55,7 +59,11 @@ contains
       if (failure%failed() .or. .not. s%growing%are_there()) return
       if (s%growing%is_static) then
          s%problem%interfaces%keep_slip = have_friction(s%problem%interfaces)
-         if (.not. s%model%control%leads()) call grow(s, failure)
+         if (s%growing%is_cyclic) then
+            call grow_in_cycles(s, failure)
+         else if (.not. s%model%control%leads()) then
+            call grow(s, failure)
+         end if
          return
       end if
       if (must_check(s%growing, s%model, s%problem, s%cracks)) call check_tips(s, failure)
@@ -138,6 +146,8 @@ contains
          call measure_state(s, failure)
          if (s%model%control%leads()) then
             call follow_control(s, failure)
+         else if (s%growing%is_cyclic) then
+            call follow_cycles(s, failure)
          else
             call load_in_symmetry(s, failure)
             call load_to_onset(s, failure)
@@ -221,6 +231,104 @@ contains
       call find_onset(s, any(ratios_of(s%growing, s%model, s%cracks, s%measurements%crack) > nothing), factor, failure)
       if (.not. failure%failed()) call rescale(s, factor, failure)
    end subroutine load_to_onset
+
+   !> Before a load step with cycles: let tips advance. Where none does, or one breaks, the run is over.
+   subroutine grow_in_cycles(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      logical :: has_grown
+      if (has_fractured(s%growing%fatigue, s%model)) then
+         s%is_over = .true.
+         s%growing%fatigue%life = s%growing%fatigue%cycles
+         call tell_fracture(s)
+         return
+      end if
+      call grow(s, failure, has_grown)
+      if (.not. (failure%failed() .or. s%is_over .or. has_grown)) then
+         s%is_over = .true.
+         call add_line(s%warning, 'the run ends before end_time, as no tip grows any more in the load cycles that follow')
+      end if
+   end subroutine grow_in_cycles
+
+   !> After a load step with cycles, when all is measured: count the cycles that tips have taken for their ways.
+   subroutine follow_cycles(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(symmetric_turns_t) :: turns
+      real(dp), allocatable :: ways(:), now(:, :, :)
+      logical :: have_arrested
+      call turn_to_symmetry(s, turns, failure)
+      ways = s%growing%tips%advance
+      call book_step(s, failure)
+      now = s%growing%fatigue%at
+      call look_at_cycles(s, now, failure)
+      if (failure%failed()) return
+      call count_cycles(s%growing%fatigue, s%model, ways, now, have_arrested)
+      s%is_over = have_arrested .or. s%growing%fatigue%life >= 0
+      if (s%growing%fatigue%life >= 0) then
+         call tell_fracture(s)
+      else if (have_arrested) then
+         call add_line(s%warning, 'the run ends before end_time, as tips arrest within the next increment: their range of K '// &
+                       'falls to the threshold')
+      end if
+   end subroutine follow_cycles
+
+   !> Tell after how many cycles a crack breaks through.
+   subroutine tell_fracture(s)
+      type(simulation_t), intent(inout) :: s
+      call add_line(s%warning, 'fracture after '//digits_text(s%growing%fatigue%life, 6)//' cycles: the largest K reaches that '// &
+                    'of the toughness; the run ends before end_time')
+   end subroutine tell_fracture
+
+   !> After a load step, when all is measured and booked: find K, and the root of G, at each load of the cycles. Where all is
+   !> proportional to the loads one solution tells that, else each takes one; then faces slide from where they are at the largest load.
+   subroutine look_at_cycles(s, now, failure)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(inout) :: now(:, :, :)    !! (modes and G, loads, tips)
+      type(failure_t), intent(inout) :: failure
+      type(measurements_t) :: measurements
+      type(energies_t) :: energies
+      logical :: one_tells
+      integer :: l
+      if (failure%failed()) return
+      associate (m => s%problem, level => s%growing%fatigue%level)
+         one_tells = all(m%materials%linear) .and. m%interfaces%n_contact == 0 .and. &
+                     .not. (has_held_drive(m) .or. m%constraints%only_push())
+         measurements = s%measurements
+         energies = m%energies
+         call take(1, 1.0_dp)
+         do l = 2, size(level)
+            if (one_tells) then
+               call take(l, level(l))
+            else
+               m%interfaces%keep_slip = have_friction(m%interfaces)
+               call rescale(s, level(l), failure)
+               if (failure%failed()) return
+               call take(l, 1.0_dp)
+            end if
+         end do
+         if (one_tells .or. size(level) == 1) return
+         call rescale(s, 1.0_dp, failure)
+         m%interfaces%keep_slip = .false.
+         s%measurements = measurements
+         m%energies = energies
+      end associate
+   contains
+      !> Take what was measured, times a factor, for a load.
+      subroutine take(l, factor)
+         integer, intent(in) :: l                !! number of the load
+         real(dp), intent(in) :: factor          !! [-]
+         integer :: k
+         do k = 1, size(s%cracks%tips)
+            associate (tip => s%cracks%tips(k), values => s%measurements%crack(k))
+               if (.not. tip%is_measured()) cycle
+               now(:modes, l, k) = factor*values%intensity
+               if (tip%is_half()) now(2:modes, l, k) = 0
+               now(modes + 1, l, k) = abs(factor)*sqrt(max(0.0_dp, best_rate(values, tip)))
+            end associate
+         end do
+      end subroutine take
+   end subroutine look_at_cycles
 
    !> At rest: cut cells along cracks that have grown, and find equilibrium. Where they have parted a body and one of its pieces has no equilibrium,
    !> the run is over.

@@ -26,8 +26,9 @@ CHOICES = {
                "tolerance": [0.05, 0.1, 0.2], "r_crit": [0.03, 0.1], "r_coarsen": [0.0, 0.01], "energy_floor": [1e-3, 0.1], "interval": [5, 20]},
     "crack": {"contact": ["none", "frictionless", "friction"], "kind": ["path", "line", "symmetry"]},
     "cohesive": {"law": ["linear", "bilinear", "table"], "mixed_mode": ["benzeggagh_kenane", "power"]},
-    "growth": {"law": ["quasi_static", "prescribed", "toughness"], "direction": ["straight", "hoop_stress", "local_symmetry", "max_energy"],
+    "growth": {"law": ["quasi_static", "prescribed", "toughness", "fatigue"], "rate": ["paris", "walker", "forman"], "direction": ["straight", "hoop_stress", "local_symmetry", "max_energy"],
                "tips": ["all", "largest", "last", "first"]},
+    "cycles": {"repeat": [False, True]},
     "energy_release": {"estimators": [["domain_integral"], ["vcct"], ["stress_closure"], ["series_fit"], [],
                                       ["domain_integral", "vcct"]], "energy_balance": [False, True], "t_stress": [False, True]},
 }
@@ -85,6 +86,7 @@ class Drawing:
         self.size = [chance.randint(4, 9) if small else chance.randint(9, 12) + 2 * self.grows for _ in "xy"]
         self.margin = 3 if self.frame == "updated" else chance.choice([0, 1])
         self.end = self.tick * {"static": 10, "explicit": chance.uniform(6, 25), "implicit": chance.uniform(20, 200)}[self.time]
+        self.law = chance.choice(["quasi_static", "quasi_static", "fatigue"])  # at rest
         self.thickness = chance.choice([1.0, 1.0, 0.01, 3.0])
         self.plane = chance.choice(["stress", "strain", "stress", "strain", "axisymmetric"])
         if self.plane == "axisymmetric":                                   # x is the radius, and the lattice ends at the axis
@@ -224,7 +226,7 @@ class Drawing:
             held = [keys for name, keys in found if name == "crack" and (keys.get("name", "c0") == f"c{int(self.grows)}" or not self.grows and chance.random() < 0.5)]
             found += [["cohesive", self.cohesive(keys)] for keys in held]
         if self.grows:
-            law = "quasi_static" if self.time == "static" else chance.choice(["prescribed", "toughness"])
+            law = self.law if self.time == "static" else chance.choice(["prescribed", "toughness"])
             for keys in [keys for name, keys in found if name == "crack"]:
                 if keys not in held and ("name" not in keys or keys["name"] == "c0" or chance.random() < 0.5):
                     found.append(["growth", self.growth(law, keys)])
@@ -296,6 +298,8 @@ class Drawing:
             keys |= {"direction": "straight", "tips": "all"}
         else:
             keys["crack"] = crack["name"]
+        if law == "fatigue":
+            return keys | {"increment": chance.choice([2.0, 3.0, 4.0]) * self.cell} | self.fatigue(modulus)
         if law == "prescribed":
             keys["speed"] = chance.choice([0.05, 0.2, 0.4]) * self.cell / self.tick
         else:
@@ -322,6 +326,31 @@ class Drawing:
         if chance.random() < 0.4:
             keys |= chance.choice([{"mixed_mode": "hutchinson_suo", "lambda": chance.choice([0.0, 0.3, 1.0])},
                                    {"mixed_mode": "benzeggagh_kenane", "toughness_shear": chance.choice([0.5, 3.0]) * toughness, "mixed_mode_exponent": chance.choice([1.0, 1.6])}])
+        return keys
+
+    def fatigue(self, modulus):
+        """The keys of the rate of growth in load cycles."""
+        chance, rate, m = self.chance, self.chance.choice(["paris", "paris", "walker", "forman"]), self.chance.choice([2.0, 3.0, 4.0])
+        keys = {"tips": "all", "rate": rate, "rate_exponent": m, "rate_constant": self.cell * 1e-4 / (modulus * self.young) ** ((m - (rate == "forman")) / 2)}
+        if rate == "walker":
+            keys["walker_exponent"] = chance.choice([0.5, 0.7])
+        if rate == "forman" or chance.random() < 0.2:
+            keys["toughness"] = modulus * chance.choice([10.0, 100.0])
+        if chance.random() < 0.2:
+            keys["threshold"] = 0.3 * math.sqrt(modulus * self.young)
+        if chance.random() < 0.2:
+            keys |= {"wheeler_exponent": chance.choice([1.0, 1.5]), "wheeler_stress": self.young * self.strain * chance.choice([3.0, 10.0])}
+        return keys
+
+    def cycles(self):
+        """The keys of the load cycles."""
+        chance, keys = self.chance, {"ratio": self.chance.choice([0.0, 0.1, 0.5, -1.0])}
+        if chance.random() < 0.5:
+            n = chance.randint(1, 4)
+            keys |= {"blocks": [chance.choice([1.0, 100.0, 3e4]) for _ in range(n)], "factors": [chance.choice([1.0, 1.0, 0.7, 1.5]) for _ in range(n)], "repeat": chance.random() < 0.5}
+            if chance.random() < 0.5:
+                keys["ratios"] = [chance.choice([0.0, 0.3, -0.5]) for _ in range(n)]
+                del keys["ratio"]
         return keys
 
     def constraints(self):
@@ -392,16 +421,22 @@ class Drawing:
             found.append(["load", keys | self.history()])
         return found
 
+    @staticmethod
+    def without_history(scene):
+        """What is not held has no history of its own."""
+        for keys in groups(scene, "load") + groups(scene, "constraint"):
+            if not keys.get("held"):
+                for key in HISTORY_KEYS:
+                    keys.pop(key, None)
+
     def control(self, scene):
         """The keys of a load frame; of the scene what it drives has no history of its own."""
         chance, move = self.chance, self.strain * self.cell * self.size[1]
         forces = any(not keys.get("held") for keys in groups(scene, "load"))
-        for keys in groups(scene, "load") + groups(scene, "constraint"):
+        for keys in groups(scene, "constraint"):
             if forces and "displacement" in keys:
                 keys["held"] = True
-            if not keys.get("held"):
-                for key in HISTORY_KEYS:
-                    keys.pop(key, None)
+        self.without_history(scene)
         keys = {"quantity": chance.choice(["growth", "load", "displacement", "displacement"]), "stiffness": chance.choice([0.0, 0.1, 1.0]) * self.young * self.thickness}
         if keys["quantity"] == "displacement":
             keys["displacement"] = chance.choice([0.3, 1.0, 3.0]) * move
@@ -506,7 +541,11 @@ class Drawing:
                  ["output", output]]
         if self.time != "static" and chance.random() < 0.25:
             scene.append(["damping", {"rate": chance.choice([0.01, 0.1]) / self.tick}])
-        if self.grows and self.time == "static" and chance.random() < 0.4:
+        if self.grows and self.time == "static" and self.law == "fatigue":
+            self.without_history(scene)
+            if chance.random() < 0.8:
+                scene.append(["cycles", self.cycles()])
+        elif self.grows and self.time == "static" and chance.random() < 0.4:
             scene.append(["control", self.control(scene)])
         if chance.random() < 0.25:                                         # a change too many
             name = chance.choice([name for name, _ in scene if name in CHOICES])

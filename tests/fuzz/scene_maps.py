@@ -11,7 +11,7 @@ from drawn_scenes import copy_of, groups
 
 # Exponents of mass, length and time of what a key has
 LENGTH, TIME, NOTHING = (0, 1, 0), (0, 0, 1), (0, 0, 0)
-PRESSURE, SPEED, RATE, TOUGHNESS, FORCE = (1, -1, -2), (0, 1, -1), (0, 0, -1), (1, 0, -2), (1, 1, -2)
+PRESSURE, SPEED, RATE, TOUGHNESS, FORCE, INTENSITY = (1, -1, -2), (0, 1, -1), (0, 0, -1), (1, 0, -2), (1, 1, -2), (1, -0.5, -2)
 DIMENSIONS = {
     "run": {"thickness": LENGTH, "end_time": TIME, "stop_length": LENGTH, "stop_rest": TIME}, "grid": {"lower": LENGTH, "cell": LENGTH},
     "material": {"density": (1, -3, 0), "relaxation_times": TIME}
@@ -24,14 +24,14 @@ DIMENSIONS = {
     "cohesive": dict.fromkeys(("from", "opening", "openings"), LENGTH) | dict.fromkeys(("strength", "tractions", "strength_shear"), PRESSURE)
     | dict.fromkeys(("toughness", "toughness_shear"), TOUGHNESS),
     "growth": {"points": LENGTH, "toughness": TOUGHNESS, "limit_speed": SPEED, "speed": SPEED, "start": TIME, "end": TIME, "increment": LENGTH, "max_length": LENGTH,
-               "extensions": LENGTH, "speeds": SPEED, "toughness_shear": TOUGHNESS},
+               "extensions": LENGTH, "speeds": SPEED, "toughness_shear": TOUGHNESS, "threshold": INTENSITY, "wheeler_stress": PRESSURE},
     "control": {"displacement": LENGTH, "stiffness": (1, 0, -2)},
     "energy_release": {"radii": LENGTH, "phase_length": LENGTH, "reference_value": TOUGHNESS}, "output": {"history_interval": TIME, "snapshot_interval": TIME},
     "probe": {"at": LENGTH, "distance": LENGTH},
 }
 for _name in ("constraint", "load", "control"):
     DIMENSIONS[_name] |= {"start": TIME, "rise_time": TIME, "times": TIME, "frequency": RATE}
-UNITS = {"s": TIME, "1": NOTHING, "m": LENGTH, "J": (1, 2, -2), "kg m/s": (1, 1, -1), "kg m2/s": (1, 2, -1), "N": FORCE, "J/m2": TOUGHNESS, "Pa m^0.5": (1, -0.5, -2),
+UNITS = {"s": TIME, "1": NOTHING, "m": LENGTH, "J": (1, 2, -2), "kg m/s": (1, 1, -1), "kg m2/s": (1, 2, -1), "N": FORCE, "J/m2": TOUGHNESS, "Pa m^0.5": INTENSITY,
          "rad": NOTHING, "deg": NOTHING, "m/s": SPEED, "Pa": PRESSURE, "m3": (0, 3, 0)}
 # Columns that are linear in the loads of a linear body beside those of their units
 OPENINGS = "crack_opening", "crack_sliding", "mouth_opening", "mouth_sliding"
@@ -140,6 +140,9 @@ def in_units(scene, mass, length, time):
         for key, exponents in DIMENSIONS.get(name, {}).items():
             if key in keys:
                 keys[key] = scaled(keys[key], mass**exponents[0] * length**exponents[1] * time**exponents[2])
+        if "rate_constant" in keys:                                          # the rate where the range of K is one unit of the old ones
+            unit = mass * length**-0.5 * time**-2
+            keys["rate_constant"] *= length * unit ** (float(keys.get("rate") == "forman") - keys["rate_exponent"])
         if name == "run" and "thickness" not in keys and keys.get("plane") != "axisymmetric":
             keys["thickness"] = length
     return scene

@@ -1,0 +1,57 @@
+!> Growth by fatigue: how far a tip goes in a load cycle, by the range of its stress intensity factor.
+!>
+!>    da/dN = C dK**m                               Paris & Erdogan, J. Basic Eng. 85 (1963) 528
+!>    da/dN = C (dK/(1 - R)**(1 - w))**m            Walker, ASTM STP 462 (1970) 1
+!>    da/dN = C dK**m/((1 - R) K_c - dK)            Forman, Kearney & Engle, J. Basic Eng. 89 (1967) 459
+!>
+!> with R = K_min/K_max, and K_c from the toughness. None grows where dK is not above the threshold.
+module hampm_fatigue_rates
+   use hampm_kinds, only: dp
+   use hampm_key_rows, only: key_t, type_real, not_negative
+   use hampm_law, only: constant_t, value_of
+   implicit none
+   private
+   public :: fatigue_keys, fatigue_rate, retardation
+
+   character(*), parameter :: of_fatigue = "law = 'fatigue'"
+   type(key_t), parameter :: fatigue_keys(*) = [ &
+      key_t('rate_constant', type_real, 'of law = fatigue: C of its rate, m/cycle where the range of K is 1 Pa sqrt(m); of '// &
+            'forman times 1 Pa sqrt(m)', default='0.0', unit='m/(Pa m^0.5)^m', allowed=not_negative, only_with=of_fatigue), &
+      key_t('rate_exponent', type_real, 'of law = fatigue: m of its rate', default='0.0', allowed=not_negative, &
+            only_with=of_fatigue), &
+      key_t('walker_exponent', type_real, 'of rate = walker: the range of K counts as divided by (1 - R)**(1 - walker_exponent)', &
+            default='1.0', allowed=not_negative, only_with="rate = 'walker'"), &
+      key_t('threshold', type_real, 'of law = fatigue: range of K up to which a tip does not grow', default='0.0', &
+            unit='Pa m^0.5', allowed=not_negative, only_with=of_fatigue), &
+      key_t('wheeler_exponent', type_real, 'of law = fatigue: by which growth is slow within the plastic zone of an overload; '// &
+            '0: it is not', default='0.0', allowed=not_negative, only_with=of_fatigue), &
+      key_t('wheeler_stress', type_real, 'yield stress, which tells how large these zones are', default='0.0', unit='Pa', &
+            allowed=not_negative, only_with=of_fatigue)]
+
+contains
+
+   !> Way of a tip in a load cycle [m].
+   pure real(dp) function fatigue_rate(constants, rate, range, ratio, part)
+      type(constant_t), intent(in) :: constants(:) !! keys of &growth
+      character(*), intent(in) :: rate           !! 'paris', 'walker' or 'forman'
+      real(dp), intent(in) :: range              !! of K [Pa sqrt(m)]
+      real(dp), intent(in) :: ratio              !! least over largest K, 0 at least [-]
+      real(dp), intent(in) :: part               !! largest K over K_c, 0 where that is not given [-]
+      real(dp) :: counting
+      fatigue_rate = 0
+      if (range <= value_of(constants, 'threshold', 0.0_dp)) return
+      counting = range
+      if (rate == 'walker') counting = range/(1 - ratio)**(1 - value_of(constants, 'walker_exponent', 1.0_dp))
+      fatigue_rate = value_of(constants, 'rate_constant', 0.0_dp)*counting**value_of(constants, 'rate_exponent', 0.0_dp)
+      if (rate == 'forman') fatigue_rate = fatigue_rate*part/(range*max(1 - part, epsilon(part)))
+   end function fatigue_rate
+
+   !> By how much a tip is slower within the plastic zone that an overload has left: Wheeler, J. Basic Eng. 94 (1972) 181.
+   pure real(dp) function retardation(constants, zone, left)
+      type(constant_t), intent(in) :: constants(:)
+      real(dp), intent(in) :: zone               !! length of the present zone [m]
+      real(dp), intent(in) :: left               !! way to the end of the farthest zone [m]
+      retardation = 1
+      if (zone < left) retardation = (zone/left)**value_of(constants, 'wheeler_exponent', 0.0_dp)
+   end function retardation
+end module hampm_fatigue_rates

@@ -1,0 +1,312 @@
+!> Growth by fatigue: load cycles as cracks grow by increments.
+!>
+!> The tip that is the first to go by its increment does so, the others go by ways in proportion of their rates. K of each tip is linear between the
+!> rows before and after; the laws of growth are integrated over that, through all blocks of cycles. What a tip should have gone by then beyond what
+!> it has is owed to it, and it goes by that in the next step. So cycles and places are of the second order in the increment.
+module hampm_fatigue
+   use hampm_kinds, only: dp
+   use hampm_archive, only: archive_t
+   use hampm_crack_tip_field, only: modes
+   use hampm_cycles_group, only: cycles_t
+   use hampm_fatigue_rates, only: retardation
+   use hampm_history, only: history_t
+   use hampm_model, only: model_t
+   implicit none
+   private
+   public :: fatigue_t, new_fatigue, ways_of, count_cycles, has_fractured, record_cycle, archive_fatigue
+
+   integer, parameter :: parts = 128             !! of an increment, in each of which rates are constant
+   real(dp), parameter :: slowest = 1e-100_dp    !! rate over the increment below which there is none, as of K that is rounding
+   integer, parameter :: of_rate = modes + 1     !! what is kept of a tip: K of the modes [Pa sqrt(m)], and the root of G [(J/m2)**0.5]
+
+   !> The cycles so far, and the tips in them.
+   type :: fatigue_t
+      real(dp) :: cycles = 0
+      integer :: block = 1                       !! the present one
+      real(dp) :: done = 0                       !! cycles of it so far
+      real(dp) :: life = -1                      !! cycles to fracture; below 0: there was none
+      integer, allocatable :: law(:)             !! number of the &growth of each tip; 0: it does not grow
+      real(dp), allocatable :: owed(:)           !! way that each tip should have gone beyond what it has [m]
+      real(dp), allocatable :: zone(:)           !! from each tip to the end of the farthest plastic zone [m]
+      real(dp), allocatable :: level(:)          !! factors of the loads at which K is needed; the first is 1 [-]
+      integer, allocatable :: top(:), bottom(:)  !! numbers of those of each block
+      real(dp), allocatable :: at(:, :, :)       !! K and the root of G at them, (`of_rate`, levels, tips)
+   end type fatigue_t
+
+contains
+
+   !> No cycle yet.
+   subroutine new_fatigue(cycles, law, fatigue)
+      type(cycles_t), intent(in) :: cycles
+      integer, intent(in) :: law(:)              !! number of the &growth of each tip, 0 for none
+      type(fatigue_t), intent(out) :: fatigue
+      integer :: k
+      fatigue%level = [1.0_dp]
+      allocate (fatigue%top(size(cycles%number)), fatigue%bottom(size(cycles%number)))
+      do k = 1, size(cycles%number)
+         call add(cycles%factor(k), fatigue%top(k))
+         call add(cycles%factor(k)*cycles%ratio(k), fatigue%bottom(k))
+      end do
+      fatigue%law = law
+      allocate (fatigue%owed(size(law)), fatigue%zone(size(law)), source=0.0_dp)
+      allocate (fatigue%at(of_rate, size(fatigue%level), size(law)), source=0.0_dp)
+   contains
+      !> Find the number of a level, which is added where it is new.
+      subroutine add(level, number)
+         real(dp), intent(in) :: level
+         integer, intent(out) :: number
+         number = findloc(.not. abs(fatigue%level - level) > 0, .true., dim=1)
+         if (number > 0) return
+         fatigue%level = [fatigue%level, level]
+         number = size(fatigue%level)
+      end subroutine add
+   end subroutine new_fatigue
+
+   !> Range of K, least over largest K, and largest K over K_c of a tip in a block. Where faces would be pressed on each other they carry no more.
+   pure subroutine find_cycle(fatigue, toughness, at, block, range, ratio, part)
+      type(fatigue_t), intent(in) :: fatigue
+      real(dp), intent(in) :: toughness          !! 0: none [J/m2]
+      real(dp), intent(in) :: at(:, :)           !! of the tip, (`of_rate`, levels)
+      integer, intent(in) :: block
+      real(dp), intent(out) :: range             !! [Pa sqrt(m)]
+      real(dp), intent(out) :: ratio, part       !! [-]
+      real(dp) :: least
+      associate (top => at(:, fatigue%top(block)), bottom => at(:, fatigue%bottom(block)))
+         range = 0
+         ratio = 0
+         part = 0
+         if (.not. top(1) > 0) return
+         least = min(max(bottom(1), 0.0_dp), top(1))
+         ratio = least/top(1)
+         range = norm2([top(1) - least, top(2:modes) - bottom(2:modes)])
+         if (toughness > 0) part = top(of_rate)/sqrt(toughness)
+      end associate
+   end subroutine find_cycle
+
+   !> Way of each tip in a cycle of a block [m].
+   pure function rates_of(fatigue, model, at, block) result(rates)
+      type(fatigue_t), intent(in) :: fatigue
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: at(:, :, :)        !! (`of_rate`, levels, tips)
+      integer, intent(in) :: block
+      real(dp) :: rates(size(at, 3)), range, ratio, part
+      integer :: k
+      rates = 0
+      do k = 1, size(rates)
+         if (fatigue%law(k) == 0) cycle
+         associate (growth => model%growth(fatigue%law(k)))
+            call find_cycle(fatigue, toughness_of(fatigue, model, k), at(:, :, k), block, range, ratio, part)
+            rates(k) = growth%rate_at(range, ratio, part)
+            if (.not. rates(k) > slowest*growth%increment) rates(k) = 0
+            rates(k) = rates(k)*retardation(growth%constants, zone_of(fatigue, model, at, block, k), fatigue%zone(k))
+         end associate
+      end do
+   end function rates_of
+
+   !> Toughness of a tip, 0 for none [J/m2].
+   pure real(dp) function toughness_of(fatigue, model, tip) result(toughness)
+      type(fatigue_t), intent(in) :: fatigue
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: tip
+      toughness = 0
+      if (fatigue%law(tip) > 0) toughness = model%growth(fatigue%law(tip))%toughness_at(advance_t())
+   end function toughness_of
+
+   !> Length of the plastic zone of a tip at the largest load of a block, by Irwin; 0 where there is no retardation [m].
+   pure real(dp) function zone_of(fatigue, model, at, block, tip) result(zone)
+      type(fatigue_t), intent(in) :: fatigue
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: at(:, :, :)
+      integer, intent(in) :: block, tip
+      real(dp) :: yield_stress
+      zone = 0
+      yield_stress = model%growth(fatigue%law(tip))%yield_stress()
+      if (yield_stress > 0) zone = (norm2(at(:modes, fatigue%top(block), tip))/yield_stress)**2/acos(-1.0_dp) &
+                                   /merge(1, 3, model%run%plane == 'stress')
+   end function zone_of
+
+   !> Way of each tip in the cycles that follow: in the first that lets any tip grow, or the mean over all blocks where these repeat [m].
+   pure function next_rates(fatigue, model, at) result(rates)
+      type(fatigue_t), intent(in) :: fatigue
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: at(:, :, :)
+      real(dp) :: rates(size(at, 3))
+      integer :: b
+      rates = 0
+      if (model%cycles%repeats) then
+         do b = 1, size(fatigue%top)
+            rates = rates + model%cycles%number(b)/sum(model%cycles%number)*rates_of(fatigue, model, at, b)
+         end do
+      else
+         do b = fatigue%block, size(fatigue%top)
+            rates = rates_of(fatigue, model, at, b)
+            if (any(rates > 0)) return
+         end do
+      end if
+   end function next_rates
+
+   !> By how much each tip goes in the next step, 0 or `least` at least [m].
+   pure function ways_of(fatigue, model, grows, least) result(ways)
+      type(fatigue_t), intent(in) :: fatigue
+      type(model_t), intent(in) :: model
+      logical, intent(in) :: grows(:)            !! whether each tip still does
+      real(dp), intent(in) :: least(:)           !! [m]
+      real(dp) :: ways(size(grows)), cycles
+      integer :: k
+      ways = next_rates(fatigue, model, fatigue%at)
+      where (.not. grows) ways = 0
+      if (.not. any(ways > 0)) return
+      cycles = huge(cycles)
+      do k = 1, size(ways)
+         if (ways(k) > 0) cycles = min(cycles, model%growth(fatigue%law(k))%increment/ways(k))
+      end do
+      where (ways > 0)
+         ways = ways*cycles + fatigue%owed
+         ways = merge(0.0_dp, max(ways, least), ways < least/2)
+      end where
+   end function ways_of
+
+   !> Whether K reaches K_c at the present place of a tip in the present block.
+   pure logical function has_fractured(fatigue, model)
+      type(fatigue_t), intent(in) :: fatigue
+      type(model_t), intent(in) :: model
+      has_fractured = .not. part_to_fracture(fatigue, model, fatigue%at, fatigue%at, fatigue%block) > 0
+   end function has_fractured
+
+   !> Part of a step at which K of a tip reaches K_c in a block; huge where it does not [-].
+   pure real(dp) function part_to_fracture(fatigue, model, before, after, block) result(part)
+      type(fatigue_t), intent(in) :: fatigue
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: before(:, :, :), after(:, :, :)
+      integer, intent(in) :: block
+      real(dp) :: root
+      integer :: k
+      part = huge(part)
+      do k = 1, size(fatigue%law)
+         if (fatigue%law(k) == 0) cycle
+         root = sqrt(toughness_of(fatigue, model, k))
+         associate (first => before(of_rate, fatigue%top(block), k), last => after(of_rate, fatigue%top(block), k))
+            if (.not. (root > 0 .and. before(1, fatigue%top(block), k) > 0)) cycle
+            if (first >= root) part = 0
+            if (last > max(first, root)) part = min(part, max(0.0_dp, (root - first)/(last - first)))
+         end associate
+      end do
+   end function part_to_fracture
+
+   !> Count the cycles in which tips have advanced, from what K was before to what it is now. Where it reaches K_c on the way, `life` is known.
+   !> `have_arrested` tells that tips should not have advanced as far: no block lets them.
+   subroutine count_cycles(fatigue, model, ways, now, have_arrested)
+      type(fatigue_t), intent(inout) :: fatigue
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: ways(:)            !! by which tips have advanced [m]
+      real(dp), intent(in) :: now(:, :, :)       !! K and the root of G, as `at`
+      logical, intent(out) :: have_arrested
+      real(dp), dimension(size(ways)) :: rates, mean
+      real(dp) :: way, from, to, end, fracture, cycles, left, times
+      integer :: lead, idle, k, b
+      have_arrested = .false.
+      lead = maxloc([(ways(k)/max(increment_of(k), tiny(way)), k=1, size(ways))], dim=1)
+      way = ways(lead) - fatigue%owed(lead)
+      if (way < ways(lead)/2) way = ways(lead)
+      fatigue%owed = fatigue%owed - ways
+      from = 0
+      idle = 0
+      do while (from < 1)
+         end = min(1.0_dp, (floor(from*parts*(1 + epsilon(from))) + 1)/real(parts, dp))
+         fracture = part_to_fracture(fatigue, model, fatigue%at, now, fatigue%block)
+         if (fracture <= from) exit
+         to = min(end, fracture)
+         rates = rates_of(fatigue, model, between((from + to)/2), fatigue%block)
+         left = huge(left)
+         if (fatigue%block < size(fatigue%top) .or. model%cycles%repeats) left = model%cycles%number(fatigue%block) - fatigue%done
+         if (rates(lead) > 0) then
+            idle = 0
+            cycles = way*(to - from)/rates(lead)
+            if (cycles > left) then
+               cycles = left
+               to = from + left*rates(lead)/way
+            end if
+         else
+            idle = idle + 1
+            have_arrested = left >= huge(left) .or. idle > size(fatigue%top)
+            if (have_arrested) return
+            cycles = left
+            to = from
+         end if
+         call go_on(cycles, rates, fatigue%block)
+         fatigue%done = fatigue%done + cycles
+         from = to
+         if (cycles < left) cycle
+         fatigue%done = 0
+         fatigue%block = modulo(fatigue%block, size(fatigue%top)) + 1
+         if (fatigue%block > 1) cycle
+         mean = 0                                ! all blocks, as often as they fit
+         do b = 1, size(fatigue%top)
+            if (part_to_fracture(fatigue, model, fatigue%at, now, b) <= end) exit
+            mean = mean + model%cycles%number(b)*rates_of(fatigue, model, between((from + end)/2), b)
+         end do
+         if (b <= size(fatigue%top) .or. .not. mean(lead) > 0) cycle
+         times = floor(way*(end - from)/mean(lead))
+         if (times < 1) cycle
+         from = from + times*mean(lead)/way
+         do b = 1, size(fatigue%top)
+            call go_on(times*model%cycles%number(b), mean/sum(model%cycles%number), b)
+         end do
+      end do
+      if (from < 1) fatigue%life = fatigue%cycles
+      fatigue%at = now
+   contains
+      !> Increment of a tip that grows [m].
+      pure real(dp) function increment_of(tip)
+         integer, intent(in) :: tip
+         increment_of = huge(way)
+         if (fatigue%law(tip) > 0) increment_of = model%growth(fatigue%law(tip))%increment
+      end function increment_of
+
+      !> K and the root of G at a part of the step.
+      pure function between(part) result(at)
+         real(dp), intent(in) :: part
+         real(dp) :: at(size(now, 1), size(now, 2), size(now, 3))
+         at = fatigue%at + part*(now - fatigue%at)
+      end function between
+
+      !> Let cycles of a block pass.
+      subroutine go_on(cycles, rates, block)
+         real(dp), intent(in) :: cycles, rates(:)
+         integer, intent(in) :: block
+         integer :: k
+         fatigue%cycles = fatigue%cycles + cycles
+         fatigue%owed = fatigue%owed + cycles*rates
+         do k = 1, size(fatigue%law)
+            if (fatigue%law(k) > 0) fatigue%zone(k) = max(fatigue%zone(k) - cycles*rates(k), &
+                                                          zone_of(fatigue, model, between(to), block, k))
+         end do
+      end subroutine go_on
+   end subroutine count_cycles
+
+   !> Record the cycle that a tip is in.
+   subroutine record_cycle(fatigue, model, tip, history)
+      type(fatigue_t), intent(in) :: fatigue
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: tip
+      type(history_t), intent(inout) :: history
+      real(dp) :: range, ratio, part, rates(size(fatigue%law))
+      call find_cycle(fatigue, toughness_of(fatigue, model, tip), fatigue%at(:, :, tip), fatigue%block, range, ratio, part)
+      rates = rates_of(fatigue, model, fatigue%at, fatigue%block)
+      call history%record('delta_K', 'Pa m^0.5', 'range of the stress intensity factor in the present load cycle', range)
+      call history%record('ratio_of_K', '1', 'least over largest stress intensity factor in it', ratio)
+      call history%record('growth_rate', 'm', 'way of the tip in that load cycle', rates(tip))
+   end subroutine record_cycle
+
+   !> Keep the cycles so far.
+   subroutine archive_fatigue(fatigue, archive)
+      type(fatigue_t), intent(inout) :: fatigue
+      class(archive_t), intent(inout) :: archive
+      call archive%serialise('cycles', fatigue%cycles)
+      call archive%serialise('block', fatigue%block)
+      call archive%serialise('done', fatigue%done)
+      call archive%archive_reals('owed_cycles', size(fatigue%owed), fatigue%owed)
+      call archive%archive_reals('zone', size(fatigue%zone), fatigue%zone)
+      call archive%archive_reals('at', size(fatigue%at), fatigue%at)
+   end subroutine archive_fatigue
+end module hampm_fatigue

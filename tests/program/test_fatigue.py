@@ -1,0 +1,221 @@
+"""Growth in load cycles: lives against closed integrations, laws of the rate, thresholds, blocks, overloads, tips with rates of their own, fracture.
+
+K of the plates is that of a boundary collocation (tools/references/fatigue_reference.py; Tada, Paris & Irwin agree to 0.15 %)."""
+
+import h5py
+import numpy as np
+import pytest
+from paths import BENCH
+
+from harness import run
+
+INPUT = BENCH.parent / "input"
+C, M, RANGE, LARGEST, YOUNG = 1e-29, 3.0, 90e6, 100e6, 200e9  # of fatigue_centre_crack.nml: m/cycle, -, Pa, Pa, Pa
+COARSE = ("refine.max_level=2",)
+SHORT = (*COARSE, "method.load_steps=4", "run.end_time=4")  # where both numbers are of the same cells, or K is taken from the run
+
+
+def reference(name):
+    return np.genfromtxt(BENCH.parent / "tests" / "reference" / "growth" / name, delimiter=",", skip_header=2, unpack=True)
+
+
+def intensity():
+    """K over stress of the half length of the crack in the middle."""
+    a, k, _ = reference("g1_fatigue_centre_crack.csv")
+    return np.polynomial.Polynomial.fit(a * 1e-3, k, 8)
+
+
+def of_run(row):
+    """The same as a run has found it: what is left between both is the error of its cycles alone."""
+    return np.polynomial.Polynomial.fit(row["crack_length"], row["K_I"] / LARGEST, 8)
+
+
+def cycles(rate, first, last, parts=20000):
+    """Closed integration: the cycles for a way at da/dN = rate(a)."""
+    a = first + (np.arange(parts) + 0.5) / parts * (last - first)
+    return np.sum(1 / rate(a)) * (last - first) / parts
+
+
+def centre(hampm, *settings, growth="", cycles="ratio = 0.1", **more):
+    """The crack in the middle, with other keys of its growth and its cycles."""
+    text = (INPUT / "fatigue_centre_crack.nml").read_text().replace("   rate_exponent = 3.0\n", f"   rate_exponent = 3.0\n   {growth}\n")
+    return run(hampm, text.replace("   ratio = 0.1\n", f"   {cycles}\n"), *settings, **more)
+
+
+def off(row, asked):
+    """The life that is found over the one that is asked, less 1."""
+    print(f"cycles {row['cycles'][-1]:.7g}, asked {asked:.7g}, off by {100 * (row['cycles'][-1] / asked - 1):.3f} %")
+    return row["cycles"][-1] / asked - 1
+
+
+def test_paris_life_of_a_crack_in_the_middle(hampm):
+    """The integral of da/(C dK**m) from 10 to 30 mm with K of the finite plate: half a percent, of which K has 0.07 % of its cells, times m."""
+    row = centre(hampm)
+    k = intensity()
+    assert row["crack_length"] == pytest.approx(np.arange(10, 31) * 1e-3, rel=1e-9)
+    assert abs(off(row, cycles(lambda a: C * (RANGE * k(a)) ** M, 0.01, 0.03))) < 0.005
+    assert row["delta_K"] == pytest.approx(0.9 * row["K_I"], rel=1e-12) and row["ratio_of_K"] == pytest.approx(0.1, rel=1e-12)
+    assert row["growth_rate"] == pytest.approx(C * row["delta_K"] ** M, rel=1e-12)
+    assert row["load_factor"] == pytest.approx(1.0, rel=1e-12) and not row.said
+
+
+def test_life_converges_with_the_square_of_the_increment(hampm):
+    """Cycles for one way with increments of 4, 2 and 1 mm, against the closed integration with K of the run with the shortest ones."""
+    rows = [centre(hampm, *COARSE, f"growth.increment={1e-3 * h}", f"method.load_steps={20 // h}", f"run.end_time={20.0 / h}", name=f"h{h}") for h in (4, 2, 1)]
+    k = of_run(rows[-1])
+    error = [abs(off(row, cycles(lambda a: C * (RANGE * k(a)) ** M, 0.01, 0.03))) for row in rows]
+    order = np.log2(np.array(error[:-1]) / error[1:])
+    print("observed order", order)
+    assert np.all(order > 1.8) and error[-1] < 2e-4
+
+
+def test_walker_counts_the_mean_load(hampm):
+    """dK/(1 - R)**(1 - w) in place of dK: by Walker at R = 0.5 the life is that of Paris with this range."""
+    paris, walker = (centre(hampm, *SHORT, growth=keys, cycles=cycle, name=name) for name, keys, cycle in (
+        ("paris", "", "ratio = 0.1"), ("walker", "rate = 'walker'  walker_exponent = 0.6", "ratio = 0.5")))
+    times = (0.9 / (0.5 / 0.5**0.4)) ** M
+    assert walker["cycles"] == pytest.approx(times * paris["cycles"], rel=1e-10)
+    assert np.all(walker["ratio_of_K"] == 0.5)
+
+
+def test_no_growth_below_the_threshold(hampm):
+    """Below it the run ends at once; above it nothing changes. In blocks only those above it let the crack grow, while all count."""
+    base = centre(hampm, *SHORT, name="base")
+    first = base["delta_K"][0]
+    assert np.array_equal(centre(hampm, *SHORT, growth=f"threshold = {0.99 * first}", name="above")["cycles"], base["cycles"])
+    below = centre(hampm, *SHORT, growth=f"threshold = {1.01 * first}", name="below")
+    assert len(below["cycles"]) == 1 and "no tip grows any more" in below.said
+    blocks = centre(hampm, *SHORT, growth=f"threshold = {0.99 * first}", cycles="ratio = 0.1  blocks = 300.0, 100.0  factors = 0.3, 1.0  repeat = .true.", name="blocks")
+    assert blocks["cycles"] == pytest.approx(4 * base["cycles"], abs=400)
+
+
+def test_arrest_within_an_increment(hampm):
+    """A beam that is split by a given opening of its ends: K falls with its length, and the crack arrests where its range is the threshold."""
+    text = """&run plane = 'stress'  end_time = 8.0 /
+&grid lower = 0.0, 0.0  cell = 1e-3  cells = 100, 11 /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'a'  lower = 0.0, 0.0  upper = 0.1, 0.01 /
+&constraint lower = 0.0, 10e-3  upper = 0.0, 10e-3  fix = 'y'  displacement = 0.0, 1e-4 /
+&constraint lower = 0.03, 0.0  upper = 0.1, 0.0  fix = 'y' /
+&constraint lower = 0.1, 0.0  upper = 0.1, 0.01  fix = 'x' /
+&crack kind = 'symmetry'  tip = 0.03, 0.0 /
+&growth law = 'fatigue'  direction = 'straight'  increment = 2e-3  rate_constant = 1e-29  rate_exponent = 3.0  threshold = THRESHOLD /
+&method time = 'static'  load_steps = 8 /
+&energy_release estimators = 'domain_integral' /
+&output file = 'out.h5' /
+"""
+    free = run(hampm, text.replace("THRESHOLD", "0.0"), name="free")
+    assert np.all(np.diff(free["delta_K"]) < 0)
+    row = run(hampm, text.replace("THRESHOLD", str((free["delta_K"][3] + free["delta_K"][4]) / 2)), name="arrest")
+    assert "arrest" in row.said and row["cycles"] == pytest.approx(free["cycles"][:4], rel=1e-12)
+
+
+def test_forman_to_fracture(hampm):
+    """da/dN = C dK**m/((1 - R) K_c - dK) up to where the largest K is K_c: the life is an attribute, and the run ends there."""
+    k_c, constant = 40e6, 1e-29 * 40e6
+    row = centre(hampm, f"growth.rate_constant={constant!r}", growth=f"rate = 'forman'  toughness = {k_c**2 / YOUNG!r}")
+    k = intensity()
+    a = np.linspace(0.01, 0.03, 200001)
+    last = a[np.searchsorted(k(a) * LARGEST, k_c)]
+    asked = cycles(lambda a: constant * (RANGE * k(a)) ** M / (0.9 * (k_c - LARGEST * k(a))), 0.01, last)
+    with h5py.File(row.path) as file:
+        life = file["history/cycles"].attrs["life"]
+    print("life", life, "asked", asked, life / asked - 1)
+    assert life == pytest.approx(asked, rel=0.005)
+    assert row["crack_length"][-1] < last < row["crack_length"][-1] + 1e-3
+    assert "fracture after" in row.said
+
+
+def wheeler(k, blocks, exponent, stress, first, last, part=2e-6):
+    """Cycles of a way with Wheeler's retardation, by short straight steps: an integration of its own."""
+    a, count, zone, left = first, 0.0, first, [list(block) for block in blocks]
+    while a < last:
+        number, factor, ratio = left[0]
+        largest = factor * LARGEST * k(a)
+        radius = (largest / stress) ** 2 / np.pi
+        zone = max(zone, a + radius)
+        rate = C * (largest * (1 - ratio)) ** M * min(1.0, radius / (zone - a)) ** exponent
+        step = min(part / rate, number, (last - a) / rate)
+        a, count, left[0][0] = a + rate * step, count + step, number - step
+        if left[0][0] <= 0:
+            left.pop(0)
+    return count
+
+
+def test_an_overload_slows_the_crack_down(hampm):
+    """input/fatigue_overload.nml: 1000 cycles of 1.6 times the load after 40000, with the retardation of Wheeler; K from the run."""
+    row = run(hampm, INPUT / "fatigue_overload.nml")
+    k = of_run(row)
+    blocks = [(40e3, 1.0, 0.1), (1e3, 1.6, 0.1), (np.inf, 1.0, 0.1)]
+    asked = wheeler(k, blocks, 1.3, 350e6, 0.01, row["crack_length"][-1])
+    without = wheeler(k, blocks, 0.0, 350e6, 0.01, row["crack_length"][-1])
+    print("without retardation", without)
+    assert abs(off(row, asked)) < 0.003
+    assert row["cycles"][-1] > 1.1 * without
+    slow = row["growth_rate"] / (C * row["delta_K"] ** M)
+    assert np.min(slow) < 0.5 and slow[0] == 1 and slow[-1] == 1
+
+
+def test_blocks_that_repeat(hampm):
+    """A spectrum of short blocks has the mean of the rates of its blocks, and all cycles count."""
+    row = centre(hampm, *COARSE, cycles="ratio = 0.1  blocks = 50.0, 3.0, 20.0  factors = 1.0, 1.4, 0.6  repeat = .true.")
+    k = of_run(row)
+    mean = (50 + 3 * 1.4**M + 20 * 0.6**M) / 73
+    assert abs(off(row, cycles(lambda a: mean * C * (RANGE * k(a)) ** M, 0.01, 0.03))) < 3e-4
+
+
+def test_two_tips_at_rates_of_their_own(hampm):
+    """input/fatigue_eccentric_crack.nml: the tip nearer to an edge is faster. Places and cycles of both are those of the reference."""
+    row = run(hampm, INPUT / "fatigue_eccentric_crack.nml")
+    count, left, right, k_left, k_right = reference("g2_fatigue_eccentric_crack.csv")
+    x = row["tip_x_tip2"] * 1e3
+    assert np.diff(x) == pytest.approx(-1, rel=1e-9)  # it goes by the increment
+    n, other = len(x), np.interp(-x, -left, right)
+    print("cycles", row["cycles"][1:] / count[1:n] - 1, "other tip [mm]", row["tip_x"] * 1e3 - other)
+    assert row["cycles"][-1] == pytest.approx(count[n - 1], rel=0.005)
+    assert row["tip_x"] * 1e3 == pytest.approx(other, abs=0.03)
+    assert row["K_I_tip2"] == pytest.approx(1e6 * k_left[:n], rel=0.003) and row["K_I"] == pytest.approx(1e6 * np.interp(-x, -left, k_right), rel=0.003)
+
+
+def test_held_load_is_the_mean_load_of_a_cycle(hampm):
+    """Half of the load held and half of it in cycles from 0 to 1 is the whole of it at a load ratio of 0.5."""
+    text = (INPUT / "fatigue_centre_crack.nml").read_text().replace("   rate_exponent = 3.0\n", "   rate_exponent = 3.0\n   rate = 'walker'\n   walker_exponent = 0.5\n")
+    load = text[text.index("&load"):text.index("/\n", text.index("&load")) + 2]
+    half = load.replace("50.0e3", "25.0e3")
+    whole = run(hampm, text.replace("ratio = 0.1", "ratio = 0.5"), *SHORT, name="whole")
+    held = run(hampm, text.replace("ratio = 0.1", "ratio = 0.0").replace(load, half + half.replace("kind =", "held = .true.\n   kind =")), *SHORT, name="held")
+    for name in ("cycles", "delta_K", "ratio_of_K", "growth_rate"):
+        assert held[name] == pytest.approx(whole[name], rel=1e-7), name
+
+
+def test_faces_in_contact_carry_no_more_in_compression(hampm):
+    """At R = -1 a crack whose faces press on each other has the range of R = 0, up to what faces in contact overlap."""
+    text = (INPUT / "fatigue_eccentric_crack.nml").read_text()
+    settings = ("refine.max_level=1", "method.load_steps=1", "run.end_time=1", "output.snapshot_interval=0")
+    path = text.index("points = ")
+    closed = text[:path] + "contact = 'frictionless'\n   " + text[path:]
+    rows = [run(hampm, scene + f"&cycles ratio = {ratio} /\n", *settings, name=name) for name, scene, ratio in (("open", text, 0.0), ("closed", closed, -1.0))]
+    print(rows[1]["delta_K"] / rows[0]["delta_K"])
+    assert rows[1]["delta_K"] == pytest.approx(rows[0]["delta_K"], rel=1e-3)
+
+
+def test_a_path_past_a_hole(hampm):
+    """input/fatigue_hole.nml: the crack turns to the hole by 20 degrees and more, and back; it has no K_II anywhere, and breaks where K_I is that of the toughness."""
+    row = run(hampm, INPUT / "fatigue_hole.nml", "output.snapshot_interval=0")
+    print(row["tip_angle"], row["K_I"][-1], row["cycles"][-1])
+    assert 20 < np.max(row["tip_angle"]) < 25 and abs(row["tip_angle"][-1]) < 1
+    assert np.all(np.abs(row["K_II"][1:]) < 1.1e-3 * row["K_I"][1:])
+    assert "fracture after" in row.said and row["K_I"][-1] < np.sqrt(40e3 * YOUNG) < 1.2 * row["K_I"][-1]
+
+
+@pytest.mark.verify
+def test_path_and_cycles_past_a_hole_converge(hampm):
+    """With increments of half the length, and with cells of half the size, path and cycles hardly change."""
+    row = run(hampm, INPUT / "fatigue_hole.nml", "output.snapshot_interval=0")
+    for name, settings in (("increments", ("growth.increment=0.625e-3", "method.load_steps=60", "run.end_time=60")), ("cells", ("refine.max_level=3",))):
+        other = run(hampm, INPUT / "fatigue_hole.nml", *settings, "output.snapshot_interval=0", name=name)
+        inside = (row["tip_x"] > 0.009) & (row["tip_x"] < other["tip_x"][-1])
+        apart = np.interp(row["tip_x"], other["tip_x"], other["tip_y"])[inside] - row["tip_y"][inside]
+        count = np.interp(row["crack_length"], other["crack_length"], other["cycles"])[inside] / row["cycles"][inside] - 1
+        print(name, "apart [mm]", 1e3 * apart, "cycles", count)
+        assert np.max(np.abs(apart)) < 0.15e-3 and np.max(np.abs(count)) < 0.02
