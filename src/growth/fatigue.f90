@@ -11,6 +11,7 @@ module hampm_fatigue
    use hampm_fatigue_rates, only: retardation
    use hampm_history, only: history_t
    use hampm_model, only: model_t
+   use hampm_toughness, only: advance_t
    implicit none
    private
    public :: fatigue_t, new_fatigue, ways_of, count_cycles, has_fractured, record_cycle, archive_fatigue

@@ -118,6 +118,8 @@ class Body(Group):
     """Strain xx, yy, xy and zz (0) at which there is no stress; heat: alpha dT in xx, yy and zz; [-0.05, 0.05]; default [0.0, 0.0, 0.0]"""
     held: bool | None
     """Whether its eigenstrain stays where growth at rest scales loads, instead of being scaled too; default True"""
+    toughness: float | None
+    """Energy release rate at which a crack grows in it, in place of that of &growth; 0: that [J/m2]; [0, inf); default 0.0"""
     contact_group: str | None
     """With &contact: bodies of the same part are one; without a name a body is one by itself; default ''"""
 
@@ -153,6 +155,8 @@ class Constraint(Group):
     """Gives the force of this constraint columns of its own: reaction_<name>_x and _y; default ''"""
     unilateral: bool | None
     """Whether it holds what presses on it only: a support from which material may lift off; default False"""
+    turns: bool | None
+    """Whether its nodes turn freely about the middle of the box, as a rigid body: a pin or roller; default False"""
 
 
 class Load(Group):
@@ -340,30 +344,76 @@ class Growth(Group):
 
     crack: str | None
     """Name of the crack; may be left out where there is one crack; default ''"""
-    law: Literal['quasi_static', 'prescribed', 'toughness'] | None
-    """At rest, by increments under loads that are scaled; in motion, at a given speed or as the toughness lets it; default 'quasi_static'"""
+    law: Literal['quasi_static', 'prescribed', 'toughness', 'fatigue'] | None
+    """At rest by increments, under loads that are scaled or in load cycles; in motion, at a speed or by the toughness; default 'quasi_static'"""
     direction: Literal['straight', 'hoop_stress', 'local_symmetry', 'max_energy', 'path'] | None
     """Where tips go to; path: along points; default 'hoop_stress'"""
     points: float | Sequence[float] | None
     """Of direction = path: x, y of each point, in the order in which the tip comes to them [m]; (-inf, inf); no default"""
     toughness: float | None
-    """Energy release rate at which the crack grows, of the laws quasi_static and toughness [J/m2]; [0, inf); default 0.0"""
+    """Energy release rate at which the crack grows by quasi_static and toughness; by fatigue: at which it breaks [J/m2]; [0, inf); default 0.0"""
     limit_speed: float | None
     """Of law = toughness, which at speed v is toughness/(1 - (v/limit_speed)**exponent); 0: it is constant [m/s]; [0, inf); default 0.0"""
     exponent: float | None
     """Of that; (0, inf); default 1.0"""
     speed: float | None
     """Of law = prescribed [m/s]; [0, inf); default 0.0"""
+    rate_constant: float | None
+    """Of law = fatigue: C of its rate, m/cycle where the range of K is 1 Pa sqrt(m); of forman times 1 Pa sqrt(m) [m/(Pa m^0.5)^m]; [0, inf); default 0.0"""
+    rate_exponent: float | None
+    """Of law = fatigue: m of its rate; [0, inf); default 0.0"""
+    walker_exponent: float | None
+    """Of rate = walker: the range of K counts as divided by (1 - R)**(1 - walker_exponent); [0, inf); default 1.0"""
+    threshold: float | None
+    """Of law = fatigue: range of K up to which a tip does not grow [Pa m^0.5]; [0, inf); default 0.0"""
+    wheeler_exponent: float | None
+    """Of law = fatigue: by which growth is slow within the plastic zone of an overload; 0: it is not; [0, inf); default 0.0"""
+    wheeler_stress: float | None
+    """Yield stress, which tells how large these zones are [Pa]; [0, inf); default 0.0"""
+    extensions: float | Sequence[float] | None
+    """R-curve: ways that a tip has grown, ascending [m]; [0, inf); no default"""
+    extension_factors: float | Sequence[float] | None
+    """By which the toughness is multiplied there; (0, inf); no default"""
+    speeds: float | Sequence[float] | None
+    """Of the tip, in motion, ascending [m/s]; [0, inf); no default"""
+    speed_factors: float | Sequence[float] | None
+    """By which the toughness is multiplied there; (0, inf); no default"""
+    angles: float | Sequence[float] | None
+    """From x to the left to the direction in which a tip goes, ascending; they repeat after 180 [deg]; [-180, 180]; no default"""
+    angle_factors: float | Sequence[float] | None
+    """By which the toughness is multiplied there; (0, inf); no default"""
+    mixed_mode: Literal['none', 'hutchinson_suo', 'benzeggagh_kenane'] | None
+    """How the toughness rises with mode II; default 'none'"""
+    # lambda, a word of Python: group["lambda"]: float | None; Of hutchinson_suo: 1 + tan((1 - lambda) psi)**2; 1: no rise, 0: G_I has the toughness; [0, 1]; default 0.3
+    toughness_shear: float | None
+    """Of benzeggagh_kenane: toughness in mode II [J/m2]; [0, inf); default 0.0"""
+    mixed_mode_exponent: float | None
+    """Of benzeggagh_kenane: eta; [0.1, 100]; default 1.0"""
+    rate: Literal['paris', 'walker', 'forman'] | None
+    """Of law = fatigue: whose law the way in a load cycle follows; default 'paris'"""
     start: float | None
     """From when on this &growth applies, in motion [s]; [0, inf); default 0.0"""
     end: float | None
     """Until when; 0: to the end of the run [s]; [0, inf); default 0.0"""
     increment: float | None
-    """Of law = quasi_static: by which a tip advances in a load step [m]; [0, inf); default 0.0"""
+    """By which a tip advances in a load step at rest; of fatigue that which is the first to [m]; [0, inf); default 0.0"""
     max_length: float | None
     """Length of the whole crack at which it stops; 0: none [m]; [0, inf); default 0.0"""
     tips: Literal['all', 'largest', 'last', 'first'] | None
     """Which tips go on: all; at rest, of all with this, that with the largest G over toughness; in motion that at an end; default 'all'"""
+
+
+class Nucleation(Group):
+    """When a &crack appears at rest that is not there before: by strength and toughness together."""
+
+    crack: str | None
+    """Name of the crack; may be left out where there is one crack; default ''"""
+    toughness: float | None
+    """Energy that it must release for its area, from the equilibrium before it to the one with it [J/m2]; [0, inf); default 0.0"""
+    strength: float | None
+    """Stress across it that all of it must have before; 0: the energy tells, if stress opens it in the mean [Pa]; [0, inf); default 0.0"""
+    increment: float | None
+    """By which the lengths differ that are tried, from its first point on; 0: it appears as a whole [m]; [0, inf); default 0.0"""
 
 
 class Control(Group):
@@ -389,6 +439,21 @@ class Control(Group):
     """Of a table: factors at its times, as many as these; (-inf, inf); no default"""
 
 
+class Cycles(Group):
+    """The load cycles of law = fatigue; without it loads fall to 0 in each cycle."""
+
+    ratio: float | None
+    """Least over largest load of a cycle; (-inf, 1); default 0.0"""
+    blocks: float | Sequence[float] | None
+    """Cycles of one kind that follow one another: how many of each kind; (0, inf); no default"""
+    factors: float | Sequence[float] | None
+    """Of each block: by which the largest load is multiplied; (0, inf); no default"""
+    ratios: float | Sequence[float] | None
+    """Of each block: least over largest load, in place of ratio; (-inf, 1); no default"""
+    repeat: bool | None
+    """Whether the blocks begin again after the last one; else that goes on; default False"""
+
+
 class EnergyRelease(Group):
     """Which energy quantities are recorded."""
 
@@ -400,6 +465,8 @@ class EnergyRelease(Group):
     """Of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more [m]; (0, inf); no default"""
     t_stress: bool | None
     """Whether the history records the T-stress, by domain_integral; default False"""
+    phase_length: float | None
+    """Of tips between two materials: distance ahead at which K_I and K_II are those of the stress; 0: no K there [m]; [0, inf); default 0.0"""
     reference: Literal['none', 'dcb', 'value'] | None
     """Where the reference value G_ref comes from: nowhere, double cantilever beam theory, or a key; default 'none'"""
     reference_value: float | None
@@ -469,8 +536,12 @@ class Groups:
     """How the faces of a crack hold each other by cohesion; without this group they do not."""
     growth: GroupList[Growth]
     """How a crack grows; without this group cracks stay as they are."""
+    nucleation: GroupList[Nucleation]
+    """When a &crack appears at rest that is not there before: by strength and toughness together."""
     control: Control
     """What a load frame controls as cracks grow at rest; load and displacement become columns."""
+    cycles: Cycles
+    """The load cycles of law = fatigue; without it loads fall to 0 in each cycle."""
     energy_release: EnergyRelease
     """Which energy quantities are recorded."""
     probe: GroupList[Probe]
