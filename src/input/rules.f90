@@ -237,7 +237,8 @@ module hampm_rules
 
    type(rule_t), parameter :: of_method(*) = [ &
       rule_t("&method time = 'static' | 'implicit'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", &
-             not_built, "contact of bodies is found step by step in explicit steps", use="&method time = 'explicit'"), &
+             not_built, "bodies that come near each other are found in explicit steps; those that touch from the start "// &
+             "may have a &crack with contact along their common face", use="&method time = 'explicit'"), &
       rule_t("&method frame = 'total'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", mechanics, &
              "bodies never come into contact in the total Lagrangian frame", use="&method frame = 'updated'"), &
       rule_t("&method frame = 'updated'", not_with, "&method time = 'static'", not_built, &
@@ -321,7 +322,7 @@ module hampm_rules
              "&method courant or &method frame = 'updated'", reason="the step is a fraction of the largest stable one"), &
       rule_t("&method load_steps", no_effect_without, "&method time = 'static'"), &
       rule_t("&method start = 'static'", not_with, "&contact bodies = 'stick' | 'frictionless' | 'friction'", not_built, &
-             "contact of bodies is found step by step in explicit steps", use="&method start = 'undeformed'"), &
+             "bodies that come near each other are found in explicit steps", use="&method start = 'undeformed'"), &
       rule_t("&method start = 'static'", not_with, "&material volumetric = 'b_bar' and &material law = {laws of any strain}", &
              not_built, "the mean of large strains has no tangent yet", use="&material volumetric = 'standard'"), &
       rule_t("&method start", no_effect_with, "&method time = 'static'", mechanics, "all states are in static equilibrium"), &
