@@ -152,7 +152,8 @@ module hampm_rules
              "the fourth value has no effect, as the thickness is free")]
 
    type(rule_t), parameter :: of_ends(*) = [ &
-      rule_t("&run stop_when = 'separated'", requires, "&growth", reason="a crack that grows parts a body"), &
+      rule_t("&run stop_when = 'separated'", requires, "&growth", not_built, &
+             "what cohesion lets part is not looked at"), &
       rule_t("&run stop_when = 'crack_length'", requires, "&run stop_length > 0"), &
       rule_t("&run stop_when = 'crack_length'", requires, "&crack"), &
       rule_t("&run stop_when = 'arrested'", requires, "&growth"), &

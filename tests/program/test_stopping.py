@@ -114,7 +114,7 @@ def test_the_largest_load_is_kept_in_checkpoints(hampm, tmp_path):
 
 
 def test_refused(hampm, tmp_path):
-    assert "a crack that grows parts a body" in plate(hampm, tmp_path, "stop_when = 'separated'", code=2, growth="").stderr
+    assert "requires &growth" in plate(hampm, tmp_path, "stop_when = 'separated'", code=2, growth="").stderr
     for stop, words in (("stop_when = 'crack_length'", "stop_length"), ("stop_length = 1e-3", "stop_when = 'crack_length'"), ("stop_when = 'late'", "must be"),
                         ("stop_load = 0.7", "load_dropped")):
         assert words in plate(hampm, tmp_path, stop, code=2).stderr
