@@ -14,7 +14,7 @@ module hampm_constraints
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: constraints_t, given_motion_t, constrain_box, hold_axis, rebuild_constraints, hold, let_turn
+   public :: constraints_t, given_motion_t, constrain_box, hold_axis, rebuild_constraints, find_levers, hold, let_turn
 
    !> How held nodes are moved.
    type :: given_motion_t
@@ -127,31 +127,34 @@ contains
       if (c%has_axis) where (abs(grid%node_position(1, :grid%n_nodes)) <= grid%forest%tolerance()) c%fixed(1, :) = .true.
       where (c%fixed) c%free(:, :grid%n_nodes) = 0
       c%node = pack([(k, k=1, grid%n_nodes)], any(c%fixed, dim=1))
-      if (any(c%boxes%motion%turns)) call find_levers(c, grid)
    end subroutine rebuild_constraints
 
-   !> Find which components turn with their boxes, and how. Those of a box whose nodes do not tell how it turns, as of a single one, are held.
-   pure subroutine find_levers(c, grid)
+   !> Find which components turn with their boxes, and how, once they have been rebuilt: those of nodes that have material, or may have it. Those of a box whose
+   !> nodes do not tell how it turns, as of a single one, are held.
+   pure subroutine find_levers(c, grid, has_material)
       type(constraints_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
+      logical, intent(in) :: has_material(:)     !! by node
       real(dp), parameter :: rounding = 1e-9_dp  ! of a lever
       integer :: i, k
+      if (.not. any(c%boxes%motion%turns)) return
       allocate (c%turning, mold=c%box)
       allocate (c%lever(ndim, grid%n_nodes), source=0.0_dp)
       c%turning = 0
       do k = 1, size(c%boxes)
          if (.not. c%boxes(k)%motion%turns) cycle
-         where (c%box == k) c%turning = k
          do i = 1, grid%n_nodes
+            if (.not. has_material(i)) cycle
+            where (c%box(:, i) == k) c%turning(:, i) = k
             associate (arm => grid%node_position(:, i) - (c%boxes(k)%lower + c%boxes(k)%upper)/2)
                where (c%box(:, i) == k) c%lever(:, i) = [-arm(2), arm(1)]
             end associate
          end do
-         associate (largest => maxval(abs(c%lever), mask=c%box == k))
-            if (all([(spread_of(pack(c%lever(i, :), c%box(i, :) == k)), i=1, ndim)] <= rounding*grid%forest%cell)) then
-               where (c%box == k) c%turning = 0
+         associate (largest => maxval(abs(c%lever), mask=c%turning == k))
+            if (all([(spread_of(pack(c%lever(i, :), c%turning(i, :) == k)), i=1, ndim)] <= rounding*grid%forest%cell)) then
+               where (c%turning == k) c%turning = 0
             else
-               where (c%box == k) c%lever = c%lever/largest
+               where (c%turning == k) c%lever = c%lever/largest
             end if
          end associate
       end do

@@ -3,7 +3,7 @@ module hampm_problem
    use hampm_kinds, only: dp, corners, long
    use hampm_absorbing_edges, only: absorbing_edges_t, nodes_of_dashpots
    use hampm_body_contact, only: body_contact_t, rebuild_body_contact
-   use hampm_constraints, only: constraints_t, rebuild_constraints
+   use hampm_constraints, only: constraints_t, rebuild_constraints, find_levers
    use hampm_domain_pass, only: corner_map_t, locate_corners, move_corners, map_corners, assemble_corners
    use hampm_energy, only: energy_of_particles => kinetic_energy, strain_energy, dissipation
    use hampm_element_operators, only: element_operators_t, find_operators, assemble_all, give_to_particles
@@ -113,6 +113,7 @@ contains
       m%cache%operators = none
       m%corners = corner_map_t()
       call rebuild_constraints(m%constraints, m%grid)
+      if (m%constraints%move()) call find_levers(m%constraints, m%grid, nodes_with_material(m))
       call rebuild_body_contact(m%body_contact, m%grid)
       call rebuild_interfaces(m%interfaces, m%matter_t)
       m%interfaces%are_lumped = m%mass%by == by_lumped .or. &
@@ -143,6 +144,18 @@ contains
       if (failure%failed()) return
       call find_active_nodes(m%grid, m%blocks, m%fields, failure)
    end subroutine rebuild_on_grid
+
+   !> Whether points have material; all may have it where that moves through the cells.
+   pure function nodes_with_material(m) result(has)
+      type(problem_t), intent(in) :: m
+      logical :: has(m%grid%n_points)
+      integer :: i
+      has = .not. m%particles%total_frame
+      do i = 1, m%particles%n
+         has(m%grid%support_of(m%particles%cell(i))) = .true.
+      end do
+      call m%grid%dofs%mark_masters(has)
+   end function nodes_with_material
 
    !> Let interface points hang on the nodes of the cells that have material now, where that moves through the cells: others have no motion.
    subroutine renew_interfaces(m)
