@@ -7,6 +7,7 @@
 !> On both, cells that have element operators are passed without their particles (`hampm_element_operators`).
 module hampm_step
    use hampm_kinds, only: dp, ndim, long
+   use hampm_constraints, only: let_turn
    use hampm_body_contact, only: find_body_pairs, find_gaps, share_between_bodies, separate_bodies
    use hampm_nodal_release, only: work_of_release
    use hampm_prescribed_nodes, only: prescribed_velocity, prescribed_acceleration, coupled_to_prescribed, set_prescribed, &
@@ -26,7 +27,8 @@ module hampm_step
    use hampm_pass, only: pass_t
    use hampm_tiling, only: plan_tiles, is_planned, step_in_tiles
    use hampm_interface_step, only: hold_faces
-   use hampm_interface_points, only: stretch_interfaces, commit_slip, ease_faces, interface_energy, kick_interfaces
+   use hampm_interface_points, only: add_interface_forces, stretch_interfaces, commit_slip, ease_faces, interface_energy, &
+                                     kick_interfaces
    use hampm_error_context, only: when, origin
    implicit none
    private
@@ -277,6 +279,7 @@ contains
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
       type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: before(:, :)      ! forces on the nodes [N]
       real(dp) :: taken                          ! by dashpots [J]
       if (m%interfaces%n_at_end > 0 .and. strains_first(m)) call open_faces(m, v_n, dt)
       associate (f => m%fields)
@@ -286,14 +289,33 @@ contains
             m%energies%absorbed_energy = m%energies%absorbed_energy + taken
             if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken
          end if
+         if (allocated(m%constraints%turning)) then ! by those forces too: as they are now, and then by what they are more
+            allocate (before, source=0*f%force)
+            call add_interface_forces(m%interfaces, 1, before, m%interfaces%n_at_end)
+            call turn_by(m, dt, before)
+            before = f%force + before
+         end if
          if (m%interfaces%n_at_end > 0) &
             call hold_faces(m%interface_step, m%interfaces, m%matter_t, m%constraints%fixed, m%corners, dt, &
                          f%mass_matrix, m%solver, &
                          f%velocity(:, :, v_next), f%acceleration, f%force, failure)
+         if (allocated(before)) call turn_by(m, dt, f%force - before)
          call m%grid%dofs%distribute(f%mass_matrix%all, ndim, f%acceleration)
          call m%grid%dofs%distribute(f%mass_matrix%all, ndim, f%velocity(:, :, v_next))
       end associate
    end subroutine add_forces_at_end
+
+   !> Turn boxes by forces besides those for which their accelerations have been found.
+   subroutine turn_by(m, dt, force)
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: dt                 !! [s]
+      real(dp), intent(in) :: force(:, :)        !! [N], (ndim, n_points)
+      real(dp) :: a(ndim, m%grid%n_points)
+      a = 0
+      call let_turn(m%constraints, m%fields%mass_matrix%lumped, force, a)
+      m%fields%acceleration = m%fields%acceleration + a
+      m%fields%velocity(:, :, v_next) = m%fields%velocity(:, :, v_next) + dt*a
+   end subroutine turn_by
 
    !> Book what the loads have done in a step that has mapped the new velocities, or will do so only in the next.
    subroutine book_loads(m, dt)
