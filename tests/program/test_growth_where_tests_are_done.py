@@ -101,7 +101,7 @@ def test_supports_that_only_push_at_rest(hampm):
 
 def test_supports_that_only_push_in_implicit_steps(hampm):
     """As tied ones where nothing lifts off."""
-    moving = {"end": 1e-4, "history": "history = 'ramp'  rise_time = 1e-4", "method": "time = 'implicit'  time_step = 2e-6",
+    moving = {"end": 3.2e-5, "history": "history = 'ramp'  rise_time = 1e-4", "method": "time = 'implicit'  time_step = 2e-6",
               "growth": "&growth law = 'toughness'  toughness = 0.5  direction = 'hoop_stress' /"}
     free, tied = (run_told(hampm, BENT.format(far=15, push=push, **moving))[0] for push in (PUSH, ""))
     assert free["crack_length"][-1] > free["crack_length"][0] + 1e-3
@@ -120,20 +120,21 @@ def test_a_charpy_specimen_on_anvils(hampm):
     """K_I does not know of the anvils up to 16 us: it is that of a specimen that flies freely, whose ends do not press on them before 12 us (Boehme & Kalthoff 1982,
     Int. J. Fract. 20, R139-R143, saw such specimens without contact). The weight has bounced off by 16 us. The crack starts as K_I is that of the toughness, and
     cohesive points take that times the area, to 15 %."""
-    text = (INPUT / "charpy.nml").read_text()
+    text = (INPUT / "charpy.nml").read_text().replace("end_time = 60.0e-6", "end_time = 45.0e-6")
     row, _ = run_told(hampm, text)
     alone = text[:text.index("&body", text.index("! the weight"))] + text[text.index("&contact"):]
-    free, _ = run_told(hampm, alone[:alone.index("&growth")] + alone[alone.index("&energy_release"):], name="free")
+    free, _ = run_told(hampm, (alone[:alone.index("&growth")] + alone[alone.index("&energy_release"):]).replace("45.0e-6", "31.0e-6"), name="free")
     time, toughness = 1e6 * row["time"], math.sqrt(6e3 * 210e9 / (1 - 0.3**2))
-    early, running = time < 16, row["crack_length"] > row["crack_length"][0] + 0.5e-3
+    also = slice(len(free["time"])) # samples of both
+    early, running = time[also] < 16, row["crack_length"] > row["crack_length"][0] + 0.5e-3
     begins = time[np.flatnonzero(row["fracture_energy"] > 0)[0]]
-    print(missing(row), begins, np.max(np.abs(row["K_I"] - free["K_I"])[early]) / toughness, np.mean(row["G"][running]) / 6e3)
+    print(missing(row), begins, np.max(np.abs(row["K_I"][also] - free["K_I"])[early]) / toughness, np.mean(row["G"][running]) / 6e3)
     assert missing(row) < 1e-12
-    assert row["K_I"][early] == pytest.approx(free["K_I"][early], abs=0.005 * toughness)
-    assert np.max(np.abs(row["K_I"] - free["K_I"])[(time > 20) & (time < begins)]) > 0.05 * toughness
+    assert row["K_I"][also][early] == pytest.approx(free["K_I"][early], abs=0.005 * toughness)
+    assert np.max(np.abs(row["K_I"][also] - free["K_I"])[(time[also] > 20) & (time[also] < begins)]) > 0.05 * toughness
     press = row["reaction_left_y"] + row["reaction_right_y"]
     assert np.max(np.abs(press[time < 12])) < 0.15 * np.max(np.abs(press))
-    assert np.all(free["contact_force_y"][(time > 16) & (time < 40)] == 0)
+    assert np.all(free["contact_force_y"][time[also] > 16] == 0)
     assert np.max(row["K_I"][time <= begins]) == pytest.approx(toughness, rel=0.05)
     assert 0.6 < np.mean(row["G"][running]) / 6e3 < 1 # discs of two to four cells have the zone of points that fail in them (docs/explanation/growth.md)
     grown = row["crack_length"][-1] - row["crack_length"][0]

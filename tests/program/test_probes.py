@@ -103,7 +103,7 @@ GRIFFITH = """\
 &constraint lower = -0.1, -0.2 upper = -0.1, -0.2 fix = 'xy' /
 &constraint lower = 0.1, -0.2 upper = 0.1, -0.2 fix = 'y' /
 &method time = 'static' /
-&refine indicator = 'tip' max_level = 5 rings = 10 /
+&refine indicator = 'tip' max_level = 5 rings = 6 /
 &crack kind = 'path' points = -10.0e-3, 0.0, 10.0e-3, 0.0 /
 &output file = 'out.h5' /
 """
@@ -234,7 +234,7 @@ PLATE_WITH_GAUGES = """\
 &constraint lower = 0.15, 0.0 upper = 0.15, 0.0 fix = 'y' /
 &crack kind = 'path' points = -10.0e-3, 0.0, 10.0e-3, 0.0 /
 &method time = 'static' /
-&refine indicator = 'tip' max_level = 6 rings = 40 /
+&refine indicator = 'tip' max_level = {level} rings = 40 /
 &energy_release estimators = 'domain_integral' /
 &output file = 'out.h5' /
 """
@@ -258,11 +258,12 @@ def westergaard(x, y, a, stress, young):
     return GAUGE[0]**2 * strain[0] + GAUGE[1]**2 * strain[1] + 2 * GAUGE[0] * GAUGE[1] * strain[2]
 
 
-def test_strain_gauge_beside_a_crack(run):
+@pytest.mark.parametrize(("level", "radii"), [(5, (0.1, 0.2, 0.4)), pytest.param(6, (0.05, 0.1, 0.2, 0.4), marks=pytest.mark.verify)])
+def test_strain_gauge_beside_a_crack(run, level, radii):
     """K_I by a gauge where Dally & Sanford put it, over that of the crack: what the near-tip field leaves out at r/a, and a gauge of a length L of r, is as of the exact field."""
     a, stress, young = 10e-3, 1e8, 200e9
-    text, expected = PLATE_WITH_GAUGES, {}
-    for r in (0.05, 0.1, 0.2, 0.4):
+    text, expected = PLATE_WITH_GAUGES.format(level=level), {}
+    for r in radii:
         for length in (0.0, 0.2, 0.5):
             middle, half = np.array([a, 0.0]) + r * a * GAUGE, length * r * a / 2 * GAUGE
             name = f"r{round(100 * r)}_{round(10 * length)}"
@@ -279,7 +280,7 @@ def test_strain_gauge_beside_a_crack(run):
             strain = GAUGE[0]**2 * xx + GAUGE[1]**2 * yy + 2 * GAUGE[0] * GAUGE[1] * xy
         got = strain / sensitivity(r * a, young) / (stress * math.sqrt(math.pi * a)) / finite
         print(f"r/a {r:4.2f}, L/r {length:3.1f}: expected {100 * (value - 1):5.2f} %, measured {100 * (got - 1):5.2f} %, {r * a / row['tip_cell']:.0f} cells from the tip")
-        assert got == pytest.approx(value, abs=0.014 if r < 0.2 else 0.006)
+        assert got == pytest.approx(value, abs=0.014 if r * a / row["tip_cell"] < 20 else 0.006)
 
 
 def test_strain_gauge_and_a_wave(run):
@@ -376,9 +377,9 @@ def test_resumed_probes(hampm, tmp_path):
     for folder in ("whole", "parts"):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "case.nml").write_text(text)
-    more = ("--quiet", "--set", "output.file=case.h5", "--set", "run.end_time=1e-4", "--set", "refine.indicator=gradient", "--set", "refine.max_level=1", "--set", "refine.r_crit=0.05")
+    more = ("--quiet", "--set", "output.file=case.h5", "--set", "run.end_time=3e-5", "--set", "output.snapshot_interval=0", "--set", "refine.indicator=gradient", "--set", "refine.max_level=1", "--set", "refine.r_crit=0.05")
     assert hampm(tmp_path / "whole/case.nml", *more, "--output", tmp_path / "whole").returncode == 0
-    assert hampm(tmp_path / "parts/case.nml", *more, "--output", tmp_path / "parts", "--steps", "60").returncode == 5
+    assert hampm(tmp_path / "parts/case.nml", *more, "--output", tmp_path / "parts", "--steps", "20").returncode == 5
     done = hampm("--resume", tmp_path / "parts/case.h5.checkpoint", "--quiet")
     assert done.returncode == 0, done.stderr
     assert differing(tmp_path / "whole/case.h5", tmp_path / "parts/case.h5") == []
