@@ -14,15 +14,15 @@ CASES = {
                          "test_signals_stop_the_run": 3},
     "test_cohesive": {"test_mirror_images_part_alike": 0, "test_mixed_modes_by_benzeggagh_and_kenane": 2, "test_a_beam_that_splits_in_motion": ("implicit",),
                       "test_couples_of_any_mode_part_the_arms_at_the_toughness": 0,
-                      "test_damage_stays_on_finer_cells": 1, "test_faces_of_any_material_part": ("yields", "creeps"), "test_faces_that_have_parted_rub": 2,
-                      "test_half_of_a_beam_parts_from_its_mirror_image": ("static-uniform", "implicit-uniform")},
+                      "test_damage_stays_on_finer_cells": 1, "test_faces_of_any_material_part": ("yields",), "test_faces_that_have_parted_rub": 2,
+                      "test_half_of_a_beam_parts_from_its_mirror_image": ("static-uniform",)},
     "test_contact": {"test_a_tip_pressed_shut_has_no_mode_i": 1, "test_friction_in_explicit_steps_is_that_of_implicit_ones": 1,
                      "test_friction_that_sticks_stays_on_a_mesh_that_changes": ("implicit",),
                      "test_a_crack_slides_as_on_uniform_cells": ("static-'zz'", "static-'tip'"),
                      "test_arms_that_part_and_meet_gain_no_energy": ("time_step=1e-6-", "courant=0.5-", "scheme='usf'-kind='line'"),
                      "test_faces_that_stick_forget_the_cells_that_they_began_with": ("implicit",)},
     "test_cpdi": {"test_J_and_reaction_of_a_beam": 2, "test_resumed_run": 3},
-    "test_crack_line": {"test_closed_faces_are_the_same_in_both_frames": 1, "test_a_crack_goes_with_the_body_that_carries_it": ("0.0, 20.0", "14.0-friction'"),
+    "test_crack_line": {"test_closed_faces_are_the_same_in_both_frames": 1, "test_a_crack_goes_with_the_body_that_carries_it": ("14.0-friction'",),
                         "test_a_whole_body_gives_what_its_half_on_the_symmetry_plane_gives": 5},
     "test_crack_path": {"test_cracks_in_a_plate": 2, "test_cracks_that_are_mirror_images_open_alike": 3, "test_extremes": 4, "test_random_places": 0,
                         "test_the_audit_closes": 6, "test_closed_cracks_come_to_rest_by_implicit_steps": 1,
@@ -126,7 +126,7 @@ CASES = {
 }
 
 # Of these files all that has to do with a part, by the beginning of the name of the case
-PARTS = {"test_lessons": ("6_", "7_", "8_", "9_", "10_", "13_", "14_", *(f"solutions/{k}-" for k in (6, 7, 8, 9, 10, 13, 14, 15, 16))),
+PARTS = {"test_lessons": ("6_", "7_", "8_", "9_", "10_", "13_", "14_", "16_", "19_", *(f"solutions/{k}-" for k in (6, 7, 8, 9, 10, 13, 14, 15, 16))),
          "test_regression": ("dcb_dynamic-alpha10000", "dcb_dynamic-undamped", "chen-0.2mm", "local_time_steps-static",
                              "figure_10-unlumped")}
 

@@ -112,8 +112,8 @@ class Bench:
             code, said = self.command(folder, ["case.nml", "--quiet", *options], program, threads)
             return self.result(folder, code, said, keep_data)
 
-    def resumed(self, scene, stops):
-        """A run that is stopped after so many steps, each time, and resumed."""
+    def resumed(self, scene, stops, *changes):
+        """A run that is stopped after so many steps, each time, and resumed, at last with other values of some keys."""
         with tempfile.TemporaryDirectory() as folder:
             folder = Path(folder)
             (folder / "case.nml").write_text(text_of(scene))
@@ -123,7 +123,7 @@ class Bench:
                 if code != 5:
                     return self.result(folder, code, said, True)
                 words = ["--resume", "case.h5.checkpoint"]
-            code, said = self.command(folder, [*words, "--quiet"])
+            code, said = self.command(folder, [*words, "--quiet", *(word for change in changes for word in ("--set", change))])
             return self.result(folder, code, said, True)
 
     def result(self, folder, code, said, keep_data):
@@ -755,6 +755,20 @@ def resume(case):
     bytes_of(case, case.bench.resumed(case.scene, stops))
 
 
+def another_end(case):
+    """Begun with a later end, stopped and resumed with that of the scene."""
+    steps, end, output = int(case.base.row["step"][-1]), group(case.scene, "run")["end_time"], groups(case.scene, "output")
+    case.need(case.base.code == 0 and steps > 1 and output and output[0].get("history_interval"))
+    scene, changes = copy_of(case.scene), [f"run.end_time={end!r}"]
+    group(scene, "run")["end_time"] = 1.5 * end
+    if case.time == "static":
+        load_steps = case.method.get("load_steps", 1)
+        case.need(load_steps % 2 == 0)
+        group(scene, "method")["load_steps"] = 3 * load_steps // 2
+        changes.append(f"method.load_steps={load_steps}")
+    case.same(case.base.row, case.bench.resumed(scene, [case.chance.randint(1, steps - 1)], *changes))
+
+
 def check(case):
     """`--check` accepts what runs."""
     run = case.bench.run(case.scene, "--check")
@@ -771,7 +785,8 @@ def builds(case):
 OWN = {"finite": finite, "energies": energies, "forces": forces}
 SECOND = {"mirror in x": isometry(maps.MIRROR_X), "mirror in y": isometry(maps.MIRROR_Y), "quarter turn": isometry(maps.TURN), "units": units, "thickness": thickness,
           "halved": halved, "order": order, "reverse": reverse, "split": split, "motion": motion, "superposed": superposed, "reciprocal": reciprocal,
-          "slow": slow, "damped": damped, "still": still, "finer": finer, "reference": reference, "threads": threads, "resume": resume, "check": check, "builds": builds}
+          "slow": slow, "damped": damped, "still": still, "finer": finer, "reference": reference, "threads": threads, "resume": resume,
+          "another end": another_end, "check": check, "builds": builds}
 IMAGES = ["mirror in x", "mirror in y", "quarter turn", "order", "reverse"]
 
 
