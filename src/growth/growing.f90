@@ -437,8 +437,11 @@ contains
       integer, intent(in) :: tip
       type(crack_values_t), intent(in) :: values
       integer, intent(in) :: law                 !! number of its &growth, or 0
-      if (law > 0) criteria = criteria_of(material, cracks%tips(tip), model%growth(law), &
-                                          growing%advance_of(model, cracks, tip), best_rate(values, cracks%tips(tip)))
+      real(dp) :: rate
+      if (law == 0) return
+      rate = 0                                   ! of a tip that is not measured any more
+      if (cracks%tips(tip)%is_measured()) rate = best_rate(values, cracks%tips(tip))
+      criteria = criteria_of(material, cracks%tips(tip), model%growth(law), growing%advance_of(model, cracks, tip), rate)
    end function branching_of
 
    !> Note tips in motion that may branch.
