@@ -65,12 +65,14 @@ contains
       real(dp), intent(out) :: mapping_power            !! see above [W]; 0 without `audit`
       type(failure_t), intent(inout) :: failure
       integer :: chunk, chunks, first
-      if (solver%iterates()) then                ! from the line through the last two solutions on
+      logical :: iterates                        ! one that goes on from a checkpoint would, as it has not yet seen that its factors are those of this matrix
+      iterates = solver%iterates() .and. .not. is_known
+      if (iterates) then                         ! from the line through the last two solutions on
          if (.not. allocated(f%earlier)) allocate (f%earlier(ndim, size(f%acceleration, 2), 2), source=0.0_dp)
          f%acceleration = 2*f%earlier(:, :, 1) - f%earlier(:, :, 2)
       end if
       if (.not. is_known) call solve(grid, solver, free, f%mass_matrix, f%force, f%acceleration, failure)
-      if (solver%iterates()) then
+      if (iterates) then
          f%earlier(:, :, 2) = f%earlier(:, :, 1)
          f%earlier(:, :, 1) = f%acceleration
       end if

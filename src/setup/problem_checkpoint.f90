@@ -72,7 +72,6 @@ contains
       call archive_body_contact(m%body_contact, c)
       call archive_supports(m%constraints, c)
       call archive_interfaces(m%interfaces, c)
-      if (c%is_read .and. m%interfaces%n > 0) m%cache%acceleration_after = -1 ! the first step solves for it, to the same bytes
       call archive_faces(m%interface_step, c)
       call archive_solver(m%solver, 'solver', m%grid, weighed, m%fields%mass_matrix, c)
    end subroutine keep_problem

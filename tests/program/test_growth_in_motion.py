@@ -217,11 +217,13 @@ def test_a_crack_that_runs_in_mixed_mode(hampm):
 
 
 @pytest.mark.verify
-@pytest.mark.parametrize("cell", [0.2e-3])
-def test_the_equation_of_motion(hampm, cell):
-    """By the toughness: how far the crack comes to 3 %, its speed to 2 % of Rayleigh waves, G to 3 %."""
+@pytest.mark.parametrize("frame", ["total", "updated"])
+def test_the_equation_of_motion(hampm, frame):
+    """By the toughness: how far the crack comes to 3 %, its speed to 2 % of Rayleigh waves, G to 3 %. In the updated frame it came 4 % too short, and 9.6 % in cells half as large: masses that
+    were lumped at its faces radiated waves of the cells, for which G paid."""
     toughness = bench.exact_growth()[3]
-    row, _ = run_told(hampm, bench.plate(cell, f"law = 'toughness'  toughness = {toughness}", audit=True))
+    text = bench.plate(0.2e-3, f"law = 'toughness'  toughness = {toughness}", audit=True)
+    row, _ = run_told(hampm, text.replace("&method", f"&method frame = '{frame}' "))
     way, speed, ratio, scatter = bench.by_toughness(row)
     print(way, speed, ratio, scatter)
     assert abs(way) < 0.03
@@ -371,7 +373,8 @@ def flying(text, velocity):
 
 @pytest.mark.parametrize("law", ["law = 'prescribed'  speed = 600.0  start = 2e-6", "law = 'toughness'  toughness = 0.01"])
 def test_a_crack_grows_in_a_plate_that_flies(hampm, law):
-    """At 60 m/s it goes through a cell in 8 us. Its way is as in the total frame; energy is kept; K rings as its tips go from cell to cell."""
+    """At 60 m/s it goes through a cell in 8 us. Its way is as in the total frame; energy is kept; K rings as its tips go from cell to cell. By the toughness cohesive points take that times the
+    area, to 15 %: of a crack as fast as Rayleigh waves in such cells those in the total frame take 1.27 of it."""
     text = plate(f"&growth {law}  direction = 'straight' /")
     still, _ = run_told(hampm, text)
     row, _ = run_told(hampm, flying(text, "60.0, -40.0"))
@@ -382,7 +385,24 @@ def test_a_crack_grows_in_a_plate_that_flies(hampm, law):
     assert row["crack_length"][-1] == pytest.approx(still["crack_length"][-1], rel=1e-9 if "prescribed" in law else 0.05)
     if "prescribed" in law:
         assert np.mean(row["K_I"][late] / still["K_I"][late]) == pytest.approx(1, abs=0.05)
-    assert row["fracture_energy"][-1] == pytest.approx(still["fracture_energy"][-1], rel=0.25)  # by toughness 8 to 18 % less, with roundings
+    asked = still["fracture_energy"][-1] if "prescribed" in law else 0.01 * (row["crack_length"][-1] - row["crack_length"][0])
+    print(row["fracture_energy"][-1] / asked)
+    assert row["fracture_energy"][-1] == pytest.approx(asked, rel=0.05 if "prescribed" in law else 0.15)
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize(("part", "taken"), [(0.33, 0.02), (0.6, 0.05)])
+def test_a_crack_that_runs_in_the_updated_frame(hampm, part, taken):
+    """K_I of a given speed in the mean and its scatter as in the total frame, and cohesive points take what G says but for the first cells: 0.84 of it at 0.6 of Rayleigh waves with lumped masses
+    at the faces. Energy is kept."""
+    speed = part * bench.RAYLEIGH
+    row, _ = run_told(hampm, bench.plate(0.2e-3, bench.given(speed), audit=True).replace("&method", "&method frame = 'updated' "))
+    error, means = bench.running(row, speed, 0.2e-3)
+    print(part, means, np.mean(error), np.std(error), row["fracture_energy"][-1] / row["integral_of_G"][-1])
+    assert abs(np.mean(error)) < 0.01
+    assert np.std(error) < 0.015
+    assert row["fracture_energy"][-1] == pytest.approx(row["integral_of_G"][-1], rel=taken)
+    assert residual(row) < 1e-12
 
 
 def test_a_given_path(hampm, tmp_path):
@@ -488,10 +508,11 @@ def test_a_crack_stops_before_a_load(hampm, tmp_path):
 @pytest.mark.parametrize(("law", "method", "steps"), [
     ("law = 'toughness'  toughness = 0.01", "time = 'implicit'  time_step = 2e-7  hht_alpha = -0.1", 14),
     ("law = 'prescribed'  speed = 600.0  start = 2e-6  direction = 'straight'", "mass = 'weighted'", 47),
+    ("law = 'prescribed'  speed = 600.0  start = 2e-6  direction = 'straight'", "mass = 'weighted'", 48),
     ("law = 'prescribed'  speed = 600.0  start = 2e-6  direction = 'hoop_stress'", "", 47), ("law = 'toughness'  toughness = 0.01  direction = 'local_symmetry'", "", 47),
     ("law = 'toughness'  toughness = 0.01  direction = 'local_symmetry'", "frame = 'updated'", 47)])
 def test_a_run_goes_on_from_a_checkpoint(hampm, tmp_path, law, method, steps):
-    """In the midst of a release: the same bytes."""
+    """In the midst of a release: the same bytes. Also after a step (48) whose sample has solved for the acceleration of the next one."""
     text = plate(f"&growth {law} /", method=method, refine=LEVEL).replace("0.5e-3  cells = 40, 42", "1e-3  cells = 20, 21")
     row, _ = run_told(hampm, text)
     assert np.count_nonzero(row["tip_speed"]) > 2
@@ -509,7 +530,7 @@ def test_threads_change_nothing(hampm):
     one, _ = run_told(hampm, text, words=("--threads", "1"))
     two, _ = run_told(hampm, text, words=("--threads", "2"))
     for name, values in one.items():
-        assert np.array_equal(values, two[name]), name
+        assert np.array_equal(values, two[name], equal_nan=True), name
 
 
 def test_the_progress_line_tells_length_and_speed(hampm, tmp_path):

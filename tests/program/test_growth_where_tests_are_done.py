@@ -136,7 +136,7 @@ def test_a_charpy_specimen_on_anvils(hampm):
     assert np.max(np.abs(press[time < 12])) < 0.15 * np.max(np.abs(press))
     assert np.all(free["contact_force_y"][time[also] > 16] == 0)
     assert np.max(row["K_I"][time <= begins]) == pytest.approx(toughness, rel=0.05)
-    assert 0.6 < np.mean(row["G"][running]) / 6e3 < 1 # discs of two to four cells have the zone of points that fail in them (docs/explanation/growth.md)
+    assert np.mean(row["G"][running]) == pytest.approx(6e3, rel=0.1)  # with what points that fail take where q is below 1; 0.66 without (docs/explanation/growth.md)
     grown = row["crack_length"][-1] - row["crack_length"][0]
     assert row["fracture_energy"][-1] == pytest.approx(6e3 * 0.01 * (grown + 0.5e-3), rel=0.15)
 
@@ -154,7 +154,9 @@ def test_the_plate_of_kalthoff_with_its_projectile(hampm):
     taken = row["fracture_energy"][-1] / (22146 * (row["crack_length"][-1] - 0.05))
     late, place = np.array([[float(at["t[us]"]), float(at["x[mm]"])] for at in reference("e2_kalthoff_phase_field")]).T
     speeds = [np.ptp(np.interp([33.12, 50.11], *way)) for way in ((time, 1e3 * row["tip_x"]), (late, place))]
-    print(errors, missing(row), begins, time[moves], row["tip_angle"][moves], mean, taken, np.array(speeds) / 16.99)
+    running = row["crack_length"] > 0.0505
+    rate = np.mean(row["G"][running]) / 22146
+    print(errors, missing(row), begins, time[moves], row["tip_angle"][moves], mean, taken, rate, np.array(speeds) / 16.99)
     assert begins < late[0] and 0.5 < speeds[1] / speeds[0] < 1
     assert np.all(errors < 0.04)
     assert missing(row) < 1e-12
