@@ -428,9 +428,9 @@ module hampm_rules
       rule_t("&growth law = {growth laws at rest}", requires, "&method time = 'static'"), &
       rule_t("&growth law = {growth laws in motion}", requires, "&method time = 'explicit' | 'implicit'", &
              reason="a static model has no time"), &
-      rule_t("&growth law = {growth laws at rest}", requires, "&growth increment > 0"), &
-      rule_t("&growth law = {growth laws at rest by toughness}", requires, "&growth toughness > 0"), &
-      rule_t("&growth law = {growth laws in cycles}", requires, "&growth rate_constant > 0 and &growth rate_exponent > 0"), &
+      rule_t("&growth law = {growth laws at rest by toughness}", requires, "&growth increment > 0 and &growth toughness > 0"), &
+      rule_t("&growth law = {growth laws in cycles}", requires, &
+             "&growth increment > 0 and &growth rate_constant > 0 and &growth rate_exponent > 0"), &
       rule_t("&growth law = {growth laws in cycles}", requires, "something that growth scales", mechanics, &
              "loads and motions that are held do not change in a cycle"), &
       rule_t("&growth rate = 'walker' | 'forman'", requires, "&growth law = {growth laws in cycles}"), &

@@ -595,7 +595,7 @@ class Drawing:
             found.append({"name": f"c{name}", "quantity": chance.choice([["opening"], ["volume"], ["volume", "opening"]])} | of)
             if "opening" in found[-1]["quantity"]:
                 found[-1] |= {"distance": chance.choice([1.0, 1.7]) * self.cell, "tip": chance.choice(["last", "last", "first"])}
-            if keys.get("kind") == "path" and "points" in keys:
+            if keys.get("kind") == "path" and "points" in keys:          # a change too many may have made it of a line
                 a, b = (keys["points"][:2], keys["points"][2:4])
                 found.append({"name": name, "quantity": ["displacement", "stress"], "face": chance.choice(["left", "right"]),
                               "at": [x + chance.choice([0.4, 0.6]) * (y - x) for x, y in zip(a, b)]})

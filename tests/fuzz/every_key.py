@@ -113,6 +113,12 @@ SCENES = {
     "growth in cycles": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("radii = 2e-3")
     + "&growth crack = 'p' toughness = 1.0 increment = 2.2e-3 direction = 'straight' /\n&control quantity = 'displacement' displacement = 1e-6 "
     + "history = 'sine' frequency = 0.4 /\n" + STATIC.format("load_steps = 3"),
+    "growth by fatigue": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("radii = 2e-3")
+    + "&growth crack = 'p' law = 'fatigue' rate = 'walker' walker_exponent = 0.6 rate_constant = 2e-28 rate_exponent = 3.0 wheeler_exponent = 1.3 wheeler_stress = 1e9 increment = 2.2e-3 "
+    + "direction = 'straight' /\n&cycles blocks = 20, 10, 50 factors = 1.0, 1.3, 0.9 ratios = 0.1, 0.0, 0.3 /\n" + STATIC.format("load_steps = 2"),
+    "growth by fatigue to fracture": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("radii = 2e-3")
+    + "&growth crack = 'p' law = 'fatigue' rate = 'forman' toughness = 4e4 threshold = 1e4 rate_constant = 1e-20 rate_exponent = 3.0 increment = 2.2e-3 direction = 'straight' /\n"
+    + "&cycles ratio = 0.2 /\n" + STATIC.format("load_steps = 2"),
     "growth by toughness": plate(end="8e-6", cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("")
     + "&growth crack = 'p' law = 'toughness' toughness = 0.1 limit_speed = 1500 exponent = 2 /\n" + EVERY.format("1e-6"),
     "growth along points": plate(end="8e-6", cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("")
@@ -206,6 +212,7 @@ VALUES = {
     "growth.angle_factors": ["1.2,2.0;angles=0.0,90.0"], "growth.mixed_mode": ["hutchinson_suo", "benzeggagh_kenane;toughness_shear=200.0"],
     "growth.lambda": ["0.1;mixed_mode=hutchinson_suo"], "growth.toughness_shear": ["200.0;mixed_mode=benzeggagh_kenane"],
     "growth.mixed_mode_exponent": ["2.0;mixed_mode=benzeggagh_kenane;toughness_shear=200.0"],
+    "growth.threshold": ["1e9"], "cycles.blocks": ["0.9*"], "cycles.factors": ["0.9*"], "cycles.ratios": ["0.9*"], "cycles.ratio": ["0.9*", "0.5"],
     "growth.end": ["5e-6", "1e-5"], "growth.increment": ["2.5e-3"], "growth.max_length": ["5e-3", "0.055"],
     "energy_release.estimators": ["vcct", "domain_integral", "series_fit", "stress_closure"], "energy_release.radii": ["4.5e-3", "2.5e-3", "0.0105"],
     "energy_release.reference_value": ["0.9*", "2.0"], "output.file": ["other.h5"], "output.history_interval": ["0.5*", "0.4"], "output.snapshot_interval": ["0.5*"],
@@ -277,8 +284,7 @@ def digest(folder):
             if isinstance(item, h5py.Dataset) and item.dtype.kind not in "OSV":
                 found.update(np.ascontiguousarray(item[()]).tobytes())
         with h5py.File(path) as file:
-            take("", file)
-            file.visititems(take)
+            file.visititems(take)                              # attributes of the file tell date, machine and command
             understood = file["input/namelist"][()]
     return found.hexdigest(), understood
 

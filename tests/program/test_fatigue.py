@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from paths import BENCH
 
-from harness import run
+from harness import differing, run
 
 INPUT = BENCH.parent / "input"
 C, M, RANGE, LARGEST, YOUNG = 1e-29, 3.0, 90e6, 100e6, 200e9  # of fatigue_centre_crack.nml: m/cycle, -, Pa, Pa, Pa
@@ -191,7 +191,7 @@ def test_held_load_is_the_mean_load_of_a_cycle(hampm):
 def test_faces_in_contact_carry_no_more_in_compression(hampm):
     """At R = -1 a crack whose faces press on each other has the range of R = 0, up to what faces in contact overlap."""
     text = (INPUT / "fatigue_eccentric_crack.nml").read_text()
-    settings = ("refine.max_level=1", "method.load_steps=1", "run.end_time=1", "output.snapshot_interval=0")
+    settings = ("refine.max_level=2", "method.load_steps=1", "run.end_time=1", "output.snapshot_interval=0")
     path = text.index("points = ")
     closed = text[:path] + "contact = 'frictionless'\n   " + text[path:]
     rows = [run(hampm, scene + f"&cycles ratio = {ratio} /\n", *settings, name=name) for name, scene, ratio in (("open", text, 0.0), ("closed", closed, -1.0))]
@@ -199,6 +199,7 @@ def test_faces_in_contact_carry_no_more_in_compression(hampm):
     assert rows[1]["delta_K"] == pytest.approx(rows[0]["delta_K"], rel=1e-3)
 
 
+@pytest.mark.verify
 def test_a_path_past_a_hole(hampm):
     """input/fatigue_hole.nml: the crack turns to the hole by 20 degrees and more, and back; it has no K_II anywhere, and breaks where K_I is that of the toughness."""
     row = run(hampm, INPUT / "fatigue_hole.nml", "output.snapshot_interval=0")
@@ -210,12 +211,50 @@ def test_a_path_past_a_hole(hampm):
 
 @pytest.mark.verify
 def test_path_and_cycles_past_a_hole_converge(hampm):
-    """With increments of half the length, and with cells of half the size, path and cycles hardly change."""
+    """With increments of half the length, and with cells of half the size. Increments are straight, which makes the path of first order: it is off by less than a quarter of
+    the increment where it bends. Cycles hardly hang on that."""
     row = run(hampm, INPUT / "fatigue_hole.nml", "output.snapshot_interval=0")
     for name, settings in (("increments", ("growth.increment=0.625e-3", "method.load_steps=60", "run.end_time=60")), ("cells", ("refine.max_level=3",))):
         other = run(hampm, INPUT / "fatigue_hole.nml", *settings, "output.snapshot_interval=0", name=name)
         inside = (row["tip_x"] > 0.009) & (row["tip_x"] < other["tip_x"][-1])
         apart = np.interp(row["tip_x"], other["tip_x"], other["tip_y"])[inside] - row["tip_y"][inside]
         count = np.interp(row["crack_length"], other["crack_length"], other["cycles"])[inside] / row["cycles"][inside] - 1
-        print(name, "apart [mm]", 1e3 * apart, "cycles", count)
-        assert np.max(np.abs(apart)) < 0.15e-3 and np.max(np.abs(count)) < 0.02
+        print(name, "apart [mm]", np.max(np.abs(apart)) * 1e3, "cycles", np.max(np.abs(count)))
+        assert np.max(np.abs(apart)) < 1.25e-3 / 4 and np.max(np.abs(count)) < 0.02
+
+
+@pytest.mark.parametrize(("old", "new", "said"), [
+    ("   rate_constant = 1.0e-29   ! m/cycle where the range of K is 1 Pa sqrt(m)\n", "", "requires increment > 0 and rate_constant > 0 and rate_exponent > 0"),
+    ("   increment = 1.0e-3\n", "", "requires increment > 0"),
+    ("rate_exponent = 3.0", "rate_exponent = 3.0  rate = 'walker'", "requires walker_exponent"),
+    ("rate_exponent = 3.0", "rate_exponent = 3.0  rate = 'forman'", "requires toughness > 0"),
+    ("rate_exponent = 3.0", "rate_exponent = 3.0  walker_exponent = 0.5", "requires rate = 'walker'"),
+    ("rate_exponent = 3.0", "rate_exponent = 3.0  wheeler_exponent = 1.0", "requires wheeler_stress > 0"),
+    ("rate_exponent = 3.0", "rate_exponent = 3.0  tips = 'largest'", "each tip has a rate of its own"),
+    ("rate_exponent = 3.0", "rate_exponent = 3.0  start = 1.0", "a static model has no time"),
+    ("law = 'fatigue'", "law = 'quasi_static'  toughness = 1.0", "&cycles requires &growth law = 'fatigue'"),
+    ("ratio = 0.1", "ratio = 1.0", "must be in (-inf, 1)"),
+    ("ratio = 0.1", "factors = 1.0, 2.0", "requires blocks"),
+    ("ratio = 0.1", "blocks = 10.0, 20.0  factors = 1.0", "factors = 1.0: must have one value for each of the 2 blocks"),
+    ("ratio = 0.1", "blocks = 10.0, 20.0  ratios = 0.1, 0.2, 0.3", "must have one value for each of the 2 blocks"),
+    ("ratio = 0.1", "blocks = 10.0, 0.0", "must be in (0, inf)"),
+    ("force = 0.0, 50.0e3", "force = 0.0, 50.0e3  history = 'ramp'  rise_time = 1.0", "&cycles tells how loads change"),
+    ("force = 0.0, 50.0e3", "force = 0.0, 50.0e3  held = .true.", "something that growth scales"),
+    ("&cycles", "&control quantity = 'load' /\n&cycles", "&cycles tells how loads change")])
+def test_bad_input_is_named(hampm, old, new, said):
+    text = (INPUT / "fatigue_centre_crack.nml").read_text()
+    assert old in text
+    assert said in " ".join(run(hampm, text.replace(old, new), code=2).split())
+
+
+def test_a_run_that_is_resumed_or_has_more_threads_has_the_same_bytes(hampm):
+    """Blocks, zones of overloads and what tips are owed go on."""
+    text = (INPUT / "fatigue_eccentric_crack.nml").read_text().replace("rate_exponent = 3.0", "rate_exponent = 3.0  wheeler_exponent = 1.3  wheeler_stress = 350e6") \
+        + "&cycles ratio = 0.1  blocks = 300.0, 2.0, 50.0  factors = 1.0, 1.4, 0.6  repeat = .true. /\n"
+    settings = ("refine.max_level=2", "method.load_steps=4", "run.end_time=4")
+    whole = run(hampm, text, *settings, name="whole")
+    run(hampm, text, *settings, words=("--steps", "2"), code=5, name="part")
+    assert hampm("--resume", hampm.folder / "part.h5.checkpoint", "--quiet").returncode == 0
+    assert not differing(whole.path, hampm.folder / "part.h5")
+    threads = run(hampm, text, *settings, words=("--threads", "2"), name="threads")
+    assert not differing(whole.path, threads.path)
