@@ -228,7 +228,7 @@ contains
       integer :: k
       if (.not. s%growing%are_there()) return
       if (s%growing%separated >= 0) call s%results%add_attribute('/history', 'separated', s%growing%separated, failure)
-      if (s%growing%fatigue%life >= 0) call s%results%add_attribute('/history/cycles', 'life', s%growing%fatigue%life, failure)
+      if (s%growing%fatigue%life >= 0) call s%results%add_attribute('/history', 'life', s%growing%fatigue%life, failure)
       do k = 1, size(s%growing%tips)
          associate (tip => s%growing%tips(k))
             column = '/history/tip_speed'
