@@ -63,7 +63,8 @@ contains
       end subroutine add
    end subroutine new_fatigue
 
-   !> Range of K, least over largest K, and largest K over K_c of a tip in a block. Where faces would be pressed on each other they carry no more.
+   !> Range of K, least over largest K, and largest K over K_c of a tip in a block, of both modes. K_I below 0 counts as 0: faces are pressed on each
+   !> other, and shear alone drives the tip.
    pure subroutine find_cycle(fatigue, toughness, at, block, range, ratio, part)
       type(fatigue_t), intent(in) :: fatigue
       real(dp), intent(in) :: toughness          !! 0: none [J/m2]
@@ -71,18 +72,25 @@ contains
       integer, intent(in) :: block
       real(dp), intent(out) :: range             !! [Pa sqrt(m)]
       real(dp), intent(out) :: ratio, part       !! [-]
-      real(dp) :: least
-      associate (top => at(:, fatigue%top(block)), bottom => at(:, fatigue%bottom(block)))
-         range = 0
-         ratio = 0
-         part = 0
-         if (.not. top(1) > 0) return
-         least = min(max(bottom(1), 0.0_dp), top(1))
-         ratio = least/top(1)
-         range = norm2([top(1) - least, top(2:modes) - bottom(2:modes)])
-         if (toughness > 0) part = top(of_rate)/sqrt(toughness)
-      end associate
+      real(dp), dimension(modes) :: largest, least
+      range = 0
+      ratio = 0
+      part = 0
+      if (.not. is_driven(at(:, fatigue%top(block)))) return
+      largest = at(:modes, fatigue%top(block))
+      largest(1) = max(largest(1), 0.0_dp)
+      least = at(:modes, fatigue%bottom(block))
+      least(1) = min(max(least(1), 0.0_dp), largest(1))
+      range = norm2(largest - least)
+      ratio = max(0.0_dp, min(1.0_dp, dot_product(least, largest)/sum(largest**2)))
+      if (toughness > 0) part = at(of_rate, fatigue%top(block))/sqrt(toughness)
    end subroutine find_cycle
+
+   !> Whether a tip is opened, or sheared more than it is pressed shut.
+   pure logical function is_driven(k)
+      real(dp), intent(in) :: k(of_rate)         !! K, and the root of G
+      is_driven = k(1) > 0 .or. abs(k(2)) > -k(1)
+   end function is_driven
 
    !> Way of each tip in a cycle of a block [m].
    pure function rates_of(fatigue, model, at, block) result(rates)
@@ -187,7 +195,7 @@ contains
          if (fatigue%law(k) == 0) cycle
          root = sqrt(toughness_of(fatigue, model, k))
          associate (first => before(of_rate, fatigue%top(block), k), last => after(of_rate, fatigue%top(block), k))
-            if (.not. (root > 0 .and. before(1, fatigue%top(block), k) > 0)) cycle
+            if (.not. (root > 0 .and. is_driven(before(:, fatigue%top(block), k)))) cycle
             if (first >= root) part = 0
             if (last > max(first, root)) part = min(part, max(0.0_dp, (root - first)/(last - first)))
          end associate

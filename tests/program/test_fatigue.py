@@ -155,10 +155,10 @@ def test_an_overload_slows_the_crack_down(hampm):
 
 def test_blocks_that_repeat(hampm):
     """A spectrum of short blocks has the mean of the rates of its blocks, and all cycles count."""
-    row = centre(hampm, *COARSE, cycles="ratio = 0.1  blocks = 50.0, 3.0, 20.0  factors = 1.0, 1.4, 0.6  repeat = .true.")
+    row = centre(hampm, *COARSE, "method.load_steps=8", "run.end_time=8", cycles="ratio = 0.1  blocks = 50.0, 3.0, 20.0  factors = 1.0, 1.4, 0.6  repeat = .true.")
     k = of_run(row)
     mean = (50 + 3 * 1.4**M + 20 * 0.6**M) / 73
-    assert abs(off(row, cycles(lambda a: mean * C * (RANGE * k(a)) ** M, 0.01, 0.03))) < 3e-4
+    assert abs(off(row, cycles(lambda a: mean * C * (RANGE * k(a)) ** M, 0.01, 0.018))) < 3e-4
 
 
 def test_two_tips_at_rates_of_their_own(hampm):
@@ -188,7 +188,7 @@ def test_held_load_is_the_mean_load_of_a_cycle(hampm):
 def test_faces_in_contact_carry_no_more_in_compression(hampm):
     """At R = -1 a crack whose faces press on each other has the range of R = 0, up to what faces in contact overlap."""
     text = (INPUT / "fatigue_eccentric_crack.nml").read_text()
-    settings = ("refine.max_level=2", "method.load_steps=1", "run.end_time=1", "output.snapshot_interval=0")
+    settings = ("refine.max_level=1", "growth.increment=2e-3", "method.load_steps=1", "run.end_time=1", "output.snapshot_interval=0")
     path = text.index("points = ")
     closed = text[:path] + "contact = 'frictionless'\n   " + text[path:]
     rows = [run(hampm, scene + f"&cycles ratio = {ratio} /\n", *settings, name=name) for name, scene, ratio in (("open", text, 0.0), ("closed", closed, -1.0))]
@@ -248,10 +248,23 @@ def test_a_run_that_is_resumed_or_has_more_threads_has_the_same_bytes(hampm):
     """Blocks, zones of overloads and what tips are owed go on."""
     text = (INPUT / "fatigue_eccentric_crack.nml").read_text().replace("rate_exponent = 3.0", "rate_exponent = 3.0  wheeler_exponent = 1.3  wheeler_stress = 350e6") \
         + "&cycles ratio = 0.1  blocks = 300.0, 2.0, 50.0  factors = 1.0, 1.4, 0.6  repeat = .true. /\n"
-    settings = ("refine.max_level=2", "method.load_steps=4", "run.end_time=4")
+    settings = ("refine.max_level=1", "growth.increment=2e-3", "method.load_steps=4", "run.end_time=4")
     whole = run(hampm, text, *settings, name="whole")
     run(hampm, text, *settings, words=("--steps", "2"), code=5, name="part")
     assert hampm("--resume", hampm.folder / "part.h5.checkpoint", "--quiet").returncode == 0
     assert not differing(whole.path, hampm.folder / "part.h5")
     threads = run(hampm, text, *settings, words=("--threads", "2"), name="threads")
     assert not differing(whole.path, threads.path)
+
+
+def test_friction_of_a_closed_crack_locks_what_has_slid(hampm):
+    """A crack that is pressed shut slides by t - f s, with shear t and pressure s in its line. As the load falls to the part R of it faces stick, until t R + f s R is less than
+    that: K_II falls to (t + f s) R/(t - f s) of its largest value, and not to R."""
+    text = (INPUT / "wing_cracks.nml").read_text().replace("   toughness = 10.0\n", "   law = 'fatigue'\n   rate_constant = 1e-20\n   rate_exponent = 3.0\n")
+    row = run(hampm, text + "&cycles ratio = 0.5 /\n", "method.load_steps=1", "output.snapshot_interval=0", "grid.cell=2e-3", "grid.cells=45,50", "growth.increment=4.4e-3")
+    angle, f = np.radians(36.65), 0.3
+    t, s = np.sin(angle) * np.cos(angle), np.sin(angle) ** 2
+    asked = 0.5 * (t + f * s) / (t - f * s)
+    print(row["ratio_of_K"][0], asked)
+    assert row["K_I"][0] == 0 and row["ratio_of_K"][0] == pytest.approx(asked, rel=0.005)
+    assert row["delta_K"][0] == pytest.approx((1 - asked) * abs(row["K_II"][0]), rel=0.01)
