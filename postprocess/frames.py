@@ -61,6 +61,8 @@ class Frames(Snapshots):
                 if crack.tips[place] == tip:
                     return CrackPlane(crack.points[place], crack.points[place] - crack.points[before],
                                       self.scene.text("crack", "kind") == "symmetry")
+        if number == 0 and len(self) > 1:    # a crack that appears in the run
+            return self.crack_plane(tip, len(self) - 1)
         if tip == 1:
             return None
         raise ResultError(f"{self.path}: the scene has no crack tip {tip}")

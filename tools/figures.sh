@@ -191,6 +191,13 @@ draw_load_frame() {
     "$python" tools/load_frame.py $out/dcb_snap_back.h5 $out/els.h5 $out/compact_tension_growth.h5 $out/load_frame.png
 }
 
+# Cracks that appear in laminates and at notches
+draw_nucleation() {
+    run input/laminate_cracks.nml laminate_cracks
+    "$python" postprocess/plot_field.py $out/laminate_cracks.h5 --field stress_xx --no-mesh --scale 10 --width 5 --dpi 85 --output $out/nucleation_laminate.png
+    "$python" tools/nucleation.py "$program" $out $out/nucleation.png
+}
+
 # Growth in load cycles: two tips, an overload, and a crack that goes past a hole
 draw_fatigue() {
     for scene in fatigue_eccentric_crack fatigue_overload fatigue_hole; do
@@ -237,12 +244,16 @@ draw_gallery() {
     done
     run input/plastic_notch.nml plastic_notch
     "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --width 5 --dpi 85 --output $out/plastic_notch.png
-        run input/$scene.nml $scene output.snapshot_interval=1
-    run input/freund_static.nml freund_static output.snapshot_interval=3.7e-6
-    run input/absorbing_wave.nml absorbing_wave run.end_time=16e-6 output.snapshot_interval=16e-6 # the pulse is half way out
     for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole \
                  bimetal interface_crack laminate_dcb laminate_enf laminate_mmb laminate_mmb_growth penny dcb_growth \
                  dcb_r_curve dcb_snap_back compact_tension_growth compact_tension_pins dcb_cohesive fatigue_centre_crack; do
+        run input/$scene.nml $scene output.snapshot_interval=1
+    done
+    run input/freund_static.nml freund_static output.snapshot_interval=3.7e-6
+    run input/absorbing_wave.nml absorbing_wave run.end_time=16e-6 output.snapshot_interval=16e-6 # the pulse is half way out
+    for scene in two_cracks merging_cracks hole_growth in_situ_stress fatigue_eccentric_crack fatigue_hole laminate_cracks v_notch \
+                 bend_path strip_growth kalthoff kalthoff_striker charpy wing_cracks peeling_film wedge_dcb dcb zigzag pmma_strip \
+                 one_point_bend els; do
         run input/$scene.nml $scene
     done
     for picture in $(rows | awk '/small_/ {print $3}'); do

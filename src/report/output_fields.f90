@@ -3,7 +3,7 @@ module hampm_output_fields
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic
-   use hampm_cracks, only: cracks_t, first_point, last_point
+   use hampm_cracks, only: crack_t, cracks_t, first_point, last_point
    use hampm_crack_lines, only: both_faces
    use hampm_grid, only: grid_t
    use hampm_gradient_indicator, only: nodal_field, refinement_parameter
@@ -162,7 +162,7 @@ contains
       integer :: c, k
       first(1) = 1
       do c = 1, size(cracks%crack)
-         first(c + 1) = first(c) + size(cracks%crack(c)%open_part(), 2)
+         first(c + 1) = first(c) + size(shown(cracks%crack(c)), 2)
       end do
       associate (n_points => first(size(first)) - 1, n_lines => first(size(first)) - size(first))
          allocate (output%points(ndim, n_points), output%connectivity(0), number(1, n_lines))
@@ -172,9 +172,7 @@ contains
          output%cell_types = spread(vtk_line, 1, n_lines)
       end associate
       do c = 1, size(cracks%crack)
-         output%points(:, first(c):first(c + 1) - 1) = cracks%crack(c)%open_part()
-         if (cracks%crack(c)%waits) output%points(:, first(c):first(c + 1) - 1) = spread(cracks%crack(c)%given(:, 1), 2, &
-                                                                                         first(c + 1) - first(c)) ! nothing to see
+         output%points(:, first(c):first(c + 1) - 1) = shown(cracks%crack(c))
          output%connectivity = [output%connectivity, [([k - 1, k], k=first(c), first(c + 1) - 2)]]
          number(1, first(c) - c + 1:first(c + 1) - 1 - c) = c
       end do
@@ -187,5 +185,18 @@ contains
       end do
       call add_field(output%point_fields, 'tip', tip)
       call add_field(output%cell_fields, 'crack', number)
+
+   contains
+
+      !> Where a crack is, or where it may appear, without a tip then.
+      pure function shown(crack) result(points)
+         type(crack_t), intent(in) :: crack
+         real(dp), allocatable :: points(:, :)
+         if (crack%waits) then
+            allocate (points, source=crack%given)
+         else
+            allocate (points, source=crack%open_part())
+         end if
+      end function shown
    end subroutine crack_fields
 end module hampm_output_fields

@@ -194,7 +194,7 @@ contains
       number = path_of(model, probe%of(1))
       name = trim(probe%name)
       associate (crack => cracks%crack(number))
-         points = crack%open_part()
+         allocate (points, source=crack%open_part())
          call new_view(problem%matter_t, cracks, joined, minval(points, dim=2), maxval(points, dim=2), view)
          if (probe%gives('opening')) then
             if (probe%tip == 'last') points = points(:, size(points, 2):1:-1)

@@ -83,7 +83,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(line_t), allocatable :: lines(:)
       logical :: adapted
-      lines = present_lines(s)
+      allocate (lines, source=present_lines(s))
       adapted = s%refinement%by%is_of_places
       if (adapted) call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure, lines)
       if (.not. adapted) call adopt_lines(s%problem, lines, failure)

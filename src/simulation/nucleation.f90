@@ -52,7 +52,7 @@ contains
       if (failure%failed() .or. .not. any(s%cracks%crack%waits) .or. .not. has_scaled_drive(s%problem)) return
       loads = [load]
       if (has_held_drive(s%problem)) loads = load*[1.0_dp, 0.5_dp, 1.5_dp]
-      allocate (before(size(loads)))
+      allocate (before(size(loads)), source=0.0_dp)
       if (.not. any_grows) load = never
       do k = 1, size(s%model%nucleations)
          if (.not. s%cracks%crack(s%model%nucleations(k)%path)%waits) cycle

@@ -82,6 +82,7 @@ class Drawing:
         self.grows = self.crack != "none" and (self.frame == "total" or self.crack != "symmetry") and self.order == 1 and chance.random() < (0.7 if self.time == "implicit" else 0.25)
         self.holds = self.crack != "none" and self.frame == "total" and not (self.grows and (self.time == "static" or self.crack == "symmetry")) and chance.random() < 0.3
         self.shaped = self.crack != "symmetry" and not self.grows and chance.random() < 0.35
+        self.waits = self.time == "static" and self.crack in ("line", "path") and not self.holds and chance.random() < 0.2   # for a crack that appears
         small = self.crack == "none"
         self.size = [chance.randint(4, 9) if small else chance.randint(9, 12) + 2 * self.grows for _ in "xy"]
         self.margin = 3 if self.frame == "updated" else chance.choice([0, 1])
@@ -202,7 +203,7 @@ class Drawing:
             keys |= {"times": [0.0, 0.4 * self.end, self.end], "factors": [0.0, 1.0, chance.choice([0.5, 1.0, -0.5])]}
         if chance.random() < 0.15:
             keys["start"] = chance.choice([0.1, 0.3, -0.1]) * self.end
-        if self.grows and self.time == "static" and chance.random() < 0.3:
+        if (self.grows or self.waits) and self.time == "static" and chance.random() < 0.3:
             keys["held"] = True
         return keys
 
@@ -230,7 +231,17 @@ class Drawing:
             for keys in [keys for name, keys in found if name == "crack"]:
                 if keys not in held and ("name" not in keys or keys["name"] == "c0" or chance.random() < 0.5):
                     found.append(["growth", self.growth(law, keys)])
+        if self.waits:
+            for keys in [keys for name, keys in found if name == "crack" and chance.random() < 0.6]:
+                keys |= {"contact": "none"}
+                found.append(["nucleation", self.nucleation(keys)])
         return found
+
+    def nucleation(self, crack):
+        """The keys of a crack that appears."""
+        chance = self.chance
+        return {"crack": crack["name"], "toughness": self.young * self.strain**2 * self.cell * 10 ** chance.uniform(-1, 1.5),
+                "strength": chance.choice([0.0, self.young * self.strain * 10 ** chance.uniform(-2, 0.5)]), "increment": chance.choice([0.0, 1.0, 1.3]) * self.cell}
 
     def path(self, number, x, y, room):
         """The keys of a crack of kind path around a place [cells]."""
@@ -638,7 +649,7 @@ def repair(scene, messages, chance):
         where = [k for k, (group_name, _) in enumerate(scene) if group_name == name]
         if at == 0 and line is not None and line < len(scene) and scene[line][0] == name:
             where = [line]
-        if not where and name in CHOICES and key in CHOICES[name] and name not in ("crack", "load", "constraint", "cohesive", "growth"):
+        if not where and name in CHOICES and key in CHOICES[name] and name not in ("crack", "load", "constraint", "cohesive", "growth", "nucleation"):
             scene.append([name, {}])
             where = [len(scene) - 1]
         if not where:

@@ -104,6 +104,8 @@ SCENES = {
     + J.format("radii = 2e-3") + "&growth crack = 'p' toughness = 100 increment = 2.2e-3 max_length = 25e-3 tips = 'largest' /\n" + STATIC.format("load_steps = 2"),
     "growth by heat": plate(cell="1e-3  cells = 20, 24", more="eigenstrain = 1e-3, 2e-3, 0.0 held = .false.") + HELD + PULL.format("held = .true.") + SHORT + J.format("radii = 2e-3")
     + "&growth crack = 'p' toughness = 1e4 increment = 2.2e-3 direction = 'straight' /\n" + STATIC.format("load_steps = 2"),
+    "a crack that appears": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT
+    + "&nucleation crack = 'p' toughness = 1.0 strength = 1e5 increment = 1e-3 /\n" + STATIC.format("load_steps = 2"),
     "growth in a load frame": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("radii = 2e-3")
     + "&growth crack = 'p' toughness = 1.0 increment = 2.2e-3 direction = 'straight' /\n&control quantity = 'displacement' displacement = 1e-6 stiffness = 1e9 "
     + "history = 'ramp' rise_time = 1.0 /\n" + STATIC.format("load_steps = 2"),
@@ -203,6 +205,7 @@ VALUES = {
     "refine.region_lower": ["-4e-3,-4e-3", "0.04,0.0", "0.7,0.5"], "refine.region_upper": ["4e-3,4e-3", "0.06,0.01"], "refine.start": ["1e-6", "0.1"], "refine.interval": ["3", "7"],
     "refine.max_particles": ["600", "480", "170"], "crack.tip": ["0.055,0.0", "4e-3,0.0"], "crack.direction": ["0.0,1.0", "-1.0,0.0"], "crack.length": ["4e-3", "6e-3"],
     "crack.friction": ["0.02", "0.04"], "crack.points": ["-4e-3,-1e-3,4e-3,1e-3"], "crack.name": ["q"], "growth.crack": ["p", "q"], "growth.points": ["4e-3,0.0,9e-3,0.0"],
+    "nucleation.crack": ["p", "q"], "nucleation.toughness": ["0.8*"], "nucleation.strength": ["2*", "1e6"], "nucleation.increment": ["2e-3", "0.0"],
     "growth.toughness": ["0.8*", "1.0"], "growth.limit_speed": ["1000"], "growth.exponent": ["3"], "growth.speed": ["0.9*", "500"], "growth.start": ["2e-6", "5e-6"],
     "cohesive.crack": ["p", "q"], "cohesive.from": ["2e-3", "0.0"], "cohesive.strength": ["0.9*", "300e6"], "cohesive.toughness": ["0.9*", "1e3"],
     "cohesive.opening": ["0.9*", "1e-7"], "cohesive.openings": ["0.9*", "0.0,1e-5"], "cohesive.tractions": ["0.9*", "100e6,0.0"], "cohesive.strength_shear": ["0.9*", "350e6"],
@@ -335,7 +338,7 @@ def try_key(program, folder, text, plain, setting):
 
 
 # Names by which other groups mean a group, and kinds that need other keys: they act by being refused where nothing fits them
-NAMES = ("load.name", "probe.quantity", "probe.of", "material.name", "body.shape", "body.hole", "load.kind", "load.on", "load.crack", "crack.kind", "growth.crack", "growth.law", "cohesive.crack", "cohesive.law")
+NAMES = ("load.name", "probe.quantity", "probe.of", "material.name", "body.shape", "body.hole", "load.kind", "load.on", "load.crack", "crack.kind", "growth.crack", "growth.law", "nucleation.crack", "cohesive.crack", "cohesive.law")
 
 
 def try_each_once(program, random, extra, keys=None):

@@ -25,6 +25,7 @@ DIMENSIONS = {
     | dict.fromkeys(("toughness", "toughness_shear"), TOUGHNESS),
     "growth": {"points": LENGTH, "toughness": TOUGHNESS, "limit_speed": SPEED, "speed": SPEED, "start": TIME, "end": TIME, "increment": LENGTH, "max_length": LENGTH,
                "extensions": LENGTH, "speeds": SPEED, "toughness_shear": TOUGHNESS, "threshold": INTENSITY, "wheeler_stress": PRESSURE},
+    "nucleation": {"toughness": TOUGHNESS, "strength": PRESSURE, "increment": LENGTH},
     "control": {"displacement": LENGTH, "stiffness": (1, 0, -2)},
     "energy_release": {"radii": LENGTH, "phase_length": LENGTH, "reference_value": TOUGHNESS}, "output": {"history_interval": TIME, "snapshot_interval": TIME},
     "probe": {"at": LENGTH, "distance": LENGTH},
@@ -205,7 +206,7 @@ def shuffled(scene, chance):
     scene = copy_of(scene)
     meets = bool(groups(scene, "contact"))
     scene.append(["material", {"name": "unused", "young": 3.0, "poisson": 0.1, "density": 1e4}])
-    for name in ("material", "load", "body", "crack", "cohesive", "growth"):
+    for name in ("material", "load", "body", "crack", "cohesive", "growth", "nucleation"):
         where = [k for k, (group, keys) in enumerate(scene) if group == name and not keys.get("hole")]
         order = where[:]
         chance.shuffle(order)
@@ -233,7 +234,8 @@ def reversed_cracks(scene):
     for keys in groups(scene, "growth"):
         if keys.get("crack") not in lines:
             keys["tips"] = swap.get(keys.get("tips", "all"), keys.get("tips", "all"))
-    return scene if paths and not any(keys.get("from") for keys in groups(scene, "cohesive")) else None
+    ordered = [keys.get("from") for keys in groups(scene, "cohesive")] + [keys.get("increment") for keys in groups(scene, "nucleation")]
+    return scene if paths and not any(ordered) else None
 
 
 def split_bodies(scene):
