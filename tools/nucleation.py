@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests/reference/nucleation"))
 import notch  # noqa: E402
 from laminate import CARBON, GLASS, Laminate  # noqa: E402
-from scenes import K_IC, STRENGTH, T0, T90, beam, laminate  # noqa: E402
+from appearing_scenes import K_IC, STRENGTH, T0, T90, beam, laminate  # noqa: E402
 
 LENGTHS = (2e-3, 3e-3, 4e-3, 6e-3, 8e-3)
 ANGLES = (60, 75, 90, 105, 120, 135, 150)

@@ -13,7 +13,7 @@ from paths import INPUT, REFERENCE
 sys.path.insert(0, str(REFERENCE / "nucleation"))
 import notch  # noqa: E402
 from laminate import CARBON, GLASS, Laminate  # noqa: E402
-from scenes import K_IC, POISSON, STRENGTH, T0, T90, TOUGHNESS, YOUNG, beam, laminate  # noqa: E402
+from appearing_scenes import K_IC, POISSON, STRENGTH, T0, T90, TOUGHNESS, YOUNG, beam, laminate  # noqa: E402
 
 
 @pytest.mark.parametrize("of", [CARBON, GLASS], ids=["carbon", "glass"])
