@@ -101,6 +101,7 @@ contains
       toward = 0
       if (probe%face == 'none') return
       at = path_at(model, probe%at(:, 1), probe%at(:, 1))
+      if (any(at == 0)) return                   ! its crack is not there yet
       associate (points => model%paths(at(1))%points)
          toward = left_of(points(:, at(2) - 1), points(:, at(2)))
       end associate
@@ -204,9 +205,10 @@ contains
                if (left <= length .or. k == size(points, 2)) exit
                left = left - length
             end do
+            parted = 0
             associate (from => points(:, k - 1), to => points(:, k))
-               parted = parted_at(problem, view, crack%face, from + left/length*(to - from), &
-                                  merge(-1, 1, probe%tip == 'last')*left_of(from, to))
+               if (.not. crack%waits) parted = parted_at(problem, view, crack%face, from + left/length*(to - from), &
+                                                         merge(-1, 1, probe%tip == 'last')*left_of(from, to))
             end associate
             call history%record('opening_'//name, 'm', 'opening of the crack of '//name, parted(1))
             if (crack%face == both_faces) call history%record('sliding_'//name, 'm', 'sliding of the crack of '//name, parted(2))
@@ -214,7 +216,7 @@ contains
          if (probe%gives('volume')) then
             points = crack%open_part()
             between = 0
-            do k = 2, size(points, 2)
+            do k = 2, merge(0, size(points, 2), crack%waits)
                between = between + volume(model, problem, view, crack%face, points(:, k - 1), points(:, k))
             end do
             call history%record('volume_'//name, 'm3', 'volume between the faces of the crack of '//name, between)

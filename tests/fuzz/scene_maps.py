@@ -109,6 +109,12 @@ def ends_with_its_tip(column, values, warnings):
     return bool(told) and not np.any(np.isinf(values)) and not np.any(np.diff(np.isnan(values).astype(int)) < 0)
 
 
+def without_waiting(column, row):
+    """The numbers of a column without those that are missing where its crack is not there yet."""
+    values, length = row[column], row.get(f"crack_length{column[len(family(column)):]}")
+    return values if length is None else values[~(np.isnan(values) & (length == 0))]
+
+
 def isometric_columns(row, q):
     """The columns of the history of the mapped scene."""
     flips, found = round(np.linalg.det(q)) < 0, {}
