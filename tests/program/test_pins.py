@@ -124,3 +124,22 @@ def test_a_crack_grows_between_pins(hampm):
     assert row["load"] == pytest.approx(load, rel=0.015)
     assert released == pytest.approx(np.ones(steps), rel=0.01)
     assert np.all(np.diff(row["load"]) < 0) and np.all(np.diff(row["load_displacement"]) > 0)
+
+
+@pytest.mark.parametrize("change, reason", [
+    (("name = 'pin'", "unilateral = .true. name = 'pin'"), "no rigid body does"), (("plane = 'stress'  thickness = 0.01", "plane = 'axisymmetric'"), "a ring does not turn"),
+    (("&energy_release", "&contact bodies = 'stick' /\n&energy_release"), "an impulse between bodies"), (("scheme", "time_steps = 'local'"), "is not allowed with"),
+    (("scheme", "path = 'reference'"), "the reference step has no prescribed motion"), (("turns = .true. name", "turns = 'freely' name"), "turns")], ids=lambda x: x if isinstance(x, str) else "")
+def test_what_turns_is_refused_with_a_reason(hampm, change, reason):
+    text = BEAM.format(end=1e-4, every=1e-4, cell=2e-3, nx=56, ny=9, order=1, points=2, law="linear_elastic", turns="turns = .true.", motion="", load="", time="explicit", method="scheme")
+    changed = text.replace(*change).replace("  scheme", "")
+    assert changed != text.replace("  scheme", "")
+    assert reason in harness.run(hampm, changed, code=2)
+
+
+def test_a_pin_at_one_node_turns_without_the_key(hampm):
+    """A box that holds one node does not tell how it turns: the same with and without the key."""
+    load = "&load kind = 'gravity'  acceleration = 0.0, -1.0 /"
+    one = [beam(hampm, cell=2e-3, load=load.replace("/", "/\n&constraint lower = 48e-3, -5e-3  upper = 48e-3, -5e-3  fix = 'xy'  " + turns + " name = 'one' /"))["displacement_end_y"]
+           for turns in ("", "turns = .true.")]
+    assert np.array_equal(*one)
