@@ -290,7 +290,8 @@ contains
    end function force_of
 
    !> What an interface point tells of the faces there: the force by which they resist being parted, and the change of their opening along a direction, by that at its
-   !> neighbours. `is_there` is false for cohesive points that have not begun to fail and where faces have parted.
+   !> neighbours. `is_there` is false for cohesive points that have not begun to fail and where faces have parted. Of those that fail it is the change along the way of
+   !> their tip, of the opening since they began to fail: that does the work which they take, and what each began with is another one.
    pure subroutine find_face_force(interfaces, k, direction, force, slope, is_there)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
@@ -299,7 +300,7 @@ contains
       real(dp), intent(out) :: slope(ndim)       !! [-]
       logical, intent(out) :: is_there
       integer :: before, after
-      real(dp) :: way
+      real(dp) :: way, line(ndim)
       force = 0
       slope = 0
       is_there = holds(interfaces%list(k)) .or. is_softening(interfaces%list(k)) .or. &
@@ -308,10 +309,20 @@ contains
       force = force_at(interfaces, k)
       before = merge(k - 1, k, is_next(max(k - 1, 1)))
       after = merge(k + 1, k, is_next(min(k + 1, interfaces%n)))
-      way = dot_product(interfaces%list(after)%place - interfaces%list(before)%place, direction)
-      if (abs(way) > 0) slope = (interfaces%list(after)%opening - interfaces%list(before)%opening)/way
+      line = direction
+      if (is_softening(interfaces%list(k))) line = along(interfaces%list(k))
+      way = dot_product(interfaces%list(after)%place - interfaces%list(before)%place, line)
+      if (abs(way) > 0) slope = (opening_of(interfaces%list(after)) - opening_of(interfaces%list(before)))/way
 
    contains
+
+      !> The opening of an interface point that counts there [m].
+      pure function opening_of(point) result(opening)
+         type(interface_point_t), intent(in) :: point
+         real(dp) :: opening(ndim)
+         opening = point%opening
+         if (is_softening(interfaces%list(k))) opening = merge(1, 0, point%is_failing)*(opening - point%start)
+      end function opening_of
 
       !> Whether another interface point is one of the same crack, on the same straight part of it.
       pure logical function is_next(other)
