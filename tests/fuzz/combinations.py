@@ -767,7 +767,10 @@ def another_end(case):
         case.need(load_steps % 2 == 0)
         group(scene, "method")["load_steps"] = 3 * load_steps // 2
         changes.append(f"method.load_steps={load_steps}")
-    case.same(case.base.row, case.bench.resumed(scene, [case.chance.randint(1, steps - 1)], *changes))
+    run = case.bench.resumed(scene, [case.chance.randint(1, steps - 1)], *changes)
+    if run.code != case.base.code:
+        raise Fault(f"ends with {run.code} in place of {case.base.code}: {' '.join(run.said.split())[:300]}")
+    case.same(case.base.row, run)
 
 
 def check(case):
