@@ -36,13 +36,14 @@ contains
       type(advance_t), intent(in) :: advance     !! of the tip
       real(dp), intent(in) :: rate               !! its energy release rate [J/m2]
       type(branching_t) :: criteria
+      real(dp), parameter :: least = 1e-6_dp     ! of g(v), which is 0 at the speed of Rayleigh waves
       type(advance_t) :: standing
       criteria%speed = tip%speed/rayleigh_speed(material)
       criteria%angle = hoop_angle(material, tip%speed)
       if (growth%law%gives_speed()) return
       standing = advance
       standing%speed = 0
-      criteria%energy = rate/max(2*growth%toughness_at(standing)*share_of_rest(material, tip%speed), tiny(rate))
+      criteria%energy = rate/(2*growth%toughness_at(standing)*max(share_of_rest(material, tip%speed), least))
    end function criteria_of
 
    !> Record the criteria of a tip.
