@@ -1,9 +1,9 @@
 !> Whether cracks can grow as a model asks for.
 module hampm_growth_consistency
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: least_radius
+   use hampm_crack_placement, only: least_radius, domain_radii, is_other_within
    use hampm_moving_tip, only: rayleigh_speed
-   use hampm_path_placement, only: path_tips, held_part, last_end
+   use hampm_path_placement, only: path_tips, path_tip, path_radius, held_part, last_end
    use hampm_placement, only: tolerance
    use hampm_model, only: model_t
    use hampm_model_materials, only: material_of
@@ -97,6 +97,23 @@ contains
       end associate
    end subroutine check_keys_in_motion
 
+   !> Whether other material is within the radii of a tip of a path.
+   pure logical function has_layers(model, path)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: path
+      logical :: tips(2)
+      integer :: end, body
+      has_layers = .false.
+      tips = path_tips(model, path)
+      do end = 1, 2
+         if (.not. tips(end)) cycle
+         associate (radius => maxval(domain_radii(model, path_radius(model, path, end))))
+            has_layers = has_layers .or. any([(is_other_within(model, body, path_tip(model%paths(path), end), radius), &
+                                               body=1, size(model%bodies))])
+         end associate
+      end do
+   end function has_layers
+
    !> Check a table of factors.
    pure subroutine check_table(settings, entry, key, factors, most)
       type(settings_t), intent(inout) :: settings
@@ -104,6 +121,7 @@ contains
       character(*), intent(in) :: key, factors
       real(dp), intent(in) :: most               !! from the first to the last
       real(dp), allocatable :: x(:)
+      if (.not. (settings%good(entry, key) .and. settings%good(entry, factors))) return
       allocate (x, source=settings%numbers(entry, key))
       if (size(x) /= size(settings%numbers(entry, factors))) then
          call settings%complain(entry, factors, 'must be as many as there are '//key)
@@ -141,6 +159,9 @@ contains
          if (size(model%paths(growth%path)%points, 2) < 2) return ! told already
          if (.not. any(path_tips(model, growth%path))) &
             call settings%complain(entry, 'crack', 'this crack has no tip inside the material')
+         if (growth%factors%mixed_mode /= 'none' .and. has_layers(model, growth%path)) &
+            call settings%complain(entry, 'mixed_mode', 'has no meaning between layers: other material is within the radii of '// &
+                                   'a tip, where G has no parts of modes')
          if (growth%law%is_static .and. growth%increment > 0 .and. &
              growth%increment < least_radius(model) - tolerance(model%grid)) &
             call settings%complain(entry, 'increment', 'must be at least two of the finest cells, '// &
