@@ -234,8 +234,10 @@ contains
             associate (room => path_radius(s%model, path, tip%end))
                tip%has_no_domain = room < least_radius(s%model)*(1 - 1e-9_dp)
                tip%radii = fitting(tip%radii, least_radius(s%model), max(room, least_radius(s%model)))
-               if (tip%has_no_domain) call s%growing%stop_tip(k, 'there is no room for a radius of the domain integral of two '// &
-                                                              'of the finest cells where it has appeared', s%warning)
+               if (.not. tip%has_no_domain) cycle
+               s%growing%tips(k)%has_stopped = .true.
+               call s%growing%note_tip(k, 'has appeared where no radius of two of the finest cells fits: its G, J and K are '// &
+                                       'not numbers, and it does not grow. Take smaller cells', s%warning)
             end associate
          end associate
       end do

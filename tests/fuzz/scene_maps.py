@@ -105,7 +105,7 @@ def ends_with_its_tip(column, values, warnings):
     """Whether the numbers of a column end where its tip, as a run has warned, has come to where its crack ends or near to it."""
     base = family(column)
     tip = "1" if base == column else column.rpartition("_tip")[2]
-    told = re.search(rf"tip {tip} (has run through|has ended|is nearer than one of the finest cells)", warnings)
+    told = re.search(rf"tip {tip} (has run through|has ended|is nearer than one of the finest cells|has appeared where no radius)", warnings)
     return bool(told) and not np.any(np.isinf(values)) and not np.any(np.diff(np.isnan(values).astype(int)) < 0)
 
 
