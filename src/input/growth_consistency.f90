@@ -8,7 +8,7 @@ module hampm_growth_consistency
    use hampm_model, only: model_t
    use hampm_model_materials, only: material_of
    use hampm_settings, only: settings_t
-   use hampm_text, only: to_text
+   use hampm_text, only: length_text, to_text
    implicit none
    private
    public :: check_growth, check_nucleations
@@ -200,7 +200,7 @@ contains
             if (increment > 0 .and. .not. is_tip(last_end)) call settings%complain(entry, 'increment', &
                'is for a crack whose last point is a tip inside the material: the longest that is tried ends there')
             if (increment > (covered(2) - covered(1))*(1 + 1e-3_dp)) call settings%complain(entry, 'increment', &
-               'must be at most the length of the crack in the material, '//to_text(covered(2) - covered(1))//' m')
+               'must be at most the length of the crack in the material, '//length_text(covered(2) - covered(1))//' m')
             if (increment > 0 .and. increment < least_radius(model)/2 - tolerance(model%grid)) call settings%complain(entry, &
                'increment', 'must be at least the finest cell, '//to_text(least_radius(model)/2)//' m: cells are cut as a whole')
          end associate

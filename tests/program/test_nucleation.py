@@ -152,3 +152,20 @@ def test_resumed(hampm):
         run(hampm, text, code=5, words=("--steps", steps, "--threads", "2"), name="part")
         assert hampm("--resume", "part.h5.checkpoint", "--quiet", "--threads", "1").returncode == 0
         assert not differing(hampm.folder / "whole.h5", hampm.folder / "part.h5")
+
+
+@pytest.mark.parametrize(("old", "new", "phrase"), [
+    ("&nucleation", "&nucleation crack = 'z' ", "&nucleation crack = 'z': there is no &crack of this name"),
+    ("&method", "&nucleation toughness = 1.0 /\n&method", "is the crack of another &nucleation"),
+    ("increment = 0.001", "increment = 0.1e-3", "must be at least the finest cell, 0.001 m"),
+    ("increment = 0.001", "increment = 0.02", "must be at most the length of the crack in the material, "),
+    ("0.008, 0.0", "0.042, 0.0", "is for a crack whose last point is a tip inside the material"),
+    ("toughness = 100.0  strength", "strength", "&nucleation requires toughness > 0"),
+    ("kind = 'path'", "kind = 'path'  contact = 'frictionless'", "is not allowed with &crack contact = 'frictionless'"),
+    ("time = 'static'  load_steps = 3", "time = 'explicit'", "requires &method time = 'static'"),
+    ("&load kind", "&load held = .true.  kind", "requires something that growth scales"),
+], ids=["name", "twice", "short", "long", "outside", "toughness", "contact", "motion", "held"])
+def test_mistakes(hampm, old, new, phrase):
+    text = strip()
+    assert old in text
+    assert phrase in run(hampm, text.replace(old, new), code=2)
