@@ -17,7 +17,7 @@ module hampm_fatigue
    public :: fatigue_t, new_fatigue, ways_of, count_cycles, has_fractured, record_cycle, archive_fatigue
 
    integer, parameter :: parts = 128             !! of an increment, in each of which rates are constant
-   real(dp), parameter :: slowest = 1e-100_dp    !! rate over the increment below which there is none, as of K that is rounding
+   real(dp), parameter :: slowest = 1e-20_dp     !! rate over the increment below which there is none: no part has so many cycles, and such K may be rounding
    integer, parameter :: of_rate = modes + 1     !! what is kept of a tip: K of the modes [Pa sqrt(m)], and the root of G [(J/m2)**0.5]
 
    !> The cycles so far, and the tips in them.

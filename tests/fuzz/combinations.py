@@ -207,8 +207,8 @@ def differences(expected, got, scale):
             apart = np.abs((other - values + 180) % 360 - 180)
         apart[np.isnan(other) & np.isnan(values)] = 0.0  # of tips that have ended
         with np.errstate(invalid="ignore"):
-            value = np.max(apart, initial=0.0) / scale[name]
-        if not value <= worst:
+            value = np.nan_to_num(np.max(apart, initial=0.0) / scale[name], nan=np.inf)  # a number in place of none
+        if value > worst:
             at = int(np.nanargmax(apart)) if np.any(np.isfinite(apart)) else 0
             worst, where = value, f"{name} {other[at]:.9g} in place of {values[at]:.9g} in row {at}"
     return worst, where
