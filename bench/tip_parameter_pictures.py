@@ -1,6 +1,6 @@
-"""Pictures of tip parameters: the interface crack of input/interface_crack.nml with K over the ratio of the moduli.
+"""Pictures of tip parameters: K of input/interface_crack.nml over the ratio of the moduli, and of input/graded_plate.nml over the gradient.
 
-    .venv/bin/python bench/tip_parameter_pictures.py interface PROGRAM FOLDER
+    .venv/bin/python bench/tip_parameter_pictures.py interface|graded PROGRAM FOLDER
 """
 
 import cmath
@@ -15,6 +15,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from graded_references import intensities
 
 ROOT = Path(__file__).parent.parent
 TENSION = 1e6
@@ -66,6 +67,23 @@ def interface(program, folder):
         axes.legend(frameon=False)
     middle.set_ylim(1.7, 1.8)
     figure.savefig(folder / "interface_crack.png", dpi=110)
+
+
+def graded(program, folder):
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8.5, 3.4), layout="constrained")
+    gradients, found = [0.05, 0.125, 0.25, 0.375, 0.5], []
+    for beta in gradients:
+        ends = f"{math.exp(-16 * beta)!r},{math.exp(16 * beta)!r}"
+        row = run(program, folder, "graded_plate", f"graded_{beta}", f"body.profile_stiffness={ends}")
+        found.append([row["K_I"], row["K_I_tip2"]])
+    draw_stress(left, folder / "graded_0.5.h5", 3, 1e6, "stress yy over E_0 eps")
+    exact = np.array([intensities(beta) for beta in gradients])
+    for tip, name in enumerate(("stiff", "soft")):
+        right.plot(gradients, exact[:, tip], "k-", label="integral equation" if tip == 0 else None)
+        right.plot(gradients, np.array(found)[:, tip] / (1e6 * math.sqrt(math.pi)), "os"[tip], label=f"hampm, {name} tip")
+    right.set(xlabel=r"gradient $\beta a$", ylabel=r"$K_I/(E_0 \epsilon \sqrt{\pi a})$")
+    right.legend(frameon=False)
+    figure.savefig(folder / "graded_plate.png", dpi=110)
 
 
 if __name__ == "__main__":

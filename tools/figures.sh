@@ -245,7 +245,7 @@ draw_gallery() {
     run input/plastic_notch.nml plastic_notch
     "$python" postprocess/plot_field.py $out/plastic_notch.h5 --field plastic_strain --no-mesh --width 5 --dpi 85 --output $out/plastic_notch.png
     for scene in centre_crack edge_crack two_edge_cracks bend_three_points bend_four_points pressurised_crack plate_with_hole \
-                 bimetal interface_crack laminate_dcb laminate_enf laminate_mmb laminate_mmb_growth penny dcb_growth \
+                 bimetal interface_crack graded_plate laminate_dcb laminate_enf laminate_mmb laminate_mmb_growth penny dcb_growth \
                  dcb_r_curve dcb_snap_back compact_tension_growth compact_tension_pins dcb_cohesive fatigue_centre_crack; do
         run input/$scene.nml $scene output.snapshot_interval=1
     done
@@ -273,6 +273,9 @@ draw_gallery() {
 
 # A crack between two materials: stress, and K over the ratio of the moduli
 draw_interface() { "$python" bench/tip_parameter_pictures.py interface "$program" $out; }
+
+# A crack in a graded plate: stress, and K over the gradient
+draw_graded() { "$python" bench/tip_parameter_pictures.py graded "$program" $out; }
 
 # Models of lessons and specimens before a run; without the date, so that the same sketch is the same file
 draw_sketches() {

@@ -9,7 +9,7 @@ module hampm_error_indicator
    use hampm_indicator, only: refinement_t, may_refine, is_in_box
    use hampm_key_rows, only: key_t, type_real
    use hampm_law, only: value_of
-   use hampm_material, only: material_t
+   use hampm_material, only: material_t, are_of_one
    use hampm_problem, only: problem_t, refresh_grid
    use hampm_particles, only: particles_t
    use hampm_recovery, only: recover, recover_quadratic, terms_at, n_terms
@@ -129,13 +129,14 @@ contains
          allocate (nodal(size(stress, 1), grid%n_points), error(p%n, size(stress, 1)/n))
          if (grid%is_quadratic()) allocate (coefficient(n_terms, size(stress, 1), grid%n_nodes), edge(grid%n_nodes))
          do k = 1, size(m%materials)
+            if (m%materials(k)%slice%number > 1) cycle
             if (grid%is_quadratic()) then
                call recover_quadratic(m%matter_t, size(stress, 1), stress, coefficient, edge, material=k)
             else
                call recover(m%matter_t, m%fields%mass_matrix, size(stress, 1), stress, nodal, material=k)
             end if
             do i = 1, p%n
-               if (p%material(i) /= k) cycle
+               if (.not. are_of_one(m%materials, k, p%material(i))) cycle
                if (grid%is_quadratic()) then
                   off = blended(m, i, coefficient, edge) - stress(:, i)
                else
@@ -145,7 +146,7 @@ contains
                   end associate
                end if
                do field = 1, size(error, 2)
-                  error(i, field) = p%volume(i)*2*energy_of_stress(m%materials(k), off(n*(field - 1) + 1:n*field))
+                  error(i, field) = p%volume(i)*2*energy_of_stress(m%materials(p%material(i)), off(n*(field - 1) + 1:n*field))
                end do
             end do
          end do

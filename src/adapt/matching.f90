@@ -12,6 +12,7 @@ module hampm_matching
    use hampm_domains, only: longest_edge
    use hampm_energy, only: kinetic_energy
    use hampm_failure, only: failure_t
+   use hampm_grading, only: give_materials_of_places
    use hampm_forest, only: forest_t, outside
    use hampm_grid_building, only: build_grid, add_points
    use hampm_load_following, only: follow_split, follow_recombination
@@ -284,6 +285,7 @@ contains
       if (m%particles%total_frame .and. m%grid%cut_cells%are_there() .and. .not. m%cache%is_provisional) &
          call change_sides(m, from, on, first_child)
       if (allocated(values)) call give_to_children(values, marked, first_child, m)
+      call give_materials_of_places(m%particles, m%materials)
       call follow_split(m%loads, m%grid%forest%tolerance(), m%particles, marked, first_child)
       call sort_anew(m, failure)
    end subroutine split_marked
@@ -371,6 +373,7 @@ contains
       call recombine(m%particles, ready, m%grid%forest, families, new_number, failure)
       if (families == 0 .or. failure%failed()) return
       if (allocated(values)) call give_to_parents(values, ready, level, new_number, m)
+      call give_materials_of_places(m%particles, m%materials)
       call follow_recombination(m%loads, m%grid%forest%tolerance(), m%particles, reference, level, new_number)
       call sort_anew(m, failure)
    end subroutine recombine_marked

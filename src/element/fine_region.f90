@@ -152,17 +152,21 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       type(particles_t), intent(in) :: p
       type(fine_region_t), intent(inout) :: region
-      integer :: b, k, n, material
+      integer :: b, k, n, material, most
       n = count(blocks%groups%of_cell(blocks%cells(1, :blocks%n)) < region%largest)
       allocate (region%forced(0:region%largest - 1), region%first_part(n + 1))
       region%forced = [(count(blocks%groups%of_cell(blocks%cells(1, :blocks%n)) <= k), k=0, region%largest - 1)]
-      associate (most => n + count(blocks%material(:n) == 0)*(maxval(p%material) - 1))
-         allocate (region%material(most), region%moments(lanes, n_moments, most))
-      end associate
+      most = 0
+      do b = 1, n
+         associate (of => p%material(blocks%first(b):blocks%last(b)))
+            most = most + count([(any(of == material), material=minval(of), maxval(of))])
+         end associate
+      end do
+      allocate (region%material(most), region%moments(lanes, n_moments, most))
       k = 0
       do b = 1, n
          region%first_part(b) = k + 1
-         do material = 1, maxval(p%material)
+         do material = minval(p%material(blocks%first(b):blocks%last(b))), maxval(p%material(blocks%first(b):blocks%last(b)))
             if (.not. any(p%material(blocks%first(b):blocks%last(b)) == material)) cycle
             k = k + 1
             region%material(k) = material

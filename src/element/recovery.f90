@@ -14,6 +14,7 @@ module hampm_recovery
    use hampm_dofs, only: element_of_slot
    use hampm_grid, only: grid_t
    use hampm_lapack, only: dposv
+   use hampm_material, only: are_of_one
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_basis, only: points_of_quadratic
    use hampm_matter, only: matter_t
@@ -170,7 +171,7 @@ contains
             do e = first, last
                do i = b%first_in(e), b%last_in(e), b%stride_in(e)
                   if (present(material)) then
-                     if (m%particles%material(i) /= material) cycle
+                     if (.not. are_of_one(m%materials, material, m%particles%material(i))) cycle
                   end if
                   n = n + 1
                   number(n) = i

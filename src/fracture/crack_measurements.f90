@@ -56,7 +56,7 @@ contains
          end associate
          field = fields_at(problem%materials, tip)
          call follow_values(tip, field(1), values)
-         best = values%best(tip, problem%materials(tip%material)%isotropic)
+         best = values%best(tip, problem%materials(tip%material_in(problem%materials))%isotropic)
          if (best%estimator /= '') g = best%rate
       end associate
    end subroutine measure_crack

@@ -10,6 +10,7 @@ module hampm_crack_tip
    use hampm_crack_lines, only: left_face, right_face, both_faces
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
+   use hampm_material, only: material_t
    implicit none
    private
    public :: crack_tip_t, tip_nodes_t, frame_along, face_nodes, upper, lower, archive_surroundings
@@ -51,6 +52,7 @@ module hampm_crack_tip
       real(dp), allocatable :: radii(:)          !! of the domain integral, ascending; none where that is not taken [m]
       type(tip_nodes_t) :: nodes
    contains
+      procedure :: material_in
       procedure :: is_measured
       procedure :: is_half
       procedure :: only_face
@@ -68,6 +70,13 @@ contains
       axis(:, 1) = direction
       axis(:, 2) = [-direction(2), direction(1)]
    end function frame_along
+
+   !> Which of the materials is that in which it is: of a graded body that of its place.
+   pure integer function material_in(self, materials)
+      class(crack_tip_t), intent(in) :: self
+      type(material_t), intent(in) :: materials(:)
+      material_in = self%material + materials(self%material)%slices_to(self%place)
+   end function material_in
 
    !> Whether G, J and K are measured at it.
    pure logical function is_measured(self)

@@ -31,6 +31,12 @@ module hampm_domain_integral
       real(dp) :: hoop_stress, hoop              !! P_33 [Pa], H_33 [-]
       real(dp) :: radial_slope                   !! u_R,1 [-]
       real(dp) :: radial_constant                !! radial component of what c is of u,1, before it is turned back [-]
+      ! Of graded material
+      logical :: is_graded = .false.
+      real(dp) :: bare_stress(ndim, ndim)        !! P, whatever the pressure on faces [Pa]
+      real(dp) :: energy_rate                    !! W,1 by its explicit dependence on the place [N/m3]
+      real(dp) :: rate(ndim)                     !! gradient of the logarithm of the moduli [1/m]
+      real(dp) :: free_rate(ndim, ndim)          !! change of the strain without stress along the crack [1/m]
    end type sample_t
 
 contains
@@ -211,6 +217,14 @@ contains
             constant = constant + matmul(domain%turn, constant) - domain%direction
             s%radial_constant = constant(1)
          end if
+         s%is_graded = material%is_graded()
+         if (s%is_graded) then
+            s%bare_stress = s%stress
+            s%rate = matmul(material%slice%rate*material%slice%direction, axes)
+            s%free_rate = dot_product(material%slice%direction, domain%direction) &
+                          *matmul(transpose(axes), matmul(material%slice%free_rate, axes))
+            s%energy_rate = s%rate(1)*s%energy - sum(s%stress*s%free_rate)
+         end if
          if (abs(domain%pressure) > 0) call take_off_pressure(domain, material, unturned, s)
       end associate
    end subroutine take_sample
@@ -244,6 +258,7 @@ contains
       source = dot_product(s%divergence, s%slope)
       if (domain%is_ring) source = source + (s%hoop_stress*(s%hoop*s%outward(1) - s%radial_constant) &
                                              - s%energy*s%outward(1))/s%radius
+      if (s%is_graded) source = source - s%energy_rate
       flux = s%volume*flux
       source = s%volume*source
       do r = 1, radii
@@ -262,13 +277,17 @@ contains
       real(dp), intent(in) :: q(radii)           !! at the particle, by radius
       real(dp), intent(in) :: dq(ndim, radii)    !! its gradient [1/m]
       real(dp), intent(inout) :: k(modes, radii)
-      real(dp) :: axes(ndim, ndim), flux(ndim), source ! factors of q,J and of q
+      real(dp) :: axes(ndim, ndim), stress(ndim, ndim), flux(ndim), source ! factors of q,J and of q
       integer :: mode, r
       do mode = 1, modes
-         associate (a => place%unit(:, :, mode), stress => place%unit_stress(:, :, mode))
+         stress = place%unit_stress(:, :, mode)
+         if (s%is_graded) stress = material%mu/domain%material%mu*stress
+         associate (a => place%unit(:, :, mode))
             flux = [dot_product(a(:, 1), s%stress(:, 1)) + dot_product(s%slope, stress(:, 1)) - sum(s%stress*a), &
                     dot_product(a(:, 1), s%stress(:, 2)) + dot_product(s%slope, stress(:, 2))]
             source = dot_product(s%divergence, a(:, 1))
+            if (s%is_graded) source = source + dot_product(matmul(stress, s%rate), s%slope) - s%rate(1)*sum(s%bare_stress*a) &
+                                      + sum(stress*s%free_rate)
             if (domain%is_ring) then
                axes = frame_along(domain%direction)
                source = source + (s%hoop_stress*dot_product(a(:, 1), s%outward) &

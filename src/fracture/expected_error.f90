@@ -284,7 +284,7 @@ contains
       real(dp) :: shortness(modes)
       shortness = quadratic_tip_offset(m, tip)
       if (m%grid%is_quadratic()) return
-      associate (material => m%materials(tip%material))
+      associate (material => m%materials(tip%material_in(m%materials)))
          associate (x => material%small_strain_lambda()/material%mu)
             shortness = short + by_stiffness*x/(1 + x/stiff)
          end associate

@@ -3,7 +3,7 @@ module hampm_missing_energy
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients
    use hampm_error_indicator, only: errors_at_particles, energy_of_stress, stress_components
-   use hampm_material, only: material_t
+   use hampm_material, only: material_t, are_of_one
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    use hampm_recovery, only: recover
@@ -53,10 +53,11 @@ contains
             return
          end if
          do k = 1, size(m%materials)
+            if (m%materials(k)%slice%number > 1) cycle
             call recover(m%matter_t, m%fields%mass_matrix, size(stress, 1), stress, nodal, material=k)
             do i = 1, b%n_occupied
                e = b%occupied(i)
-               if (p%material(b%first_in(e)) /= k) cycle
+               if (.not. are_of_one(m%materials, k, p%material(b%first_in(e)))) cycle
                x = grid%element_lower(:, e) + grid%element_size(e)/2
                counts = [(.not. is_near(x, places(:, :, d), radius), d=1, size(missing))]
                call add_missing(m, e, n, counts, u, stress, nodal, missing)

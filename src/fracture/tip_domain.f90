@@ -84,7 +84,7 @@ contains
       if (tip%phase_length > 0) then
          fields = new_interface_fields(materials(tip%material), materials(tip%below), tip%axis(:, 1), tip%phase_length)
       else
-         fields = new_tip_field(materials(tip%material), tip%axis(:, 1))
+         fields = new_tip_field(materials(tip%material_in(materials)), tip%axis(:, 1))
       end if
    end function fields_at
 

@@ -82,7 +82,7 @@ contains
       end do
       domain%thickness = p%thickness%at(tip%now)
       domain%is_ring = p%thickness%is_ring
-      domain%material = problem%materials(tip%material)
+      domain%material = problem%materials(tip%material_in(problem%materials))
       domain%radius = tip%radii
       ! A pressure on such faces is a load for each direction along the axes
       domain%pressure = sum(factors*problem%loads%pressure, mask=problem%loads%line == tip%crack)/(2*ndim)

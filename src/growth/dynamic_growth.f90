@@ -372,7 +372,7 @@ contains
       real(dp) :: low, high, fastest, of_step, overload, released, farthest
       logical :: has_parted
       integer :: i
-      associate (tip => cracks%tips(k), material => m%materials(cracks%tips(k)%material))
+      associate (tip => cracks%tips(k), material => m%materials(cracks%tips(k)%material_in(m%materials)))
          taken = 0
          advance = growing%advance_of(model, cracks, k)
          if (most > 0 .or. tip%has_ended) then
@@ -451,7 +451,7 @@ contains
       real(dp), intent(out) :: taken             !! energy that cohesive points that fail had stored [J]
       real(dp) :: way, further
       associate (tip => cracks%tips(k))
-         way = min(growing%tips(k)%way, rayleigh_speed(m%materials(tip%material))*dt, most)
+         way = min(growing%tips(k)%way, rayleigh_speed(m%materials(tip%material_in(m%materials)))*dt, most)
          growing%tips(k)%is_held = way < growing%tips(k)%way .and. &
                                    (growing%tips(k)%has_no_room .or. way < cracks%crack(tip%crack)%bonded(tip%end))
          call cracks%move_tip(k, way, m%grid%cut_cells%lines)
@@ -546,7 +546,7 @@ contains
          law = growing%law_at(model, cracks, k, m%state%time)
          growing%tips(k)%excess = -1             ! a tip that may not grow rests
          if (law == 0) cycle
-         associate (of => model%growth(law), modulus => m%materials(cracks%tips(k)%material)%plane_modulus())
+         associate (of => model%growth(law), modulus => m%materials(cracks%tips(k)%material_in(m%materials))%plane_modulus())
             if (of%law%gives_speed() .or. growing%tips(k)%is_running .and. .not. growing%is_paced) cycle
             next = growing%next_of(model, cracks, k, of, values(k))
             if (of%direction == 'hoop_stress') then
@@ -561,7 +561,7 @@ contains
             if (growing%tips(k)%is_running) growing%tips(k)%memory = &
                merge(late_of_speed, late, of%depends_on_speed(growing%advance_of(model, cracks, k))) &
                                                            *cracks%tips(k)%nodes%spacing &
-                                                           /m%materials(cracks%tips(k)%material)%shear_wave_speed()
+                                                           /m%materials(cracks%tips(k)%material_in(m%materials))%shear_wave_speed()
          end associate
       end do
    end subroutine start_tips

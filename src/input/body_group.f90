@@ -2,12 +2,12 @@
 module hampm_body_group
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_key_rows, only: group_t, key_t, type_real, type_integer, type_name, type_text, repeats, is_required, any_number, &
-                             not_negative, type_logical, max_values
+                             not_negative, positive, type_logical, max_values
    use hampm_outline, only: outline_t, ring_t, polygon_ring, circle_ring
    use hampm_settings, only: settings_t
    implicit none
    private
-   public :: body_group, body_keys, body_t, hole_t, fill_bodies, fill_holes, outline_of, area_in_box
+   public :: body_group, body_keys, body_t, profile_t, hole_t, fill_bodies, fill_holes, outline_of, area_in_box
 
    type(group_t), parameter :: body_group = group_t('body', repeats, is_required, &
       'a piece of material, or a hole in one; bodies must not overlap')
@@ -38,7 +38,24 @@ module hampm_body_group
             default='.true.'), &
       key_t('toughness', type_real, 'energy release rate at which a crack grows in it, in place of that of &growth; 0: that', &
             default='0.0', unit='J/m2', allowed=not_negative), &
+      key_t('profile_direction', type_real, 'of a graded body: the direction in which its material changes', &
+            default='1.0, 0.0', allowed=any_number, fewest=ndim, most=ndim), &
+      key_t('profile_at', type_real, 'of a graded body: places along that, from the origin of coordinates on, increasing', &
+            unit='m', allowed=any_number, fewest=0, most=max_values), &
+      key_t('profile_stiffness', type_real, 'factors of all moduli and strengths at these; exponential between', &
+            allowed=positive, fewest=0, most=max_values), &
+      key_t('profile_density', type_real, 'factors of the density at these; exponential between', allowed=positive, &
+            fewest=0, most=max_values), &
+      key_t('profile_eigenstrain', type_real, 'factors of the eigenstrain at these; linear between', allowed=any_number, &
+            fewest=0, most=max_values), &
       key_t('contact_group', type_text, 'with &contact: bodies of the same part are one; without a name a body is one by itself')]
+
+   !> How the material of a graded body changes.
+   type :: profile_t
+      real(dp) :: direction(ndim) = 0            !! of any length
+      real(dp), allocatable :: at(:)             !! places along it from the origin on [m]; none of a body that is not graded
+      real(dp), allocatable :: stiffness(:), density(:), eigenstrain(:) !! factors there [-]
+   end type profile_t
 
    !> &body: a piece of material.
    type :: body_t
@@ -55,6 +72,7 @@ module hampm_body_group
       character(name_len) :: contact_group = ''  !! those of the same group are one, and do not slide on each other
       real(dp) :: eigenstrain(4) = 0             !! components xx, yy, xy and zz of the strain without stress [-]
       logical :: held = .true.                   !! whether growth at rest does not scale it
+      type(profile_t) :: profile                 !! of a graded body
    end type body_t
 
    !> &body with hole = .true.
@@ -232,8 +250,23 @@ contains
       body%toughness = settings%number(entry, 'toughness')
       body%contact_group = settings%text(entry, 'contact_group')
       body%held = settings%flag(entry, 'held')
+      body%profile%direction = settings%vector(entry, 'profile_direction')
+      body%profile%at = settings%numbers(entry, 'profile_at')
+      body%profile%stiffness = factors(settings%numbers(entry, 'profile_stiffness'))
+      body%profile%density = factors(settings%numbers(entry, 'profile_density'))
+      body%profile%eigenstrain = factors(settings%numbers(entry, 'profile_eigenstrain'))
       associate (numbers => settings%numbers(entry, 'eigenstrain'))
          body%eigenstrain(:size(numbers)) = numbers
       end associate
+
+   contains
+
+      !> The values of a key, 1 where it is not given.
+      pure function factors(given)
+         real(dp), intent(in) :: given(:)
+         real(dp), allocatable :: factors(:)
+         factors = given
+         if (size(given) == 0) factors = spread(1.0_dp, 1, size(body%profile%at))
+      end function factors
    end subroutine fill_body
 end module hampm_body_group

@@ -3,7 +3,7 @@
 !> bodies has cells and cracks with which it goes; and whether cracks run along the domains of particles of `shape_functions = 'cpdi'`.
 !> A check whose ingredients were already found to be wrong is passed over.
 module hampm_consistency
-   use hampm_body_group, only: body_t, outline_of
+   use hampm_body_group, only: body_t, outline_of, profile_t
    use hampm_cohesive_consistency, only: check_cohesive
    use hampm_crack_consistency, only: check_crack, check_energy_release
    use hampm_growth_consistency, only: check_growth, check_nucleations
@@ -31,6 +31,9 @@ module hampm_consistency
    real(dp), parameter :: most_nodes = 5e8_dp       !! of the lattice: four times as many must fit an integer
    real(dp), parameter :: furthest = 1e9_dp         !! from the origin [cells]
    real(dp), parameter :: most_samples = 1e8_dp     !! of a history
+
+   character(*), parameter :: factors_of_profile(*) = [character(19) :: 'profile_stiffness', 'profile_density', &
+                                                       'profile_eigenstrain']
 
 contains
 
@@ -158,6 +161,7 @@ contains
       if (has_grid) tol = tolerance(model%grid)
       do i = 1, size(model%bodies)
          entry = settings%find('body', i)
+         call check_profile(settings, entry, model%bodies(i)%profile)
          call check_shape(settings, entry, usable(i))
          if (.not. usable(i)) cycle
          associate (body => model%bodies(i))
@@ -188,6 +192,29 @@ contains
       end do
       call check_holes(model, settings)
    end subroutine check_bodies
+
+   !> A graded body has places that increase, and as many factors.
+   pure subroutine check_profile(settings, entry, profile)
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: entry               !! position of the group
+      type(profile_t), intent(in) :: profile
+      integer :: k
+      associate (at => settings%numbers(entry, 'profile_at'))
+         if (size(at) == 0) return
+         if (size(at) < 2) then
+            call settings%complain(entry, 'profile_at', 'must have two places at least')
+         else if (any(at(2:) <= at(:size(at) - 1))) then
+            call settings%complain(entry, 'profile_at', 'must increase from one to the next')
+         end if
+         do k = 1, size(factors_of_profile)
+            associate (n => size(settings%numbers(entry, trim(factors_of_profile(k)))))
+               if (n > 0 .and. n /= size(at)) call settings%complain(entry, trim(factors_of_profile(k)), &
+                  'must have one value for each of the '//to_text(size(at))//' places of profile_at, not '//to_text(n))
+            end associate
+         end do
+         if (.not. norm2(profile%direction) > 0) call settings%complain(entry, 'profile_direction', 'must not be 0, 0')
+      end associate
+   end subroutine check_profile
 
    !> The key that tells where a body is.
    pure function place_key(body) result(key)

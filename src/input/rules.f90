@@ -40,8 +40,9 @@ module hampm_rules
    character(*), parameter :: corners(*) = ['lower', 'upper']
    character(*), parameter :: acting(*) = ['&constraint', '&load      ']
    character(*), parameter :: in_time(*) = ['&constraint', '&load      ', '&control   ']
-   character(*), parameter :: of_matter(*) = [character(13) :: 'material', 'velocity', 'spin', 'eigenstrain', &
-                                               'contact_group', 'toughness']
+   character(*), parameter :: of_profile(*) = [character(19) :: 'profile_stiffness', 'profile_density', 'profile_eigenstrain']
+   character(*), parameter :: of_matter(*) = [character(19) :: 'material', 'velocity', 'spin', 'eigenstrain', 'contact_group', &
+                                              'toughness', 'profile_at', 'profile_direction', of_profile]
    character(*), parameter :: of_toughness(*) = [character(17) :: 'extensions', 'speeds', 'angles', 'mixed_mode']
    character(*), parameter :: of_looks(*) = ['start   ', 'interval']
    character(*), parameter :: moved_by(*) = ['displacement', 'velocity    ', 'turns       ']
@@ -123,7 +124,7 @@ module hampm_rules
 
    type(rule_t), parameter :: of_bodies(*) = [ &
       rule_t("&body", requires, "&body material or &body hole = .true."), &
-      (rule_t("&body "//of_matter(k), not_with, "&body hole = .true.", reason="a hole has none"), k=1, size(of_matter)), &
+      (rule_t("&body "//trim(of_matter(k)), not_with, "&body hole = .true.", reason="a hole has none"), k=1, size(of_matter)), &
       rule_t("&body points_per_cell", no_effect_with, "&body hole = .true."), &
       rule_t("&body shape = 'rectangle'", requires, "&body lower and &body upper"), &
       rule_t("&body shape = 'polygon'", requires, "&body points"), &
@@ -148,6 +149,24 @@ module hampm_rules
       rule_t("&body held = .false.", no_effect_without, "&growth law = {growth laws at rest}", mechanics, &
              "only growth at rest scales what acts"), &
       rule_t("&body held = .false.", not_with, "&control", not_built, "a load frame has a force and a displacement"), &
+      (rule_t("&body "//trim(of_profile(k)), requires, "&body profile_at"), k=1, size(of_profile)), &
+      rule_t("&body profile_at", requires, "&body profile_stiffness or &body profile_density or &body profile_eigenstrain"), &
+      rule_t("&body profile_direction", no_effect_without, "&body profile_at"), &
+      rule_t("&body profile_eigenstrain", requires, "&body eigenstrain"), &
+      rule_t("&body profile_eigenstrain", not_with, "&material law = {laws of any strain}", not_built, &
+             "J does not know how such an eigenstrain changes"), &
+      rule_t("&body profile_eigenstrain", not_with, "&run plane = 'axisymmetric'", not_built, &
+             "J does not know how an eigenstrain around the axis changes"), &
+      rule_t("&body profile_at", not_with, "&energy_release t_stress = .true.", not_built, &
+             "the fields that the integral is with are those of uniform material"), &
+      rule_t("&body profile_at", not_with, "&energy_release phase_length", not_built, &
+             "the fields that the integral is with are those of uniform materials"), &
+      rule_t("&body profile_at", not_with, "&energy_release estimators = 'series_fit'", mechanics, &
+             "the series is that of uniform material", use="'domain_integral'"), &
+      rule_t("&body profile_at", not_with, "&energy_release reference = 'dcb'", mechanics, &
+             "the closed form is of uniform material"), &
+      rule_t("&body profile_eigenstrain", not_with, "&body held = .false.", not_built, &
+             "a load factor does not reach how an eigenstrain changes", use="&body held = .true."), &
       rule_t("&body eigenstrain and a fourth value of the eigenstrain", warned_with, "&run plane = 'stress'", mechanics, &
              "the fourth value has no effect, as the thickness is free")]
 

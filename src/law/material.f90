@@ -19,7 +19,19 @@ module hampm_material
    use hampm_tensors, only: space, identity, inverse_transpose, unit_tensor, inverse_transpose_of, volume_change, tensor_of
    implicit none
    private
-   public :: material_t, new_material, new_orthotropic
+   public :: material_t, slice_t, new_material, new_orthotropic, are_of_one
+
+   !> One of the slices of a graded body, across a direction, each of which has a material. In each the moduli change by the same factor from place to place.
+   type :: slice_t
+      integer :: number = 0                      !! from the first on, 0 for none
+      integer :: most = 0                        !! how many there are
+      integer :: first_material = 0              !! number of the material of the first
+      real(dp) :: direction(ndim) = 0            !! unit vector
+      real(dp) :: start = 0                      !! where the first begins along it [m]
+      real(dp) :: width = 1                      !! [m]
+      real(dp) :: rate = 0                       !! by which the logarithm of the moduli changes [1/m]
+      real(dp) :: free_rate(ndim, ndim) = 0      !! by which the strain in the plane without stress does [1/m]
+   end type slice_t
 
    !> A law with its constants.
    type :: material_t
@@ -62,7 +74,10 @@ module hampm_material
       real(dp) :: free(ndim, ndim) = 0           !! strain in the plane at which there is no stress in it [-]
       real(dp) :: free_hoop = 0                  !! and H_33 of axisymmetric material at which there is none across it [-]
       real(dp) :: idle_energy = 0                !! energy density there, of the stress normal to it [J/m3]
+      type(slice_t) :: slice                     !! of a graded body that it is of
    contains
+      procedure :: is_graded
+      procedure :: slices_to
       procedure :: give_eigenstrain
       procedure :: scale_eigenstrain
       procedure :: stress_at_first
@@ -177,6 +192,34 @@ contains
       self%inverse = inverse_transpose_of(unit_tensor + self%eigenstrain)
       self%swelling = 1 + volume_change(self%eigenstrain)
    end subroutine take_eigenstrain
+
+   !> Whether it is one of those of a graded body.
+   pure elemental logical function is_graded(self)
+      class(material_t), intent(in) :: self
+      is_graded = self%slice%number > 0
+   end function is_graded
+
+   !> How far behind it among all the material of a place is; 0 where the body is not graded.
+   pure integer function slices_to(self, place)
+      class(material_t), intent(in) :: self
+      real(dp), intent(in) :: place(ndim)        !! in the reference configuration [m]
+      slices_to = 0
+      if (.not. self%is_graded()) return
+      associate (slice => self%slice)
+         associate (at => (dot_product(place, slice%direction) - slice%start)/slice%width)
+            slices_to = ceiling(min(max(at, 1.0_dp), real(slice%most, dp))) - slice%number
+         end associate
+      end associate
+   end function slices_to
+
+   !> Whether two materials are the same, or of one graded body.
+   pure logical function are_of_one(materials, a, b)
+      type(material_t), intent(in) :: materials(:)
+      integer, intent(in) :: a, b
+      are_of_one = a == b
+      if (.not. are_of_one .and. materials(a)%is_graded()) &
+         are_of_one = materials(a)%slice%first_material == materials(b)%slice%first_material
+   end function are_of_one
 
    !> H_33 [-]: in a plane 0, of axisymmetric material the one that is given, and no number where none is.
    pure real(dp) function given_hoop(self, hoop) result(given_one)

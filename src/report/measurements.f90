@@ -109,7 +109,7 @@ contains
          m%g_ref = model%energy_release%reference_value
       case ('dcb')
          call dcb_dimensions(model, cracks%tips(1), force, length, depth)
-         associate (material => problem%materials(cracks%tips(1)%material))
+         associate (material => problem%materials(cracks%tips(1)%material_in(problem%materials)))
             m%g_ref = dcb_energy_release_rate(force, length, depth, model%run%thickness%of_plate, material%young, 0.0_dp)
             m%g_beam_on_foundation = dcb_energy_release_rate(force, length, depth, model%run%thickness%of_plate, &
                                                              material%plane_modulus(), chi_foundation)
@@ -322,10 +322,10 @@ contains
             call history%record('numerical_loss', 'J', 'energy lost by the method', problem%energies%numerical_loss)
          do k = 1, size(m%crack)
             if (k > 1) history%of_tip = '_tip'//to_text(k)
-            call record_crack(problem%materials(cracks%tips(k)%material), cracks%tips(k), m%crack(k), &
+            call record_crack(problem%materials(cracks%tips(k)%material_in(problem%materials)), cracks%tips(k), m%crack(k), &
                               size(model%growth) + size(model%nucleations) > 0, history)
             if (growing%are_there()) &
-               call record_growth(growing, model, problem%materials(cracks%tips(k)%material), cracks, k, m%crack(k), &
+               call record_growth(growing, model, problem%materials(cracks%tips(k)%material_in(problem%materials)), cracks, k, m%crack(k), &
                                   problem%state%time, history)
             if (cracks%tips(k)%has_zone) then
                if (.not. growing%are_there()) call record_place(cracks, cracks%tips(k), history)

@@ -14,6 +14,7 @@ module hampm_point_values
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: both_faces, distance_to_segment
    use hampm_cracks, only: cracks_t
+   use hampm_material, only: are_of_one
    use hampm_matter, only: matter_t
    implicit none
    private
@@ -144,7 +145,7 @@ contains
       pure logical function are_alike(i, j)
          integer, intent(in) :: i, j
          associate (p => m%particles)
-            are_alike = p%material(i) == p%material(j) .and. view%joined(p%body(i)) == view%joined(p%body(j))
+            are_alike = are_of_one(m%materials, p%material(i), p%material(j)) .and. view%joined(p%body(i)) == view%joined(p%body(j))
          end associate
       end function are_alike
 
@@ -206,7 +207,7 @@ contains
       do k = 1, size(around%particle)
          associate (p => m%particles, i => around%particle(k))
             do c = 1, n
-               if (p%cell(i) == p%cell(first(c)) .and. p%material(i) == p%material(first(c))) exit
+               if (p%cell(i) == p%cell(first(c)) .and. are_of_one(m%materials, p%material(i), p%material(first(c)))) exit
             end do
             if (c > n) then
                n = c

@@ -32,6 +32,7 @@ module hampm_assembly
    use hampm_step, only: explicit_t
    use hampm_indicator, only: refinement_t
    use hampm_model, only: model_t, mass_used, has_shapes
+   use hampm_grading, only: give_materials_of_places
    use hampm_model_materials, only: materials_of, material_of_body
    use hampm_sorting, only: sort_into_cells
    use hampm_supports, only: check_supports
@@ -302,6 +303,11 @@ contains
             end if
          end associate
          first = first + number(k)
+      end do
+      call give_materials_of_places(m%particles, m%materials)
+      do first = 1, m%particles%n
+         if (m%materials(m%particles%material(first))%is_graded()) &
+            m%particles%mass(first) = m%materials(m%particles%material(first))%density*m%particles%volume(first)
       end do
       if (model%method%has_domains()) call start_domains(m%particles)
       call sort_into_cells(m%cache%sorting, m%particles, m%grid, m%blocks, failure)

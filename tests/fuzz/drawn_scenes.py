@@ -563,6 +563,7 @@ class Drawing:
             key = chance.choice(list(CHOICES[name]))
             chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
         self.part_at_crack(scene)
+        self.grade(scene)
         return scene + self.probes(scene)
 
     def part_at_crack(self, scene):
@@ -585,6 +586,25 @@ class Drawing:
             release["phase_length"] = chance.choice([0.3, 3.0]) * self.cell
             lines[0].pop("friction", None)
             lines[0]["contact"] = "none"
+
+    def grade(self, scene):
+        """Lets the material of a body change from place to place."""
+        chance, body = self.chance, groups(scene, "body")[0]
+        if chance.random() < 0.8:
+            return
+        number = chance.choice([2, 2, 3])
+        angle = chance.choice([0, 90, 30])
+        body["profile_direction"] = [math.cos(math.radians(angle)), math.sin(math.radians(angle))] if angle % 90 else [float(angle == 0), float(angle == 90)]
+        middle = sum(x * d for x, d in zip(self.place(self.size[0] / 2, self.size[1] / 2), body["profile_direction"]))
+        body["profile_at"] = [middle + (k - (number - 1) / 2) * 6 * self.cell for k in range(number)]
+        body["profile_stiffness"] = [chance.choice([0.5, 1.0, 2.0]) for _ in range(number)]
+        if chance.random() < 0.5:
+            body["profile_density"] = [chance.choice([0.7, 1.0, 1.5]) for _ in range(number)]
+        if "eigenstrain" in body:
+            body["profile_eigenstrain"] = [chance.uniform(-1, 1) for _ in range(number)]
+        for keys in groups(scene, "energy_release"):
+            keys.pop("t_stress", None)
+            keys.pop("phase_length", None)
 
     def probes(self, scene):
         """The groups of probes, drawn last; their names begin with p."""

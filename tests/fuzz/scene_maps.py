@@ -16,7 +16,7 @@ DIMENSIONS = {
     "run": {"thickness": LENGTH, "end_time": TIME, "stop_length": LENGTH, "stop_rest": TIME}, "grid": {"lower": LENGTH, "cell": LENGTH},
     "material": {"density": (1, -3, 0), "relaxation_times": TIME}
     | dict.fromkeys(("young", "yield_stress", "hardening", "saturation", "kinematic_hardening", "c01", "moduli", "young_1", "young_2", "young_3", "shear_12"), PRESSURE),
-    "body": dict.fromkeys(("lower", "upper", "points", "center", "radius"), LENGTH) | {"velocity": SPEED, "spin": RATE, "toughness": TOUGHNESS},
+    "body": dict.fromkeys(("lower", "upper", "points", "center", "radius", "profile_at"), LENGTH) | {"velocity": SPEED, "spin": RATE, "toughness": TOUGHNESS},
     "constraint": {"lower": LENGTH, "upper": LENGTH, "displacement": LENGTH, "velocity": SPEED},
     "load": {"lower": LENGTH, "upper": LENGTH, "force": FORCE, "pressure": PRESSURE, "acceleration": (0, 1, -2)},
     "damping": {"rate": RATE}, "contact": {"distance": LENGTH}, "method": {"time_step": TIME, "consistent_lower": LENGTH, "consistent_upper": LENGTH},
@@ -68,7 +68,7 @@ def isometric(scene, q):
             if name != "grid" and low in keys and high in keys:
                 a, b = moved(q, keys[low]), moved(q, keys[high])
                 keys[low], keys[high] = [min(pair) for pair in zip(a, b)], [max(pair) for pair in zip(a, b)]
-        for key in ("points", "center", "velocity", "force", "acceleration", "displacement", "tip", "direction", "at"):
+        for key in ("points", "center", "velocity", "force", "acceleration", "displacement", "tip", "direction", "profile_direction", "at"):
             if key in keys and isinstance(keys[key], (list, tuple)):
                 keys[key] = moved(q, keys[key])
         if name == "crack" and keys.get("kind", "symmetry") != "path" and "direction" not in keys:
