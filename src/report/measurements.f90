@@ -325,8 +325,8 @@ contains
             call record_crack(problem%materials(cracks%tips(k)%material_in(problem%materials)), cracks%tips(k), m%crack(k), &
                               size(model%growth) + size(model%nucleations) > 0, history)
             if (growing%are_there()) &
-               call record_growth(growing, model, problem%materials(cracks%tips(k)%material_in(problem%materials)), cracks, k, m%crack(k), &
-                                  problem%state%time, history)
+               call record_growth(growing, model, problem%materials(cracks%tips(k)%material_in(problem%materials)), cracks, k, &
+                                  m%crack(k), problem%state%time, history)
             if (cracks%tips(k)%has_zone) then
                if (.not. growing%are_there()) call record_place(cracks, cracks%tips(k), history)
                call history%record('zone_length', 'm', 'length of the faces ahead of the tip that are damaged', &
