@@ -459,7 +459,7 @@ contains
       if (growing%is_static .or. .not. growing%are_there()) return
       do k = 1, size(cracks%tips)
          if (.not. cracks%tips(k)%is_measured()) cycle
-         criteria = branching_of(growing, model, materials(cracks%tips(k)%material), cracks, k, values(k), &
+         criteria = branching_of(growing, model, materials(cracks%tips(k)%material_in(materials)), cracks, k, values(k), &
                                  growing%law_at(model, cracks, k, time))
          do i = 1, 2
             why = why_it_may_branch(criteria, by_energy=i == 1)
