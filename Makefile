@@ -1,7 +1,11 @@
 # hampm: `make help` lists what there is to do; V=1 prints the commands that compile.
 
 build ?= release
-O := build/$(build)
+# Dimensions of space: dim=3 builds the program for solids
+dim ?= 2
+solid := $(if $(filter 3,$(dim)),3d)
+O := build/$(build)$(solid)
+PROGRAM := $(O)/hampm$(solid)
 FC := gfortran
 PYTHON := .venv/bin/python
 # The processors that a release is for: x86-64-v3 is all that have AVX2 and FMA, native this one and its like
@@ -67,7 +71,7 @@ TOOLS := $(addprefix $(O)/,forced_step newton_steps eigenvalue_limit)
 DRIVERS := $(addprefix $(O)/,results_driver fuzz_driver)
 MEASURED := $(addprefix $(O)/,bench_step minimal_step)
 UNIT_PROGRAMS := $(patsubst %.o,%,$(call objects,$(UNIT_TESTS)))
-PROGRAMS := $(O)/hampm $(TOOLS) $(DRIVERS) $(MEASURED) $(UNIT_PROGRAMS)
+PROGRAMS := $(PROGRAM) $(TOOLS) $(DRIVERS) $(MEASURED) $(UNIT_PROGRAMS)
 
 # Files compiled, and tests run, at a time
 JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
@@ -137,6 +141,7 @@ lab:  ## compile an edited step in seconds, with all checks, for the exercises o
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program tools $(patsubst %,build/release/test_%,manufactured crossing_levels patch)
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked build/checked/bench_step
+	@$(MAKE) -j$(JOBS) --no-print-directory program build=quick dim=3
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests
 
@@ -210,7 +215,7 @@ tradeoff: setup  ## measure accuracy against cost for every kind of setting and 
 setup:  ## install what is missing: compiler, libraries, Python environment
 	@tools/setup.sh
 
-program: $(O)/hampm
+program: $(PROGRAM)
 
 tools: $(TOOLS) $(DRIVERS)
 
@@ -225,11 +230,11 @@ clean:  ## remove what was built; results stay
 say = $(if $(V),,@echo "$(1)")
 quietly := $(if $(V),,@)
 
-$(O)/hampm: $(O)/main.o
-$(O)/hampm: private with := $(ARCHIVES)
+$(PROGRAM): $(O)/main.o
+$(PROGRAM): private with := $(ARCHIVES)
 $(MEASURED): $(call objects,timing plain_scene minimal_kernel)
 $(UNIT_PROGRAMS): $(call objects,$(UNIT_TOOLS))
-$(filter-out $(O)/hampm,$(PROGRAMS)): $(O)/%: $(O)/%.o
+$(filter-out $(PROGRAM),$(PROGRAMS)): $(O)/%: $(O)/%.o
 $(PROGRAMS): $(LIBRARY)
 	$(call say,$@)
 	$(quietly)$(if $(with),$(FC) $(FLAGS) -o $@ $^ $(with) 2>/dev/null || )$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
@@ -245,10 +250,12 @@ ifneq ($(build),portable)
 $(addprefix $(O)/,$(addsuffix .o,$(small_arrays))): private stack := -fstack-arrays
 endif
 
+$(O)/kinds.o: private dimensions := -cpp -DDIMENSIONS=$(dim)
+
 # A changed flag, here or on the command line, builds everything anew
 $(O)/%.o: %.f90 $(O)/flags
 	$(call say,$(FC) $<)
-	$(quietly)$(FC) $(FLAGS) $($(build)_$*) $(kernels) $(stack) $(unused) -c -o $@ $<
+	$(quietly)$(FC) $(FLAGS) $($(build)_$*) $(dimensions) $(kernels) $(stack) $(unused) -c -o $@ $<
 
 $(O)/kernels.o: $(KERNELS)
 	$(call say,$@)

@@ -12,6 +12,7 @@ module hampm_crack_carrying
    use hampm_matching, only: adopt_lines
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
+   use hampm_tensors, only: quarter_turn
    use hampm_text, only: to_text
    implicit none
    private
@@ -197,7 +198,7 @@ contains
                along = 0
                if (k > 1) along = along + (points(:, k) - points(:, k - 1))/norm2(points(:, k) - points(:, k - 1))
                if (k < last) along = along + (points(:, k + 1) - points(:, k))/norm2(points(:, k + 1) - points(:, k))
-               normal(:, n) = [-along(2), along(1)]
+               normal(:, n) = quarter_turn(along)
             end do
          end associate
       end do

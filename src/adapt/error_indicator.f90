@@ -112,8 +112,7 @@ contains
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: stress(:)          !! [Pa]
       real(dp) :: in_plane(ndim, ndim)
-      in_plane(:, 1) = stress(:ndim)
-      in_plane(:, 2) = stress(ndim + 1:n_stress)
+      in_plane = reshape(stress(:n_stress), [ndim, ndim])
       energy = material%stress_energy_density(in_plane, stress(size(stress)))
    end function energy_of_stress
 

@@ -1,9 +1,9 @@
 !> The rows of the tables of groups and keys, and the words that stand in them.
 module hampm_key_rows
-   use hampm_kinds, only: name_len
+   use hampm_kinds, only: ndim, name_len
    implicit none
    private
-   public :: group_t, key_t, list_len, max_values, once, repeats, any_number, positive, not_negative, &
+   public :: zeros, along_x, components, group_t, key_t, list_len, max_values, once, repeats, any_number, positive, not_negative, &
              type_real, type_integer, type_name, type_text, type_logical, is_required, is_assumed, is_optional
 
    integer, parameter :: type_real = 1, type_integer = 2
@@ -18,6 +18,10 @@ module hampm_key_rows
    integer, parameter :: max_values = 1000         !! most values of any key
    integer, parameter :: list_len = 256            !! longest list of values or choices in this table
    logical, parameter :: repeats = .true., once = .false.
+
+   character(*), parameter :: zeros = repeat('0.0, ', ndim - 1)//'0.0'     !! of a vector
+   character(*), parameter :: along_x = '1.0'//repeat(', 0.0', ndim - 1)
+   character(*), parameter :: components = 'x|y|xy|z|xz|yz|xyz'            !! of a vector: the first three are those in the plane
 
    !> A row of the table of groups.
    type :: group_t

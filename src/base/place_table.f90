@@ -9,7 +9,8 @@ module hampm_place_table
    !> The places met so far, and where their numbers are found.
    type :: place_table_t
       integer :: n = 0                                  !! places numbered so far
-      integer, allocatable, private :: corner(:, :)     !! number of each corner of the lattice, 0 where it has none yet, from (0, 0) on
+      integer, allocatable, private :: corner(:)        !! number of each corner of the lattice, 0 where it has none yet, row by row from 0 on
+      integer, private :: extent(ndim) = 0              !! corners of the lattice in each direction
       integer, private :: bits = 0                      !! binary logarithm of its width
       integer, private :: seated = 0                    !! places that are no such corners
       integer, allocatable, private :: number(:)        !! number in each seat, 0 where it is free, (seats), a power of 2
@@ -35,7 +36,8 @@ contains
       status = 0
       if (present(cells) .and. present(width)) then
          self%bits = trailz(width)
-         allocate (self%corner(0:cells(1), 0:cells(2)), stat=status)
+         self%extent = cells + 1
+         allocate (self%corner(0:product(self%extent) - 1), stat=status)
          if (status /= 0) return
          self%corner = 0
       end if
@@ -55,30 +57,46 @@ contains
    end function corners_in
 
    !> Where in the array a place is; negative where it is not.
-   pure function in_array(self, place) result(at)
+   pure integer function in_array(self, place) result(at)
       class(place_table_t), intent(in) :: self
       integer(long), intent(in) :: place(ndim)
-      integer :: at(ndim)
+      integer :: d
       at = -1
       if (.not. allocated(self%corner)) return
       if (any(place < 0 .or. shiftl(shiftr(place, self%bits), self%bits) /= place)) return
-      if (any(shiftr(place, self%bits) >= shape(self%corner))) return
-      at = int(shiftr(place, self%bits))
+      if (any(shiftr(place, self%bits) >= self%extent)) return
+      at = 0
+      do d = ndim, 1, -1
+         at = at*self%extent(d) + int(shiftr(place(d), self%bits))
+      end do
    end function in_array
+
+   !> The place of a corner of the array.
+   pure function place_of_corner(self, at) result(place)
+      class(place_table_t), intent(in) :: self
+      integer, intent(in) :: at
+      integer(long) :: place(ndim)
+      integer :: d, rest
+      rest = at
+      do d = 1, ndim
+         place(d) = shiftl(int(mod(rest, self%extent(d)), long), self%bits)
+         rest = rest/self%extent(d)
+      end do
+   end function place_of_corner
 
    !> Number of a place, which gets the next one where it is new.
    pure subroutine enter(self, place, number)
       class(place_table_t), intent(inout) :: self
       integer(long), intent(in) :: place(ndim)
       integer, intent(out) :: number
-      integer :: seat, at(ndim)
+      integer :: seat, at
       at = in_array(self, place)
-      if (at(1) >= 0) then
-         if (self%corner(at(1), at(2)) == 0) then
+      if (at >= 0) then
+         if (self%corner(at) == 0) then
             self%n = self%n + 1
-            self%corner(at(1), at(2)) = self%n
+            self%corner(at) = self%n
          end if
-         number = self%corner(at(1), at(2))
+         number = self%corner(at)
          return
       end if
       seat = seat_of(self, place)
@@ -102,10 +120,8 @@ contains
       integer :: i, j, k, first, middle, last, width
       allocate (place(ndim, self%n), number(self%n))
       if (allocated(self%corner)) then
-         do j = 0, ubound(self%corner, 2)
-            do i = 0, ubound(self%corner, 1)
-               if (self%corner(i, j) > 0) place(:, self%corner(i, j)) = shiftl(int([i, j], long), self%bits)
-            end do
+         do i = 0, size(self%corner) - 1
+            if (self%corner(i) > 0) place(:, self%corner(i)) = place_of_corner(self, i)
          end do
       end if
       do k = 0, size(self%number) - 1
@@ -145,10 +161,8 @@ contains
       end do
       number(order) = [(k, k=1, self%n)]
       if (allocated(self%corner)) then
-         do j = 0, ubound(self%corner, 2)
-            do i = 0, ubound(self%corner, 1)
-               if (self%corner(i, j) > 0) self%corner(i, j) = number(self%corner(i, j))
-            end do
+         do i = 0, size(self%corner) - 1
+            if (self%corner(i) > 0) self%corner(i) = number(self%corner(i))
          end do
       end if
       do k = 0, size(self%number) - 1
@@ -159,7 +173,11 @@ contains
    !> Whether a place comes before another one, row by row.
    pure logical function is_before(a, b)
       integer(long), intent(in) :: a(ndim), b(ndim)
-      is_before = a(2) < b(2) .or. a(2) == b(2) .and. a(1) < b(1)
+      integer :: d
+      do d = ndim, 2, -1
+         if (a(d) /= b(d)) exit
+      end do
+      is_before = a(d) < b(d)
    end function is_before
 
    !> Double the number of seats.
@@ -184,10 +202,10 @@ contains
    pure integer function number_of(self, place)
       class(place_table_t), intent(in) :: self
       integer(long), intent(in) :: place(ndim)
-      integer :: at(ndim)
+      integer :: at
       at = in_array(self, place)
-      if (at(1) >= 0) then
-         number_of = self%corner(at(1), at(2))
+      if (at >= 0) then
+         number_of = self%corner(at)
       else
          number_of = self%number(seat_of(self, place))
       end if

@@ -3,14 +3,16 @@ module hampm_tensors
    use hampm_kinds, only: dp, ndim
    implicit none
    private
-   public :: identity, trace, determinant, inverse_transpose, product_of
+   public :: identity, trace, determinant, inverse_transpose, product_of, n_voigt, voigt, name_of_component, quarter_turn, in_plane
    public :: space, unit_tensor, trace_of, symmetric, deviator, volume_change, determinant_of, inverse_transpose_of
    public :: n_symmetric, n_deviator, components_of, tensor_of, deviator_of
 
-   real(dp), parameter :: identity(ndim, ndim) = reshape([1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [ndim, ndim])
-
    integer, parameter :: space = 3               !! dimensions of space
    real(dp), parameter :: unit_tensor(space, space) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [space, space])
+   real(dp), parameter :: identity(ndim, ndim) = unit_tensor(:ndim, :ndim)
+   integer, parameter :: n_voigt = ndim*(ndim + 1)/2 !! components of a symmetric tensor of the model: normal ones, then 12, 13, 23
+   integer, parameter :: both(13) = [1, 3, 3, 2, 1, 4, 5, 4, 2, 6, 5, 6, 3]
+   integer, parameter :: voigt(ndim, ndim) = reshape(both(4*ndim - 7:), [ndim, ndim]) !! number of each component
    integer, parameter :: n_symmetric = 2*ndim    !! components of a symmetric tensor that are not zero by the dimension of the model
    integer, parameter :: n_deviator = n_symmetric - 1 !! of one without a trace, by which the last follows
    integer, parameter :: row(6) = [1, 2, 1, merge(3, 1, ndim == 2), 2, 3], column(6) = [1, 2, 2, 3, 3, 3] !! of components
@@ -27,19 +29,50 @@ contains
       end do
    end function trace
 
+   !> A vector turned to the left by a quarter of a turn, in the plane of the first two directions.
+   pure function quarter_turn(v) result(left)
+      real(dp), intent(in) :: v(ndim)
+      real(dp) :: left(ndim)
+      left = in_plane(-v(2), v(1))
+   end function quarter_turn
+
+   !> The vector with two components, in the plane of the first two directions.
+   pure function in_plane(x, y) result(v)
+      real(dp), intent(in) :: x, y
+      real(dp) :: v(ndim)
+      v = 0
+      v(1) = x
+      v(2) = y
+   end function in_plane
+
+   !> Name of a component of a symmetric tensor of the model, by its number in `voigt`.
+   pure function name_of_component(k) result(name)
+      integer, intent(in) :: k
+      character(2) :: name
+      character(2), parameter :: names(6) = ['xx', 'yy', 'zz', 'xy', 'xz', 'yz']
+      name = names(merge(k, k + space - ndim, k <= ndim))
+   end function name_of_component
+
    !> Determinant of a second-order tensor.
    pure real(dp) function determinant(f)
       real(dp), intent(in) :: f(ndim, ndim)
-      determinant = f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1)
+      if (ndim == 2) then
+         determinant = f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1)
+      else
+         determinant = determinant_of(in_space(f))
+      end if
    end function determinant
 
    !> Product of two second-order tensors.
    pure function product_of(a, b) result(c)
       real(dp), intent(in) :: a(ndim, ndim), b(ndim, ndim)
       real(dp) :: c(ndim, ndim)
-      integer :: j
+      integer :: j, k
       do j = 1, ndim
-         c(:, j) = a(:, 1)*b(1, j) + a(:, 2)*b(2, j)
+         c(:, j) = a(:, 1)*b(1, j)
+         do k = 2, ndim
+            c(:, j) = c(:, j) + a(:, k)*b(k, j)
+         end do
       end do
    end function product_of
 
@@ -47,12 +80,26 @@ contains
    pure function inverse_transpose(f) result(g)
       real(dp), intent(in) :: f(ndim, ndim)
       real(dp) :: g(ndim, ndim)
-      g(1, 1) = f(2, 2)
-      g(2, 1) = -f(1, 2)
-      g(1, 2) = -f(2, 1)
-      g(2, 2) = f(1, 1)
-      g = g/determinant(f)
+      real(dp) :: of_space(space, space)
+      if (ndim == 2) then
+         g(1, 1) = f(2, 2)
+         g(2, 1) = -f(1, 2)
+         g(1, 2) = -f(2, 1)
+         g(2, 2) = f(1, 1)
+         g = g/determinant(f)
+      else
+         of_space = inverse_transpose_of(in_space(f))
+         g = of_space(:ndim, :ndim)
+      end if
    end function inverse_transpose
+
+   !> A tensor of the dimension of the model as one of space, with 1 where it has nothing.
+   pure function in_space(f)
+      real(dp), intent(in) :: f(ndim, ndim)
+      real(dp) :: in_space(space, space)
+      in_space = unit_tensor
+      in_space(:ndim, :ndim) = f
+   end function in_space
 
    !> Trace of a tensor of space.
    pure real(dp) function trace_of(t)

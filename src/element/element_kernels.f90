@@ -39,9 +39,9 @@ contains
       real(dp), intent(inout) :: force(n)
       real(dp) :: s(lanes, 7)
       integer :: i, l
-      s(1, :) = [0.0_dp, c(1, :, 1), c(1, :, 2), c(1, :, 3)]
-      s(2, :) = [c(2, :, 1), c(2, :, 2), c(2, :, 3), 0.0_dp]
-      s(ndim + 1:, :) = s(:ndim, :)
+      s(1, :) = [0.0_dp, c(1, :2, 1), c(1, :2, 2), c(1, :2, 3)]
+      s(2, :) = [c(2, :2, 1), c(2, :2, 2), c(2, :2, 3), 0.0_dp]
+      s(3:, :) = s(:2, :)
       do i = 0, n - lanes, lanes
          !$omp simd
          do l = 1, lanes
@@ -170,9 +170,9 @@ contains
             stress(l, 3, k) = c(1, 2)*l11 + c(2, 2)*l22 + c(2, 3)*shear
          end do
       end do
-      total = stress(:, [1, 2, 2, 3], 1)
+      total(:, :4) = stress(:, [1, 2, 2, 3], 1)
       moment(:, :2) = stress(:, :2, 2)
-      moment(:, 3:) = stress(:, 2:, 3)
+      moment(:, 3:4) = stress(:, 2:, 3)
    end subroutine anisotropic_stress
 
    !> Add the internal forces of the sums of V times stress, and of the same times the local coordinate across its direction.

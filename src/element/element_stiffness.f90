@@ -3,7 +3,8 @@
 !> Of axisymmetric material N_a/R is a third derivative of a shape function, by which displacements in direction 1 give H_33: displacement gradients and
 !> stresses then have a third column with that and stress_33 in direction 1.
 module hampm_element_stiffness
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_forest, only: corner_offset
    use hampm_basis, only: inside_cell, points_of_quadratic
    use hampm_law, only: most_columns
    use hampm_material, only: material_t
@@ -163,7 +164,7 @@ contains
          h = h + spread(u(:, c), 2, size(gradient, 2))*spread(gradient(c, :), 1, ndim)
          missing = missing + dot_product(u(:, c), of_trace(mean(c, :) - gradient(c, :)))
       end do
-      if (shares) h(:, :ndim) = h(:, :ndim) + missing/2*identity
+      if (shares) h(:, :ndim) = h(:, :ndim) + missing/ndim*identity
    end function strain_by
 
    !> What the derivatives of a shape function give to the trace of H by a displacement in each direction [1/m].
@@ -183,7 +184,7 @@ contains
       integer :: c
       do c = 1, size(gradient, 1)
          force(:, c) = matmul(stress, gradient(c, :))
-         if (shares) force(:, c) = force(:, c) + trace(stress(:, :ndim))/2*of_trace(mean(c, :) - gradient(c, :))
+         if (shares) force(:, c) = force(:, c) + trace(stress(:, :ndim))/ndim*of_trace(mean(c, :) - gradient(c, :))
       end do
    end function forces_by
 
@@ -267,14 +268,13 @@ contains
       integer, intent(in) :: e, i
       real(dp), allocatable, intent(out) :: gradient(:, :, :)
       real(dp), parameter :: near = 0.05_dp      ! in cells: a twenty-fifth of the stiffness of four particles in bending
-      real(dp), parameter :: around(ndim, 4) = near*reshape([-1, -1, 1, -1, -1, 1, 1, 1], [ndim, 4])
       integer :: k
       allocate (gradient(m%grid%n_functions, n_derivatives(m), &
-                         merge(4, 1, m%blocks%count_in(e) == 1 .and. .not. m%grid%is_quadratic())))
+                         merge(corners, 1, m%blocks%count_in(e) == 1 .and. .not. m%grid%is_quadratic())))
       gradient(:, :, 1) = derivatives_at(m, i)
       if (size(gradient, 3) == 1) return
-      do k = 1, 4
-         gradient(:, :ndim, k) = m%grid%gradients_in(e, inside_cell(m%local_of(i) + around(:, k)))
+      do k = 1, corners
+         gradient(:, :ndim, k) = m%grid%gradients_in(e, inside_cell(m%local_of(i) + near*(2*corner_offset(k) - 1)))
          gradient(:, ndim + 1:, k) = gradient(:, ndim + 1:, 1)
       end do
    end subroutine stiff_points

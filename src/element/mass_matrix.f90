@@ -13,7 +13,7 @@
 !> below 0, and nothing is lumped: there are the masses of the ghost penalty (`hampm_ghost_penalty`) instead, and residuals are weighed by the diagonal of M, as they are around
 !> an axis, where the integrals of functions of nodes on it are 0.
 module hampm_mass_matrix
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
    use hampm_jumps, only: jump_t
    use hampm_node_list, only: node_list_t, list_marked
@@ -23,7 +23,7 @@ module hampm_mass_matrix
    public :: lump_at, mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, has_matrix, &
              clear_empty_cells, invert_lumped, assemble, eigenvalue_floor, floor_of_domains, floor_of_quadratic, nodes_per_chunk
 
-   real(dp), parameter :: eigenvalue_floor = 0.05_dp
+   real(dp), parameter :: eigenvalue_floor = merge(0.05_dp, 0.0112_dp, ndim == 2) !! below 4**(-ndim), which four or eight particles have
    !> The same where particles have domains, which come into a cell a corner at a time: what is lumped takes spin from material that
    !> turns, and the equations are solved as well (docs/explanation/domains.md)
    real(dp), parameter :: floor_of_domains = 1e-3_dp

@@ -34,10 +34,15 @@ contains
    end function damped
 
    !> Sum of the contributions of the cells around a point, always in the order of the cells.
-   pure real(dp) function around(contribution, k1, k2, k3, k4)
+   pure real(dp) function around(contribution, k1, k2, k3, k4, slot)
       real(dp), intent(in) :: contribution(*)
-      integer, intent(in) :: k1, k2, k3, k4      !! where they stand
+      integer, intent(in) :: k1, k2, k3, k4      !! where the first stand
+      integer, intent(in) :: slot(corners)       !! and all
+      integer :: c
       around = ((contribution(k1) + contribution(k2)) + contribution(k3)) + contribution(k4)
+      do c = 5, corners
+         around = around + contribution(slot(c))
+      end do
    end function around
 
    !> Assemble the sums at some points that are asked for.
@@ -48,8 +53,8 @@ contains
       logical, intent(in) :: with_mass, with_momentum, with_force
       real(dp), intent(inout) :: mass(*), momentum(ndim, *), force(ndim, *)  !! by point
       integer, parameter :: to_momentum = stride*(of_momentum - of_mass), to_force = stride*(of_force - of_mass)
-      integer :: a, i, k1, k2, k3, k4
-      !$omp parallel do schedule(static) private(i, k1, k2, k3, k4)
+      integer :: a, i, d, k1, k2, k3, k4
+      !$omp parallel do schedule(static) private(i, d, k1, k2, k3, k4)
       !GCC$ novector
       do a = 1, n
          i = points(a)
@@ -57,14 +62,16 @@ contains
          k2 = slot(2, i)
          k3 = slot(3, i)
          k4 = slot(4, i)
-         if (with_mass) mass(i) = around(contribution, k1, k2, k3, k4)
+         if (with_mass) mass(i) = around(contribution, k1, k2, k3, k4, slot(1, i))
          if (with_momentum) then
-            momentum(1, i) = around(contribution(1 + to_momentum), k1, k2, k3, k4)
-            momentum(2, i) = around(contribution(1 + to_momentum + stride), k1, k2, k3, k4)
+            do d = 1, ndim
+               momentum(d, i) = around(contribution(1 + to_momentum + stride*(d - 1)), k1, k2, k3, k4, slot(1, i))
+            end do
          end if
          if (with_force) then
-            force(1, i) = around(contribution(1 + to_force), k1, k2, k3, k4)
-            force(2, i) = around(contribution(1 + to_force + stride), k1, k2, k3, k4)
+            do d = 1, ndim
+               force(d, i) = around(contribution(1 + to_force + stride*(d - 1)), k1, k2, k3, k4, slot(1, i))
+            end do
          end if
       end do
    end subroutine assemble_sums
@@ -107,7 +114,7 @@ contains
       !GCC$ novector
       do j = 1, n
          associate (i => nodes(j))
-            mass(i) = around(contribution, slot(1, i), slot(2, i), slot(3, i), slot(4, i))
+            mass(i) = around(contribution, slot(1, i), slot(2, i), slot(3, i), slot(4, i), slot(1, i))
             inverse(i) = 1/mass(i)
          end associate
       end do
@@ -119,7 +126,7 @@ contains
       real(dp), intent(in) :: contribution(*)    !! from the momenta on
       real(dp), intent(in) :: free(ndim, *), inverse(*)
       real(dp), intent(inout) :: velocity(ndim, *)      !! [m/s], by point
-      integer :: j, i, k1, k2, k3, k4
+      integer :: j, i, d, k1, k2, k3, k4
       !GCC$ novector
       do j = 1, n
          i = nodes(j)
@@ -127,8 +134,9 @@ contains
          k2 = slot(2, i)
          k3 = slot(3, i)
          k4 = slot(4, i)
-         velocity(1, i) = over_mass(around(contribution, k1, k2, k3, k4), inverse(i), free(1, i))
-         velocity(2, i) = over_mass(around(contribution(1 + stride), k1, k2, k3, k4), inverse(i), free(2, i))
+         do d = 1, ndim
+            velocity(d, i) = over_mass(around(contribution(1 + stride*(d - 1)), k1, k2, k3, k4, slot(1, i)), inverse(i), free(d, i))
+         end do
       end do
    end subroutine find_velocities
 
@@ -139,7 +147,7 @@ contains
       real(dp), intent(in) :: contribution(*)    !! from the forces on
       real(dp), intent(in) :: dt, damping_rate, free(ndim, *), inverse(*), external(ndim, *), v_n(ndim, *)
       real(dp), intent(inout) :: acceleration(ndim, *), v_next(ndim, *)  !! by point
-      integer :: j, i, k1, k2, k3, k4
+      integer :: j, i, d, k1, k2, k3, k4
       !GCC$ novector
       do j = 1, n
          i = nodes(j)
@@ -147,12 +155,11 @@ contains
          k2 = slot(2, i)
          k3 = slot(3, i)
          k4 = slot(4, i)
-         acceleration(1, i) = damped(over_mass(around(contribution, k1, k2, k3, k4) + external(1, i), inverse(i), free(1, i)), &
-                                     damping_rate, v_n(1, i))
-         acceleration(2, i) = damped(over_mass(around(contribution(1 + stride), k1, k2, k3, k4) + external(2, i), inverse(i), &
-                                               free(2, i)), damping_rate, v_n(2, i))
-         v_next(1, i) = v_n(1, i) + dt*acceleration(1, i)
-         v_next(2, i) = v_n(2, i) + dt*acceleration(2, i)
+         do d = 1, ndim
+            acceleration(d, i) = damped(over_mass(around(contribution(1 + stride*(d - 1)), k1, k2, k3, k4, slot(1, i)) &
+                                                  + external(d, i), inverse(i), free(d, i)), damping_rate, v_n(d, i))
+            v_next(d, i) = v_n(d, i) + dt*acceleration(d, i)
+         end do
       end do
    end subroutine find_accelerations
 

@@ -9,6 +9,7 @@ module hampm_particle_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: edge_margin
    use hampm_cell_blocks, only: lanes, of_mass, of_momentum, of_force, n_sums
+   use hampm_tensors, only: voigt, n_voigt
    implicit none
    private
    public :: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, add_gradient_product, &
@@ -349,13 +350,17 @@ contains
       end do
    end subroutine linear_forces
 
-   !> The same by a stiffness of the columns (11, 22, 12).
+   !> The same by a stiffness, in plane models of the columns (11, 22, 12).
    pure subroutine anisotropic_forces(rows, ld, c, volume, h, t)
       integer, intent(in) :: rows, ld
-      real(dp), intent(in) :: c(3, 3), volume(ld), h(ld, ndim, ndim)
+      real(dp), intent(in) :: c(n_voigt, n_voigt), volume(ld), h(ld, ndim, ndim)
       real(dp), intent(out) :: t(lanes, ndim*ndim, rows)
       real(dp) :: shear
       integer :: s, l, k
+      if (ndim > 2) then
+         call forces_of_solid(rows, ld, c, volume, h, t)
+         return
+      end if
       do s = 1, rows
          k = lanes*(s - 1)
          !$omp simd private(shear)
@@ -368,6 +373,31 @@ contains
          end do
       end do
    end subroutine anisotropic_forces
+
+   !> The same of solids.
+   pure subroutine forces_of_solid(rows, ld, c, volume, h, t)
+      integer, intent(in) :: rows, ld
+      real(dp), intent(in) :: c(n_voigt, n_voigt), volume(ld), h(ld, ndim, ndim)
+      real(dp), intent(out) :: t(lanes, ndim, ndim, rows)
+      real(dp) :: strain(lanes, n_voigt), stress(lanes)
+      integer :: s, k, i, j
+      do s = 1, rows
+         k = lanes*(s - 1)
+         strain = 0
+         do j = 1, ndim
+            do i = 1, ndim
+               strain(:, voigt(i, j)) = strain(:, voigt(i, j)) + h(k + 1:k + lanes, i, j)
+            end do
+         end do
+         do j = 1, ndim
+            do i = 1, j
+               stress = volume(k + 1:k + lanes)*matmul(strain, c(:, voigt(i, j)))
+               t(:, i, j, s) = stress
+               t(:, j, i, s) = stress
+            end do
+         end do
+      end do
+   end subroutine forces_of_solid
 
    !> Add to the sums from which the internal forces (7) follow: those of volume times stress, and of the same times the local
    !> coordinate across its direction; the second index is that of t in `linear_forces`.

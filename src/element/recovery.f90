@@ -18,6 +18,7 @@ module hampm_recovery
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_basis, only: points_of_quadratic
    use hampm_matter, only: matter_t
+   use hampm_tensors, only: in_plane
    implicit none
    private
    public :: recover, recover_quadratic, terms_at, n_terms, are_corners, gather_at_corners, spread_from_corners, sides_of_cell, &
@@ -196,7 +197,7 @@ contains
          end do
          determinant = s(1, 1)*s(2, 2) - s(1, 2)*s(2, 1)
       end if
-      weights = [s(2, 2)*x(1) - s(1, 2)*x(2), s(1, 1)*x(2) - s(2, 1)*x(1)]/determinant
+      weights = in_plane(s(2, 2)*x(1) - s(1, 2)*x(2), s(1, 1)*x(2) - s(2, 1)*x(1))/determinant
    end function slope_weights
 
    !> Whether each point is a corner of a cell with particles; all points of bilinear cells are taken for such.

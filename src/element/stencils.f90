@@ -329,8 +329,9 @@ contains
       real(dp), intent(in) :: acceleration(ndim, n_points), velocity(ndim, n_points) !! at the points: that kicks, and that strains
       real(dp), intent(inout) :: momentum(ndim, n_points), force(ndim, n_points)     !! sums that points keep
       real(dp), intent(inout) :: contribution(*) !! of the cells, see `nodal_fields_t`
-      integer, parameter :: at_momentum(ndim) = stride*(of_momentum - of_mass + [0, 1]), &
-                            at_force(ndim) = stride*(of_force - of_mass + [0, 1])
+      integer :: d
+      integer, parameter :: at_momentum(ndim) = stride*(of_momentum - of_mass + [(d, d=0, ndim - 1)]), &
+                            at_force(ndim) = stride*(of_force - of_mass + [(d, d=0, ndim - 1)])
       integer :: r, k, i, from, n, lines
       real(dp) :: change(ndim), strain_dt
       strain_dt = pass%strain_fraction*dt

@@ -130,9 +130,8 @@ contains
             call interpolate(cell%n, group%functions, kick_by, x)
             do l = 1, group%n
                associate (i => group%particle(l), v => m%particles%velocity)
-                  if (pass%audit) audit(1) = audit(1) + 0.5_dp*m%particles%mass(i)*(x(l, 1)**2 + x(l, 2)**2)
-                  v(i, 1) = v(i, 1) + x(l, 1)
-                  v(i, 2) = v(i, 2) + x(l, 2)
+                  if (pass%audit) audit(1) = audit(1) + 0.5_dp*m%particles%mass(i)*sum(x(l, :)**2)
+                  v(i, :) = v(i, :) + x(l, :)
                end associate
             end do
          end if
@@ -140,8 +139,7 @@ contains
             call interpolate(cell%n, group%functions, move_by, x)
             do l = 1, group%n
                associate (i => group%particle(l), u => m%particles%displacement)
-                  u(i, 1) = u(i, 1) + x(l, 1)
-                  u(i, 2) = u(i, 2) + x(l, 2)
+                  u(i, :) = u(i, :) + x(l, :)
                   if (m%particles%total_frame) cycle
                   xi = (m%particles%place_in_grid(i) - cell%lower)*cell%inverse_size
                   has_left = has_left .or. .not. all(abs(xi - inside_cell(xi)) <= edge_margin)
@@ -174,7 +172,7 @@ contains
          if (material%mean_dilatation) then
             missing = sum(strain_by*transpose(mean)) - trace(change)
             if (material%is_ring) missing = missing - along_radius/radius_of(material, m%particles, i)
-            change = change + missing/2*identity
+            change = change + missing/ndim*identity
          end if
          if (.not. m%particles%total_frame .or. is_by_place(material, m%particles)) &
             change = change + product_of(change, m%particles%gradient_of(i))
@@ -197,8 +195,9 @@ contains
                m_p(:n) = p%mass(particle(:n))
                if (pass%map_mass) call add_to_points(cell%n, group%functions, m_p, mass)
                if (pass%map_momentum) then
-                  call add_to_points(cell%n, group%functions, m_p*p%velocity(particle, 1), momentum(:, :, 1))
-                  call add_to_points(cell%n, group%functions, m_p*p%velocity(particle, 2), momentum(:, :, 2))
+                  do d = 1, ndim
+                     call add_to_points(cell%n, group%functions, m_p*p%velocity(particle, d), momentum(:, :, d))
+                  end do
                end if
             end if
             if (.not. pass%map_force) return
@@ -222,7 +221,7 @@ contains
             do l = 1, n
                associate (material => m%materials(p%material(particle(l))))
                   if (.not. material%mean_dilatation) cycle
-                  half(l) = (t(l, 1, 1) + t(l, 2, 2))/2
+                  half(l) = trace(t(l, :, :))/ndim
                   radius(l) = radius_of(material, p, particle(l))
                end associate
             end do
@@ -282,19 +281,16 @@ contains
       integer, intent(in) :: points
       real(dp), intent(in) :: functions(lanes, points), field(ndim, points)
       real(dp), intent(out) :: at(lanes, ndim)
-      real(dp), dimension(lanes) :: x, y
-      integer :: c, l
-      x = 0
-      y = 0
+      integer :: c, d, l
+      at = 0
       do c = 1, points
-         !$omp simd
-         do l = 1, lanes
-            x(l) = x(l) + functions(l, c)*field(1, c)
-            y(l) = y(l) + functions(l, c)*field(2, c)
+         do d = 1, ndim
+            !$omp simd
+            do l = 1, lanes
+               at(l, d) = at(l, d) + functions(l, c)*field(d, c)
+            end do
          end do
       end do
-      at(:, 1) = x
-      at(:, 2) = y
    end subroutine interpolate
 
    !> Add what particles have, by the functions of the points or their gradients, to sums by lane at these.

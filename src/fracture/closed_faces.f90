@@ -19,6 +19,7 @@
 module hampm_closed_faces
    use hampm_kinds, only: dp, ndim
    use hampm_interface_points, only: interfaces_t, interface_point_t, contact, force_of, is_pressed
+   use hampm_tensors, only: in_plane, quarter_turn
    implicit none
    private
    public :: closed_faces_t, sample_behind_tip
@@ -127,13 +128,13 @@ contains
          if (r < from*faces%cell .or. r > last) cycle
          associate (l => interfaces%list(n)%length, d => faces%direction)
             off = force_of(interfaces%list(n)) - l*faces%traction_at(r)
-            off = [dot_product(off, d), d(1)*off(2) - d(2)*off(1)]/2
+            off = in_plane(dot_product(off, d), d(1)*off(2) - d(2)*off(1))/2
             bears = bears + off                  ! up to the middle of the point: alike from either end
             way = way + l
             mean = mean + l*bears
             squares = squares + l*bears**2
             bears = bears + off
-            wave = wave + l*[last - 2*r, r*(last - r) + (last - 2*r)*(r - faces%middle)]**2
+            wave = wave + l*in_plane(last - 2*r, r*(last - r) + (last - 2*r)*(r - faces%middle))**2
          end associate
       end do
       associate (cells => max(way/faces%cell, 3.0_dp))
@@ -171,7 +172,7 @@ contains
    pure function slope_across(self) result(slope)
       class(closed_faces_t), intent(in) :: self
       real(dp) :: slope(ndim)
-      associate (normal => [-self%direction(2), self%direction(1)])
+      associate (normal => quarter_turn(self%direction))
          slope = -self%compliance*dot_product(self%slope, normal)*normal
       end associate
    end function slope_across
@@ -181,7 +182,7 @@ contains
       class(closed_faces_t), intent(in) :: self
       work = 0
       if (.not. self%are_closed) return
-      associate (normal => [-self%direction(2), self%direction(1)])
+      associate (normal => quarter_turn(self%direction))
          work = -self%compliance*dot_product(self%mean - self%slope*self%middle, normal)**2
       end associate
    end function work_at_tip

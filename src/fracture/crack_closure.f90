@@ -16,6 +16,7 @@ module hampm_crack_closure
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    use hampm_patch, only: patch_t, patch_around, patch_of_face, fitted_displacement, internal_force, patch_mass
+   use hampm_tensors, only: quarter_turn
    implicit none
    private
    public :: crack_opening, path_opening, stress_closure, virtual_crack_closure
@@ -66,7 +67,7 @@ contains
       opening = 0
       call m%grid%cut_cells%find_nearest(x, point, normal, tip%crack) ! at its end another one may be as near
       call halve_kink(m%grid, tip%crack, point, tip%nodes%spacing, normal)
-      along = [normal(2), -normal(1)]
+      along = quarter_turn(-normal)
       if (dot_product(along, toward) < 0) along = -along
       axis = frame_along(tip%direction)
       n = 0
@@ -103,7 +104,7 @@ contains
       integer :: side
       mean = 0
       do side = -1, 1, 2
-         call grid%cut_cells%find_nearest(point + side*beside*cell*[normal(2), -normal(1)], nearest, of_part, &
+         call grid%cut_cells%find_nearest(point + side*beside*cell*quarter_turn(-normal), nearest, of_part, &
                                           line)
          mean = mean + sign(1.0_dp, dot_product(of_part, normal))*of_part
       end do

@@ -4,13 +4,14 @@
 !> direction 2, the upper one, and the one away from it, the lower one. On a symmetry plane there is one face; what is missing is
 !> its mirror image.
 module hampm_crack_tip
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
    use hampm_cut_cells, only: end_leaf_t
    use hampm_crack_lines, only: left_face, right_face, both_faces
-   use hampm_forest, only: outside
+   use hampm_forest, only: outside, corner_offset
    use hampm_grid, only: grid_t
    use hampm_material, only: material_t
+   use hampm_tensors, only: quarter_turn
    implicit none
    private
    public :: crack_tip_t, tip_nodes_t, frame_along, face_nodes, upper, lower, archive_surroundings
@@ -68,7 +69,7 @@ contains
       real(dp), intent(in) :: direction(ndim)    !! unit vector out of the crack
       real(dp) :: axis(ndim, ndim)
       axis(:, 1) = direction
-      axis(:, 2) = [-direction(2), direction(1)]
+      axis(:, 2) = quarter_turn(direction)
    end function frame_along
 
    !> Which of the materials is that in which it is: of a graded body that of its place.
@@ -141,8 +142,8 @@ contains
          self%direction = end%direction
       end if
       self%nodes = tip_nodes_t(spacing=grid%forest%cell)
-      do k = 0, 3
-         leaf = grid%forest%leaf_at(self%now + grid%forest%tolerance()*(2*[mod(k, 2), k/2] - 1))
+      do k = 1, corners
+         leaf = grid%forest%leaf_at(self%now + grid%forest%tolerance()*(2*corner_offset(k) - 1))
          if (leaf /= outside) self%nodes%spacing = min(self%nodes%spacing, grid%forest%size_of(leaf))
       end do
       self%nodes%in_cell = end%leaf > 0

@@ -25,7 +25,8 @@
 module hampm_crack_tip_field
    use hampm_kinds, only: dp, ndim
    use hampm_material, only: material_t
-   use hampm_orthotropic, only: n_voigt, turned_stiffness, turned_compliance, voigt_stress
+   use hampm_orthotropic, only: turned_stiffness, turned_compliance, voigt_stress
+   use hampm_tensors, only: n_voigt
    implicit none
    private
    public :: modes, tip_field_t, new_tip_field, new_interface_fields
@@ -203,7 +204,8 @@ contains
       g = (1 - self%part)*unit_of(mode)*over_root(self, conjg(z))
       slope = 2*i*x(2)*conjg(-self%part*f*cmplx(0.5_dp, self%oscillation, dp)/z)
       f = self%part*f
-      u = [self%kappa*f - g - slope, i*(self%kappa*f + g - 2*conjg(f) + slope)]/(2*self%mu)
+      u(1) = (self%kappa*f - g - slope)/(2*self%mu)
+      u(2) = i*(self%kappa*f + g - 2*conjg(f) + slope)/(2*self%mu)
       gradient(1, :) = real(u, dp)
       gradient(2, :) = aimag(u)
    end function gradient_at_interface

@@ -11,6 +11,7 @@ module hampm_cracks
    use hampm_crack_lines, only: left_face, right_face, line_t, length_of, both_faces
    use hampm_failure, only: failure_t, exit_input
    use hampm_grid, only: grid_t
+   use hampm_tensors, only: in_plane
    use hampm_text, only: to_text
    implicit none
    private
@@ -132,7 +133,7 @@ contains
       real(dp) :: to(ndim)
       associate (tip => self%tips(number))
          allocate (points, source=toward(self%crack(tip%crack)%points, tip%end))
-         to = tip%place + length*matmul(tip%axis, [cos(angle), sin(angle)])
+         to = tip%place + length*matmul(tip%axis, in_plane(cos(angle), sin(angle)))
          if (abs(angle) > epsilon(angle)) then
             points = reshape([points, to], [ndim, size(points, 2) + 1])
          else
@@ -318,7 +319,7 @@ contains
       associate (tip => self%tips(number))
          allocate (points, source=toward(self%crack(tip%crack)%points, tip%end))
          n = size(points, 2)
-         points(:, n) = points(:, n - 1) + norm2(points(:, n) - points(:, n - 1))*matmul(tip%axis, [cos(angle), sin(angle)])
+         points(:, n) = points(:, n - 1) + norm2(points(:, n) - points(:, n - 1))*matmul(tip%axis, in_plane(cos(angle), sin(angle)))
          call self%put_back(number, toward(points, tip%end))
       end associate
    end subroutine turn

@@ -12,7 +12,7 @@ module hampm_domain_integral
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: identity, product_of, trace
+   use hampm_tensors, only: in_plane, quarter_turn, identity, product_of, trace
    use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
    use hampm_tip_domain, only: tip_domain_t, place_t, places_t, list_places, fill_places
    implicit none
@@ -152,7 +152,8 @@ contains
       mean = mean/total
       if (domain%material%is_finite .and. .not. domain%half) then
          angle = atan2(mean(2, 1) - mean(1, 2), 2 + mean(1, 1) + mean(2, 2))
-         domain%turn = reshape([-2*sin(angle/2)**2, sin(angle), -sin(angle), -2*sin(angle/2)**2], [ndim, ndim])
+         domain%turn(:, 1) = in_plane(-2*sin(angle/2)**2, sin(angle))
+         domain%turn(:, 2) = in_plane(-sin(angle), -2*sin(angle/2)**2)
       end if
       c = matmul(turned_back(domain, matmul(mean, domain%direction), domain%direction), frame_along(domain%direction))
       if (domain%half) c(2) = 0
@@ -165,7 +166,7 @@ contains
       real(dp), intent(in) :: along(ndim)        !! d, a unit vector
       real(dp) :: turned_back(ndim), line(ndim)
       line = slope + along
-      turned_back = slope + [dot_product(line, domain%turn(:, 1)), dot_product(line, domain%turn(:, 2))]
+      turned_back = slope + matmul(line, domain%turn)
    end function turned_back
 
    !> Fields of particle `i`.
@@ -196,7 +197,7 @@ contains
          end do
          s%volume = p%volume(i)
          slope = h(:, 1)*domain%direction(1) + h(:, 2)*domain%direction(2)
-         s%slope = [dot_product(slope, axes(:, 1)), dot_product(slope, axes(:, 2))] - c
+         s%slope = matmul(slope, axes) - c
          s%hoop = p%hoop_of(i)
          stress = product_of(material%first_piola_stress(h, history, s%hoop), axes)
          do d = 1, ndim
@@ -254,7 +255,7 @@ contains
       real(dp), intent(inout) :: j(radii)
       real(dp) :: flux(ndim), source             ! factors of q,J and of q
       integer :: r
-      flux = [dot_product(s%slope, s%stress(:, 1)) - s%energy, dot_product(s%slope, s%stress(:, 2))]
+      flux = matmul(s%slope, s%stress) - s%energy*identity(:, 1)
       source = dot_product(s%divergence, s%slope)
       if (domain%is_ring) source = source + (s%hoop_stress*(s%hoop*s%outward(1) - s%radial_constant) &
                                              - s%energy*s%outward(1))/s%radius
@@ -283,8 +284,7 @@ contains
          stress = place%unit_stress(:, :, mode)
          if (s%is_graded) stress = material%mu/domain%material%mu*stress
          associate (a => place%unit(:, :, mode))
-            flux = [dot_product(a(:, 1), s%stress(:, 1)) + dot_product(s%slope, stress(:, 1)) - sum(s%stress*a), &
-                    dot_product(a(:, 1), s%stress(:, 2)) + dot_product(s%slope, stress(:, 2))]
+            flux = matmul(a(:, 1), s%stress) + matmul(s%slope, stress) - sum(s%stress*a)*identity(:, 1)
             source = dot_product(s%divergence, a(:, 1))
             if (s%is_graded) source = source + dot_product(matmul(stress, s%rate), s%slope) - s%rate(1)*sum(s%bare_stress*a) &
                                       + sum(stress*s%free_rate)
@@ -446,7 +446,7 @@ contains
       pure function terms_at(from_particle) result(terms)
          real(dp), intent(in) :: from_particle(ndim) !! [m]
          real(dp), allocatable :: terms(:)
-         associate (y => dot_product(from_particle, [-domain%direction(2), domain%direction(1)]), &
+         associate (y => dot_product(from_particle, quarter_turn(domain%direction)), &
                     x => dot_product(from_particle, domain%direction))
             terms = [1.0_dp, y]
             if (domain%quadratic) terms = [1.0_dp, y, x, x*y, y**2, x*y**2]

@@ -1,6 +1,7 @@
 !> The strain energy that the cells of a mesh lack beside the recovered stress, around a place: what an error expected of G is made of.
 module hampm_missing_energy
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_forest, only: corner_offset
    use hampm_basis, only: shape_functions, shape_gradients
    use hampm_error_indicator, only: errors_at_particles, energy_of_stress, stress_components
    use hampm_material, only: material_t, are_of_one
@@ -87,9 +88,9 @@ contains
       real(dp), intent(in) :: recovered(:, :)    !! and at the points [Pa], (components, n_points)
       real(dp), intent(inout) :: missing(:)      !! [J], (displacements)
       real(dp), parameter :: off = sqrt(1/12.0_dp)       ! of Gauss points from the middle, in cells
-      real(dp), parameter :: gauss(ndim, 4) = 0.5_dp + off*reshape([-1, -1, 1, -1, -1, 1, 1, 1], [ndim, 4])
       real(dp), allocatable :: gradient(:, :, :)
       real(dp) :: total, middle(ndim), x(ndim), area, weight, stress(n), shape(corners), slopes(corners, n_derivatives(m))
+      real(dp) :: gauss(ndim)
       integer :: i, k, c, d, at(corners)
       at = m%grid%element_nodes(:, e)
       total = 0
@@ -114,12 +115,13 @@ contains
                end do
             end do
          end do
-         do k = 1, 4
-            x = m%grid%element_lower(:, e) + gauss(:, k)*m%grid%element_size(e)
-            slopes(:, :ndim) = shape_gradients(gauss(:, k), 1/m%grid%element_size(e))
-            shape = shape_functions(gauss(:, k))
+         do k = 1, corners
+            gauss = 0.5_dp + off*(2*corner_offset(k) - 1)
+            x = m%grid%element_lower(:, e) + gauss*m%grid%element_size(e)
+            slopes(:, :ndim) = shape_gradients(gauss, 1/m%grid%element_size(e))
+            shape = shape_functions(gauss)
             if (material%is_ring) slopes(:, ndim + 1) = shape/x(1)
-            weight = total/4*p%thickness%at(x)
+            weight = total/corners*p%thickness%at(x)
             do d = 1, size(missing)
                if (.not. counts(d)) cycle
                stress = stress_of(material, gradient_by(u(:, :, d), at, slopes))
@@ -158,8 +160,7 @@ contains
       hoop = 0
       if (size(h, 2) > ndim) hoop = h(1, ndim + 1)
       in_plane = material%small_strain_stress(h_in_plane, hoop)
-      stress(:ndim) = in_plane(:, 1)
-      stress(ndim + 1:n_stress) = in_plane(:, 2)
+      stress(:n_stress) = reshape(in_plane, [n_stress])
       if (size(h, 2) > ndim) stress(n_stress + 1) = material%small_hoop_stress(h_in_plane, hoop)
    end function stress_of
 

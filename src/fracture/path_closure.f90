@@ -26,7 +26,7 @@ module hampm_path_closure
    use hampm_material, only: material_t
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: identity
+   use hampm_tensors, only: quarter_turn, in_plane, identity
    use hampm_text, only: to_text
    implicit none
    private
@@ -81,7 +81,7 @@ contains
                stress = matmul(transpose(turn), materials(p%material(i))%first_piola_stress(p%gradient_of(i), hoop=p%hoop_of(i)))
                stress = matmul(transpose(tip%axis), matmul(stress, tip%axis))
                do side = 1, merge(-1, 1, tip%is_half()), -2
-                  call add_tractions(ahead, [x(1), side*x(2)]/h, [side*stress(1, 2), stress(2, 2)], p%volume(i))
+                  call add_tractions(ahead, in_plane(x(1), side*x(2))/h, in_plane(side*stress(1, 2), stress(2, 2)), p%volume(i))
                end do
             else if (-slope*x(1) > abs(x(2)) .and. abs(x(2)) > on_crack*h) then
                associate (from_tip => p%reference(i, :) - tip%place)  ! a strain without stress is none of the fields
@@ -89,7 +89,8 @@ contains
                end associate
                u = matmul(u, tip%axis) - x
                do side = 1, merge(-1, 1, tip%is_half()), -2
-                  call add_displacement(behind, [x(1), side*x(2)]/h, 2*material%mu/h*[u(1), side*u(2)], kappa, p%volume(i))
+                  call add_displacement(behind, in_plane(x(1), side*x(2))/h, 2*material%mu/h*in_plane(u(1), side*u(2)), &
+                                        kappa, p%volume(i))
                end do
             end if
          end do
@@ -120,7 +121,8 @@ contains
       end do
       c = mean(1, 1) + mean(2, 2)
       s = mean(2, 1) - mean(1, 2)
-      turn = reshape([c, s, -s, c], [ndim, ndim])/max(hypot(c, s), tiny(c))
+      turn(:, 1) = in_plane(c, s)/max(hypot(c, s), tiny(c))
+      turn(:, 2) = quarter_turn(turn(:, 1))
    end function rotation
 
    !> Tractions of a particle on a plane along the crack: two equations, for what goes along the crack and across it. Weights let the

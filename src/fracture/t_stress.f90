@@ -23,6 +23,7 @@ module hampm_t_stress
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
+   use hampm_tensors, only: quarter_turn
    use hampm_tip_domain, only: tip_domain_t, places_t
    implicit none
    private
@@ -56,8 +57,7 @@ contains
          end associate
       end do
       on_faces = 0
-      if (closed%are_closed) on_faces = domain%in_axes(sign(1.0_dp, dot_product(closed%normal, [-closed%direction(2), &
-                                                                                                closed%direction(1)])) &
+      if (closed%are_closed) on_faces = domain%in_axes(sign(1.0_dp, dot_product(closed%normal, quarter_turn(closed%direction))) &
                                                        *closed%traction_at(0.0_dp))/domain%thickness
       do n = 1, size(problem%loads)
          if (problem%loads(n)%by_mass .or. problem%loads(n)%line > 0) cycle

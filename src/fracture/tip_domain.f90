@@ -10,7 +10,7 @@ module hampm_tip_domain
    use hampm_material, only: material_t
    use hampm_node_list, only: node_list_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: identity
+   use hampm_tensors, only: in_plane, identity
    implicit none
    private
    public :: tip_domain_t, place_t, places_t, fields_at, weight_nodes, list_places, fill_places
@@ -221,12 +221,12 @@ contains
       integer :: mode
       place%unit = 0
       do mode = 1, modes
-         from_mode = [x(1) + domain%tip_offset_of(mode), x(2)] ! the sign of the second tells the faces apart where it is 0
+         from_mode = in_plane(x(1) + domain%tip_offset_of(mode), x(2)) ! the sign of the second tells the faces apart where it is 0
          associate (a => place%unit(:, :, mode))
             if (norm2(from_mode) >= singular*size) then
                a = field%gradient(mode, from_mode)
                if (domain%is_beside .and. abs(x(2)) <= on_line*size) & ! it is on both faces
-                  a = (a + field%gradient(mode, [from_mode(1), -x(2)]))/2
+                  a = (a + field%gradient(mode, in_plane(from_mode(1), -x(2))))/2
             end if
             place%unit_stress(:, :, mode) = field%stress(a)
          end associate
@@ -269,8 +269,8 @@ contains
       real(dp), intent(in) :: vector(ndim)
       real(dp) :: in_axes(ndim), turned(ndim), axes(ndim, ndim)
       axes = frame_along(self%direction)
-      turned = vector + [dot_product(vector, self%turn(:, 1)), dot_product(vector, self%turn(:, 2))]
-      in_axes = [dot_product(turned, axes(:, 1)), dot_product(turned, axes(:, 2))]
+      turned = vector + matmul(vector, self%turn)
+      in_axes = matmul(turned, axes)
    end function in_axes
 
    !> Where a place in the grid is from the tip, in the axes of the crack [m].

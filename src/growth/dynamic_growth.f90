@@ -20,6 +20,7 @@ module hampm_dynamic_growth
    use hampm_problem, only: problem_t
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_model, only: model_t
+   use hampm_tensors, only: in_plane
    use hampm_text, only: to_text, three_digits
    use hampm_toughness, only: advance_t
    implicit none
@@ -189,7 +190,7 @@ contains
             else if (abs(angle) < straight) then
                angle = 0
             end if
-            direction = matmul(tip%axis, [cos(angle), sin(angle)])
+            direction = matmul(tip%axis, in_plane(cos(angle), sin(angle)))
          end select
       end associate
    end subroutine choose_direction

@@ -17,6 +17,7 @@ module hampm_static_growth
    use hampm_path_placement, only: path_radius
    use hampm_model, only: model_t
    use hampm_symmetric_turns, only: symmetric_turns_t, begin_turns
+   use hampm_tensors, only: in_plane
    use hampm_text, only: three_digits, length_text
    implicit none
    private
@@ -126,7 +127,7 @@ contains
                why = 'a step further '//why_no_room(model, tip%place)
                call cracks%put_back(k, before)
                call update_model_path(model, cracks, tip%crack)
-               call find_end(model, cracks, tip%crack, tip%place, matmul(tip%axis, [cos(angle), sin(angle)]), &
+               call find_end(model, cracks, tip%crack, tip%place, matmul(tip%axis, in_plane(cos(angle), sin(angle))), &
                              length + 2*least_radius(model), to, runs_through)
                way = matmul(to - tip%place, tip%axis)
                if (.not. runs_through) then

@@ -1,10 +1,11 @@
 !> The group &body: its row in the table of groups, its keys, and their values in a model.
 module hampm_body_group
    use hampm_kinds, only: dp, ndim, name_len
-   use hampm_key_rows, only: group_t, key_t, type_real, type_integer, type_name, type_text, repeats, is_required, any_number, &
-                             not_negative, positive, type_logical, max_values
+   use hampm_key_rows, only: zeros, along_x, group_t, key_t, type_real, type_integer, type_name, type_text, repeats, &
+                             is_required, any_number, not_negative, positive, type_logical, max_values
    use hampm_outline, only: outline_t, ring_t, polygon_ring, circle_ring
    use hampm_settings, only: settings_t
+   use hampm_tensors, only: in_plane
    implicit none
    private
    public :: body_group, body_keys, body_t, profile_t, hole_t, fill_bodies, fill_holes, outline_of, area_in_box
@@ -28,7 +29,7 @@ module hampm_body_group
             default='.false.'), &
       key_t('points_per_cell', type_integer, 'material points per root cell in each direction; even where cells may refine', &
             default='2', allowed='[1, 16]'), &
-      key_t('velocity', type_real, 'initial velocity of its middle', default='0.0, 0.0', unit='m/s', allowed=any_number, &
+      key_t('velocity', type_real, 'initial velocity of its middle', default=zeros, unit='m/s', allowed=any_number, &
             fewest=ndim, most=ndim), &
       key_t('spin', type_real, 'initial angular velocity around its middle, anticlockwise', default='0.0', unit='rad/s', &
             allowed=any_number), &
@@ -39,7 +40,7 @@ module hampm_body_group
       key_t('toughness', type_real, 'energy release rate at which a crack grows in it, in place of that of &growth; 0: that', &
             default='0.0', unit='J/m2', allowed=not_negative), &
       key_t('profile_direction', type_real, 'of a graded body: the direction in which its material changes', &
-            default='1.0, 0.0', allowed=any_number, fewest=ndim, most=ndim), &
+            default=along_x, allowed=any_number, fewest=ndim, most=ndim), &
       key_t('profile_at', type_real, 'of a graded body: places along that, from the origin of coordinates on, increasing', &
             unit='m', allowed=any_number, fewest=0, most=max_values), &
       key_t('profile_stiffness', type_real, 'factors of all moduli and strengths at these; exponential between', &
@@ -201,7 +202,7 @@ contains
    !> The ring of a rectangle.
    pure type(ring_t) function rectangle_ring(lower, upper) result(ring)
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
-      ring = polygon_ring(reshape([lower, upper(1), lower(2), upper, lower(1), upper(2)], [ndim, 4]))
+      ring = polygon_ring(reshape([lower, in_plane(upper(1), lower(2)), upper, in_plane(lower(1), upper(2))], [ndim, 4]))
    end function rectangle_ring
 
    !> The ring that a group describes; one without an inside where keys are missing or wrong.

@@ -6,7 +6,7 @@
 module hampm_conditions
    use hampm_choice_sets, only: expanded
    use hampm_keys, only: keys, find_key, first_key, default_count, default_value, is_text
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: ndim, dp
    use hampm_model, only: model_t, cuts_cells, has_shapes, cracks_cut_cells, mass_acts, path_of
    use hampm_settings, only: row_of, settings_t, setting_t
    use hampm_values, only: parse_real
@@ -23,7 +23,7 @@ module hampm_conditions
       'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
       'a pressed path that grows in motion', 'samples apart from load steps', 'a body of it', &
       'another body of that group', 'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it', &
-      'a load that is recorded']
+      'a load that is recorded', 'a solid']
 
    integer, parameter :: most_atoms = 6, most_choices = 8, word_len = 24
    integer, parameter :: is_present = 1, is_set = 2, is_one_of = 3, is_none_of = 4, is_above = 5, is_below = 6, is_named = 7
@@ -230,6 +230,8 @@ contains
          has = cuts_cells(model)
        case ('cracks that cut cells')
          has = cracks_cut_cells(model)
+       case ('a solid')                          ! which another build is for
+         has = ndim > 2
        case ('tips at no nodes')
          has = .not. all(model%paths%at_nodes)
        case ('a mass matrix that acts')

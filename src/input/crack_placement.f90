@@ -5,6 +5,7 @@ module hampm_crack_placement
    use hampm_placement, only: tolerance, within, is_part_of, overlap
    use hampm_model, only: model_t, load_spec_t, area_around, has_shapes
    use hampm_model_materials, only: are_alike
+   use hampm_tensors, only: quarter_turn
    implicit none
    private
    public :: distance_in_material, body_at, least_radius, domain_radii, is_covered, held_ahead, covered_radius, &
@@ -148,7 +149,7 @@ contains
       integer :: bodies(2)
       real(dp) :: aside(ndim)
       integer :: b, side
-      aside = 1e-3_dp*model%grid%cell*[-direction(2), direction(1)]/norm2(direction)
+      aside = 1e-3_dp*model%grid%cell*quarter_turn(direction)/norm2(direction)
       bodies = [body_at(model, tip + aside), body_at(model, tip - aside)]
       if (any(bodies == 0)) return
       if (are_alike(model, bodies(1), bodies(2))) bodies = 0
@@ -174,7 +175,7 @@ contains
       associate (points => model%paths(at(1))%points)
          normal = points(:, at(2)) - points(:, at(2) - 1)
       end associate
-      normal = merge(1, -1, load%face == 'left')*[-normal(2), normal(1)]/norm2(normal)
+      normal = merge(1, -1, load%face == 'left')*quarter_turn(normal)/norm2(normal)
    end function face_normal
 
    !> Distance of a tip from the nearest load at a place but on the faces of a crack [m]; huge where there is none.

@@ -9,12 +9,12 @@ module hampm_largest_step
    use hampm_laws, only: law_row
    use hampm_material, only: material_t
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
-   use hampm_orthotropic, only: n_voigt
    use hampm_aggregated_nodes, only: least_fill
    use hampm_placement, only: tolerance, points_of
    use hampm_quadratic_points, only: fewest_points
    use hampm_model, only: model_t, body_t, cuts_cells, cracks_cut_cells
    use hampm_model_materials, only: materials_of, material_of
+   use hampm_tensors, only: n_voigt
    implicit none
    private
    public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step, default_part, &
@@ -168,7 +168,7 @@ contains
                                                  body%points_per_cell, moduli, material%isotropic, mass, strains_last, &
                                                  damping)/speed/of_cut_cells)
             if (.not. model%refine%is_active() .or. model%grid%order > 1) return
-            if (fits_cells([rows(1)%spacing, rows(2)%spacing], start, body%points_per_cell)) return
+            if (fits_cells([(rows(d)%spacing, d=1, ndim)], start, body%points_per_cell)) return
             limit = min(limit, limit_at_edges(start, length, n, model%refine%max_level, moduli, mass, strains_last, damping)/speed)
             limit = limit*of_misfit(model, body%points_per_cell)
             return
@@ -187,6 +187,7 @@ contains
          do j = 0, size(entered)
             do i = 0, size(entered)
                if (i > j .and. n(1) == n(2) .and. material%isotropic) exit          ! the same but for the names of the directions
+               moved = rows
                moved(1) = shifted(rows(1), shift(1, i))
                moved(2) = shifted(rows(2), shift(2, j))
                limit = min(limit, largest_courant(moved, moduli, mass, strains_last, damping, model%method%has_domains(), &
@@ -265,7 +266,7 @@ contains
       do j = 1, size(fills)
          do i = 1, merge(j, size(fills), isotropic) ! the others are the same but for the names of the directions
             if (fills(i)*fills(j) < least) cycle
-            rows(1) = row_of_cut_cells(fills(i), points_per_cell)
+            rows = row_of_cut_cells(fills(i), points_per_cell)
             rows(2) = row_of_cut_cells(fills(j), points_per_cell)
             limit = min(limit, largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false.))
          end do

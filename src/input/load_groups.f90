@@ -3,8 +3,8 @@
 module hampm_load_groups
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_constraints, only: given_motion_t
-   use hampm_key_rows, only: key_t, type_real, type_name, any_number, not_negative, max_values, group_t, type_text, &
-                             type_logical, repeats, is_optional
+   use hampm_key_rows, only: zeros, components, key_t, type_real, type_name, any_number, not_negative, max_values, group_t, &
+                             type_text, type_logical, repeats, is_optional
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
    use hampm_time_history, only: time_history_t
@@ -37,10 +37,11 @@ module hampm_load_groups
             fewest=ndim, most=ndim, required=.true.), &
       key_t('upper', type_real, 'upper corner of the box, may equal the lower one', example='0.1, 0.0', unit='m', &
             allowed=any_number, fewest=ndim, most=ndim, required=.true.), &
-      key_t('fix', type_name, 'components that are held there, or moved', example='y', allowed='x|y|xy', required=.true.), &
-      key_t('displacement', type_real, 'by which they are moved where its factor is 1', default='0.0, 0.0', unit='m', &
+      key_t('fix', type_name, 'components that are held there, or moved', example='y', &
+            allowed=components(:merge(6, 18, ndim == 2)), required=.true.), &
+      key_t('displacement', type_real, 'by which they are moved where its factor is 1', default=zeros, unit='m', &
             allowed=any_number, fewest=ndim, most=ndim), &
-      key_t('velocity', type_real, 'with which they are moved where its factor is 1', default='0.0, 0.0', unit='m/s', &
+      key_t('velocity', type_real, 'with which they are moved where its factor is 1', default=zeros, unit='m/s', &
             allowed=any_number, fewest=ndim, most=ndim), &
       history_keys, &
       key_t('name', type_text, 'gives the force of this constraint columns of its own: reaction_<name>_x and _y', example='grip'), &
@@ -76,7 +77,7 @@ module hampm_load_groups
       key_t('on', type_name, 'of a pressure: whether on a part of a body''s edge or on all faces of a crack', default='edge', &
             allowed='edge|crack'), &
       key_t('crack', type_text, 'of a pressure on a crack: its name, not needed where there is only one'), &
-      key_t('acceleration', type_real, 'of gravity: force on each mass where its factor is 1', default='0.0, 0.0', unit='m/s2', &
+      key_t('acceleration', type_real, 'of gravity: force on each mass where its factor is 1', default=zeros, unit='m/s2', &
             allowed=any_number, fewest=ndim, most=ndim), &
       key_t('face', type_name, 'of a point or traction on a line or path: its face, as one walks to its tip or last point', &
             default='none', allowed='none|left|right'), &

@@ -5,6 +5,7 @@ module hampm_load_placement
    use hampm_path_placement, only: path_tip, last_end
    use hampm_placement, only: tolerance, on_face
    use hampm_model, only: model_t, load_spec_t
+   use hampm_tensors, only: quarter_turn
    implicit none
    private
    public :: is_on_faces, find_edge_normal, into_half
@@ -47,7 +48,7 @@ contains
       type(model_t), intent(in) :: model
       real(dp) :: normal(ndim), inward(ndim)
       associate (direction => model%paths(1)%direction, tip => path_tip(model%paths(1), last_end))
-         normal = [-direction(2), direction(1)]
+         normal = quarter_turn(direction)
          associate (body => model%bodies(body_at(model, tip)))
             inward = (body%lower + body%upper)/2 - tip
          end associate

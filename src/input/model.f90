@@ -17,6 +17,7 @@ module hampm_model
    use hampm_probe_group, only: probe_t, fill_probes
    use hampm_namelist_text, only: component_text
    use hampm_settings, only: settings_t
+   use hampm_tensors, only: quarter_turn
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
@@ -121,6 +122,7 @@ contains
       text = text//' /'
       read (text, nml=plain)
       run%thickness%is_ring = run%plane == 'axisymmetric'
+      if (ndim > 2) run%thickness%of_plate = 1
    end subroutine fill_plain
 
    !> What tells which cells refine, and the keys of indicators.
@@ -213,7 +215,7 @@ contains
          real(dp), parameter :: beside = 1e-3_dp, looked_at = 1e-7_dp ! [cells]
          real(dp) :: areas(2)
          integer :: side
-         areas = [(area_around(model, from + way*direction + side*beside*model%grid%cell*[-direction(2), direction(1)], &
+         areas = [(area_around(model, from + way*direction + side*beside*model%grid%cell*quarter_turn(direction), &
                                        looked_at*model%grid%cell), side=-1, 1, 2)]
          has_sides = merge(sum(areas), minval(areas), model%is_half()) >= 2*(looked_at*model%grid%cell)**2 ! half of it
       end function has_sides

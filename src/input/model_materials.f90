@@ -2,7 +2,7 @@
 module hampm_model_materials
    use hampm_body_group, only: profile_t
    use hampm_laws, only: law_keys
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
    use hampm_material, only: material_t, slice_t, new_material
    use hampm_material_group, only: material_spec_t
    use hampm_model, only: model_t
@@ -149,8 +149,8 @@ contains
          end do
          spec%density = spec%density*density
       end if
-      material = new_material(spec%name, spec%law, model%run%plane == 'stress', spec%young, spec%poisson, spec%density, &
-                              spec%constants)
+      material = new_material(spec%name, spec%law, ndim == 2 .and. model%run%plane == 'stress', spec%young, spec%poisson, &
+                              spec%density, spec%constants)
       material%mean_dilatation = spec%volumetric == 'b_bar' .and. model%grid%order == 1
       material%is_ring = model%run%thickness%is_ring
    end function material_of

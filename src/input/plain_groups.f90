@@ -3,7 +3,7 @@
 module hampm_plain_groups
    use hampm_kinds, only: dp, ndim, name_len, path_len
    use hampm_indicators, only: indicator_keys
-   use hampm_key_rows, only: group_t, key_t, type_real, type_integer, once, is_required, any_number, positive, &
+   use hampm_key_rows, only: zeros, group_t, key_t, type_real, type_integer, once, is_required, any_number, positive, &
                              type_name, type_text, is_assumed, not_negative, is_optional
    use hampm_thickness, only: thickness_t
    implicit none
@@ -98,7 +98,7 @@ module hampm_plain_groups
       'the lattice of square root cells that the material moves through')
 
    type(key_t), parameter :: grid_keys(*) = [ &
-      key_t('lower', type_real, 'lower corner of the lattice', default='0.0, 0.0', unit='m', allowed=any_number, fewest=ndim, &
+      key_t('lower', type_real, 'lower corner of the lattice', default=zeros, unit='m', allowed=any_number, fewest=ndim, &
             most=ndim), &
       key_t('cell', type_real, 'size of a root cell, the same in both directions', example='1.25e-3', unit='m', allowed=positive, &
             required=.true.), &
@@ -158,9 +158,9 @@ module hampm_plain_groups
             default='box', allowed='box|refined'), &
       key_t('consistent_lower', type_real, &
             'of consistent_region = ''box'': lower corner of the box in which mass = ''partial'' is consistent', &
-            default='0.0, 0.0', unit='m', allowed=any_number, fewest=ndim, most=ndim), &
+            default=zeros, unit='m', allowed=any_number, fewest=ndim, most=ndim), &
       key_t('consistent_upper', type_real, 'of consistent_region = ''box'': upper corner of this box; needed there', &
-            default='0.0, 0.0', unit='m', allowed=any_number, fewest=ndim, most=ndim), &
+            default=zeros, unit='m', allowed=any_number, fewest=ndim, most=ndim), &
       key_t('solver', type_name, &
             'of mass matrices that are not lumped and of equilibrium; auto: direct, but cg for masses on over a million cells', &
             default='auto', allowed='auto|cg|direct')]

@@ -73,6 +73,26 @@ module hampm_rules
       rule_t("&run plane = 'axisymmetric'", not_with, "&method shape_functions = 'cpdi'", not_built, &
              "corners of a domain do not give the hoop stretch", use="&method shape_functions = 'linear'")]
 
+   ! What the program for solids does not know yet, and what solids do not have
+   type(rule_t), parameter :: of_solids(*) = [ &
+      rule_t("&run plane = 'axisymmetric'", not_with, "a solid", mechanics, "a solid has no plane"), &
+      rule_t("&run plane", no_effect_with, "a solid", mechanics, "a solid has no plane"), &
+      rule_t("&run thickness", no_effect_with, "a solid", mechanics, "a solid is as thick as its bodies"), &
+      rule_t("&grid order = 2", not_with, "a solid", not_built, use="&grid order = 1"), &
+      rule_t("&material law = 'orthotropic'", not_with, "a solid", not_built, "its axes are those of a plane"), &
+      rule_t("&body shape = 'polygon' | 'circle'", not_with, "a solid", not_built, use="&body shape = 'rectangle'"), &
+      rule_t("&body hole = .true.", not_with, "a solid", not_built, "cells that edges cut are those of a plane"), &
+      rule_t("&body spin", not_with, "a solid", not_built, "the axis around which it turns has no key"), &
+      rule_t("&constraint unilateral = .true.", not_with, "a solid", not_built, use="&constraint unilateral = .false."), &
+      rule_t("&load kind = 'absorbing' | 'pressure'", not_with, "a solid", not_built, use="&load kind = 'traction'"), &
+      rule_t("&crack", not_with, "a solid", not_built, "a crack is a line in a plane"), &
+      rule_t("&nucleation", not_with, "a solid", not_built, "a crack is a line in a plane"), &
+      rule_t("&probe", not_with, "a solid", not_built, "snapshots have the fields of all particles"), &
+      rule_t("&contact bodies = 'stick' | 'frictionless' | 'friction'", not_with, "a solid", not_built, &
+             use="&contact bodies = 'bonded'"), &
+      rule_t("&method shape_functions = 'cpdi'", not_with, "a solid", not_built, use="&method shape_functions = 'linear'"), &
+      rule_t("&method time_steps = 'local'", not_with, "a solid", not_built, use="&method time_steps = 'global'")]
+
    type(rule_t), parameter :: of_grids(*) = [ &
       rule_t("&grid order = 2", not_with, "&method time = 'explicit' | 'implicit' and &growth law = {growth laws in motion}", &
              not_built, "growth through quadratic cells is static only", use="&grid order = 1"), &
@@ -627,7 +647,7 @@ module hampm_rules
 
    !> All rows.
    type(rule_t), parameter :: rules(*) = [ &
-      of_ends, of_rings, of_grids, of_materials, of_bodies, of_histories(:of_a_group), of_constraints, &
+      of_ends, of_rings, of_solids, of_grids, of_materials, of_bodies, of_histories(:of_a_group), of_constraints, &
       of_histories(of_a_group + 1:), of_loads, of_contact, of_method, of_refinement, of_cracks, of_cohesion, of_growth, &
       of_nucleation, of_energies, of_probes]
 end module hampm_rules

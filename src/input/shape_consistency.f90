@@ -7,6 +7,7 @@ module hampm_shape_consistency
    use hampm_placement, only: point_text
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
+   use hampm_tensors, only: quarter_turn
    use hampm_text, only: to_text
    implicit none
    private
@@ -178,7 +179,7 @@ contains
          has_point_of = .false.
          do k = 1, size(corner, 2)
             associate (from => corner(:, k), to => corner(:, mod(k, size(corner, 2)) + 1))
-               inward = [from(2) - to(2), to(1) - from(1)]/norm2(to - from)
+               inward = quarter_turn(to - from)/norm2(to - from)
                at = (from + to)/2 + 4*tolerance*inward
                has_point_of = has_point_of .or. (ring%encloses(from) .and. ring%distance(from) > 4*tolerance) .or. &
                               (ring%encloses(at) .and. ring%distance(at) > 2*tolerance)

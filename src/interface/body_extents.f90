@@ -18,7 +18,7 @@ module hampm_body_extents
    use hampm_dofs, only: element_of_slot
    use hampm_grid, only: grid_t
    use hampm_particles, only: particles_t, spacing_of
-   use hampm_tensors, only: identity
+   use hampm_tensors, only: in_plane, identity
    implicit none
    private
    public :: extents_t, gather_extents, find_normal_and_gap
@@ -109,7 +109,7 @@ contains
                origin = p%reference(i, :)
                box = min(box, p%outlines(p%body(i))%way_out(origin, back(p%gradient_of(i), normal)))
             end if
-            of%reach = [dot_product(of%place, normal) + box, normal(1)*of%place(2) - normal(2)*of%place(1)]
+            of%reach = in_plane(dot_product(of%place, normal) + box, normal(1)*of%place(2) - normal(2)*of%place(1))
          end associate
       end do
    end subroutine find_reach
@@ -120,7 +120,7 @@ contains
       real(dp), intent(in) :: v(ndim)
       real(dp) :: origin(ndim)
       associate (f => identity + h)
-         origin = [f(2, 2)*v(1) - f(1, 2)*v(2), f(1, 1)*v(2) - f(2, 1)*v(1)]/(f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1))
+         origin = in_plane(f(2, 2)*v(1) - f(1, 2)*v(2), f(1, 1)*v(2) - f(2, 1)*v(1))/(f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1))
       end associate
    end function back
 
@@ -188,7 +188,7 @@ contains
    pure function direction(angle) result(normal)
       real(dp), intent(in) :: angle              !! from the x axis [rad]
       real(dp) :: normal(ndim)
-      normal = [cos(angle), sin(angle)]
+      normal = in_plane(cos(angle), sin(angle))
    end function direction
 
    !> Height of the surface of a body over a node: the upper hull of what its particles reach to. Where all are on one side, what they

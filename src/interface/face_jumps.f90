@@ -6,7 +6,7 @@ module hampm_face_jumps
    use hampm_crack_lines, only: both_faces
    use hampm_matter, only: matter_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: identity, inverse_transpose
+   use hampm_tensors, only: quarter_turn, identity, inverse_transpose
    implicit none
    private
    public :: faces, place_of_faces_t, faces_at, nearest_carrier, place_between, jump_between, turn_between
@@ -133,7 +133,7 @@ contains
       real(dp) :: first(ndim), now(ndim)         ! unit vector along the line, and what has become of it
       integer, allocatable :: list(:)
       integer :: i
-      first = [normal(2), -normal(1)]
+      first = quarter_turn(-normal)
       now = 0
       allocate (list, source=[particles_of(m, elements(1)), particles_of(m, elements(2))])
       do i = 1, size(list)

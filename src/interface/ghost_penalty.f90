@@ -24,6 +24,7 @@ module hampm_ghost_penalty
    use hampm_grid, only: grid_t, side_corner
    use hampm_matter, only: matter_t
    use hampm_aggregated_nodes, only: least_fill
+   use hampm_tensors, only: in_plane
    use hampm_tolerance, only: part_of_cell
    implicit none
    private
@@ -182,8 +183,8 @@ contains
             if (m%blocks%count_in(e) > 1 .or. m%grid%is_cut(m%grid%element_leaf(e)) .or. area < h**ndim/2) cycle
             call add_interface_point(interfaces, ghost)
             associate (point => interfaces%list(interfaces%n))
-               call add_derivatives(point, m%grid, e, 1, 1, [0.5_dp, 1.0_dp], 1.0_dp)
-               call add_derivatives(point, m%grid, e, 1, 1, [0.5_dp, 0.0_dp], -1.0_dp)
+               call add_derivatives(point, m%grid, e, 1, 1, in_plane(0.5_dp, 1.0_dp), 1.0_dp)
+               call add_derivatives(point, m%grid, e, 1, 1, in_plane(0.5_dp, 0.0_dp), -1.0_dp)
                point%n_left = count(point%node > 0)
                point%place = at + h/2
                point%length = h
@@ -220,7 +221,7 @@ contains
       integer, intent(in) :: e                   !! a linear element, or the first of a quadratic cell
       integer, intent(in) :: side                !! as in `side_corner`
       integer, allocatable :: others(:)
-      integer, parameter :: of_quadratic(corners) = [1, 3, 7, 9] ! corners among the nodes
+      integer, parameter :: of_quadratic(4) = [1, 3, 7, 9] ! corners among the nodes
       integer :: nodes(grid%n_functions), ends(2), k, other
       real(dp) :: way
       ends = [side_corner(side, 1), side_corner(side, 2)]

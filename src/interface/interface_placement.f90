@@ -29,6 +29,7 @@ module hampm_interface_placement
    use hampm_lapack, only: dposv
    use hampm_matter, only: matter_t
    use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
+   use hampm_tensors, only: quarter_turn
    implicit none
    private
    public :: openings_t, rebuild_interfaces, find_openings, release_length
@@ -389,7 +390,7 @@ contains
    pure function left_of(direction) result(normal)
       real(dp), intent(in) :: direction(ndim)    !! of any length
       real(dp) :: normal(ndim)
-      normal = [-direction(2), direction(1)]/norm2(direction)
+      normal = quarter_turn(direction)/norm2(direction)
    end function left_of
 
    !> Begin with a cohesive point of a tip that moves, or of one that the material carries through the cells: as it was on the grid before, or with the
@@ -563,7 +564,7 @@ contains
             aside = spread(direction, 2, faces)
             if (any(abs(direction) < parallel)) then
                do side = 1, faces                ! of a line with one face both are that
-                  aside(:, side) = direction + (3 - 2*merge(side, kind%face, kind%face == both_faces))*[-direction(2), direction(1)]
+                  aside(:, side) = direction + (3 - 2*merge(side, kind%face, kind%face == both_faces))*quarter_turn(direction)
                end do
             end if
             aside = least_part*forest%cell*aside
@@ -766,7 +767,7 @@ contains
             damping = max(damping, firm*point%cell*sum(point%share(:n)**2/mass(point%node(:n))))
             x(i, :) = sqrt(point%length)*jump_of(point%jump_t, force)
             moved = 0
-            call give_nodes(point%jump_t, [1.0_dp, 1.0_dp], moved, inverse)
+            call give_nodes(point%jump_t, spread(1.0_dp, 1, ndim), moved, inverse)
             do j = 1, size(new)
                change = jump_of(interfaces%list(new(j))%jump_t, moved)
                matrix(i, j) = sqrt(point%length*interfaces%list(new(j))%length)*change(1)

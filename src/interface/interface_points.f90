@@ -36,6 +36,7 @@ module hampm_interface_points
    use hampm_cohesive_law, only: cohesive_law_t, cohesive_state_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_jumps, only: jump_t, jump_of, give_nodes
+   use hampm_tensors, only: identity, in_plane, quarter_turn
    use hampm_text, only: to_text
    use hampm_thickness, only: thickness_t
    implicit none
@@ -63,7 +64,7 @@ module hampm_interface_points
       real(dp) :: origin(ndim) = 0               !! that in the reference configuration, of faces; of `ghost` its place in the grid [m]
       real(dp) :: length = 0                     !! of the line that it stands for [m]
       real(dp) :: area = 0                       !! of faces that it stands for [m2]
-      real(dp) :: normal(ndim) = [1, 0]          !! from the right to the left face
+      real(dp) :: normal(ndim) = identity(:, 1)          !! from the right to the left face
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: opening(ndim) = 0              !! g, of the left face from the right one [m]
       real(dp) :: touch = -huge(1.0_dp)          !! opening across the faces below which they press on each other [m]
@@ -118,7 +119,7 @@ contains
    pure function along(point) result(t)
       type(interface_point_t), intent(in) :: point
       real(dp) :: t(ndim)
-      t = [point%normal(2), -point%normal(1)]
+      t = quarter_turn(-point%normal)
    end function along
 
    !> Whether a point is one to the mirror image of a face: the nodes of the other face are missing. Of a ghost the same nodes may be those of both sides.
@@ -250,7 +251,7 @@ contains
       associate (point => interfaces%list(k), area => interfaces%list(k)%area)
          halves = merge(2, 1, is_half(point))
          answer = interfaces%cohesion(point%cohesion)%respond( &
-                  halves*[dot_product(along(point), stretch_of(point)), dot_product(point%normal, point%opening)], &
+                  halves*in_plane(dot_product(along(point), stretch_of(point)), dot_product(point%normal, point%opening)), &
                   point%stiffness/area/halves, point%damage, point%taken)
          answer%traction = area*answer%traction
          answer%tangent = area*halves*answer%tangent

@@ -248,7 +248,7 @@ contains
       do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k), of => self%responses(k))
             associate (nodes => point%node(:count(point%node > 0)))
-               call give_nodes(point%jump_t, [1.0_dp, 1.0_dp], self%unit)
+               call give_nodes(point%jump_t, spread(1.0_dp, 1, ndim), self%unit)
                if (interfaces%are_lumped .or. self%are_near) then
                   do j = 1, size(nodes)
                      if (masses%lumped(nodes(j)) > 0) &
@@ -420,7 +420,7 @@ contains
       integer, intent(in) :: n_points
       integer, dimension(n_points) :: users, place ! of a node: how many unknowns reach it, and which clique they are
       integer, allocatable :: cliques(:, :)
-      integer :: k, j, n
+      integer :: i, k, j, n
       if (.not. are_lumped) then
          n = ndim*size(self%responses)
          call pattern_of_cliques(n, reshape([(k, k=1, n)], [n, 1]), self%compliance)
@@ -440,7 +440,7 @@ contains
       do k = 1, size(self%responses)
          do j = 1, size(self%responses(k)%node)
             associate (node => self%responses(k)%node(j))
-               cliques(users(node) + 1:users(node) + ndim, place(node)) = [ndim*k - 1, ndim*k]
+               cliques(users(node) + 1:users(node) + ndim, place(node)) = ndim*(k - 1) + [(i, i=1, ndim)]
                users(node) = users(node) + ndim
             end associate
          end do

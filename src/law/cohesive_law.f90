@@ -33,6 +33,7 @@
 !> sliding that lets strengths and toughnesses of both modes be given).
 module hampm_cohesive_law
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: in_plane
    implicit none
    private
    public :: cohesive_law_t, cohesive_state_t, new_cohesive_law, most_openings
@@ -171,8 +172,8 @@ contains
       real(dp), intent(in) :: taken(2)           !! so far, by opening and by sliding [J/m2]
       real(dp) :: g(ndim), lambda, b, e, toughness, slope, reached(self%n), x, t, secant, change(ndim), scale(ndim)
       integer :: i
-      scale = [1/sqrt(self%of_sliding), 1.0_dp]
-      g = scale*[opening(1), max(opening(2), 0.0_dp)]
+      scale = in_plane(1/sqrt(self%of_sliding), 1.0_dp)
+      g = scale*in_plane(opening(1), max(opening(2), 0.0_dp))
       lambda = norm2(g)
       b = 0
       if (lambda > 0) b = min((g(1)/lambda)**2, 1.0_dp)
@@ -197,7 +198,8 @@ contains
                x = self%x(i - 1) + part*dx
                secant = t/(e*t + c*x)
                if (state%damage > damage) then
-                  change = (g/lambda - lambda*slope/toughness*g(1)*g(2)/lambda**4*[g(2), -g(1)])/(reached(i) - reached(i - 1))
+                  change = (g/lambda - lambda*slope/toughness*g(1)*g(2)/lambda**4*in_plane(g(2), -g(1))) &
+                           /(reached(i) - reached(i - 1))
                   change = c*(dt*x - t*dx)/(e*t + c*x)**2*change ! of the secant
                   state%tangent(:, 1) = g*change(1)
                   state%tangent(:, 2) = g*change(2)

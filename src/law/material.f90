@@ -14,9 +14,10 @@ module hampm_material
    use hampm_law, only: law_t, law_row_t, constant_t, most_columns
    use hampm_laws, only: law_row
    use hampm_linear_elastic, only: linear_stress
-   use hampm_orthotropic, only: orthotropic_t, orthotropic_of, n_voigt, plane_compliance, inverse_of, turned_stiffness, &
+   use hampm_orthotropic, only: orthotropic_t, orthotropic_of, plane_compliance, inverse_of, turned_stiffness, &
                                 turned_compliance, turned_strain, voigt_stress, acoustic_modulus
-   use hampm_tensors, only: space, identity, inverse_transpose, unit_tensor, inverse_transpose_of, volume_change, tensor_of
+   use hampm_tensors, only: voigt, n_voigt, space, identity, inverse_transpose, unit_tensor, inverse_transpose_of, &
+                            volume_change, in_plane
    implicit none
    private
    public :: material_t, slice_t, new_material, new_orthotropic, are_of_one
@@ -117,6 +118,8 @@ contains
       type(material_t) :: m
       type(constant_t), allocatable :: own(:)
       type(law_row_t) :: row
+      logical :: kept
+      integer :: k
       allocate (own(0))
       if (present(constants)) own = constants
       if (law == 'orthotropic') then
@@ -132,19 +135,23 @@ contains
       m%density = density
       m%mu = young/(2*(1 + poisson))
       m%lambda = young*poisson/((1 + poisson)*(1 - 2*poisson))
-      if (.not. plane_stress) m%by_across = poisson*identity
-      if (.not. plane_stress) m%young_across = young
+      kept = ndim < space .and. .not. plane_stress ! the strain across the plane
+      if (kept) m%by_across = poisson*identity
+      if (kept) m%young_across = young
       if (m%linear .and. plane_stress) m%lambda = young*poisson/(1 - poisson**2)
       m%fastest = young/(1 - poisson**2)
       if (.not. plane_stress) m%fastest = m%lambda + 2*m%mu
-      m%stiffness(:2, :2) = m%small_strain_lambda()
-      m%stiffness(1, 1) = m%stiffness(1, 1) + 2*m%mu
-      m%stiffness(2, 2) = m%stiffness(1, 1)
-      m%stiffness(3, 3) = m%mu
-      associate (nu => merge(poisson, poisson/(1 - poisson), plane_stress), e => merge(young, young/(1 - poisson**2), plane_stress))
-         m%compliance(:2, :2) = reshape([1.0_dp, -nu, -nu, 1.0_dp], [2, 2])/e
-         m%compliance(3, 3) = 1/m%mu
+      m%stiffness(:ndim, :ndim) = m%small_strain_lambda() + 2*m%mu*identity
+      associate (nu => merge(poisson/(1 - poisson), poisson, kept), e => merge(young/(1 - poisson**2), young, kept))
+         m%compliance(:ndim, :ndim) = -nu/e
+         do k = 1, ndim
+            m%compliance(k, k) = 1/e
+         end do
       end associate
+      do k = ndim + 1, n_voigt
+         m%stiffness(k, k) = m%mu
+         m%compliance(k, k) = 1/m%mu
+      end do
       m%in_its_axes = m%compliance
       row = law_row(law)
       if (.not. associated(row%make)) return
@@ -182,11 +189,17 @@ contains
       class(material_t), intent(inout) :: self
       real(dp), intent(in) :: eigenstrain(4)
       associate (e => eigenstrain)
-         self%free = reshape([e(1), e(3), e(3), e(2)], [ndim, ndim])
+         self%eigenstrain = 0
+         self%eigenstrain(1, 1) = e(1)
+         self%eigenstrain(2, 2) = e(2)
+         self%eigenstrain(3, 3) = e(4)
+         self%eigenstrain(1, 2) = e(3)
+         self%eigenstrain(2, 1) = e(3)
+         self%free = self%eigenstrain(:ndim, :ndim)
          if (self%is_ring) self%free_hoop = e(4)
          if (.not. self%is_ring) self%free = self%free + e(4)*self%by_across
          self%idle_energy = self%young_across*e(4)**2/2
-         self%eigenstrain = tensor_of([e(1), e(2), e(3), merge(0.0_dp, e(4), self%plane_stress)])
+         if (self%plane_stress) self%eigenstrain(3, 3) = 0
       end associate
       if (.not. self%is_finite) return
       self%inverse = inverse_transpose_of(unit_tensor + self%eigenstrain)
@@ -266,7 +279,8 @@ contains
       m%stiffness = turned_stiffness(of_axes, m%angle)
       m%fastest = acoustic_modulus(of_axes)
       if (plane_stress) return
-      m%by_across = turned_strain(constants%young(3)*[constants%poisson_13, constants%poisson_23]/constants%young(:2), m%angle)
+      m%by_across = turned_strain(in_plane(constants%young(3)*constants%poisson_13/constants%young(1), &
+                                          constants%young(3)*constants%poisson_23/constants%young(2)), m%angle)
       m%young_across = constants%young(3)
    end function new_orthotropic
 
@@ -293,7 +307,7 @@ contains
       real(dp) :: strain(space, space)
       strain = 0
       strain(:ndim, :ndim) = h
-      strain(space, space) = given_hoop(self, hoop)
+      if (ndim < space) strain(space, space) = given_hoop(self, hoop)
       if (self%has_eigenstrain) strain = matmul(strain - self%eigenstrain, self%inverse)
       if (self%plane_stress) strain(3, 3) = self%law%across(strain, old_state, dt)
    end function strain_of
@@ -451,7 +465,7 @@ contains
       if (present(old_state)) before(:self%columns) = old_state
       in_space = 0
       in_space(:ndim, :ndim) = dh
-      in_space(space, space) = given_hoop(self, change_of_hoop)
+      if (ndim < space) in_space(space, space) = given_hoop(self, change_of_hoop)
       change = tangent(in_space)
       if (self%plane_stress) then
          by_thickness = tangent(thickness)
@@ -530,9 +544,12 @@ contains
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: stress(ndim, ndim) !! symmetric [Pa]
       real(dp), intent(in), optional :: hoop_stress !! of axisymmetric material [Pa]
-      associate (column => [stress(1, 1), stress(2, 2), stress(1, 2)])
-         stress_energy_density = 0.5_dp*dot_product(column, matmul(self%compliance, column))
-      end associate
+      real(dp) :: column(n_voigt)
+      integer :: d
+      do d = 1, ndim
+         column(voigt(:, d)) = stress(:, d)
+      end do
+      stress_energy_density = 0.5_dp*dot_product(column, matmul(self%compliance, column))
       if (self%is_ring) stress_energy_density = stress_energy_density + (given_hoop(self, hoop_stress) &
                                                                          - sum(self%by_across*stress))**2/(2*self%young_across)
    end function stress_energy_density
@@ -569,9 +586,13 @@ contains
       real(dp), intent(in) :: tension            !! [Pa]
       real(dp) :: strain(ndim, ndim)
       real(dp) :: of_unit(n_voigt)
-      of_unit = matmul(self%compliance, [1, 1, 0])
+      integer :: d
+      of_unit = sum(self%compliance(:, :ndim), dim=2)
       if (self%is_ring .and. self%isotropic) of_unit = of_unit/(1 + self%poisson) ! no strain is kept there by a stress across the plane
-      strain = tension*reshape([of_unit(1), of_unit(3)/2, of_unit(3)/2, of_unit(2)], [ndim, ndim])
+      of_unit(ndim + 1:) = of_unit(ndim + 1:)/2
+      do d = 1, ndim
+         strain(:, d) = tension*of_unit(voigt(:, d))
+      end do
    end function strain_of_pressure
 
    !> Lame constant with which every isotropic law is the linear one at small strain; in plane stress lambda' [Pa].
@@ -585,9 +606,13 @@ contains
    pure function hoop_moduli(self) result(moduli)
       class(material_t), intent(in) :: self
       real(dp) :: moduli(n_voigt + 1), stress(ndim, ndim)
+      integer :: d
       real(dp), parameter :: no_gradient(ndim, ndim) = 0
       stress = self%small_strain_stress(no_gradient, 1.0_dp)
-      moduli = [stress(1, 1), stress(2, 2), stress(1, 2), self%small_hoop_stress(no_gradient, 1.0_dp)]
+      do d = 1, ndim
+         moduli(voigt(:, d)) = stress(:, d)
+      end do
+      moduli(n_voigt + 1) = self%small_hoop_stress(no_gradient, 1.0_dp)
    end function hoop_moduli
 
    !> Speed of shear (rotational) waves [m/s], equation (32); in an orthotropic material of those along its axes.

@@ -13,6 +13,7 @@ module hampm_orthotropic
    use hampm_kinds, only: dp, ndim
    use hampm_key_rows, only: key_t, type_real, positive, any_number
    use hampm_law, only: constant_t, flaw_t, add_flaw, value_of
+   use hampm_tensors, only: voigt, n_voigt, in_plane, quarter_turn
    implicit none
    private
    public :: orthotropic_t, orthotropic_of, check_orthotropic, n_voigt, plane_compliance, inverse_of, turned_stiffness, &
@@ -36,7 +37,6 @@ module hampm_orthotropic
       key_t('angle', type_real, 'of axis 1 of an orthotropic material from x, anticlockwise', default='0.0', unit='degrees', &
             allowed=any_number, only_with='law = ''orthotropic''')]
 
-   integer, parameter :: n_voigt = 3             !! components 11, 22, 12
    real(dp), parameter :: to_radians = acos(-1.0_dp)/180
 
    !> The engineering constants.
@@ -150,9 +150,9 @@ contains
       integer :: quarter, k
       quarter = nint(modulo(angle, 360.0_dp)/90)
       rest = (modulo(angle, 360.0_dp) - 90*quarter)*to_radians
-      direction = [cos(rest), sin(rest)]
+      direction = in_plane(cos(rest), sin(rest))
       do k = 1, quarter
-         direction = [-direction(2), direction(1)]
+         direction = quarter_turn(direction)
       end do
    end function direction_of
 
@@ -162,8 +162,8 @@ contains
       real(dp), intent(in) :: angle              !! of axis 1 from x [degrees]
       real(dp) :: strain(ndim, ndim), d(ndim)
       d = direction_of(angle)
-      strain = reshape([along(1)*d(1)**2 + along(2)*d(2)**2, (along(1) - along(2))*d(1)*d(2), (along(1) - along(2))*d(1)*d(2), &
-                        along(1)*d(2)**2 + along(2)*d(1)**2], [ndim, ndim])
+      strain(:, 1) = in_plane(along(1)*d(1)**2 + along(2)*d(2)**2, (along(1) - along(2))*d(1)*d(2))
+      strain(:, 2) = in_plane((along(1) - along(2))*d(1)*d(2), along(1)*d(2)**2 + along(2)*d(1)**2)
    end function turned_strain
 
    !> Matrix that gives the strain in axes that are turned by an angle, from that in the first ones.
@@ -172,8 +172,8 @@ contains
       real(dp) :: r(n_voigt, n_voigt)
       real(dp) :: d(ndim)
       d = direction_of(angle)
-      r = reshape([d(1)**2, d(2)**2, -2*d(1)*d(2), d(2)**2, d(1)**2, 2*d(1)*d(2), d(1)*d(2), -d(1)*d(2), d(1)**2 - d(2)**2], &
-                  [n_voigt, n_voigt])
+      r(:3, :3) = reshape([d(1)**2, d(2)**2, -2*d(1)*d(2), d(2)**2, d(1)**2, 2*d(1)*d(2), d(1)*d(2), -d(1)*d(2), &
+                           d(1)**2 - d(2)**2], [3, 3])
    end function strain_in_turned
 
    !> A stiffness in axes from which those in which it is given are turned by an angle [Pa].
@@ -208,7 +208,21 @@ contains
       real(dp), intent(in) :: c(n_voigt, n_voigt) !! [Pa]
       real(dp), intent(in) :: h(ndim, ndim)      !! [-]
       real(dp) :: stress(ndim, ndim)
-      real(dp) :: shear
+      real(dp) :: shear, strain(n_voigt)
+      integer :: i, j
+      if (ndim > 2) then
+         strain = 0
+         do j = 1, ndim
+            do i = 1, ndim
+               strain(voigt(i, j)) = strain(voigt(i, j)) + h(i, j)
+            end do
+         end do
+         strain = matmul(c, strain)
+         do j = 1, ndim
+            stress(:, j) = strain(voigt(:, j))
+         end do
+         return
+      end if
       shear = h(1, 2) + h(2, 1)
       stress(1, 1) = c(1, 1)*h(1, 1) + c(1, 2)*h(2, 2) + c(1, 3)*shear
       stress(2, 2) = c(1, 2)*h(1, 1) + c(2, 2)*h(2, 2) + c(2, 3)*shear

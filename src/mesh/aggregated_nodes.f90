@@ -12,12 +12,13 @@
 !> Source: Badia, Verdugo & Martin, The aggregated unfitted finite element method for elliptic problems, Computer Methods in Applied Mechanics
 !> and Engineering 336 (2018) 533-553.
 module hampm_aggregated_nodes
-   use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_kinds, only: dp, ndim, plane, corners, long
    use hampm_basis, only: shape_functions
    use hampm_cut_cells, only: cut_cells_t
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_outline, only: outline_t, least_part
    use hampm_place_table, only: place_table_t
+   use hampm_tensors, only: in_plane
    use hampm_tolerance, only: part_of_cell
    implicit none
    private
@@ -25,7 +26,7 @@ module hampm_aggregated_nodes
 
    !> Part of a cell that has to be filled for its nodes to be free.
    real(dp), parameter :: least_fill = 0.25_dp
-   integer, parameter :: sides(ndim, 4) = reshape([0, -1, -1, 0, 1, 0, 0, 1], [ndim, 4])
+   integer, parameter :: sides(plane, 4) = reshape([0, -1, -1, 0, 1, 0, 0, 1], [plane, 4])
 
    !> Which places are aggregated nodes, and the leaf on whose nodes each hangs.
    type :: aggregated_nodes_t
@@ -228,8 +229,8 @@ contains
    !> The leaf that is, counted in leaves of the same size, so many away; `outside` where there is none.
    pure integer function neighbour(forest, leaf, steps) result(next)
       type(forest_t), intent(in) :: forest
-      integer, intent(in) :: leaf, steps(ndim)
-      next = forest%leaf_at(forest%middle_of(leaf) + steps*forest%size_of(leaf))
+      integer, intent(in) :: leaf, steps(plane)
+      next = forest%leaf_at(forest%middle_of(leaf) + in_plane(real(steps(1), dp), real(steps(2), dp))*forest%size_of(leaf))
    end function neighbour
 
    !> Note a corner of a nearly empty leaf, if all leaves around it are nearly empty or empty, with the nearest of the root cells of these.

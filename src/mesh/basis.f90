@@ -15,8 +15,12 @@ module hampm_basis
 
    integer, parameter :: points_of_quadratic = 3**ndim  !! nodes of a quadratic cell
    ! A quadratic cell is stored as its quarters: each node is a corner of one of them, the first that has it
-   integer, parameter :: quarter_of_point(points_of_quadratic) = [1, 1, 2, 1, 1, 2, 3, 3, 4]
-   integer, parameter :: corner_of_point(points_of_quadratic) = [1, 2, 2, 3, 4, 4, 3, 4, 4]
+   integer :: i, j, k
+   integer, parameter :: quarters(3) = [0, 0, 1], upper(3) = [0, 1, 1]  ! of the points along one direction
+   integer, parameter :: quarter_of_point(points_of_quadratic) = &
+                         [(((1 + quarters(i) + 2*quarters(j) + 4*quarters(k), i=1, 3), j=1, 3), k=1, 3**(ndim - 2))]
+   integer, parameter :: corner_of_point(points_of_quadratic) = &
+                         [(((1 + upper(i) + 2*upper(j) + 4*upper(k), i=1, 3), j=1, 3), k=1, 3**(ndim - 2))]
 
    !> A particle closer to the edge of its cell than this (in cells) is mapped as if it stood at this distance. All
    !> corners of an occupied cell then have a mass above zero, so that no force meets a node without mass and none is
@@ -29,10 +33,13 @@ contains
    pure function shape_functions(xi) result(n)
       real(dp), intent(in) :: xi(ndim)      !! local coordinate [-], in [0, 1]; outside, the functions extrapolate
       real(dp) :: n(corners)
-      n(1) = (1 - xi(1))*(1 - xi(2))
-      n(2) = xi(1)*(1 - xi(2))
-      n(3) = (1 - xi(1))*xi(2)
-      n(4) = xi(1)*xi(2)
+      integer :: d
+      n(1) = 1 - xi(1)
+      n(2) = xi(1)
+      do d = 2, ndim
+         n(2**(d - 1) + 1:2**d) = n(:2**(d - 1))*xi(d)
+         n(:2**(d - 1)) = n(:2**(d - 1))*(1 - xi(d))
+      end do
    end function shape_functions
 
    !> Gradients of the shape functions with respect to position.
@@ -40,14 +47,20 @@ contains
       real(dp), intent(in) :: xi(ndim)      !! local coordinate [-]
       real(dp), intent(in) :: inverse_size  !! 1 / size of the cell [1/m]
       real(dp) :: gradient(corners, ndim)   !! [1/m]
-      gradient(1, 1) = -(1 - xi(2))*inverse_size
-      gradient(1, 2) = -(1 - xi(1))*inverse_size
-      gradient(2, 1) = (1 - xi(2))*inverse_size
-      gradient(2, 2) = -xi(1)*inverse_size
-      gradient(3, 1) = -xi(2)*inverse_size
-      gradient(3, 2) = (1 - xi(1))*inverse_size
-      gradient(4, 1) = xi(2)*inverse_size
-      gradient(4, 2) = xi(1)*inverse_size
+      real(dp) :: lower(ndim), upper(ndim)
+      integer :: j, d
+      do j = 1, ndim
+         lower = 1 - xi
+         upper = xi
+         lower(j) = -inverse_size
+         upper(j) = inverse_size
+         gradient(1, j) = lower(1)
+         gradient(2, j) = upper(1)
+         do d = 2, ndim
+            gradient(2**(d - 1) + 1:2**d, j) = gradient(:2**(d - 1), j)*upper(d)
+            gradient(:2**(d - 1), j) = gradient(:2**(d - 1), j)*lower(d)
+         end do
+      end do
    end function shape_gradients
 
    !> Gradient at `xi`, times the size of the cell, of a vector field given at the corners: component d, direction j.
@@ -57,6 +70,8 @@ contains
       real(dp) :: gradient(ndim, ndim)
       real(dp) :: hourglass
       integer :: d
+      if (ndim > 2) gradient = matmul(at_corner, shape_gradients(xi, 1.0_dp))
+      if (ndim > 2) return
       do d = 1, ndim
          hourglass = (at_corner(d, 4) - at_corner(d, 3)) - (at_corner(d, 2) - at_corner(d, 1))
          gradient(d, 1) = (at_corner(d, 2) - at_corner(d, 1)) + xi(2)*hourglass
@@ -73,7 +88,7 @@ contains
       do d = 1, ndim
          along(:, d) = lagrange(xi(d))
       end do
-      n = products(along(:, 1), along(:, 2))
+      n = products(along)
    end function quadratic_functions
 
    !> Gradients of the biquadratic functions with respect to position.
@@ -81,8 +96,18 @@ contains
       real(dp), intent(in) :: xi(ndim)      !! local coordinate [-]
       real(dp), intent(in) :: inverse_size  !! 1 / size of the cell [1/m]
       real(dp) :: gradient(points_of_quadratic, ndim)   !! [1/m]
-      gradient(:, 1) = products(lagrange_slopes(xi(1)), lagrange(xi(2)))*inverse_size
-      gradient(:, 2) = products(lagrange(xi(1)), lagrange_slopes(xi(2)))*inverse_size
+      real(dp) :: along(3, ndim)
+      integer :: j, d
+      do j = 1, ndim
+         do d = 1, ndim
+            if (d == j) then
+               along(:, d) = lagrange_slopes(xi(d))
+            else
+               along(:, d) = lagrange(xi(d))
+            end if
+         end do
+         gradient(:, j) = products(along)*inverse_size
+      end do
    end function quadratic_gradients
 
    !> The k-th derivatives of the functions of a cell along x or y, times the k-th power of its size.
@@ -119,11 +144,17 @@ contains
       slope = [4*x - 3, 4 - 8*x, 4*x - 1]
    end function lagrange_slopes
 
-   !> Products of functions along x and y, those along x one after the other.
-   pure function products(x, y) result(n)
-      real(dp), intent(in) :: x(3), y(3)
+   !> Products of functions along each direction, those along x one after the other.
+   pure function products(along) result(n)
+      real(dp), intent(in) :: along(3, ndim)
       real(dp) :: n(points_of_quadratic)
-      n = [x*y(1), x*y(2), x*y(3)]
+      integer :: d, k
+      n(:3) = along(:, 1)
+      do d = 2, ndim
+         do k = 3, 1, -1
+            n((k - 1)*3**(d - 1) + 1:k*3**(d - 1)) = n(:3**(d - 1))*along(k, d)
+         end do
+      end do
    end function products
 
    !> The local coordinate kept `edge_margin` away from the edges of the cell.

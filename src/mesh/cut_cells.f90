@@ -14,8 +14,9 @@
 module hampm_cut_cells
    use hampm_kinds, only: dp, ndim, long
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
-   use hampm_forest, only: forest_t, outside, level_width
+   use hampm_forest, only: corner_offset, forest_t, outside, level_width
    use hampm_crack_lines, only: both_faces, distance_to_segment, find_nearest_segment, line_t
+   use hampm_tensors, only: quarter_turn
    implicit none
    private
    public :: cut_cells_t, end_leaf_t, place_of_copy, divides, side_of_ties, is_between, nearly_none, on_line, sample, &
@@ -218,7 +219,7 @@ contains
          associate (a => self%lines(line)%origin(:, k - 1), b => self%lines(line)%origin(:, k), &
                     from => self%lines(line)%points(:, k - 1), to => self%lines(line)%points(:, k))
             across = ((b(1) - a(1))*(origin(2) - a(2)) - (b(2) - a(2))*(origin(1) - a(1)))/norm2(b - a)
-            x = from + along*(to - from) + across*[from(2) - to(2), to(1) - from(1)]/norm2(to - from)
+            x = from + along*(to - from) + across*quarter_turn(to - from)/norm2(to - from)
          end associate
       end do
    end function follow
@@ -260,7 +261,7 @@ contains
          if (k == 0) cycle
          associate (a => self%lines(line)%points(:, k - 1), b => self%lines(line)%points(:, k))
             point = a + min(max(along, 0.0_dp), 1.0_dp)*(b - a)
-            normal = [a(2) - b(2), b(1) - a(1)]/norm2(b - a)
+            normal = quarter_turn(b - a)/norm2(b - a)
          end associate
       end do
    end subroutine find_nearest
@@ -378,7 +379,7 @@ contains
       do k = self%first_near(self%entry(leaf)), self%first_near(self%entry(leaf) + 1) - 1
          associate (a => self%segment(:, 1, self%near(k)), b => self%segment(:, 2, self%near(k)))
             if (distance_to_segment(x, self%segment(:, 1, self%near(k)), self%segment(:, 2, self%near(k))) > self%slack) cycle
-            left = [a(2) - b(2), b(1) - a(1)]/norm2(b - a)
+            left = quarter_turn(b - a)/norm2(b - a)
             if (last == 0) then
                normal = left
             else if (last == self%near(k) - 1 .and. norm2(self%segment(:, 2, max(last, 1)) - a) <= self%slack) then
@@ -548,8 +549,8 @@ contains
       type(forest_t), intent(in) :: forest
       integer(long), intent(in) :: place(ndim)
       integer :: leaves(around)
-      leaves = [leaf_beside(forest, place - [1, 1]), leaf_beside(forest, place - [0, 1]), &
-                leaf_beside(forest, place - [1, 0]), leaf_beside(forest, place)]
+      integer :: k
+      leaves = [(leaf_beside(forest, place - 1 + corner_offset(k)), k=1, around)]
    end function leaves_around
 
    !> Connect the pieces of two leaves across their common edge, which begins at a place.

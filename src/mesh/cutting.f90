@@ -6,6 +6,7 @@ module hampm_cutting
    use hampm_crack_lines, only: line_t, left_face, right_face
    use hampm_cut_cells, only: cut_cells_t, end_leaf_t, is_between, nearly_none, on_line, sample, samples, &
                               side_of_ties
+   use hampm_tensors, only: in_plane, quarter_turn
    implicit none
    private
    public :: find_cut_cells
@@ -145,8 +146,8 @@ contains
       integer, intent(in) :: face
       real(dp) :: inward(ndim)
       inward = 0
-      if (face == left_face) inward = [-direction(2), direction(1)]
-      if (face == right_face) inward = [direction(2), -direction(1)]
+      if (face == left_face) inward = quarter_turn(direction)
+      if (face == right_face) inward = quarter_turn(-direction)
    end function into_half
 
    !> List the leaves near lines, and the segments that are near each.
@@ -195,7 +196,7 @@ contains
          if (leaf /= outside) step = part*forest%size_of(leaf)
          do j = -1, 1
             do i = -1, 1
-               y = x + [i, j]*step
+               y = x + in_plane(i*step, j*step)
                leaf = forest%leaf_at(y)
                if (leaf /= outside) marked(leaf) = 1
             end do

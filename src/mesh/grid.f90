@@ -106,11 +106,12 @@ contains
       if (allocated(self%is_full) .and. .not. is_cut) is_cut = self%is_met(leaf) .and. .not. self%is_full(leaf)
    end function is_cut
 
-   !> The corner at one end, 1 or 2, of a side of a leaf: the lower one in x is the first, the upper one the second, then those in y.
+   !> The corner at one end, from 1 on, of a side of a leaf: the lower one in x is the first, the upper one the second, then those in y.
    pure integer function side_corner(side, end)
       integer, intent(in) :: side, end
-      integer, parameter :: table(2, sides) = reshape([1, 3, 2, 4, 1, 2, 3, 4], [2, sides])
-      side_corner = table(end, side)
+      integer :: bit                             ! that all corners of the side have in common
+      bit = (side - 1)/2
+      side_corner = 1 + ibits(end - 1, 0, bit) + shiftl(mod(side - 1, 2), bit) + shiftl(shiftr(end - 1, bit), bit + 1)
    end function side_corner
 
    !> Whether a leaf is a transition element.

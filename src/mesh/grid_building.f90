@@ -256,17 +256,34 @@ contains
       end associate
    end function middle_of_side
 
+   !> Steps of half a leaf to the k-th of the points of its quarters, 0 to 2 in each direction; those along x follow each other.
+   pure function steps_to(k) result(steps)
+      integer, intent(in) :: k
+      integer :: steps(ndim)
+      integer :: d
+      steps = [(mod((k - 1)/3**d, 3), d=0, ndim - 1)]
+   end function steps_to
+
+   !> Place of that point, as a piece of the leaf sees it.
+   pure function point_of_leaf(grid, leaf, piece, k) result(place)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: leaf, piece, k
+      integer(long) :: place(ndim)
+      place = seen_from(grid, leaf, piece, grid%forest%place_of(leaf) + steps_to(k)*(level_width(grid%forest%level_of(leaf))/2))
+   end function point_of_leaf
+
    !> Whether a leaf is stored as its quarters: a quadratic one, or one with a node in the middle of a side.
    pure logical function is_divided(grid, leaf, nodes)
       type(grid_t), intent(in) :: grid
       type(place_table_t), intent(in), optional :: nodes !! where it is not quadratic
       integer, intent(in) :: leaf
-      integer :: piece, side
+      integer :: piece, k, d
       is_divided = grid%is_quadratic()
       if (is_divided .or. grid%forest%is_uniform() .or. .not. present(nodes)) return
       do piece = 1, grid%all_pieces(leaf)
-         do side = 1, sides
-            is_divided = is_divided .or. nodes%number_of(middle_of_side(grid, leaf, piece, side)) > 0
+         do k = 1, points_of_quadratic
+            if (all(count(steps_to(k) == 1) /= [(d, d=1, ndim - 1)])) cycle
+            is_divided = is_divided .or. nodes%number_of(point_of_leaf(grid, leaf, piece, k)) > 0
          end do
       end do
    end function is_divided
@@ -351,7 +368,7 @@ contains
       real(dp), allocatable :: weight(:, :)
       integer, allocatable :: node(:, :), count_of(:)
       integer :: leaf, piece, side, middle, k
-      integer :: mids(sides), ends(2, sides)
+      integer :: number(points_of_quadratic), middles, d, lower
       associate (n_nodes => grid%n_nodes, n_hanging => grid%n_points - grid%n_nodes)
          allocate (weight(most_nodes_of_leaf, n_hanging), node(most_nodes_of_leaf, n_hanging), count_of(n_hanging))
          count_of = 0
@@ -374,23 +391,19 @@ contains
                if (.not. grid%is_met(leaf)) cycle
             end if
             do piece = 1, grid%all_pieces(leaf)
-               do side = 1, sides
-                  mids(side) = points%number_of(middle_of_side(grid, leaf, piece, side))
-                  ends(:, side) = [(points%number_of(corner_of_leaf(grid, leaf, piece, side_corner(side, k))), k=1, 2)]
-                  if (mids(side) <= n_nodes) cycle
-                  count_of(mids(side) - n_nodes) = 2
-                  node(:2, mids(side) - n_nodes) = ends(:, side)
-                  weight(:2, mids(side) - n_nodes) = 0.5_dp
-               end do
-               middle = grid%element_nodes(corners, grid%leaf_element(leaf) + (piece - 1)*corners) - n_nodes
-               count_of(middle) = 0
-               do side = 1, sides
-                  if (mids(side) <= n_nodes) then
-                     call add_master(mids(side), 0.25_dp)
-                  else
-                     call add_master(ends(1, side), 0.125_dp)
-                     call add_master(ends(2, side), 0.125_dp)
-                  end if
+               number = [(points%number_of(point_of_leaf(grid, leaf, piece, k)), k=1, points_of_quadratic)]
+               do middles = 1, ndim              ! of sides, then of what has these for its sides
+                  do k = 1, points_of_quadratic
+                     if (count(steps_to(k) == 1) /= middles .or. number(k) <= n_nodes) cycle
+                     middle = number(k) - n_nodes
+                     count_of(middle) = 0
+                     do d = 1, ndim
+                        if (mod((k - 1)/3**(d - 1), 3) /= 1) cycle
+                        do lower = k - 3**(d - 1), k + 3**(d - 1), 2*3**(d - 1)
+                           call add_masters(number(lower), middles == 1)
+                        end do
+                     end do
+                  end do
                end do
             end do
          end do
@@ -415,6 +428,20 @@ contains
             end do
          end do
       end subroutine add_aggregated_nodes
+
+      !> Let the hanging node in the middle follow one of the nodes of which it has the mean, or the masters of that.
+      subroutine add_masters(of, is_corner)
+         integer, intent(in) :: of
+         logical, intent(in) :: is_corner
+         integer :: i
+         if (is_corner .or. of <= grid%n_nodes) then
+            call add_master(of, 0.5_dp/middles)
+         else
+            do i = 1, count_of(of - grid%n_nodes)
+               call add_master(node(i, of - grid%n_nodes), 0.5_dp/middles*weight(i, of - grid%n_nodes))
+            end do
+         end if
+      end subroutine add_masters
 
       !> Add to the weight of a master of the hanging node in the middle.
       subroutine add_master(master, part)

@@ -6,6 +6,7 @@
 module hampm_outline
    use hampm_kinds, only: dp, ndim
    use hampm_ring_moments, only: clip, moments_of_circle, moments_of_polygon, sort_few
+   use hampm_tensors, only: in_plane, quarter_turn
    implicit none
    private
    public :: outline_t, ring_t, edge_part_t, polygon_ring, circle_ring, least_part
@@ -204,7 +205,7 @@ contains
       if (self%is_circle) then
          allocate (points(ndim, of_circle))
          do k = 1, of_circle
-            points(:, k) = self%center + self%radius*[cos(2*pi*k/of_circle), sin(2*pi*k/of_circle)]
+            points(:, k) = self%center + self%radius*in_plane(cos(2*pi*k/of_circle), sin(2*pi*k/of_circle))
          end do
       else if (self%area() < 0) then
          points = self%points(:, size(self%points, 2):1:-1)
@@ -315,7 +316,7 @@ contains
          a = corner(:, merge(size(corner, 2), i - 1, i == 1))
          b = corner(:, i)
          if (.not. norm2(b - a) > 0) cycle
-         normal = [b(2) - a(2), a(1) - b(1)]/norm2(b - a)
+         normal = quarter_turn(a - b)/norm2(b - a)
          if (is_hole) normal = -normal
          beyond = merge(tolerance, 0.0_dp, abs(b - a) <= tolerance)
          cut = [0.0_dp, 1.0_dp]
@@ -354,9 +355,9 @@ contains
       allocate (arcs(n), is_in(n))
       do k = 1, n
          angle = 2*pi*(k - 0.5_dp)/n
-         arcs(k)%normal = [cos(angle), sin(angle)]
+         arcs(k)%normal = in_plane(cos(angle), sin(angle))
          arcs(k)%middle = ring%center + ring%radius*arcs(k)%normal
-         arcs(k)%half = pi*ring%radius/n*[-arcs(k)%normal(2), arcs(k)%normal(1)]
+         arcs(k)%half = pi*ring%radius/n*quarter_turn(arcs(k)%normal)
          if (is_hole) arcs(k)%normal = -arcs(k)%normal
          is_in(k) = all(arcs(k)%middle >= lower .and. arcs(k)%middle <= upper)
       end do

@@ -4,11 +4,12 @@
 !> The square of the leaf is divided into quarters, and these again, until few straight lines run through each, of cracks or edges: these
 !> cut it into convex polygons, over which polynomials are integrated exactly. A circle is a polygon of its area.
 module hampm_piece_moments
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, plane
    use hampm_basis, only: points_of_quadratic, quadratic_functions, quadratic_gradients
    use hampm_cut_cells, only: cut_cells_t
    use hampm_forest, only: forest_t, corner_offset
    use hampm_outline, only: outline_t, ring_t
+   use hampm_tensors, only: in_plane
    implicit none
    private
    public :: polynomials_at, moments_of_pieces, integrals_of_gradients, integrals_in_ring, n_polynomials
@@ -17,8 +18,8 @@ module hampm_piece_moments
 
    !> Degrees in x and y of the polynomials, products of those of Legendre. The first eight are those of which gradients of biquadratic functions
    !> are made; all together those of linear stress times these.
-   integer, parameter :: degree(ndim, n_polynomials) = reshape([0, 0, 1, 0, 0, 1, 1, 1, 2, 0, 0, 2, 2, 1, 1, 2, &
-                                                               2, 2, 3, 0, 0, 3, 3, 1, 1, 3], [ndim, n_polynomials])
+   integer, parameter :: degree(plane, n_polynomials) = reshape([0, 0, 1, 0, 0, 1, 1, 1, 2, 0, 0, 2, 2, 1, 1, 2, &
+                                                               2, 2, 3, 0, 0, 3, 3, 1, 1, 3], [plane, n_polynomials])
    integer, parameter :: most_divisions = 7      !! of a leaf
    integer, parameter :: most_lines = 3          !! through a square that is not divided
    integer, parameter :: sides_of_circle = 32    !! for each edge of a leaf along it
@@ -54,9 +55,9 @@ contains
       integrals = 0
       do j = 1, 3
          do i = 1, 3
-            integrals = integrals + weight(i)*weight(j)*quadratic_gradients([at(i), at(j)], 1.0_dp) &
+            integrals = integrals + weight(i)*weight(j)*quadratic_gradients(in_plane(at(i), at(j)), 1.0_dp) &
                         *sum((2*degree(1, :n_of_gradients) + 1)*(2*degree(2, :n_of_gradients) + 1) &
-                             *first_polynomials([at(i), at(j)])*moments(:n_of_gradients))
+                             *first_polynomials(in_plane(at(i), at(j)))*moments(:n_of_gradients))
          end do
       end do
    contains
@@ -82,10 +83,10 @@ contains
       integrals = 0
       do j = 1, 4
          do i = 1, 4
-            value = (lower + edge*at(i))*quadratic_gradients([at(i), at(j)], 1.0_dp)
-            value(:, 1) = value(:, 1) + edge*quadratic_functions([at(i), at(j)])
+            value = (lower + edge*at(i))*quadratic_gradients(in_plane(at(i), at(j)), 1.0_dp)
+            value(:, 1) = value(:, 1) + edge*quadratic_functions(in_plane(at(i), at(j)))
             integrals = integrals + weight(i)*weight(j)*value &
-                        *sum((2*degree(1, :) + 1)*(2*degree(2, :) + 1)*polynomials_at([at(i), at(j)])*moments)
+                        *sum((2*degree(1, :) + 1)*(2*degree(2, :) + 1)*polynomials_at(in_plane(at(i), at(j)))*moments)
          end do
       end do
    end function integrals_in_ring
@@ -110,7 +111,7 @@ contains
       do k = 1, size(segment, 3)
          segment(:, :, k) = (segment(:, :, k) - spread(forest%position(forest%place_of(leaf)), 2, 2))/forest%size_of(leaf)
       end do
-      call add_square(cut, forest, leaf, segment, [0.0_dp, 0.0_dp], 1.0_dp, most_divisions, moments, body)
+      call add_square(cut, forest, leaf, segment, in_plane(0.0_dp, 0.0_dp), 1.0_dp, most_divisions, moments, body)
    end function moments_of_pieces
 
    !> Add the sides of a ring that may meet a square.
@@ -158,7 +159,9 @@ contains
          end do
          return
       end if
-      corner = spread(lower, 2, 4) + edge*reshape([0, 0, 1, 0, 1, 1, 0, 1], [ndim, 4])
+      corner = spread(lower, 2, 4)
+      corner(1, 2:3) = corner(1, 2:3) + edge
+      corner(2, 3:) = corner(2, 3:) + edge
       call add_parts(cut, forest, leaf, corner, segment(:, :, met), moments, body)
    end subroutine add_square
 

@@ -1,6 +1,7 @@
 !> Area and first moments of what a rectangle has of a polygon and of a circle: by clipping and Green's theorem, and in closed form.
 module hampm_ring_moments
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: in_plane, quarter_turn
    implicit none
    private
    public :: clip, moments_of_circle, moments_of_polygon, sort_few
@@ -75,12 +76,14 @@ contains
          if (.not. (to > from .and. min(upper(2), middle) > max(lower(2), -middle))) cycle
          s = sqrt(max(r**2 - [from, to]**2, 0.0_dp))
          if (upper(2) < middle) then
-            m = m + below_chord([from, upper(2)] - lower, [to, upper(2)] - lower)
+            m = m + below_chord(in_plane(from, upper(2)) - lower, in_plane(to, upper(2)) - lower)
          else
-            m = m + below_chord([from, s(1)] - lower, [to, s(2)] - lower) + segment([from, s(1)], [to, s(2)], r, lower)
+            m = m + below_chord(in_plane(from, s(1)) - lower, in_plane(to, s(2)) - lower) &
+                + segment(in_plane(from, s(1)), in_plane(to, s(2)), r, lower)
          end if
          if (lower(2) <= -middle) &
-            m = m - below_chord([from, -s(1)] - lower, [to, -s(2)] - lower) + segment([to, -s(2)], [from, -s(1)], r, lower)
+            m = m - below_chord(in_plane(from, -s(1)) - lower, in_plane(to, -s(2)) - lower) &
+                + segment(in_plane(to, -s(2)), in_plane(from, -s(1)), r, lower)
       end do
    end function moments_of_circle
 
@@ -88,7 +91,8 @@ contains
    pure function below_chord(a, b) result(m)
       real(dp), intent(in) :: a(ndim), b(ndim)
       real(dp) :: m(0:ndim)
-      m = (b(1) - a(1))/6*[3*(a(2) + b(2)), a(1)*(2*a(2) + b(2)) + b(1)*(a(2) + 2*b(2)), a(2)**2 + a(2)*b(2) + b(2)**2]
+      m(0) = (b(1) - a(1))/6*(3*(a(2) + b(2)))
+      m(1:) = (b(1) - a(1))/6*in_plane(a(1)*(2*a(2) + b(2)) + b(1)*(a(2) + 2*b(2)), a(2)**2 + a(2)*b(2) + b(2)**2)
    end function below_chord
 
    !> Area between a chord of a circle around the origin and the arc on its left, no more than half of the circle, and its first moments
@@ -103,7 +107,7 @@ contains
       rest = angle - sin(angle)
       if (angle < 0.5_dp) rest = angle*square/6*(1 - square/20*(1 - square/42*(1 - square/72*(1 - square/110*(1 - square/156)))))
       m(0) = r**2*rest/2
-      m(1:) = chord**2*[a(2) - b(2), b(1) - a(1)]/12 - m(0)*place
+      m(1:) = chord**2*quarter_turn(b - a)/12 - m(0)*place
    end function segment
 
    !> Put a few numbers into ascending order.

@@ -13,10 +13,10 @@ module hampm_snapshots
    use hampm_hdf5_series, only: hdf5_series_t, real_values, long_values, byte_values
    implicit none
    private
-   public :: snapshots_t, piece_t, field_t, add_field, vtk_vertex, vtk_line, vtk_polygon, vtk_quad, &
+   public :: snapshots_t, piece_t, field_t, add_field, vtk_vertex, vtk_line, vtk_polygon, vtk_quad, vtk_hexahedron, &
              vtk_biquadratic_quad
 
-   integer, parameter :: vtk_vertex = 1, vtk_line = 3, vtk_polygon = 7, vtk_quad = 9, vtk_biquadratic_quad = 28
+   integer, parameter :: vtk_vertex = 1, vtk_line = 3, vtk_polygon = 7, vtk_quad = 9, vtk_hexahedron = 12, vtk_biquadratic_quad = 28
                          !! VTK's numbers of the types of cells
    integer, parameter :: vtk_dim = 3            !! components of a point or vector in VTK
    integer, parameter :: format_version(2) = [2, 2] !! of VTKHDF

@@ -4,6 +4,7 @@ module hampm_bodies
    use hampm_domains, only: reference_corners
    use hampm_outline, only: outline_t, least_part
    use hampm_particles, only: particles_t
+   use hampm_tensors, only: in_plane, quarter_turn
    use hampm_thickness, only: thickness_t
    implicit none
    private
@@ -114,7 +115,7 @@ contains
          allocate (pieces%area(room), pieces%centroid(ndim, room))
          do j = first(2), last(2)
             do i = first(1), last(1)
-               lower = origin + [i, j]*spacing
+               lower = origin + in_plane(real(i, dp), real(j, dp))*spacing
                m = outline%moments(lower, lower + spacing)
                if (m(0) <= least_part*spacing**2) cycle
                pieces%n = pieces%n + 1
@@ -166,7 +167,7 @@ contains
       do i = 1, p%n
          if (p%body(i) /= body) cycle
          arm = p%reference(i, :) - centre
-         p%velocity(i, :) = p%velocity(i, :) + spin*[-arm(2), arm(1)]
+         p%velocity(i, :) = p%velocity(i, :) + spin*quarter_turn(arm)
          if (.not. allocated(p%corner_velocity)) cycle
          arms = reference_corners(p, i) - spread(centre, 2, corners)
          p%corner_velocity(i, 1, :) = p%corner_velocity(i, 1, :) - spin*arms(2, :)

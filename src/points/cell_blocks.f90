@@ -344,7 +344,7 @@ contains
       real(dp), intent(in) :: xi(lanes, ndim)           !! places in the cell, 0 to 1
       real(dp), intent(out) :: n(lanes, points_of_quadratic), gradient(lanes, points_of_quadratic, ndim) !! [1/m]
       real(dp) :: along(lanes, 3, ndim), slope(lanes, 3, ndim)
-      integer :: i, j, c, d
+      integer :: i, j, k, c, d, n_along
       do d = 1, ndim
          if (self%n == corners) then
             along(:, 1, d) = 1 - xi(:, d)
@@ -360,13 +360,22 @@ contains
             slope(:, 3, d) = 4*xi(:, d) - 1
          end if
       end do
-      c = 0
-      do j = 1, merge(2, 3, self%n == corners)
-         do i = 1, merge(2, 3, self%n == corners)
-            c = c + 1
-            n(:, c) = along(:, i, 1)*along(:, j, 2)
-            gradient(:, c, 1) = slope(:, i, 1)*along(:, j, 2)*self%inverse_size + self%correction(c, 1)
-            gradient(:, c, 2) = along(:, i, 1)*slope(:, j, 2)*self%inverse_size + self%correction(c, 2)
+      n_along = merge(2, 3, self%n == corners)
+      do c = 1, self%n
+         i = c - 1
+         n(:, c) = 1
+         gradient(:, c, :) = 1
+         do d = 1, ndim
+            k = mod(i, n_along) + 1
+            i = i/n_along
+            do j = 1, ndim
+               if (j /= d) gradient(:, c, j) = gradient(:, c, j)*along(:, k, d)
+               if (j == d) gradient(:, c, j) = gradient(:, c, j)*slope(:, k, d)
+            end do
+            n(:, c) = n(:, c)*along(:, k, d)
+         end do
+         do d = 1, ndim
+            gradient(:, c, d) = gradient(:, c, d)*self%inverse_size + self%correction(c, d)
          end do
       end do
    end subroutine find_functions

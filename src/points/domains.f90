@@ -139,9 +139,9 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
       real(dp) :: x(ndim, corners)
-      integer, parameter :: order(corners) = [1, 2, 4, 3]
+      integer, parameter :: order(4) = [1, 2, 4, 3]
       x = corner_places(p, i)
-      x = x(:, order)
+      x(:, :size(order)) = x(:, order)
    end function corners_around
 
    !> Kinetic energy of a particle: of the corners of its domain, where it has one [J].

@@ -59,7 +59,8 @@ contains
          partial(block) = 0
          associate (first => (block - 1)*particles_per_block + 1, last => min(block*particles_per_block, p%n), h => p%gradient)
             associate (material => materials(p%material(first)))
-               if (material%linear .and. .not. material%is_ring .and. all(p%material(first:last) == p%material(first))) then
+               if (ndim == 2 .and. material%linear .and. .not. material%is_ring .and. &
+                   all(p%material(first:last) == p%material(first))) then
                   partial(block) = strain_energy_of_row(material, last - first + 1, p%volume(first), h(first, 1, 1), &
                                                         h(first, 2, 1), h(first, 1, 2), h(first, 2, 2))
                else

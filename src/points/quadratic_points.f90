@@ -36,6 +36,7 @@ module hampm_quadratic_points
    use hampm_grid, only: grid_t
    use hampm_matter, only: matter_t
    use hampm_piece_moments, only: moments_of_pieces, integrals_of_gradients, integrals_in_ring, polynomials_at, n_polynomials
+   use hampm_tensors, only: identity
    implicit none
    private
    public :: weights_along, weigh_points, correct_points, fewest_points
@@ -166,7 +167,7 @@ contains
       volume = sum(m%particles%volume(number))
       associate (lower => m%grid%element_lower(:, first), edge => m%grid%leaf_size(first))
          if (m%particles%thickness%is_ring) then
-            x = [1, 0]
+            x = identity(:, 1)
             missing = integrals_in_ring(moments, lower(1), edge)*edge*m%particles%thickness%at(x)
          else
             missing = integrals_of_gradients(moments)*edge**(ndim - 1)*m%particles%thickness%of_plate

@@ -18,6 +18,7 @@ module hampm_absorbing_edges
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
+   use hampm_tensors, only: in_plane, identity
    implicit none
    private
    public :: absorbing_edges_t, components, impedance, nodes_of_dashpots
@@ -45,7 +46,6 @@ contains
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: normal(ndim)       !! unit vector
       real(dp) :: z(components)
-      real(dp), parameter :: identity(ndim, ndim) = reshape([1, 0, 0, 1], [ndim, ndim])
       real(dp) :: a(ndim, ndim), root, dh(ndim, ndim), state(material%columns)
       integer :: k
       state = 0
@@ -105,7 +105,7 @@ contains
       if (allocated(self%d)) deallocate (self%d)
       allocate (self%d(ndim, ndim, self%n))
       do k = 1, self%n
-         self%d(:, :, k) = reshape(by_node([1, 3, 3, 2], self%node(k)), [ndim, ndim])
+         self%d(:2, :2, k) = reshape(by_node([1, 3, 3, 2], self%node(k)), [2, 2])
       end do
       self%layout = layout
    end subroutine renew
@@ -135,7 +135,7 @@ contains
                v(d) = after(d, i)
             end do
             determinant = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
-            v = [m(2, 2)*v(1) - m(1, 2)*v(2), m(1, 1)*v(2) - m(2, 1)*v(1)]/determinant
+            v = in_plane(m(2, 2)*v(1) - m(1, 2)*v(2), m(1, 1)*v(2) - m(2, 1)*v(1))/determinant
             acceleration(:, i) = acceleration(:, i) + (v - after(:, i))/dt
             after(:, i) = v
             mean = (before(:, i) + v)/2

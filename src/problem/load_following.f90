@@ -36,10 +36,13 @@ contains
                      call put(loads(l), n, old%fraction(k)*p%mass(c)/sum(p%mass(first:last)), c, old%offset(:, k), old%half(:, k))
                   end do
                else if (any(abs(old%half(:, k)) > 0)) then
-                  do c = -1, 1, 2
-                     call put_on_children(loads(l), n, old%fraction(k)*(1 + c*longer(p, first_child, old, k))/2, first, last, &
-                                          old%offset(:, k) + c*old%half(:, k)/2, old%half(:, k)/2, tolerance, p)
-                  end do
+                  associate (signs => halves_of(old%half(:, k)))
+                     do c = 1, size(signs, 2)
+                        call put_on_children(loads(l), n, old%fraction(k)*(1 + signs(1, c)*longer(p, first_child, old, k)) &
+                                             /size(signs, 2), first, last, old%offset(:, k) + signs(:, c)*old%half(:, k)/2, &
+                                             old%half(:, k)/2, tolerance, p)
+                     end do
+                  end associate
                else
                   call put_on_children(loads(l), n, old%fraction(k), first, last, old%offset(:, k), old%half(:, k), tolerance, p)
                end if
@@ -48,6 +51,25 @@ contains
          call cut_off(loads(l), n)
       end do
    end subroutine follow_split
+
+   !> On which side of its middle each part of a segment is: of a line in the plane its halves, of a rectangle in space its halves in each direction.
+   pure function halves_of(half) result(signs)
+      real(dp), intent(in) :: half(ndim)         !! [m]
+      integer, allocatable :: signs(:, :)
+      integer :: d, n
+      if (ndim == 2) then
+         allocate (signs, source=reshape([(sign(1, 2*(n - ndim) - 1), n=1, 2*ndim)], [ndim, 2]))
+         return
+      end if
+      allocate (signs, source=reshape([(0, d=1, ndim)], [ndim, 1]))
+      do d = 1, ndim
+         if (.not. abs(half(d)) > 0) cycle
+         n = size(signs, 2)
+         signs = reshape([signs, signs], [ndim, 2*n])
+         signs(d, :n) = -1
+         signs(d, n + 1:) = 1
+      end do
+   end function halves_of
 
    !> By which part the circumference in the middle of one half of a segment is longer than in its own, where it is that of a ring [-].
    pure real(dp) function longer(p, first_child, load, k)
@@ -72,7 +94,8 @@ contains
       integer :: pieces(size(load%particle))
       integer :: k
       pieces = first_child(load%particle + 1) - first_child(load%particle)
-      if (.not. load%by_mass) pieces = pieces*[(merge(2, 1, any(abs(load%half(:, k)) > 0)), k=1, size(load%particle))]
+      if (.not. load%by_mass) pieces = pieces*[(merge(size(halves_of(load%half(:, k)), 2), 1, any(abs(load%half(:, k)) > 0)), &
+                                                  k=1, size(load%particle))]
    end function pieces
 
    !> Put a point on the nearest child of a particle, or in equal parts on several that are as near.
@@ -138,7 +161,8 @@ contains
       integer, intent(in) :: level(:)            !! how often particles had been split
       integer, intent(in) :: new_number(:)       !! of each particle, or of the one that it is part of
       logical, allocatable :: is_open(:)         ! points that may be joined to another one
-      integer :: l, k
+      integer, parameter :: all_directions(ndim) = 1
+      integer :: along(ndim), d, l, k
       do l = 1, size(loads)
          associate (load => loads(l))
             is_open = level(load%particle) > p%level(new_number(load%particle))
@@ -149,19 +173,27 @@ contains
                   load%particle(k) = particle
                end associate
             end do
-            call join(load, 0, tolerance, is_open)
-            if (.not. load%by_mass) call join(load, 2, tolerance, is_open)
+            call join(load, 0, all_directions, tolerance, is_open)
+            if (load%by_mass) cycle
+            if (ndim == 2) call join(load, 2, all_directions, tolerance, is_open)
+            do d = 1, merge(0, ndim, ndim == 2)
+               along = 0
+               along(d) = 1
+               call join(load, 2, along, tolerance, is_open)
+            end do
          end associate
       end do
    end subroutine follow_recombination
 
    !> Join the points of each particle that stand at one place, or are the middles of the two halves of a segment. Of several segments in line the
    !> halves of each follow each other.
-   subroutine join(load, halves, tolerance, is_open)
+   subroutine join(load, halves, along, tolerance, is_open)
       type(load_t), intent(inout) :: load
       integer, intent(in) :: halves              !! by how many halves of their segments points are apart: 0 or 2
+      integer, intent(in) :: along(ndim)         !! 1 in the directions in which they are
       real(dp), intent(in) :: tolerance          !! [m]
       logical, allocatable, intent(inout) :: is_open(:) !! by point, which may be joined, and afterwards to others
+      logical :: is_joined(size(load%particle))  ! by point
       integer :: last(maxval([load%particle, 0])), before(size(load%particle)) ! point of a particle, and the one before it
       type(load_t) :: old
       integer :: k, n, at
@@ -173,19 +205,20 @@ contains
             at = merge(last(particle), 0, is_open(k))
             do while (at > 0)
                associate (apart => x - load%offset(:, at))
-                  if (is_open(at) .and. all(abs(half - load%half(:, at)) <= tolerance) .and. &
-                      min(maxval(abs(apart - halves*half)), maxval(abs(apart + halves*half))) <= tolerance) exit
+                  if (is_open(at) .and. .not. is_joined(at) .and. all(abs(half - load%half(:, at)) <= tolerance) .and. &
+                      min(maxval(abs(apart - halves*along*half)), maxval(abs(apart + halves*along*half))) <= tolerance) exit
                end associate
                at = before(at)
             end do
             if (at > 0) then
                load%fraction(at) = load%fraction(at) + old%fraction(k)
                load%offset(:, at) = (load%offset(:, at) + x)/2
-               load%half(:, at) = (1 + halves/2)*load%half(:, at)
-               is_open(at) = halves == 0
+               load%half(:, at) = (1 + halves/2*along)*load%half(:, at)
+               is_joined(at) = halves > 0
             else
                call put(load, n, old%fraction(k), particle, x, half)
                is_open(n) = is_open(k)
+               is_joined(n) = .false.
                before(n) = last(particle)
                last(particle) = n
             end if

@@ -21,6 +21,7 @@ module hampm_pressed_faces
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t, spacing_of
    use hampm_children, only: is_half, middle_of_parent
+   use hampm_tensors, only: quarter_turn
    implicit none
    private
    public :: press_faces
@@ -224,7 +225,7 @@ contains
       real(dp) :: normal(ndim), half(ndim)
       integer :: d, k
       normal = p%half(i, :)
-      half = [-normal(2), normal(1)]
+      half = quarter_turn(normal)
       half = half*minval(size/2/max(abs(half), along))
       do d = 1, ndim
          if (abs(normal(d)) <= along) cycle

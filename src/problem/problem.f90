@@ -1,6 +1,6 @@
 !> The problem that a run solves, and its state between two steps.
 module hampm_problem
-   use hampm_kinds, only: dp, corners, long
+   use hampm_kinds, only: dp, ndim, corners, long
    use hampm_absorbing_edges, only: absorbing_edges_t, nodes_of_dashpots
    use hampm_body_contact, only: body_contact_t, rebuild_body_contact
    use hampm_constraints, only: constraints_t, rebuild_constraints, find_levers
@@ -108,7 +108,7 @@ contains
       m%cache%mapped = .false.
       if (m%cache%is_provisional) return
       m%blocks%layout = m%blocks%layout + 1      ! where its elements are is new, whichever they are
-      m%blocks%by_supports = any(m%materials%mean_dilatation) .or. m%particles%thickness%is_ring
+      m%blocks%by_supports = ndim > 2 .or. any(m%materials%mean_dilatation) .or. m%particles%thickness%is_ring
       m%cache%tiling = tiling_t()
       m%cache%operators = none
       m%corners = corner_map_t()

@@ -281,7 +281,7 @@ contains
       type(rigid_constraint_t), intent(in) :: constraint
       real(dp), intent(in) :: force              !! [N]
       character(:), allocatable :: text
-      character(*), parameter :: axis = 'xy'
+      character(*), parameter :: axis = 'xyz'
       if (constraint%motion == motions) then
          text = 'turns, as the loads have a moment and its constraints hold it at one point or along one line only. '// &
                 'Hold another node by a &constraint'

@@ -48,7 +48,8 @@ contains
    !> Name of a direction.
    pure character function axis(d)
       integer, intent(in) :: d
-      axis = merge('x', 'y', d == 1)
+      character(*), parameter :: axes = 'xyz'
+      axis = axes(d:d)
    end function axis
 
    !> Mass that stands above and below the supported components of nodes, by its part in these and in the nodes that hang on them [kg].

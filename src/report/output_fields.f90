@@ -10,7 +10,8 @@ module hampm_output_fields
    use hampm_problem, only: problem_t
    use hampm_nodal_fields, only: v_n
    use hampm_indicator, only: refinement_t
-   use hampm_snapshots, only: piece_t, add_field, vtk_line, vtk_quad, vtk_biquadratic_quad
+   use hampm_snapshots, only: piece_t, add_field, vtk_line, vtk_quad, vtk_hexahedron, vtk_biquadratic_quad
+   use hampm_tensors, only: name_of_component, n_voigt, identity, voigt, n_symmetric
    implicit none
    private
    public :: shows_cracks, particle_fields, mesh_fields, crack_fields
@@ -33,15 +34,17 @@ contains
       type(piece_t), intent(out) :: output
       real(dp) :: h(ndim, ndim), stress(ndim, ndim)
       real(dp), allocatable :: components(:, :), energy(:), plastic(:), deformation(:, :)
-      integer :: i
+      integer :: i, k
       associate (p => problem%particles)
-         allocate (components(4, p%n), energy(p%n), plastic(p%n), deformation(4, p%n))
+         allocate (components(n_symmetric, p%n), energy(p%n), plastic(p%n), deformation(ndim*ndim, p%n))
          do i = 1, p%n
             h = p%gradient_of(i)
-            deformation(:, i) = [1 + h(1, 1), h(1, 2), h(2, 1), 1 + h(2, 2)]
+            deformation(:, i) = reshape(transpose(identity + h), [ndim*ndim])
             associate (material => problem%materials(p%material(i)))
                stress = material%kirchhoff_stress(h, p%history_of(i), p%hoop_of(i))
-               components(:3, i) = [stress(1, 1), stress(2, 2), stress(1, 2)]
+               do k = 1, ndim
+                  components(voigt(:, k), i) = stress(:, k)
+               end do
                if (p%thickness%is_ring) components(4, i) = (1 + merge(p%hoop_of(i), 0.0_dp, material%is_finite)) &
                                                          *material%hoop_stress(h, p%history_of(i), p%hoop_of(i))
                energy(i) = material%energy_density(h, p%history_of(i), p%hoop_of(i))
@@ -53,9 +56,9 @@ contains
          call add_field(output%point_fields, 'body', real(reshape(p%body, [1, p%n]), dp))
          call add_field(output%point_fields, 'displacement', transpose(p%displacement), 'm')
          call add_field(output%point_fields, 'velocity', transpose(p%velocity), 'm/s')
-         call add_field(output%point_fields, 'stress_xx', components(1:1, :), 'Pa')
-         call add_field(output%point_fields, 'stress_yy', components(2:2, :), 'Pa')
-         call add_field(output%point_fields, 'stress_xy', components(3:3, :), 'Pa')
+         do k = 1, n_voigt
+            call add_field(output%point_fields, 'stress_'//name_of_component(k), components(k:k, :), 'Pa')
+         end do
          if (p%thickness%is_ring) call add_field(output%point_fields, 'stress_zz', components(4:4, :), 'Pa')
          call add_field(output%point_fields, 'energy_density', reshape(energy, [1, p%n]), 'J/m3')
          call add_field(output%point_fields, 'deformation_gradient', deformation)
@@ -93,7 +96,7 @@ contains
       type(refinement_t), intent(in) :: refinement
       logical, intent(in) :: with_cracks, after_failure
       type(piece_t), intent(out) :: output
-      integer, parameter :: around(corners) = [1, 2, 4, 3]  ! corners in VTK's order, around the cell
+      integer, parameter :: order(8) = [1, 2, 4, 3, 5, 6, 8, 7], around(corners) = order(:corners) ! corners in VTK's order
       real(dp), allocatable :: phi(:), r(:)
       integer :: e
       if (refinement%by%name == 'gradient') then
@@ -116,7 +119,7 @@ contains
          end if
          output%connectivity = reshape(grid%element_nodes(around, :) - 1, [corners*grid%n_elements])
          output%offsets = [(corners*e, e=0, grid%n_elements)]
-         output%cell_types = spread(vtk_quad, 1, grid%n_elements)
+         output%cell_types = spread(merge(vtk_quad, vtk_hexahedron, ndim == 2), 1, grid%n_elements)
          call add_field(output%cell_fields, 'level', &
                         reshape([(real(grid%forest%level_of(grid%element_leaf(e)), dp), e=1, grid%n_elements)], &
                                   [1, grid%n_elements]))
@@ -133,13 +136,13 @@ contains
       logical, intent(in) :: with_cracks
       type(piece_t), intent(inout) :: output
       integer, parameter :: n = points_of_quadratic
-      integer, parameter :: around(n) = [1, 3, 9, 7, 2, 6, 8, 4, 5]  ! VTK's order: corners, middles of sides, middle
+      integer, parameter :: around(9) = [1, 3, 9, 7, 2, 6, 8, 4, 5]  ! VTK's order: corners, middles of sides, middle
       integer :: support(n), e, k
       associate (cells => grid%n_elements/corners, first => [(e, e=1, grid%n_elements, corners)])
          allocate (output%connectivity(n*cells))
          do k = 1, cells
             support = grid%support_of(first(k))
-            output%connectivity(n*(k - 1) + 1:n*k) = support(around) - 1
+            output%connectivity(n*(k - 1) + 1:n*(k - 1) + size(around)) = support(around) - 1
          end do
          output%offsets = [(n*k, k=0, cells)]
          output%cell_types = spread(vtk_biquadratic_quad, 1, cells)

@@ -12,6 +12,7 @@ module hampm_probes
    use hampm_point_values, only: view_t, surroundings_t, new_view, look_around, weights_of, weights_of_cells, &
                                    quadratic_fit
    use hampm_problem, only: problem_t
+   use hampm_tensors, only: in_plane, quarter_turn
    implicit none
    private
    public :: record_probes, add_means
@@ -112,7 +113,7 @@ contains
    pure function left_of(from, to) result(normal)
       real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
       real(dp) :: normal(ndim)
-      normal = [from(2) - to(2), to(1) - from(1)]/norm2(to - from)
+      normal = quarter_turn(to - from)/norm2(to - from)
    end function left_of
 
    !> Add parts of what the particles around a point tell of it: displacement, velocity, and the components xx, yy, xy and zz of strain
@@ -254,9 +255,9 @@ contains
          end do
       end do
       if (any(problem%materials%is_finite) .and. hypot(c, s) > 0) &
-         jump = matmul(reshape([c, -s, s, c], [ndim, ndim]), jump)/hypot(c, s)
-      parted = [dot_product(normal, jump), normal(2)*jump(1) - normal(1)*jump(2)]
-      if (face /= both_faces) parted = [2*parted(1), 0.0_dp]
+         jump = in_plane(c*jump(1) + s*jump(2), c*jump(2) - s*jump(1))/hypot(c, s)
+      parted = in_plane(dot_product(normal, jump), normal(2)*jump(1) - normal(1)*jump(2))
+      if (face /= both_faces) parted = in_plane(2*parted(1), 0.0_dp)
    end function parted_at
 
    !> Volume between the faces of a straight part of a crack, where there is material on both sides: the integral of the opening, by the

@@ -209,12 +209,15 @@ contains
       real(dp), intent(in) :: toward(ndim)       !! unit vector into the material at the face of a crack; 0 elsewhere
       type(load_t), intent(inout) :: load
       real(dp), allocatable :: x(:, :)
-      integer :: n, k
-      n = maxval(points_along(min(from, to), max(from, to), model%grid%cell, maxval(model%bodies%points_per_cell)))
-      allocate (x(ndim, n))
-      do k = 1, n
-         x(:, k) = from + (k - 0.5_dp)/n*(to - from)
+      integer :: n(ndim), at(ndim), k, d
+      n = points_along(min(from, to), max(from, to), model%grid%cell, maxval(model%bodies%points_per_cell))
+      if (ndim == 2) n(:2) = [maxval(n), 1]      ! of a segment that may be slanted
+      allocate (x(ndim, product(n)))
+      do k = 1, size(x, 2)
+         at = [(mod((k - 1)/product(n(:d - 1)), n(d)), d=1, ndim)]
+         if (ndim == 2) at(2) = at(1)
+         x(:, k) = from + (at + 0.5_dp)/merge(n(1), n, ndim == 2)*(to - from)
       end do
-      call load_on_points(m%matter_t, x, (to - from)/(2*n), load, toward)
+      call load_on_points(m%matter_t, x, (to - from)/(2*merge(n(1), n, ndim == 2)), load, toward)
    end subroutine load_on_segment
 end module hampm_load_assembly

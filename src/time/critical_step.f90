@@ -24,14 +24,14 @@ module hampm_critical_step
    use hampm_mass_matrix, only: prepare_cell, eigenvalue_floor, floor_of_domains, floor_of_quadratic
    use hampm_mass_solver, only: by_lumped, by_fmpm
    use hampm_material, only: material_t
-   use hampm_orthotropic, only: n_voigt
    use hampm_quadratic_points, only: weights_along
+   use hampm_tensors, only: voigt, n_voigt
    implicit none
    private
    public :: stable_time_step, largest_wave_speed, row_t, ring_t, row_of_points, row_of_cut_cells, shifted, &
              largest_courant, sample_cells
 
-   integer, parameter :: sample_cells = 8        !! that a sample has at most in each direction
+   integer, parameter :: sample_cells = merge(8, 4, ndim == 2) !! that a sample has at most in each direction
 
    !> Distance to the edge of a cell, at least [cells]: nodes of next to no mass keep their digits
    real(dp), parameter :: margin = 1e-6_dp
@@ -56,7 +56,7 @@ module hampm_critical_step
       integer, allocatable :: nodes(:, :)        !! of each cell, (nodes of a cell, cells)
       real(dp), allocatable :: mass(:, :)        !! M, (nodes, nodes)
       real(dp), allocatable :: lumped(:)         !! its row sums, (nodes)
-      real(dp), allocatable :: stiffness(:, :)   !! K, (2 nodes, 2 nodes); first all x components
+      real(dp), allocatable :: stiffness(:, :)   !! K, (ndim nodes, ndim nodes); first all x components
    end type sample_t
 
 contains
@@ -151,7 +151,7 @@ contains
       type(sample_t) :: sample
       real(dp), allocatable :: inverse(:, :), q(:, :), root(:)
       real(dp) :: square
-      integer :: i, n
+      integer :: d, i, k, n
       logical :: quadratic
       quadratic = .false.
       if (present(are_quadratic)) quadratic = are_quadratic
@@ -168,8 +168,9 @@ contains
       n = size(root)
       do i = 1, n
          q(:, i) = root*q(:, i)*root(i)
-         sample%stiffness(:, i) = sample%stiffness(:, i)/[root, root]/root(i)
-         sample%stiffness(:, n + i) = sample%stiffness(:, n + i)/[root, root]/root(i)
+         do d = 0, ndim - 1
+            sample%stiffness(:, d*n + i) = sample%stiffness(:, d*n + i)/[(root, k=1, ndim)]/root(i)
+         end do
       end do
       square = largest_eigenvalue(q, sample%stiffness)
       courant = huge(courant)
@@ -184,30 +185,38 @@ contains
       type(sample_t), intent(out) :: s
       type(ring_t), intent(in), optional :: ring
       real(dp) :: xi(ndim), weight, n(merge(points_of_quadratic, corners, quadratic)), gradient(size(n), ndim)
-      integer :: nodes(size(n)), i, j, d, at(ndim)
+      integer :: nodes(size(n)), k, d, at(ndim), i(ndim), n_points(ndim)
       call make_room([(floor(maxval(rows(d)%x)) + 1, d=1, ndim)], merge(2, 1, quadratic), s)
-      do j = 1, size(rows(2)%x)
-         do i = 1, size(rows(1)%x)
-            call locate([rows(1)%x(i), rows(2)%x(j)], at, xi)
-            if (quadratic) then
-               weight = weight_at(rows(1)%spacing, xi(1))*weight_at(rows(2)%spacing, xi(2))
-               n = quadratic_functions(xi)
-               gradient = quadratic_gradients(xi, 1.0_dp)
-            else
-               weight = rows(1)%length(i)*rows(2)%length(j)
-               n = shape_functions(xi)
-               gradient = shape_gradients(xi, 1.0_dp)
-            end if
-            if (present(ring)) weight = weight*(rows(1)%x(i) - ring%axis)
-            nodes = s%nodes(:, number_of(at, s))
-            call add_mass(weight, n, number_of(at, s), s)
-            call add_stiffness(weight*moduli, gradient, nodes, size(s%lumped), s%stiffness)
-            if (present(ring)) call add_hoops(weight*ring%moduli, n/(rows(1)%x(i) - ring%axis), gradient, nodes, s)
-         end do
+      n_points = [(size(rows(d)%x), d=1, ndim)]
+      do k = 1, product(n_points)
+         i = place_in(n_points, k)
+         call locate([(rows(d)%x(i(d)), d=1, ndim)], at, xi)
+         if (quadratic) then
+            weight = product([(weight_at(rows(d)%spacing, xi(d)), d=1, ndim)])
+            n = quadratic_functions(xi)
+            gradient = quadratic_gradients(xi, 1.0_dp)
+         else
+            weight = product([(rows(d)%length(i(d)), d=1, ndim)])
+            n = shape_functions(xi)
+            gradient = shape_gradients(xi, 1.0_dp)
+         end if
+         if (present(ring)) weight = weight*(rows(1)%x(i(1)) - ring%axis)
+         nodes = s%nodes(:, number_of(at, s))
+         call add_mass(weight, n, number_of(at, s), s)
+         call add_stiffness(weight*moduli, gradient, nodes, size(s%lumped), s%stiffness)
+         if (present(ring)) call add_hoops(weight*ring%moduli, n/(rows(1)%x(i(1)) - ring%axis), gradient, nodes, s)
       end do
       if (present(ring)) call hold_axis(ring, s)
       call sum_cells(s)
    end subroutine build_sample
+
+   !> The k-th place of a lattice, from 1 on in each direction, those along x one after the other.
+   pure function place_in(n, k) result(place)
+      integer, intent(in) :: n(ndim), k
+      integer :: place(ndim)
+      integer :: d
+      place = [(mod((k - 1)/product(n(:d - 1)), n(d)) + 1, d=1, ndim)]
+   end function place_in
 
    !> Weight of a particle in one direction, by the distance between particles and the place in its cell.
    pure real(dp) function weight_at(spacing, xi) result(weight)
@@ -225,29 +234,29 @@ contains
       real(dp) :: xi(ndim), length(ndim), toward(ndim), shape(corners), weight
       real(dp), allocatable :: gradient(:, :)    ! of the function of a particle [1/cells], (nodes, ndim)
       integer, allocatable :: nodes(:)
-      integer :: i, j, c, d, k, at(ndim), first(ndim)
+      integer :: i(ndim), n_points(ndim), c, d, j, k, at(ndim), first(ndim)
       first = [(floor(minval(rows(d)%x - rows(d)%length/2) + margin), d=1, ndim)] ! domains reach beyond the cells of the particles
       call make_room([(floor(maxval(rows(d)%x + rows(d)%length/2) - margin) + 1, d=1, ndim)] - first, 1, s)
       allocate (gradient(size(s%lumped), ndim))
-      do j = 1, size(rows(2)%x)
-         do i = 1, size(rows(1)%x)
-            length = [rows(1)%length(i), rows(2)%length(j)]
-            weight = product(length)
-            gradient = 0
-            do c = 1, corners
-               toward = corner_offset(c) - 0.5_dp
-               call locate([rows(1)%x(i), rows(2)%x(j)] - first + (1 - margin)*toward*length, at, xi)
-               shape = shape_functions(xi)
-               call add_mass(weight/corners, shape, number_of(at, s), s)
-               associate (at_corners => s%nodes(:, number_of(at, s)))
-                  do d = 1, ndim
-                     gradient(at_corners, d) = gradient(at_corners, d) + shape*toward(d)/length(d)
-                  end do
-               end associate
-            end do
-            nodes = pack([(k, k=1, size(s%lumped))], abs(gradient(:, 1)) + abs(gradient(:, 2)) > 0)
-            call add_stiffness(weight*moduli, gradient(nodes, :), nodes, size(s%lumped), s%stiffness)
+      n_points = [(size(rows(d)%x), d=1, ndim)]
+      do j = 1, product(n_points)
+         i = place_in(n_points, j)
+         length = [(rows(d)%length(i(d)), d=1, ndim)]
+         weight = product(length)
+         gradient = 0
+         do c = 1, corners
+            toward = corner_offset(c) - 0.5_dp
+            call locate([(rows(d)%x(i(d)), d=1, ndim)] - first + (1 - margin)*toward*length, at, xi)
+            shape = shape_functions(xi)
+            call add_mass(weight/corners, shape, number_of(at, s), s)
+            associate (at_corners => s%nodes(:, number_of(at, s)))
+               do d = 1, ndim
+                  gradient(at_corners, d) = gradient(at_corners, d) + shape*toward(d)/length(d)
+               end do
+            end associate
          end do
+         nodes = pack([(k, k=1, size(s%lumped))], sum(abs(gradient), dim=2) > 0)
+         call add_stiffness(weight*moduli, gradient(nodes, :), nodes, size(s%lumped), s%stiffness)
       end do
       call sum_cells(s)
    end subroutine build_sample_of_domains
@@ -257,24 +266,32 @@ contains
       integer, intent(in) :: cells(ndim)
       integer, intent(in) :: order               !! of the cells: 1 bilinear, 2 quadratic
       type(sample_t), intent(inout) :: s
-      integer :: i, j, a, b
+      integer :: k, a
       s%cells = cells
       associate (n => product(order*cells + 1), m => product(cells), f => (order + 1)**ndim)
-         allocate (s%cell(f, f, m), s%mass(n, n), s%lumped(n), s%stiffness(2*n, 2*n), source=0.0_dp)
+         allocate (s%cell(f, f, m), s%mass(n, n), s%lumped(n), s%stiffness(ndim*n, ndim*n), source=0.0_dp)
          allocate (s%nodes(f, m))
       end associate
-      do j = 0, cells(2) - 1
-         do i = 0, cells(1) - 1
-            s%nodes(:, number_of([i, j], s)) = [((order*i + a + (order*j + b)*(order*cells(1) + 1) + 1, a=0, order), b=0, order)]
-         end do
+      do k = 1, product(cells)
+         associate (n => order*cells + 1, first => order*(place_in(cells, k) - 1))
+            s%nodes(:, k) = [(node_number(n, first + place_in(spread(order + 1, 1, ndim), a)), a=1, size(s%nodes, 1))]
+         end associate
       end do
+   contains
+      !> Number of the node at a place, from 1 on in each direction.
+      pure integer function node_number(n, place)
+         integer, intent(in) :: n(:), place(:)
+         integer :: d
+         node_number = 1 + sum([((place(d) - 1)*product(n(:d - 1)), d=1, ndim)])
+      end function node_number
    end subroutine make_room
 
    !> Number of the cell at a place.
    pure integer function number_of(at, s)
       integer, intent(in) :: at(ndim)            !! from 0 on
       type(sample_t), intent(in) :: s
-      number_of = at(1) + at(2)*s%cells(1) + 1
+      integer :: d
+      number_of = 1 + sum([(at(d)*product(s%cells(:d - 1)), d=1, ndim)])
    end function number_of
 
    !> The cell of a place, and where in it that is.
@@ -315,7 +332,6 @@ contains
       real(dp), intent(in) :: moduli(n_voigt, n_voigt), gradient(:, :)  !! (nodes, ndim)
       integer, intent(in) :: nodes(:), n
       real(dp), intent(inout) :: stiffness(:, :)
-      integer, parameter :: voigt(ndim, ndim) = reshape([1, 3, 3, 2], [ndim, ndim])
       real(dp) :: stress(ndim)                   ! on planes of either direction, of a unit displacement in direction k
       integer :: a, c, d, k
       do c = 1, size(nodes)
@@ -340,8 +356,9 @@ contains
       type(sample_t), intent(inout) :: s
       real(dp) :: by_hoop(size(nodes), ndim)     ! forces of a unit H_33, by the stress in the plane
       integer :: c, d
-      by_hoop(:, 1) = matmul(gradient, moduli([1, 3]))
-      by_hoop(:, 2) = matmul(gradient, moduli([3, 2]))
+      do d = 1, ndim
+         by_hoop(:, d) = matmul(gradient, moduli(voigt(:, d)))
+      end do
       associate (n => size(s%lumped), k => s%stiffness)
          do c = 1, size(nodes)
             do d = 1, ndim
@@ -449,12 +466,12 @@ contains
       do i = 1, n - 1
          u(i + 1:, i) = 0
       end do
-      do i = 0, n, n                             ! the upper triangle is read
-         do j = i, n, n
+      do i = 0, (ndim - 1)*n, n                  ! the upper triangle is read
+         do j = i, (ndim - 1)*n, n
             both(i + 1:i + n, j + 1:j + n) = matmul(u, matmul(k(i + 1:i + n, j + 1:j + n), transpose(u)))
          end do
       end do
-      call dsyev('N', 'U', 2*n, both, 2*n, value, work, size(work), info)
-      largest = value(2*n)
+      call dsyev('N', 'U', ndim*n, both, ndim*n, value, work, size(work), info)
+      largest = value(ndim*n)
    end function largest_eigenvalue
 end module hampm_critical_step
