@@ -201,6 +201,7 @@ contains
          if (probe%gives('opening')) then
             if (probe%tip == 'last') points = points(:, size(points, 2):1:-1)
             left = probe%distance
+            length = 1
             do k = 2, size(points, 2)
                length = norm2(points(:, k) - points(:, k - 1))
                if (left <= length .or. k == size(points, 2)) exit
