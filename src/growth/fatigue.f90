@@ -64,7 +64,7 @@ contains
    end subroutine new_fatigue
 
    !> Range of K, least over largest K, and largest K over K_c of a tip in a block, of both modes. K_I below 0 counts as 0: faces are pressed on each
-   !> other, and shear alone drives the tip.
+   !> other, and shear alone lets the tip grow.
    pure subroutine find_cycle(fatigue, toughness, at, block, range, ratio, part)
       type(fatigue_t), intent(in) :: fatigue
       real(dp), intent(in) :: toughness          !! 0: none [J/m2]
@@ -76,7 +76,7 @@ contains
       range = 0
       ratio = 0
       part = 0
-      if (.not. is_driven(at(:, fatigue%top(block)))) return
+      if (.not. may_grow(at(:, fatigue%top(block)))) return
       largest = at(:modes, fatigue%top(block))
       largest(1) = max(largest(1), 0.0_dp)
       least = at(:modes, fatigue%bottom(block))
@@ -87,10 +87,10 @@ contains
    end subroutine find_cycle
 
    !> Whether a tip is opened, or sheared more than it is pressed shut.
-   pure logical function is_driven(k)
+   pure logical function may_grow(k)
       real(dp), intent(in) :: k(of_rate)         !! K, and the root of G
-      is_driven = k(1) > 0 .or. abs(k(2)) > -k(1)
-   end function is_driven
+      may_grow = k(1) > 0 .or. abs(k(2)) > -k(1)
+   end function may_grow
 
    !> Way of each tip in a cycle of a block [m].
    pure function rates_of(fatigue, model, at, block) result(rates)
@@ -195,7 +195,7 @@ contains
          if (fatigue%law(k) == 0) cycle
          root = sqrt(toughness_of(fatigue, model, k))
          associate (first => before(of_rate, fatigue%top(block), k), last => after(of_rate, fatigue%top(block), k))
-            if (.not. (root > 0 .and. is_driven(before(:, fatigue%top(block), k)))) cycle
+            if (.not. (root > 0 .and. may_grow(before(:, fatigue%top(block), k)))) cycle
             if (first >= root) part = 0
             if (last > max(first, root)) part = min(part, max(0.0_dp, (root - first)/(last - first)))
          end associate
