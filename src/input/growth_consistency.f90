@@ -160,8 +160,8 @@ contains
          if (.not. any(path_tips(model, growth%path))) &
             call settings%complain(entry, 'crack', 'this crack has no tip inside the material')
          if (growth%factors%mixed_mode /= 'none' .and. has_layers(model, growth%path)) &
-            call settings%complain(entry, 'mixed_mode', 'has no meaning between layers: other material is within the radii of '// &
-                                   'a tip, where G has no parts of modes')
+            call settings%complain(entry, 'mixed_mode', 'must be ''none'' between layers: other material is within the '// &
+                                   'radii of a tip, where G has no parts of modes')
          if (growth%law%is_static .and. growth%increment > 0 .and. &
              growth%increment < least_radius(model) - tolerance(model%grid)) &
             call settings%complain(entry, 'increment', 'must be at least two of the finest cells, '// &
