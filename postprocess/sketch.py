@@ -136,7 +136,7 @@ class Sheet:
 
     def line(self, points, **look):
         self.axes.plot(*np.transpose(points), **look)
-        self._points += list(along(points, 5 * self.point)[0])
+        self._points += list(along(points, 5 * self.point)[0] if len(points) > 1 else points)
 
     def box(self, lower, upper, **look):
         self.axes.add_patch(Rectangle(lower, *np.subtract(upper, lower), fill=False, linestyle="--", **look))
