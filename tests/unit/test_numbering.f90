@@ -22,6 +22,7 @@ program test_numbering
       call check_numbering('direction by direction', constraints%fixed(d:d, :))
    end do
    call check_numbering('together', constraints%fixed)
+   call check_turning()
    call elements_of_hanging_nodes()
    deallocate (nodes)
    call finish()
@@ -49,6 +50,26 @@ contains
                  'the elements have every node, once')
       call check(all(nodes(:4) == grid%element_nodes(:, 1)), 'in the order of the elements and of their corners')
    end subroutine nodes_are_met_in_order
+
+   !> The edge in x turns with one unknown: what is scattered is that times the weights, what is gathered its moment.
+   subroutine check_turning()
+      type(constraints_t) :: pin
+      type(numbering_t) :: numbering
+      integer, allocatable :: group(:, :)
+      real(dp), allocatable :: weight(:, :), field(:, :), x(:)
+      pin = constraints
+      allocate (group(ndim, grid%n_nodes), source=merge(2, 0, pin%fixed .and. pin%box == 1))
+      allocate (weight(ndim, grid%n_nodes), source=spread(1 - grid%node_position(2, :grid%n_nodes), 1, ndim))
+      call number_unknowns(nodes, pin%fixed .and. group == 0, numbering, group, weight)
+      call check(count(group > 0) > 1 .and. numbering%n == count(.not. pin%fixed) + 1, 'components that turn are one unknown')
+      allocate (field(ndim, grid%n_points), source=0.0_dp)
+      allocate (x(numbering%n), source=0.0_dp)
+      x(maxval(pack(numbering%dof, group > 0))) = 3
+      call numbering%scatter(x, field)
+      call check(all(abs(field(:, :grid%n_nodes) - merge(3*weight, 0.0_dp, group > 0)) <= 0), 'each by its weight')
+      x = numbering%gather(field)
+      call check(abs(sum(x) - 3*sum(weight**2, mask=group > 0)) <= 1e-12_dp, 'and its equation is theirs by the same weights')
+   end subroutine check_turning
 
    subroutine check_numbering(what, fixed)
       character(*), intent(in) :: what
