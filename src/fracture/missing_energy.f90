@@ -77,6 +77,20 @@ contains
       end do
    end function is_near
 
+   !> Number of the material of an element; of a graded body that of its middle.
+   pure integer function material_of(m, e) result(k)
+      type(problem_t), intent(in) :: m
+      integer, intent(in) :: e
+      integer :: d
+      associate (p => m%particles, b => m%blocks)
+         k = p%material(b%first_in(e))
+         if (.not. m%materials(k)%is_graded()) return
+         associate (all => p%reference(b%first_in(e):b%last_in(e):b%stride_in(e), :))
+            k = k + m%materials(k)%slices_to([(sum(all(:, d))/size(all, 1), d=1, ndim)])
+         end associate
+      end associate
+   end function material_of
+
    !> Add that of an element that is full of material, for the displacements of which it counts; of others nothing is known.
    pure subroutine add_missing(m, e, n, counts, u, of_particles, recovered, missing)
       type(problem_t), intent(in) :: m
@@ -95,7 +109,7 @@ contains
       at = m%grid%element_nodes(:, e)
       total = 0
       middle = 0
-      associate (p => m%particles, b => m%blocks, material => m%materials(m%particles%material(m%blocks%first_in(e))))
+      associate (p => m%particles, b => m%blocks, material => m%materials(material_of(m, e)))
          do i = b%first_in(e), b%last_in(e), b%stride_in(e)
             area = p%area_of(i)
             total = total + area

@@ -10,7 +10,7 @@ module hampm_model_materials
    private
    public :: materials_of, material_of, material_of_body, are_alike, is_graded
 
-   integer, parameter :: fewest_slices = 100, most_slices = 10000 !! of a graded body
+   integer, parameter :: fewest_slices = 101, most_slices = 20001 !! of a graded body
 
 contains
 
@@ -53,14 +53,15 @@ contains
          material = size(model%materials) + sum([(own_materials(model, k), k=1, first - 1)]) + 1
    end function material_of_body
 
-   !> How many materials a body has for itself: of a graded one two to the width of the finest cells.
+   !> How many materials a body has for itself: of a graded one six to the width of the finest cells, and one more, so that no particle that stands in a
+   !> cell at a usual part of it is where two of them meet.
    pure integer function own_materials(model, body)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body
       own_materials = merge(1, 0, any(abs(model%bodies(body)%eigenstrain) > 0))
       if (.not. is_graded(model, body)) return
       associate (at => model%bodies(body)%profile%at, finest => model%grid%cell/2**model%refine%max_level)
-         own_materials = nint(min(max(2*(at(size(at)) - at(1))/finest, real(fewest_slices, dp)), real(most_slices, dp)))
+         own_materials = nint(min(max(6*anint((at(size(at)) - at(1))/finest) + 1, real(fewest_slices, dp)), real(most_slices, dp)))
       end associate
    end function own_materials
 

@@ -722,13 +722,17 @@ contains
       real(dp), intent(out) :: cell              !! [m]
       real(dp), intent(out) :: stiffness         !! [Pa/m]
       real(dp) :: compliance
-      integer :: side
+      integer :: side, first, of_place           ! a particle there, and the material
       cell = 0
       compliance = 0
       do side = 1, faces
          if (e(side) == 0) cycle
          cell = cell + m%grid%leaf_size(e(side))/count(e > 0)
-         associate (material => m%materials(m%particles%material(m%blocks%first_in(nearest_carrier(m, e(side), x)))))
+         first = m%blocks%first_in(nearest_carrier(m, e(side), x))
+         of_place = m%particles%material(first)
+         if (m%materials(of_place)%is_graded()) of_place = of_place + m%materials(of_place)%slices_to( &
+                                                           x + m%particles%reference(first, :) - m%particles%place_in_grid(first))
+         associate (material => m%materials(of_place))
             compliance = compliance + m%grid%leaf_size(e(side))/(2*firmness*material%plane_modulus())
          end associate
       end do

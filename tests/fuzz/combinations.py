@@ -415,6 +415,7 @@ def resultant(case, time):
     for keys in groups(scene, "load"):
         if keys["kind"] == "gravity":
             case.need(not holes or len(solid) == 1)
+            case.need(not any("profile_density" in one for one in solid))
             area = [outline_area(one) for one in solid]
             area[0] -= sum(outline_area(one) for one in holes)
             force = np.array(keys["acceleration"]) * sum(a * density[one["material"]] for a, one in zip(area, solid)) * thickness
