@@ -285,7 +285,7 @@ contains
       if (m%particles%total_frame .and. m%grid%cut_cells%are_there() .and. .not. m%cache%is_provisional) &
          call change_sides(m, from, on, first_child)
       if (allocated(values)) call give_to_children(values, marked, first_child, m)
-      call give_materials_of_places(m%particles, m%materials)
+      if (.not. any(m%materials%has_history)) call give_materials_of_places(m%particles, m%materials)
       call follow_split(m%loads, m%grid%forest%tolerance(), m%particles, marked, first_child)
       call sort_anew(m, failure)
    end subroutine split_marked
@@ -373,7 +373,7 @@ contains
       call recombine(m%particles, ready, m%grid%forest, families, new_number, failure)
       if (families == 0 .or. failure%failed()) return
       if (allocated(values)) call give_to_parents(values, ready, level, new_number, m)
-      call give_materials_of_places(m%particles, m%materials)
+      if (.not. any(m%materials%has_history)) call give_materials_of_places(m%particles, m%materials)
       call follow_recombination(m%loads, m%grid%forest%tolerance(), m%particles, reference, level, new_number)
       call sort_anew(m, failure)
    end subroutine recombine_marked
