@@ -87,13 +87,18 @@ help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z_]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' Makefile
 	@echo 'make -C bench    list what there is to measure'
 
-run:  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_ref
+run:  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_ref; with dim=3 run the program for solids
 	@tools/setup.sh run
 	@$(MAKE) --no-print-directory program
-	$(O)/hampm input/dcb.nml --output results --force
+ifeq ($(solid),)
+	$(PROGRAM) input/dcb.nml --output results --force
 	$(PYTHON) postprocess/plot_g.py results/dcb.h5 --converged 1.28737 --output results/dcb_G.png
 	HAMPM_PYTHON=$(PYTHON) HAMPM_CONVERGED=1.28737 gnuplot -c postprocess/g_of_t.gp results/dcb_G_gnuplot.png results/dcb.h5
 	@echo "results/dcb.h5: the results; results/dcb_G.png, results/dcb_G_gnuplot.png: G(t)/G_ref"
+else
+	$(PROGRAM) input/solid/beam.nml --output results --force
+	@echo "results/beam.h5: the results"
+endif
 
 # Where hampm is installed; what `packages` may be is in tools/install.sh
 PREFIX ?= /usr/local

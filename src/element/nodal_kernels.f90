@@ -38,11 +38,8 @@ contains
       real(dp), intent(in) :: contribution(*)
       integer, intent(in) :: k1, k2, k3, k4      !! where the first stand
       integer, intent(in) :: slot(corners)       !! and all
-      integer :: c
       around = ((contribution(k1) + contribution(k2)) + contribution(k3)) + contribution(k4)
-      do c = 5, corners
-         around = around + contribution(slot(c))
-      end do
+      if (corners > 4) around = around + sum(contribution(slot(5:)))
    end function around
 
    !> Assemble the sums at some points that are asked for.

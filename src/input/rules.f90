@@ -84,6 +84,7 @@ module hampm_rules
       rule_t("&body hole = .true.", not_with, "a solid", not_built, "cells that edges cut are those of a plane"), &
       rule_t("&body spin", not_with, "a solid", not_built, "the axis around which it turns has no key"), &
       rule_t("&constraint unilateral = .true.", not_with, "a solid", not_built, use="&constraint unilateral = .false."), &
+      rule_t("&constraint turns = .true.", not_with, "a solid", not_built, "a pin turns in a plane"), &
       rule_t("&load kind = 'absorbing' | 'pressure'", not_with, "a solid", not_built, use="&load kind = 'traction'"), &
       rule_t("&crack", not_with, "a solid", not_built, "a crack is a line in a plane"), &
       rule_t("&nucleation", not_with, "a solid", not_built, "a crack is a line in a plane"), &

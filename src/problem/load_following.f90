@@ -176,7 +176,8 @@ contains
             call join(load, 0, all_directions, tolerance, is_open)
             if (load%by_mass) cycle
             if (ndim == 2) call join(load, 2, all_directions, tolerance, is_open)
-            do d = 1, merge(0, ndim, ndim == 2)
+            if (ndim == 2) cycle
+            do d = 1, ndim
                along = 0
                along(d) = 1
                call join(load, 2, along, tolerance, is_open)

@@ -146,7 +146,7 @@ contains
       type(load_t) :: points                     ! with areas as their parts
       real(dp) :: normal(ndim), z(components)
       integer :: k, c, sides
-      edge = loaded_parts(spec, model)
+      allocate (edge, source=loaded_parts(spec, model))
       if (size(edge) > 0) then
          call load_on_parts(m%matter_t, edge, [(2*norm2(edge(k)%half)*model%run%thickness%at(edge(k)%middle), k=1, size(edge))], &
                             points)
