@@ -190,7 +190,7 @@ contains
          message = 'must not be longer than '//to_text(longest)//' characters'
       else if (any([(iachar(value%text(i:i)) < 32, i=1, len(value%text))])) then
          message = 'must not contain control characters'
-      else if (index(value%text, achar(255)) > 0) then
+      else if (index(value%text, char(255)) > 0) then
          message = 'must be text of UTF-8, which has no byte 255'
       else if (key%allowed /= '') then
          call choices(key, list)
