@@ -120,6 +120,16 @@ class Body(Group):
     """Whether its eigenstrain stays where growth at rest scales loads, instead of being scaled too; default True"""
     toughness: float | None
     """Energy release rate at which a crack grows in it, in place of that of &growth; 0: that [J/m2]; [0, inf); default 0.0"""
+    profile_direction: float | Sequence[float] | None
+    """Of a graded body: the direction in which its material changes; (-inf, inf); default [1.0, 0.0]"""
+    profile_at: float | Sequence[float] | None
+    """Of a graded body: places along that, from the origin of coordinates on, increasing [m]; (-inf, inf); no default"""
+    profile_stiffness: float | Sequence[float] | None
+    """Factors of all moduli and strengths at these; exponential between; (0, inf); no default"""
+    profile_density: float | Sequence[float] | None
+    """Factors of the density at these; exponential between; (0, inf); no default"""
+    profile_eigenstrain: float | Sequence[float] | None
+    """Factors of the eigenstrain at these; linear between; (-inf, inf); no default"""
     contact_group: str | None
     """With &contact: bodies of the same part are one; without a name a body is one by itself; default ''"""
 
