@@ -32,16 +32,18 @@ contains
       integer, allocatable, intent(in), optional :: group(:, :) !! with which others one is an unknown, 0 for none, (directions, n_nodes)
       real(dp), allocatable, intent(in), optional :: weight(:, :) !! of these [-]
       integer, allocatable :: of_group(:)
-      integer :: k, d, last
+      integer :: k, d, last, n_groups
+      n_groups = 0
       last = count(.not. fixed(:, nodes))
       allocate (numbering%dof(size(fixed, 1), size(fixed, 2)), source=0)
       allocate (numbering%node(last), numbering%direction(last))
       if (present(group)) then
          if (allocated(group)) then
             allocate (numbering%weight, source=merge(weight, 1.0_dp, group > 0))
-            allocate (of_group(maxval(group)), source=0)
+            n_groups = maxval(group)
          end if
       end if
+      allocate (of_group(n_groups), source=0)
       numbering%n = 0
       last = 0
       do k = 1, size(nodes)
@@ -51,13 +53,13 @@ contains
                last = last + 1
                numbering%node(last) = nodes(k)
                numbering%direction(last) = d
-               if (allocated(of_group)) then
+               if (n_groups > 0) then
                   if (group(d, nodes(k)) > 0) dof = of_group(group(d, nodes(k)))
                end if
                if (dof > 0) cycle
                numbering%n = numbering%n + 1
                dof = numbering%n
-               if (allocated(of_group)) then
+               if (n_groups > 0) then
                   if (group(d, nodes(k)) > 0) of_group(group(d, nodes(k))) = dof
                end if
             end associate
