@@ -10,14 +10,14 @@ import sys
 from pathlib import Path
 
 import h5py
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
 from graded_references import intensities
+from tables import ROOT
 
-ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(ROOT / "postprocess"))
+
+from pictures import plt  # noqa: E402
+
 TENSION = 1e6
 
 

@@ -173,7 +173,6 @@ contains
       call archive%serialise('grown', tip%grown)
       call archive%serialise('speed', tip%speed)
       call archive%serialise('has_no_domain', tip%has_no_domain)
-      call archive%serialise('has_layers', tip%has_layers)
       n = size(tip%radii)
       call archive%serialise('number_radii', n)
       if (n == 0 .or. archive%failure%failed()) return
