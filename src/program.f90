@@ -253,7 +253,7 @@ contains
       report = solver_report(simulation)
       if (.not. options%quiet .and. len(report) > 0) write (output_unit, '(a)') report
       if (allocated(simulation%stopped_when) .and. .not. (options%quiet .or. failure%failed())) &
-         write (output_unit, '(a)') 'ended at t = '//to_text(simulation%problem%state%time)//' s by &run stop_when, '// &
+         write (output_unit, '(a)') 'ended at t = '//digits_text(simulation%problem%state%time, 6)//' s by &run stop_when, '// &
          simulation%stopped_when
       if (.not. (options%quiet .or. failure%failed())) then
          write (output_unit, '(a)', advance='no') as_lines(tip_report(simulation))
