@@ -325,9 +325,13 @@ contains
       logical, intent(in) :: relaxes             !! whether material has taken its eigenstrain besides, which no load has worked for
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: of_all = 1e-3_dp    ! part of all energy: what corners of laws of cohesion have of it is not looked at
+      real(dp), parameter :: rounding = 1e-10_dp ! part of it that is rounding, over `off_path`
       real(dp) :: work, stored, least
+      integer :: k
       work = m%energies%external_work - start%instant%energies%external_work
-      least = merge(of_all*start%stored, 0.0_dp, m%interfaces%n_cohesive > 0)
+      least = merge(of_all, rounding, m%interfaces%n_cohesive > 0)*start%stored
+      least = max(least, epsilon(least)*m%interfaces%thickness%at(maxval(m%grid%node_position, dim=2))*maxval(self%moved**2) &
+                         *maxval([(m%materials(k)%plane_modulus(), k=1, size(m%materials))])) ! of bodies that are but carried along
       stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss - start%stored
       if (.not. self%newton%is_stable()) then
          call failure%report(exit_computation, 'the equilibrium that was found is not stable')

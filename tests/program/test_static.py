@@ -338,3 +338,25 @@ def test_J_of_lone_particles(hampm):
     words = "method.time=static", "method.frame=total", "method.courant=0", "damping.rate=0", "output.history_interval=0", "grid.cell=1.25e-3", "grid.cells=80,12"
     alone, four = (run(hampm, INPUT / "dcb.nml", *words, f"body.points_per_cell={points}")["J"][-1] for points in (1, 2))
     assert alone == pytest.approx(four, rel=0.005)
+
+
+@pytest.mark.parametrize("law", ["law = 'neo_hookean'", "law = 'mooney_rivlin'  c01 = 4e4"])
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+@pytest.mark.parametrize(("stretch", "way"), [(0.0, 0.1), (0.0, 1e-9), (0.0, 1e3), (0.05, 0.1), (0.05, 1e3)])
+def test_a_body_that_is_only_carried_along(hampm, law, plane, stretch, way):
+    """Stretched or not, it has the stress and energy from before: nothing but rounding has done work."""
+    table = "history = 'table'  times = 0.0, 1.0, 2.0  factors"
+    row = run(hampm, f"""
+        &run plane = '{plane}'  thickness = 0.01  end_time = 2.0 /
+        &grid lower = -1.0, -1.0  cell = 0.25  cells = 16, 12 /
+        &material name = 'm'  {law}  young = 1e6  poisson = 0.3  density = 1.0 /
+        &body material = 'm'  lower = 0.0, 0.0  upper = 1.0, 1.0 /
+        &constraint lower = 0.0, 0.0  upper = 1.0, 0.0  fix = 'xy'  displacement = {way}, {way/3}  {table} = 0.0, 0.0, 1.0 /
+        &constraint lower = 0.0, 1.0  upper = 1.0, 1.0  fix = 'x'  displacement = {way}, 0.0  {table} = 0.0, 0.0, 1.0 /
+        &constraint lower = 0.0, 1.0  upper = 1.0, 1.0  fix = 'y'  displacement = 0.0, 1.0  {table} = 0.0, {stretch}, {stretch + way/3} /
+        &method time = 'static'  load_steps = 4 /
+        &output file = 'out.h5'  snapshot_interval = 2.0 /""")
+    energy = row["strain_energy"]
+    assert energy[-1] == pytest.approx(energy[2], rel=1e-9, abs=1e-12 * 1e4 * min(way, 1.0)**2)
+    assert (energy[2] > 0.1) == (stretch > 0)
+    assert row["displacement"][:, 0].mean() == pytest.approx(way, rel=1e-12)
