@@ -160,6 +160,13 @@ draw_gauge() {
 }
 
 # Both modes of a split beam under a moment on one arm come to rest
+draw_solid_front() {
+    make --no-print-directory program dim=3
+    mkdir -p $out/solid
+    build/release3d/hampm3d input/solid/dcb.nml --output $out/solid --force --quiet
+    "$python" postprocess/plot_front.py $out/solid/dcb.h5 --ligament ligament --scale 4.285714e-3 --reference tests/reference/solid/dcb.csv \
+        --output $out/solid_front.png
+}
 draw_mixed_mode() {
     run input/mixed_mode.nml mixed_mode
     plot $out/mixed_mode.h5 --estimator 'G_vcct_*' --estimator 'G_domain_*' --converged '3/5.25=0.5714' --converged='-2.25/5.25=-0.4286' \

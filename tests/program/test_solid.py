@@ -5,8 +5,10 @@ import subprocess
 
 import h5py
 import numpy as np
+import plot_front
 import pytest
-from paths import PROGRAM, SOLID_PROGRAM
+from history import ResultError, read_curve
+from paths import INPUT, PROGRAM, REFERENCE, SOLID_PROGRAM
 
 pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
 
@@ -98,3 +100,130 @@ def test_stress_of_a_finite_strain_law(tmp_path):
     file = run(tmp_path / "block", SOLID_PROGRAM, block((0, 1, 2), law="neo_hookean"))
     work = file["history/external_work"][-1]
     assert work == pytest.approx(0.5 * 1.5e4 * 0.3 * 1.0e6 / 200.0e9, rel=1e-4)
+
+
+DCB = """
+&run end_time = {end} /
+&grid lower = {grid}  cell = {cell}  cells = {cells} /
+&material name = 'a'  young = 70.0e9  poisson = {poisson}  density = 2700.0 /
+&body material = 'a'  lower = {lower}  upper = {upper} /
+&constraint lower = {ligament[0]}  upper = {ligament[1]}  fix = '{normal}'  name = 'ligament' /
+&constraint lower = {middle[0]}  upper = {middle[1]}  fix = '{across}' /
+{load}
+&method frame = 'total'  {method} /
+&output file = 'case.h5'  history_interval = {interval}  snapshot_interval = {interval} /
+"""
+G_REF = 12 * 0.05**2 / (70.0e9 * 0.01**2 * 0.01**3)   # of 1 N on a width of 10 mm [J/m2]
+PART = (0.1, 0.01, 0.005)
+
+
+def beam(cell, axes=(0, 1, 2), signs=(1, 1, 1), poisson=0.3, method="time = 'static'", part=PART, end=1.0, interval=1.0):
+    """A quarter of a double cantilever beam, its axes exchanged and mirrored: free at z = 0, half of its length cracked."""
+    def box(lower, upper):
+        ends = np.sort(np.array([lower, upper], dtype=float) * signs, axis=0)
+        return [vector(end[axes.index(d)] for d in range(3)) for end in ends]
+
+    length, depth, width = part
+    lower, upper = box((0, 0, 0), part)
+    outer = box((0, 0, 0), (length, depth + cell, width))
+    counts = [round(value / cell) for value in (length, depth + cell, width)]
+    force = vector((np.array([0.0, 0.5, 0.0]) * signs)[axes.index(d)] for d in range(3))
+    ends = box((0, 0, 0), (0, depth, width))
+    hold = box((length, 0, 0), (length, 0, width))
+    return DCB.format(end=end, interval=interval, grid=outer[0], cell=cell, cells=", ".join(str(counts[axes.index(d)]) for d in range(3)), poisson=poisson,
+                      lower=lower, upper=upper, ligament=box((length / 2, 0, 0), (length, 0, width)), middle=box((0, 0, width), (length, depth, width)),
+                      normal="xyz"[axes[1]], across="xyz"[axes[2]], method=method,
+                      load=f"&load kind = 'traction'  lower = {ends[0]}  upper = {ends[1]}  force = {force} /\n"
+                           f"&constraint lower = {hold[0]}  upper = {hold[1]}  fix = '{'xyz'[axes[0]]}' /")
+
+
+def along_front(folder, text, *options):
+    run(folder, SOLID_PROGRAM, text).close()
+    return plot_front.curves_of(plot_front.parse([str(folder / "case.h5"), "--ligament", "ligament", "--scale", str(G_REF), *options]))
+
+
+def reference_front(place):
+    """Means of the reference over the hats at these places, as G of a node is."""
+    fine = np.linspace(0, place[-1], 20001)
+    hats = np.maximum(0, 1 - np.abs(fine - place[:, None]) / place[1])
+    return hats @ np.interp(fine, *read_curve(REFERENCE / "solid/dcb.csv")) / hats.sum(axis=1)
+
+
+def test_release_rate_along_a_front(tmp_path):
+    """Double cantilever beam of square arms: cells of a quarter and an eighth of the depth beside finite elements of degree 5."""
+    coarse, fine = (along_front(tmp_path / name, beam(cell))[0] for name, cell in (("coarse", 2.5e-3), ("fine", 1.25e-3)))
+    for of in ("mean", "closure_mean"):
+        errors = [abs(getattr(curve, of) / 1.28321 - 1) for curve in (coarse, fine)]
+        assert errors[1] < 0.015 and errors[1] < 0.5 * errors[0], (of, errors)
+    assert np.max(np.abs(fine.domain[1:] / reference_front(fine.place)[1:] - 1)) < 0.02     # all but the node on the side face
+    assert np.max(np.abs(fine.closure[1:] / fine.domain[1:] - 1)) < 0.01
+    half = along_front(tmp_path / "half", beam(1.25e-3), "--segments", "2", "--cells", "3")[0]
+    assert half.cells == 3 and len(half.place) == 3 and half.mean == pytest.approx(fine.mean, rel=5e-3)
+
+
+@pytest.mark.parametrize(("axes", "signs"), [((1, 2, 0), (1, 1, 1)), ((0, 1, 2), (-1, 1, 1)), ((2, 1, 0), (1, -1, 1)), ((0, 2, 1), (-1, -1, -1))])
+def test_a_front_is_the_same_in_every_direction(tmp_path, axes, signs):
+    """Axes of the beam exchanged and mirrored; a front runs from the end of smaller coordinate."""
+    there, here = (along_front(tmp_path / name, beam(2.5e-3, *how))[0] for name, how in (("there", ()), ("here", (axes, signs))))
+    for values, others in ((there.domain, here.domain), (there.closure, here.closure)):
+        assert np.max(np.abs(values - others[::signs[2]])) < 1e-9
+
+
+def test_a_front_without_lateral_strain(tmp_path):
+    """Poisson's ratio 0: G is the same along the front, with that of the plane, 1.2874 G_ref."""
+    curve = along_front(tmp_path / "beam", beam(1.25e-3, poisson=0.0))[0]
+    assert np.ptp(curve.domain) < 1e-9 and np.ptp(curve.closure) < 1e-9
+    assert curve.mean == pytest.approx(1.287368, rel=0.015)
+
+
+def test_release_rate_of_a_slab_in_motion(tmp_path):
+    """A slab one cell thick between rollers, suddenly loaded: closure of the plane program in plane strain to rounding, its domain integral, which
+    takes other discs, within 0.3 % of the largest."""
+    cell = 1.25e-3
+    text = beam(cell, method="courant = 0.2", part=(0.05, 0.01, cell), end=6e-5, interval=1e-5)
+    solid = text + f"&constraint lower = 0.0, 0.0, 0.0  upper = 0.05, 0.01, {cell}  fix = 'z' /\n"
+    curves = along_front(tmp_path / "solid", solid, "--csv", "--cells", "6")
+    plane = run(tmp_path / "plane", PROGRAM, f"""
+&run end_time = 6e-5  plane = 'strain'  thickness = {cell} /
+&grid lower = 0.0, 0.0  cell = {cell}  cells = 40, 9 /
+&material name = 'a'  young = 70.0e9  poisson = 0.3  density = 2700.0 /
+&body material = 'a'  lower = 0.0, 0.0  upper = 0.05, 0.01 /
+&constraint lower = 0.025, 0.0  upper = 0.05, 0.0  fix = 'y' /
+&constraint lower = 0.05, 0.0  upper = 0.05, 0.0  fix = 'x' /
+&load kind = 'traction'  lower = 0.0, 0.0  upper = 0.0, 0.01  force = 0.0, 0.5 /
+&crack kind = 'symmetry'  tip = 0.025, 0.0 /
+&energy_release estimators = 'vcct', 'domain_integral' /
+&method frame = 'total'  courant = 0.2 /
+&output file = 'case.h5'  history_interval = 1e-5 /
+""")["history"]
+    largest = np.max(plane["G_vcct_I"])
+    assert largest > 0.05
+    for column, of, within in (("G_vcct_I", "closure_mean", 1e-9), ("G_domain_I", "mean", 3e-3)):
+        found = G_REF * np.array([getattr(curve, of) for curve in curves])
+        signed = np.sign(plane[column]) if of == "closure_mean" else 1     # J has no sign of a mode
+        assert len(found) == 7 and np.max(np.abs(found - signed * np.abs(plane[column]))) < within * largest, column
+
+
+@pytest.mark.parametrize(("options", "change", "message"), [
+    (["--ligament", "none"], (), "0 constraints named 'none'"), (["--segments", "3"], (), "the front has 2 cells"),
+    (["--cells", "1"], (), "three cells and more"), ([], ("lower = 0.05, 0.0, 0.0", "lower = 0.051, 0.0, 0.0"), "on an edge of cells"),
+    ([], ("lower = 0.05, 0.0, 0.0", "lower = 0.0, 0.0, 0.0"), "0 edges of 'ligament'"),
+    ([], ("lower = 0.0, 0.0, 0.0  upper = 0.0, 0.01, 0.005  force", "lower = 0.04, 0.0, 0.0  upper = 0.05, 0.0, 0.005  force"), "reaches a traction")])
+def test_what_is_no_front_is_refused(tmp_path, options, change, message):
+    text = beam(2.5e-3)
+    with pytest.raises(ResultError, match=message):
+        along_front(tmp_path / "beam", text.replace(*change) if change else text, *options)
+
+
+@pytest.mark.verify
+def test_release_rate_along_a_front_of_finer_cells(tmp_path):
+    """The input of the docs, refined once more: mean within 0.5 %, the middle within 1 %, means over four parts of the width within 1.5 %."""
+    text = (INPUT / "solid/dcb.nml").read_text().replace("max_level = 1", "max_level = 2").replace("'dcb.h5'", "'case.h5'")
+    curve = along_front(tmp_path / "beam", text)[0]
+    assert curve.mean == pytest.approx(1.28321, rel=0.005)
+    assert curve.domain[-1] == pytest.approx(1.48079, rel=0.01)
+    parts = np.linspace(0, 0.005, 5)
+    dense = np.linspace(0, 0.005, 4001)
+    values = np.interp(dense, curve.place, curve.domain)
+    for lower, upper, asked in zip(parts, parts[1:], (0.97767, 1.27389, 1.41026, 1.47104)):
+        assert np.mean(values[(dense >= lower) & (dense <= upper)]) == pytest.approx(asked, rel=0.015)
