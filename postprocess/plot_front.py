@@ -20,6 +20,7 @@ from history import ResultError, opened, read_curve, run
 from pictures import COLOURS, MM, STYLE, add_picture_options, name_curves, plt, positive, save
 from hampm.stored_model import StoredModel
 
+FINITE = ("neo_hookean", "mooney_rivlin")
 ROUNDING = 1e-6   # cells
 MOST = 64         # cells around the front that are looked at
 
@@ -125,12 +126,15 @@ def fields_of(stored, model, front, number):
         stress[:, a, b] = stress[:, b, a] = of["PointData/stress_" + "xyz"[a] + "xyz"[b]]
     number_of = {model.text("material", "name", n): n for n in range(1, model.count("material") + 1)}
     groups = [number_of[model.text("body", "material", n)] for n in model.body_groups()]
-    is_small = np.array([model.text("material", "law", n) in ("", "linear_elastic") for n in groups])[of["PointData/body"].astype(int) - 1]
-    finite = ~is_small
+    laws = [model.text("material", "law", n) for n in groups]
+    if not set(laws) <= {"linear_elastic", *FINITE}:
+        raise ResultError(f"{model.path}: the domain integral is that of elastic laws: linear_elastic, {', '.join(FINITE)}")
+    body = of["PointData/body"].astype(int) - 1
+    finite = np.isin(laws, FINITE)[body]
     stress[finite] = stress[finite] @ np.linalg.inv(deformation[finite]).transpose(0, 2, 1)   # P of Kirchhoff's stress
     rotated = lambda tensor: turn @ tensor @ turn.T
     return {"x": (x @ turn.T) - front.origin * front.signs, "u": of["PointData/displacement"] @ turn.T, "slope": rotated(deformation - np.eye(3))[:, :, 0],
-            "stress": rotated(stress), "energy": of["PointData/energy_density"]}, h
+            "stress": rotated(stress), "energy": of["PointData/energy_density"], "material": np.array(groups)[body]}, h
 
 
 class Lattice:
@@ -160,6 +164,11 @@ class Lattice:
         self.size, self.h, self._front, self.middle = (2 * self.reach + 3, self.reach + 2, across + 1), h, front, self.reach + 1
         self.lengths = h * np.where(np.isin(np.arange(across + 1), (0, across)), 0.5, 1.0)
         self._check_loads(model)
+        row = self._cell[:, 1] * self.size[2] + self._cell[:, 2]
+        first = np.zeros(row.max() + 1, dtype=int)
+        first[row] = self._fields["material"]
+        if np.any(first[row] != self._fields["material"]):
+            raise ResultError(f"{model.path}: material changes along the crack within {self.reach} cells of the front; give --cells a smaller number")
         inside = self._at - np.floor(self._at)
         self._corners = [(np.ravel_multi_index((self._cell + c).T, self.size), np.where(c, inside, 1 - inside), np.where(c, 1, -1))
                          for c in map(np.array, itertools.product((0, 1), repeat=3))]

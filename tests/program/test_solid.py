@@ -204,13 +204,35 @@ def test_release_rate_of_a_slab_in_motion(tmp_path):
         assert len(found) == 7 and np.max(np.abs(found - signed * np.abs(plane[column]))) < within * largest, column
 
 
+def test_other_frames_and_laws_and_bodies_have_the_same_front(tmp_path):
+    """Two bodies as one; a law of finite strain under a small load; a beam in motion in the updated frame, halfway in its first swing."""
+    text = beam(2.5e-3)
+    one = along_front(tmp_path / "one", text)[0]
+    two = along_front(tmp_path / "two", text.replace("&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.1, 0.01, 0.005 /",
+                                                     "&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.055, 0.01, 0.005 /\n"
+                                                     "&body material = 'a'  lower = 0.055, 0.0, 0.0  upper = 0.1, 0.01, 0.005 /"))[0]
+    finite = along_front(tmp_path / "finite", text.replace("poisson = 0.3", "poisson = 0.3  law = 'neo_hookean'"))[0]
+    assert np.max(np.abs(two.domain - one.domain)) < 1e-9 and np.max(np.abs(finite.domain / one.domain - 1)) < 1e-4
+    assert np.max(np.abs(finite.closure / one.closure - 1)) < 1e-4
+    moving = beam(2.5e-3, method="courant = 0.4", end=1e-4, interval=1e-4)
+    total = along_front(tmp_path / "total", moving)[0]
+    updated = along_front(tmp_path / "updated", moving.replace("frame = 'total'", "frame = 'updated'"))[0]
+    assert total.mean > 1 and updated.mean == pytest.approx(total.mean, rel=1e-3)
+
+
 @pytest.mark.parametrize(("options", "change", "message"), [
     (["--ligament", "none"], (), "0 constraints named 'none'"), (["--segments", "3"], (), "the front has 2 cells"),
     (["--cells", "1"], (), "three cells and more"), ([], ("lower = 0.05, 0.0, 0.0", "lower = 0.051, 0.0, 0.0"), "on an edge of cells"),
     ([], ("lower = 0.05, 0.0, 0.0", "lower = 0.0, 0.0, 0.0"), "0 edges of 'ligament'"),
+    ([], ("poisson = 0.3", "poisson = 0.3  law = 'j2_plastic'  yield_stress = 1e9"), "of elastic laws"),
+    ([], ("&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.1, 0.01, 0.005 /",
+          "&material name = 'b'  young = 210.0e9  poisson = 0.3  density = 7800.0 /\n"
+          "&body material = 'b'  lower = 0.0, 0.0, 0.0  upper = 0.055, 0.01, 0.005 /\n"
+          "&body material = 'a'  lower = 0.055, 0.0, 0.0  upper = 0.1, 0.01, 0.005 /"), "material changes along the crack"),
     ([], ("lower = 0.0, 0.0, 0.0  upper = 0.0, 0.01, 0.005  force", "lower = 0.04, 0.0, 0.0  upper = 0.05, 0.0, 0.005  force"), "reaches a traction")])
 def test_what_is_no_front_is_refused(tmp_path, options, change, message):
     text = beam(2.5e-3)
+    assert not change or change[0] in text
     with pytest.raises(ResultError, match=message):
         along_front(tmp_path / "beam", text.replace(*change) if change else text, *options)
 
