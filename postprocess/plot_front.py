@@ -18,6 +18,7 @@ import numpy as np
 
 from history import ResultError, opened, read_curve, run
 from pictures import COLOURS, MM, STYLE, add_picture_options, name_curves, plt, positive, save
+from hampm.snapshots import DEEPEST
 from hampm.stored_model import StoredModel
 
 FINITE = ("neo_hookean", "mooney_rivlin")
@@ -46,6 +47,8 @@ def curves_of(options):
         model = StoredModel(stored.text("input/namelist"), options.file)
         front = front_of(model, options.ligament)
         times = stored.numbers("VTKHDF/particles/Steps/Values", finite=True)
+        if not len(times):
+            raise ResultError(f"{options.file}: holds no snapshots yet")
         numbers = range(len(times)) if options.csv else [len(times) - 1]
         return [curve(stored, model, front, number, times[number], options) for number in numbers]
 
@@ -106,16 +109,18 @@ def curve(stored, model, front, number, time, options):
 
 def fields_of(stored, model, front, number):
     """Fields of the particles of a snapshot in the axes of the crack, and the size of the finest cells [m]."""
-    def part(block, name, count, dims):
+    def part(block, name, count, dims, **limits):
         counts = stored.numbers(f"VTKHDF/{block}/{count}", whole=True, least=0)
-        return stored.numbers(f"VTKHDF/{block}/{name}", dims=dims, first=int(counts[:number].sum()), count=int(counts[number]))
+        if len(counts) <= number or counts[number] == 0:
+            raise stored.wrong(f"VTKHDF/{block}/{count}", f"says that snapshot {number} holds nothing")
+        return stored.numbers(f"VTKHDF/{block}/{name}", dims=dims, first=int(counts[:number].sum()), count=int(counts[number]), finite=True, **limits)
 
-    h = model.cell() * 0.5 ** part("mesh", "CellData/level", "NumberOfCells", 1).max()
-    of = {name: part("particles", name, "NumberOfPoints", 1 if name.split("/")[-1] in ("body", "energy_density") or "stress" in name else 2)
+    h = model.cell() * 0.5 ** part("mesh", "CellData/level", "NumberOfCells", 1, least=0, most=DEEPEST).max()
+    of = {name: part("particles", name, "NumberOfPoints", 1 if name.split("/")[-1] in ("body", "energy_density") or "stress" in name else 2,
+                     **({"least": 1, "most": len(model.body_groups())} if name.endswith("body") else {}))
           for name in ("Points", "PointData/displacement", "PointData/deformation_gradient", "PointData/energy_density", "PointData/body",
-                       *(f"PointData/stress_{a}{b}" for a, b in itertools.combinations_with_replacement("xyz", 2)))
-          if "stress" not in name or stored.has(f"VTKHDF/particles/{name}")}
-    if of["Points"].shape[1] != 3 or "PointData/stress_zz" not in of or of["PointData/deformation_gradient"].shape[1] != 9:
+                       *(f"PointData/stress_{a}{b}" for a, b in itertools.combinations_with_replacement("xyz", 2)))}
+    if [of[name].shape[1] for name in ("Points", "PointData/displacement", "PointData/deformation_gradient")] != [3, 3, 9]:
         raise ResultError(f"{stored.path}: is no result of the program for solids")
     turn = np.zeros((3, 3))
     turn[np.arange(3), front.axes] = front.signs
@@ -156,7 +161,9 @@ class Lattice:
         expected = 8 * across * (2 * (np.arange(MOST) + 1) ** 2 - 2 * np.arange(MOST) ** 2)
         complete = (np.bincount(ring, minlength=MOST)[:MOST] == expected) & (np.bincount(ring, off, minlength=MOST)[:MOST] == 0)
         self.reach = min(int(np.argmin(complete)) if not complete.all() else MOST, most + 1) - 1
-        if self.reach < 2:
+        cells = np.ravel_multi_index((cell[ring <= self.reach] + [self.reach + 1, 0, 0]).T, (2 * self.reach + 2, self.reach + 1, across), mode="wrap") \
+            if self.reach >= 2 else np.zeros(1, dtype=int)
+        if np.any(np.bincount(cells) != 8):
             raise ResultError(f"{model.path}: the front has to be on an edge of cells, with three cells and more of one size around it"
                               " and eight particles in their places in each (--cells not below 2)")
         self._fields = {name: values[ring <= self.reach] for name, values in fields.items()}
