@@ -68,6 +68,8 @@ def parse(arguments):
 
 def front_of(model, name):
     """The front, by the stored namelist."""
+    if len(model.numbers("grid", "lower")) != 3:
+        raise ResultError(f"{model.path}: is no result of the program for solids")
     boxes = [(np.array([model.numbers("constraint", key, n, 3) for key in ("lower", "upper")]), model.text("constraint", "fix", n),
               model.text("constraint", "name", n)) for n in range(1, model.count("constraint") + 1)]
     bodies = np.array([[model.numbers("body", key, n, 3) for key in ("lower", "upper")] for n in model.body_groups()])
@@ -96,7 +98,7 @@ def curve(stored, model, front, number, time, options):
     """G along the front in a snapshot."""
     fields, h = fields_of(stored, model, front, number)
     lattice = Lattice(fields, h, front, options.cells, model)
-    segments = options.segments or lattice.size[2] - 1
+    segments = lattice.size[2] - 1 if options.segments is None else options.segments
     if not 0 < segments < lattice.size[2] or (lattice.size[2] - 1) % segments:
         raise ResultError(f"--segments {segments}: the front has {lattice.size[2] - 1} cells, which so many parts do not divide")
     step = (lattice.size[2] - 1) // segments

@@ -2,13 +2,14 @@
 
 import itertools
 import subprocess
+import sys
 
 import h5py
 import numpy as np
 import plot_front
 import pytest
 from history import ResultError, read_curve
-from paths import INPUT, PROGRAM, REFERENCE, SOLID_PROGRAM
+from paths import INPUT, PROGRAM, REFERENCE, SCRIPTS, SOLID_PROGRAM
 
 pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
 
@@ -222,6 +223,7 @@ def test_other_frames_and_laws_and_bodies_have_the_same_front(tmp_path):
 
 @pytest.mark.parametrize(("options", "change", "message"), [
     (["--ligament", "none"], (), "0 constraints named 'none'"), (["--segments", "3"], (), "the front has 2 cells"),
+    (["--segments", "0"], (), "the front has 2 cells"),
     (["--cells", "1"], (), "three cells and more"), ([], ("lower = 0.05, 0.0, 0.0", "lower = 0.051, 0.0, 0.0"), "on an edge of cells"),
     ([], ("lower = 0.05, 0.0, 0.0", "lower = 0.0, 0.0, 0.0"), "0 edges of 'ligament'"),
     ([], ("poisson = 0.3", "poisson = 0.3  law = 'j2_plastic'  yield_stress = 1e9"), "of elastic laws"),
@@ -235,6 +237,24 @@ def test_what_is_no_front_is_refused(tmp_path, options, change, message):
     assert not change or change[0] in text
     with pytest.raises(ResultError, match=message):
         along_front(tmp_path / "beam", text.replace(*change) if change else text, *options)
+
+
+def test_a_front_as_a_table_and_a_picture(tmp_path):
+    """As a user runs the script: the last snapshot as a table and a picture, all of them with every digit."""
+    along_front(tmp_path / "beam", beam(2.5e-3))
+
+    def script(*options):
+        result = subprocess.run([sys.executable, SCRIPTS / "plot_front.py", "case.h5", "--ligament", "ligament", *options],
+                                cwd=tmp_path / "beam", capture_output=True, text=True)
+        assert result.returncode == 0, result.stderr
+        return result.stdout.splitlines()
+
+    table = script("-o", "front.png", "--reference", str(REFERENCE / "solid/dcb.csv"), "--scale", str(G_REF), "--dpi", "40")
+    rows = script("--csv")
+    assert (tmp_path / "beam/front.png").stat().st_size > 1000 and rows[0] == "time,place,domain,closure" and len(rows) == 1 + 2 * 3
+    for line, row in zip(table[2:5], rows[-3:]):
+        place, domain, closure = map(float, line.split())
+        assert [1e-3 * place, domain * G_REF, closure * G_REF] == pytest.approx([float(value) for value in row.split(",")[1:]], rel=1e-5)
 
 
 @pytest.mark.verify
