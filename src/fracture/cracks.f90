@@ -26,7 +26,6 @@ module hampm_cracks
       character(name_len) :: kind = ''           !! 'symmetry', 'line' or 'path'
       character(name_len) :: name = ''           !! of a path, '' where it has none
       logical :: grows = .false.                 !! whether it does: then its tips are at nodes by chance only
-      real(dp) :: beyond(2) = 0                  !! how far ends that are no tips reach beyond their points [m]
       real(dp) :: mouth(ndim) = 0                !! where the opening at the mouth is measured, on the crack [m]
       logical :: waits = .false.                 !! whether it is not there yet: its points are outside of the material, where nothing is cut
       real(dp), allocatable :: given(:, :)       !! of one that may appear: where it does, as a whole [m]

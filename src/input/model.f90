@@ -221,13 +221,24 @@ contains
       end function has_sides
    end function way_out
 
-   !> Area of material in the box around a point [m2].
+   !> Area of material that cracks may be in, in the box around a point [m2].
    pure real(dp) function area_around(model, x, reach) result(area)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp), intent(in) :: reach              !! half of the width of the box [m]
       integer :: i
-      area = sum([(area_in_box(model%bodies(i), x - reach, x + reach), i=1, size(model%bodies))])
+      area = 0
+      do i = 1, size(model%bodies)
+         if (may_have_cracks(i)) area = area + area_in_box(model%bodies(i), x - reach, x + reach)
+      end do
+   contains
+      !> Whether a body is the first one or of its part: with contact all others are apart from the material with the cracks, also where they touch it.
+      pure logical function may_have_cracks(body)
+         integer, intent(in) :: body
+         associate (part => model%bodies%contact_group)
+            may_have_cracks = body == 1 .or. .not. model%contact%is_wanted() .or. part(1) /= '' .and. part(body) == part(1)
+         end associate
+      end function may_have_cracks
    end function area_around
 
    !> Find the crack of each cohesion and growth by its name, or the only one; 0 where there is none.

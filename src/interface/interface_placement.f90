@@ -324,7 +324,7 @@ contains
 
    !> Add the cohesive points of a tip that moves, along its way: from where the force of the last of them has fallen to 0 to where the cells that are
    !> cut end. Where layers begin and end does not depend on where the tip is. Where the material carries the crack through the cells, each point keeps its
-   !> place in the material, as what it has taken is of that, up to where the way is planned to; beyond there is a layer in the cells.
+   !> place in the material, as what it has taken is of that, up to where the way is planned to; beyond there is a layer in the cells, or a surface.
    pure subroutine add_cohesive_points_of_tip(interfaces, m, tip, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
@@ -362,13 +362,15 @@ contains
       real(dp), intent(in) :: after              !! [m]
       type(layer_t) :: kind
       real(dp), allocatable :: rest(:, :)
-      real(dp) :: length
+      real(dp) :: length, way
       integer :: k, n, last
       kind = of_tip
       n = interfaces%n
       length = m%grid%finest_cell/points
       associate (line => m%grid%cut_cells%lines(end%line))
-         last = floor((line%grown(end%end) + line%bonded(end%end))/length*(1 + same))
+         way = line%grown(end%end) + line%bonded(end%end)
+         last = floor(way/length*(1 + same))
+         if (line%is_through(end%end)) last = nint((way - line%beyond(end%end))/length) ! no material is beyond, only nodes of next to no mass
          do k = max(1, floor(after/length + same) + 1), last
             kind%way = (k - 0.5_dp)*length
             associate (ahead => line%new_part(end%end, kind%way))
@@ -378,7 +380,8 @@ contains
          kind%way = last*length
          allocate (rest, source=line%new_part(end%end, kind%way))
          rest(:, size(rest, 2)) = end%front
-         if (norm2(rest(:, size(rest, 2)) - rest(:, size(rest, 2) - 1)) > least_part*m%grid%finest_cell) &
+         if (.not. line%is_through(end%end) .and. &
+             norm2(rest(:, size(rest, 2)) - rest(:, size(rest, 2) - 1)) > least_part*m%grid%finest_cell) &
             call add_along(interfaces, m, rest, kind)
       end associate
       do k = n + 1, interfaces%n

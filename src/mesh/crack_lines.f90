@@ -14,6 +14,7 @@ module hampm_crack_lines
       logical :: is_tip(2) = .false.             !! whether its first and its last point end inside the material
       logical :: is_through(2) = .false.         !! whether it ends there at a surface or another crack, to which a tip runs or has run: cells
                                                  !! are cut to the end of the line
+      real(dp) :: beyond(2) = 0                  !! how far ends that are no tips reach beyond their points, where no material is [m]
       logical :: contact = .false.               !! whether its sides press on each other
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: bonded(2) = 0                  !! how far behind its first and its last point the tips are that grow in motion: cells
