@@ -81,6 +81,7 @@ TABLES = {
         "domain integral": "&crack and &energy_release estimators = 'domain_integral'",
         "VCCT": "&crack and &energy_release estimators = 'vcct'",
         "near-tip series fit": "&crack and &energy_release estimators = 'series_fit'",
+        "material forces": "&crack and &energy_release estimators = 'material_force'",
         "stress closure": "&crack and &energy_release estimators = 'stress_closure'",
         "energy balance": "&crack and &energy_release energy_balance = .true.",
     },

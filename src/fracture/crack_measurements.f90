@@ -210,7 +210,7 @@ contains
          real(dp), intent(in) :: value(modes)    !! in this unit
          type(error_t), intent(in) :: error(modes)
          call history%record_modes(name, unit, meaning, value(:recorded))
-         call history%record_modes(name, unit, meaning_of_error, [error(:recorded)%now], '_error')
+         if (values%errors%are_known) call history%record_modes(name, unit, meaning_of_error, [error(:recorded)%now], '_error')
       end subroutine record_modes
    end subroutine record_crack
 end module hampm_crack_measurements

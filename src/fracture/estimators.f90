@@ -2,6 +2,7 @@
 module hampm_estimators
    use hampm_crack_closure, only: virtual_crack_closure, stress_closure
    use hampm_estimator, only: estimator_t
+   use hampm_material_force, only: material_force
    use hampm_path_closure, only: path_closure
    implicit none
    private
@@ -19,6 +20,8 @@ contains
          estimator_t('series_fit', 'energy release rate, near-tip series fit', needs_radii=.true., &
                      needs_elasticity=.true., needs_isotropy=.true., needs_free_faces=.true., needs_tip_at_rest=.true., &
                      find=path_closure), &
+         estimator_t('material_force', 'energy release rate, material forces of the nodes', needs_radii=.true., &
+                     needs_free_faces=.true., needs_tip_at_rest=.true., find=material_force), &
          estimator_t('stress_closure', 'energy release rate, stress closure', needs_nodes=.true., needs_mass=.true., &
                      needs_elasticity=.true., find=stress_closure)]
    end function estimators

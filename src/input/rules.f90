@@ -592,6 +592,8 @@ module hampm_rules
       rule_t("&energy_release estimators = 'domain_integral'", warned_with, with_history, mechanics, &
              "J depends on its domain where material yields or creeps; K, modes and errors are not recorded; J_near_tip and "// &
              "J_far_field are those of the smallest and the largest one"), &
+      rule_t("&energy_release estimators = 'material_force'", warned_with, with_history, mechanics, &
+             "the material force depends on its disc where material yields or creeps; errors are not recorded"), &
       rule_t("&energy_release t_stress = .true.", requires, "&energy_release estimators = 'domain_integral'", mechanics, &
              "the T-stress is an interaction integral"), &
       rule_t("&energy_release t_stress = .true.", not_with, with_history, mechanics, &

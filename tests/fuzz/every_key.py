@@ -97,7 +97,7 @@ SCENES = {
     + EVERY.format("1e-6"),
     "pressed path": plate() + HELD + "&load kind = 'pressure' on = 'crack' crack = 'p' pressure = 1e6 /\n" + PATH.format("") + J.format("") + STATIC.format("solver = 'direct'"),
     "closure of a path": plate(shape="lower = -10e-3, -10e-3  upper = 10e-3, 10e-3") + HELD + PULL.format("") + PATH.format("")
-    + "&energy_release estimators = 'series_fit', 'domain_integral' radii = 4e-3 /\n&refine indicator = 'tip' max_level = 1 rings = 4 /\n" + STATIC.format(""),
+    + "&energy_release estimators = 'series_fit', 'domain_integral', 'material_force' radii = 4e-3 /\n&refine indicator = 'tip' max_level = 1 rings = 4 /\n" + STATIC.format(""),
     "growth at rest": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT
     + "&load kind = 'point' lower = 10e-3, 0.0 upper = 10e-3, 0.0 force = 10.0, 5.0 held = .true. /\n"
     + "&constraint lower = -10e-3, 4e-3 upper = -10e-3, 6e-3 fix = 'x' displacement = 1e-8, 0.0 held = .true. /\n"
@@ -217,7 +217,7 @@ VALUES = {
     "growth.mixed_mode_exponent": ["2.0;mixed_mode=benzeggagh_kenane;toughness_shear=200.0"],
     "growth.threshold": ["1e9"], "cycles.blocks": ["0.9*"], "cycles.factors": ["0.9*"], "cycles.ratios": ["0.9*"], "cycles.ratio": ["0.9*", "0.5"],
     "growth.end": ["5e-6", "1e-5"], "growth.increment": ["2.5e-3"], "growth.max_length": ["5e-3", "0.055"],
-    "energy_release.estimators": ["vcct", "domain_integral", "series_fit", "stress_closure"], "energy_release.radii": ["4.5e-3", "2.5e-3", "0.0105"],
+    "energy_release.estimators": ["vcct", "domain_integral", "series_fit", "material_force", "stress_closure"], "energy_release.radii": ["4.5e-3", "2.5e-3", "0.0105"],
     "energy_release.reference_value": ["0.9*", "2.0"], "output.file": ["other.h5"], "output.history_interval": ["0.5*", "0.4"], "output.snapshot_interval": ["0.5*"],
     "output.checkpoint_interval": ["1e-6"], "output.checkpoint_steps": ["3"],
 }

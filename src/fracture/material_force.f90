@@ -1,0 +1,167 @@
+!> Energy release rate by material forces: the force on the tip is minus the sum of those on the nodes around it. That on node a, along the crack, is
+!>
+!>    g_a = sum_p V { (W I - H^T P)_1J N_a,J + W,1 N_a } + h_a . f_a,   f_a = sum_p V P_iJ N_a,J,   h_a = sum_p V N_a u,1/sum_p V N_a,
+!>
+!> in the reference configuration, with the derivative W,1 by the explicit dependence of the moduli on the place. The force f_a of the stress on a node,
+!> less what ties cells that are cut, balances the inertia of its mass, damping and body loads: by it these come in without an acceleration, and none of
+!> them where nothing moves. A constant slope c in u,1, as that of a turn of the body, cancels in each g_a. All g_a of a disc count as much: no
+!> weight falls with the radius. What rings have beside a derivative along R has 1/R.
+!>
+!> W has the dissipated work D: by parts that is the dissipative material force of D,1. What is left out is the rest, P:H,1 - W,1, of material that
+!> unloads or whose stress turns.
+!>
+!> The force tells nothing of modes. They share it as the faces behind the tip have parted.
+!>
+!> Source: Eshelby (1951); Steinmann (2000); Mueller & Maugin (2002).
+module hampm_material_force
+   use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: points_of_quadratic, inside_cell
+   use hampm_crack_tip, only: crack_tip_t, frame_along, upper
+   use hampm_crack_tip_field, only: modes, tip_field_t
+   use hampm_failure, only: failure_t
+   use hampm_interface_points, only: add_interface_forces
+   use hampm_mass_solver, only: mass_solver_t
+   use hampm_particles, only: particles_t
+   use hampm_problem, only: problem_t
+   use hampm_tensors, only: identity
+   use hampm_tip_domain, only: fields_at
+   implicit none
+   private
+   public :: material_force
+
+   integer, parameter :: sums = 6                !! of a node: h_a . f_a - g_a, f_a, sum V N_a, sum V N_a u,1
+   real(dp), parameter :: cells_beyond = 4       !! the disc from which particles have a part in its nodes, hanging ones included
+   real(dp), parameter :: even = 1.0e-6_dp       !! part of a length within which lengths count as the same
+
+contains
+
+   !> G of each mode, the mean over the discs, uncertain by what these differ by.
+   subroutine material_force(problem, factors, tip, p, extrapolation, rate, uncertainty, failure)
+      type(problem_t), intent(in) :: problem
+      real(dp), intent(in) :: factors(:)
+      type(crack_tip_t), intent(in) :: tip
+      type(particles_t), intent(in) :: p
+      type(mass_solver_t), intent(inout) :: extrapolation
+      real(dp), intent(inout) :: rate(modes), uncertainty(modes)
+      type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: of_node(:, :)     ! (sums, n_points)
+      real(dp), allocatable :: held(:, :)        ! by what ties the nodes of cells that are cut [N], (ndim, n_points)
+      real(dp) :: g(size(tip%radii)), rates(modes, size(tip%radii)), x(ndim), distance, force(ndim)
+      integer :: i
+      allocate (of_node(sums, problem%grid%n_points), held(ndim, problem%grid%n_points), source=0.0_dp)
+      do i = 1, p%n
+         associate (e => p%cell(i))
+            if (.not. problem%grid%is_in_first_field(e)) cycle ! bodies that meet the cracked one are not part of it
+            if (maxval(abs(p%place_in_grid(i) - tip%now)) > maxval(tip%radii) + cells_beyond*problem%grid%element_size(e)) cycle
+         end associate
+         call add_particle(problem, tip, p, i, of_node)
+      end do
+      call add_interface_forces(problem%interfaces, 1, held)
+      of_node(2:3, :) = of_node(2:3, :) - held
+      call problem%grid%dofs%condense(problem%grid%dofs%every_node(), sums, of_node)
+      g = 0
+      do i = 1, problem%grid%n_nodes
+         if (.not. of_node(4, i) > 0) cycle
+         x = matmul(problem%grid%node_position(:, i) - tip%now, tip%axis)
+         distance = (1 + even)*norm2(x)
+         if (distance >= maxval(tip%radii)) cycle
+         force = of_node(2:3, i)
+         if (tip%is_half() .and. minval([x(1), -abs(x(2))]) >= -even*tip%nodes%spacing) &
+            force = force - dot_product(force, tip%axis(:, 2))*tip%axis(:, 2) ! the plane holds it
+         where (distance < tip%radii) g = g + of_node(1, i) - dot_product(force, of_node(5:6, i))/of_node(4, i)
+      end do
+      g = merge(2, 1, tip%is_half())/p%thickness%at(tip%now)*g
+      do i = 1, size(g)
+         rates(:, i) = abs(g(i))*parts_of_modes(problem, tip, tip%radii(i), p)
+      end do
+      rate = sum(rates, dim=2)/size(g)
+      uncertainty = maxval(rates, dim=2) - minval(rates, dim=2)
+   end subroutine material_force
+
+   !> Add what a particle brings to the nodes.
+   pure subroutine add_particle(problem, tip, p, i, of_node)
+      type(problem_t), intent(in) :: problem
+      type(crack_tip_t), intent(in) :: tip
+      type(particles_t), intent(in) :: p
+      integer, intent(in) :: i
+      real(dp), intent(inout) :: of_node(:, :)   !! (sums, n_points)
+      real(dp) :: shape(points_of_quadratic), gradient(problem%grid%n_functions, ndim), to_reference(ndim, ndim), h(ndim, ndim)
+      real(dp) :: xi(ndim), slope(ndim), stress(ndim, ndim), flux(ndim), force(ndim), energy, source, hoop
+      integer :: point(points_of_quadratic), k
+      associate (grid => problem%grid, e => p%cell(i), material => problem%materials(p%material(i)), along => tip%axis(:, 1))
+         h = p%gradient_of(i)
+         hoop = p%hoop_of(i)
+         to_reference = tip%axis
+         if (.not. p%total_frame) to_reference = matmul(identity + h, tip%axis)
+         xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
+         call grid%shape_functions_in(e, xi, point, shape)
+         gradient = matmul(grid%gradients_in(e, xi), to_reference)
+         slope = matmul(h, along)
+         stress = material%first_piola_stress(h, p%history_of(i), hoop)
+         energy = material%energy_density(h, p%history_of(i), hoop)
+         if (material%has_history) energy = energy + material%dissipation(h, p%history_of(i), hoop)
+         if (material%has_eigenstrain) energy = energy - material%idle_energy
+         source = 0
+         if (material%is_graded()) source = -dot_product(material%slice%direction, along) &
+                                            *(material%slice%rate*energy - sum(stress*material%slice%free_rate))
+         force = 0
+         if (p%thickness%is_ring) then
+            force(1) = material%hoop_stress(h, p%history_of(i), hoop)/p%reference(i, 1)
+            source = source + force(1)*hoop*along(1) - energy*along(1)/p%reference(i, 1)
+         end if
+         stress = matmul(stress, tip%axis)
+         flux = matmul(slope, stress) - energy*identity(:, 1)
+         do k = 1, grid%n_functions
+            associate (at => of_node(:, point(k)), v => p%volume(i))
+               at(1) = at(1) + v*(dot_product(flux, gradient(k, :)) + source*shape(k))
+               at(2:3) = at(2:3) + v*(matmul(stress, gradient(k, :)) + force*shape(k))
+               at(4) = at(4) + v*shape(k)
+               at(5:6) = at(5:6) + v*shape(k)*slope
+            end associate
+         end do
+      end associate
+   end subroutine add_particle
+
+   !> What each mode has of G, signed as the faces have parted: those of K whose field has the mean opening and sliding of the faces up to a distance
+   !> behind the tip, each particle within a cell of the crack being moved to that by its own slope. Where a law is for large rotations, these are seen from
+   !> material that turns as the mean of F there.
+   pure function parts_of_modes(problem, tip, reach, p) result(part)
+      type(problem_t), intent(in) :: problem
+      type(crack_tip_t), intent(in) :: tip
+      real(dp), intent(in) :: reach              !! [m]
+      type(particles_t), intent(in) :: p
+      real(dp) :: part(modes), moved(ndim, 2), volume(2), x(ndim), mean(ndim, ndim), angle, opening(ndim), k(modes), beside
+      type(tip_field_t) :: field(2)
+      integer :: i, face
+      part = [1, 0]
+      beside = even*tip%nodes%spacing
+      moved = 0
+      volume = 0
+      mean = 0
+      do i = 1, p%n
+         x = matmul(p%reference(i, :) - tip%place, tip%axis)
+         if (norm2(x) > (1 + even)*reach) cycle
+         associate (h => p%gradient_of(i), v => p%volume(i))
+            mean = mean + v*(identity + h)
+            if (x(1) > -beside .or. abs(x(2)) < beside .or. abs(x(2)) > tip%nodes%spacing + beside) cycle
+            face = merge(1, 2, x(2) > 0)
+            moved(:, face) = moved(:, face) + v*(p%displacement(i, :) - x(2)*matmul(h, tip%axis(:, 2)))
+            volume(face) = volume(face) + v
+         end associate
+      end do
+      if (tip%is_half()) then                    ! the other face is the mirror image of the one that there is
+         face = merge(1, 2, tip%face(upper))
+         volume(3 - face) = volume(face)
+         moved(:, 3 - face) = moved(:, face) - 2*dot_product(moved(:, face), tip%axis(:, 2))*tip%axis(:, 2)
+      end if
+      if (.not. all(volume > 0)) return
+      angle = 0
+      if (problem%materials(tip%material)%is_finite .and. .not. tip%is_half()) &
+         angle = atan2(mean(2, 1) - mean(1, 2), mean(1, 1) + mean(2, 2))
+      field = fields_at(problem%materials, tip)
+      opening = matmul(moved(:, 1)/volume(1) - moved(:, 2)/volume(2), &
+                       frame_along(cos(angle)*tip%axis(:, 1) + sin(angle)*tip%axis(:, 2)))
+      k = field(1)%intensities_of(opening([2, 1]), 1.0_dp)
+      if (field(1)%rate_of(k) > 0) part = field(1)%shares(k)*sign(1.0_dp, k)
+   end function parts_of_modes
+end module hampm_material_force
