@@ -229,6 +229,8 @@ draw_impact() {
         run input/$scene.nml $scene
         "$python" postprocess/plot_field.py $out/$scene.h5 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/$scene.png
     done
+    run input/charpy.nml charpy_through growth.toughness=1.0e3 # of a brittle specimen, which parts
+    "$python" postprocess/plot_field.py $out/charpy_through.h5 --scale 8 --field von_mises --no-mesh --width 5 --dpi 85 --output $out/charpy_through.png
     run input/one_point_bend.nml one_point_bend
     "$python" bench/one_point_bend.py $out/one_point_bend.h5 $out/one_point_bend.png
     run input/wedge_dcb.nml wedge_dcb

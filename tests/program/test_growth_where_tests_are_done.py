@@ -5,6 +5,7 @@ import math
 import re
 import sys
 
+import h5py
 import numpy as np
 import pytest
 
@@ -139,6 +140,51 @@ def test_a_charpy_specimen_on_anvils(hampm):
     assert np.mean(row["G"][running]) == pytest.approx(6e3, rel=0.1)  # with what points that fail take where q is below 1; 0.66 without (docs/explanation/growth.md)
     grown = row["crack_length"][-1] - row["crack_length"][0]
     assert row["fracture_energy"][-1] == pytest.approx(6e3 * 0.01 * (grown + 0.5e-3), rel=0.15)
+
+
+@pytest.mark.verify
+def test_the_halves_of_a_charpy_specimen_fly_on(hampm):
+    """A brittle specimen parts under the weight, which touches it from the start and is no material ahead of the tip. The crack starts as K_I of a crack that rests is that of the toughness, takes
+    that times the ligament, and the halves fly on as mirror images: their centres at constant velocities, with constant spins. They, the weight and the anvils have
+    what the weight had less what the anvils gave back. A run that ends at separation is the same up to there."""
+    settings = ("growth.toughness=1.0e3", "output.snapshot_interval=5.0e-6")
+    row, said = run_told(hampm, INPUT / "charpy.nml", *settings)
+    apart, begins = row["separated"], row["time"][np.flatnonzero(row["fracture_energy"] > 0)[0]]
+    tough = math.sqrt(1e3 * 210e9 / (1 - 0.3**2))
+    press, impulse = row["reaction_left_y"] + row["reaction_right_y"], row["momentum_y"] - row["momentum_y"][0]
+    given = np.concatenate([[0], np.cumsum((press[1:] + press[:-1]) / 2 * np.diff(row["time"]))])
+    states = []
+    with h5py.File(row.path) as file:
+        data, many = file["VTKHDF/particles"], np.cumsum(file["VTKHDF/particles/NumberOfPoints"][:])
+        for n, when in zip(many, data["Steps/Values"][:]):
+            if when < apart:
+                continue
+            at = slice(n - len(row["x"]), n)
+            x, v, first = data["Points"][at, :2], data["PointData/velocity"][at, :2], data["Points"][at, 0] - data["PointData/displacement"][at, 0]
+            body = data["PointData/body"][at]
+            for part in ((body == 1) & (first < 0), (body == 1) & (first > 0), body == 2):
+                r, w = x[part] - x[part].mean(axis=0), v[part] - v[part].mean(axis=0)
+                states.append([*v[part].mean(axis=0), np.sum(r[:, 0] * w[:, 1] - r[:, 1] * w[:, 0]) / np.sum(r**2), np.sum(part)])
+    left, right, weight = np.array(states).reshape(-1, 3, 4).transpose(1, 0, 2)
+    mass = 7850 * 0.01 * 0.25e-3**2
+    carried = mass * sum(part[-1, 1] * part[-1, 3] for part in (left, right, weight))
+    resting, _ = run_told(hampm, INPUT / "charpy.nml", "run.end_time=14.0e-6", name="resting")  # by its own toughness, which is not reached
+    due, end = np.interp(tough, resting["K_I"], resting["time"]), row["momentum_y"][0] + given[-1]
+    print(begins, apart, np.max(row["contact_force_y"]), row["fracture_energy"][-1], left, right, weight, carried, end, np.max(np.abs(impulse - given)), missing(row), due)
+    assert "separated at t = " in said and begins + 5e-6 < apart < 60e-6
+    assert begins == pytest.approx(due, abs=0.6e-6)  # a sample, and rounding of its time
+    assert row["fracture_energy"][-1] == pytest.approx(1e3 * 0.01 * 5e-3, rel=0.02)
+    assert missing(row) < 1e-12
+    for part in (left, right, weight):
+        assert part[:, :2] == pytest.approx(np.tile(part[0, :2], (len(part), 1)), abs=1e-4)
+        assert part[:, 2] == pytest.approx(part[0, 2], abs=1.0)
+    assert left == pytest.approx(right * [-1, 1, -1, 1], abs=1e-3) and right[0, 0] > 1 and right[0, 2] > 100
+    assert carried == pytest.approx(end, abs=0.01 * 0.1256)  # the rest swings in the anvils
+    assert impulse == pytest.approx(given, abs=0.01 * 0.1256)  # of samples
+    short, _ = run_told(hampm, INPUT / "charpy.nml", *settings, "run.stop_when='separated'", name="short")
+    n = len(short["time"])
+    assert "separated" in short["stopped_when"] and 0 <= short["time"][-1] - apart < 0.6e-6
+    assert np.array_equal(short["K_I"][:-1], row["K_I"][:n - 1], equal_nan=True)
 
 
 @pytest.mark.verify
