@@ -273,3 +273,30 @@ def test_a_run_goes_on_from_a_checkpoint(hampm, text, part):
         with h5py.File(hampm.folder / "part.h5") as file:
             assert file["history"].attrs["warnings"] == row["warnings"]
             assert file["history"].attrs.get("separated", -1) == row.others.get("separated", -1)
+
+
+UNDER_A_BODY = """\
+&run plane = 'strain'  end_time = 12.0e-6 /
+&grid lower = -12e-3, -2e-3  cell = 1e-3  cells = 24, 20 /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'a'  lower = -8e-3, 0.0  upper = 8e-3, 8e-3  {part} /
+&body material = 'a'  lower = -8e-3, 8e-3  upper = 8e-3, 16e-3  {part} /
+&body material = 'a'  lower = 9e-3, 0.0  upper = 11e-3, 2e-3 /
+&contact bodies = 'frictionless' /
+&crack kind = 'path'  points = 0.0, -1e-3, 0.0, 4e-3 /
+&growth law = 'prescribed'  speed = 600.0  direction = 'straight' /
+&energy_release estimators = 'domain_integral'  radii = 2e-3  energy_balance = .true. /
+&method frame = 'updated' /
+"""
+
+
+@pytest.mark.parametrize("part", ["", "contact_group = 'one'"])
+def test_a_body_that_touches_another_one_is_not_ahead_of_its_crack(hampm, part):
+    """The tip ends at the surface of its body after 4 mm, at 6.7 us, and parts it; where both are one part it goes on into the other one."""
+    row, said = run_told(hampm, UNDER_A_BODY.format(part=part))
+    print(row["tip_y"][-1], row["separated"] if not part else "")
+    if part:
+        assert "run through" not in said and row["tip_y"][-1] == pytest.approx(4e-3 + 600 * 12e-6, abs=1e-4)
+    else:
+        assert "run through to a surface: its crack ends there, at (0.0, 0.008) m" in said
+        assert 4e-3 / 600 * (1 - 1e-6) < row["separated"] < (4e-3 + 3e-3) / 600  # two cells and more behind the last point its force is 0
