@@ -206,8 +206,9 @@ def differences(expected, got, scale):
         if maps.family(name) == "tip_angle":
             apart = np.abs((other - values + 180) % 360 - 180)
         apart[np.isnan(other) & np.isnan(values)] = 0.0  # of tips that have ended
-        with np.errstate(invalid="ignore"):
-            value = np.nan_to_num(np.max(apart, initial=0.0) / scale[name], nan=np.inf)  # a number in place of none
+        largest = np.max(apart, initial=0.0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            value = 0.0 if largest == 0 else np.nan_to_num(largest / scale[name], nan=np.inf)  # a number in place of none
         if value > worst:
             at = int(np.nanargmax(apart)) if np.any(np.isfinite(apart)) else 0
             worst, where = value, f"{name} {other[at]:.9g} in place of {values[at]:.9g} in row {at}"

@@ -98,6 +98,9 @@ SCENES = {
     "pressed path": plate() + HELD + "&load kind = 'pressure' on = 'crack' crack = 'p' pressure = 1e6 /\n" + PATH.format("") + J.format("") + STATIC.format("solver = 'direct'"),
     "closure of a path": plate(shape="lower = -10e-3, -10e-3  upper = 10e-3, 10e-3") + HELD + PULL.format("") + PATH.format("")
     + "&energy_release estimators = 'series_fit', 'domain_integral', 'material_force' radii = 4e-3 /\n&refine indicator = 'tip' max_level = 1 rings = 4 /\n" + STATIC.format(""),
+    "a crack between two materials": plate(cell="1e-3  cells = 20, 24", shape="lower = -10e-3, 0.0  upper = 10e-3, 10e-3")
+    + "&material name = 'n' young = 20e9 poisson = 0.3 density = 1200 /\n&body material = 'n' lower = -10e-3, -10e-3 upper = 10e-3, 0.0 points_per_cell = 2 /\n"
+    + HELD + PULL.format("") + "&crack kind = 'path' name = 'p' points = -5e-3, 0.0, 5e-3, 0.0 /\n" + J.format("radii = 4e-3 phase_length = 1e-3") + STATIC.format(""),
     "growth at rest": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT
     + "&load kind = 'point' lower = 10e-3, 0.0 upper = 10e-3, 0.0 force = 10.0, 5.0 held = .true. /\n"
     + "&constraint lower = -10e-3, 4e-3 upper = -10e-3, 6e-3 fix = 'x' displacement = 1e-8, 0.0 held = .true. /\n"
