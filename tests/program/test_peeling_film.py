@@ -81,6 +81,7 @@ def test_a_substrate_that_bends(hampm):
     assert row["load_factor"][-1] == pytest.approx(asked, rel=0.02)
 
 
+@pytest.mark.verify
 def test_a_film_under_compression_shears_off(hampm):
     """Its faces are closed: the crack is one of mode II, and G of the steady state the same. With friction it needs more."""
     free = run(hampm, film(replace=COARSE + COLD))
