@@ -29,7 +29,7 @@ module hampm_material_force
    private
    public :: material_force
 
-   integer, parameter :: sums = 6                !! of a node: h_a . f_a - g_a, f_a, sum V N_a, sum V N_a u,1
+   integer, parameter :: at_volume = ndim + 2, sums = 2*ndim + 2 !! of a node: g, f, V and V u,1
    real(dp), parameter :: cells_beyond = 4       !! the disc from which particles have a part in its nodes, hanging ones included
    real(dp), parameter :: even = 1.0e-6_dp       !! part of a length within which lengths count as the same
 
@@ -57,18 +57,18 @@ contains
          call add_particle(problem, tip, p, i, of_node)
       end do
       call add_interface_forces(problem%interfaces, 1, held)
-      of_node(2:3, :) = of_node(2:3, :) - held
+      of_node(2:ndim + 1, :) = of_node(2:ndim + 1, :) - held
       call problem%grid%dofs%condense(problem%grid%dofs%every_node(), sums, of_node)
       g = 0
       do i = 1, problem%grid%n_nodes
-         if (.not. of_node(4, i) > 0) cycle
+         if (.not. of_node(at_volume, i) > 0) cycle
          x = matmul(problem%grid%node_position(:, i) - tip%now, tip%axis)
          distance = (1 + even)*norm2(x)
          if (distance >= maxval(tip%radii)) cycle
-         force = of_node(2:3, i)
+         force = of_node(2:ndim + 1, i)
          if (tip%is_half() .and. minval([x(1), -abs(x(2))]) >= -even*tip%nodes%spacing) &
             force = force - dot_product(force, tip%axis(:, 2))*tip%axis(:, 2) ! the plane holds it
-         where (distance < tip%radii) g = g + of_node(1, i) - dot_product(force, of_node(5:6, i))/of_node(4, i)
+         where (distance < tip%radii) g = g + of_node(1, i) - dot_product(force, of_node(at_volume + 1:, i))/of_node(at_volume, i)
       end do
       g = merge(2, 1, tip%is_half())/p%thickness%at(tip%now)*g
       do i = 1, size(g)
@@ -114,9 +114,9 @@ contains
          do k = 1, grid%n_functions
             associate (at => of_node(:, point(k)), v => p%volume(i))
                at(1) = at(1) + v*(dot_product(flux, gradient(k, :)) + source*shape(k))
-               at(2:3) = at(2:3) + v*(matmul(stress, gradient(k, :)) + force*shape(k))
-               at(4) = at(4) + v*shape(k)
-               at(5:6) = at(5:6) + v*shape(k)*slope
+               at(2:ndim + 1) = at(2:ndim + 1) + v*(matmul(stress, gradient(k, :)) + force*shape(k))
+               at(at_volume) = at(at_volume) + v*shape(k)
+               at(at_volume + 1:) = at(at_volume + 1:) + v*shape(k)*slope
             end associate
          end do
       end associate

@@ -13,7 +13,7 @@ module hampm_forest
    public :: forest_t, outside, corner_offset, level_width, deepest
 
    integer, parameter :: outside = 0             !! the leaf of a place that the lattice does not cover
-   integer, parameter :: deepest = min(24, 62/ndim) !! levels below the root of the finest lattice
+   integer, parameter :: deepest = merge(24, 20, ndim == 2) !! levels below the root of the finest lattice
    integer(long), parameter :: root_size = 2_long**deepest
 
    !> The leaves of all trees, in Morton order.
