@@ -11,14 +11,13 @@ module hampm_fatigue
    use hampm_fatigue_rates, only: retardation
    use hampm_history, only: history_t
    use hampm_model, only: model_t
-   use hampm_toughness, only: advance_t
    implicit none
    private
    public :: fatigue_t, new_fatigue, ways_of, count_cycles, has_fractured, record_cycle, archive_fatigue
 
    integer, parameter :: parts = 128             !! of an increment, in each of which rates are constant
    real(dp), parameter :: slowest = 1e-20_dp     !! rate over the increment below which there is none: no part has so many cycles, and such K may be rounding
-   integer, parameter :: of_rate = modes + 1     !! what is kept of a tip: K of the modes [Pa sqrt(m)], and the root of G [(J/m2)**0.5]
+   integer, parameter :: of_part = modes + 1     !! what is kept of a tip: K of the modes [Pa sqrt(m)], and K over K_c, the root of G over the toughness [-]
 
    !> The cycles so far, and the tips in them.
    type :: fatigue_t
@@ -31,7 +30,7 @@ module hampm_fatigue
       real(dp), allocatable :: zone(:)           !! from each tip to the end of the farthest plastic zone [m]
       real(dp), allocatable :: level(:)          !! factors of the loads at which K is needed; the first is 1 [-]
       integer, allocatable :: top(:), bottom(:)  !! numbers of those of each block
-      real(dp), allocatable :: at(:, :, :)       !! K and the root of G at them, (`of_rate`, levels, tips)
+      real(dp), allocatable :: at(:, :, :)       !! K, and that over K_c, at them, (`of_part`, levels, tips)
    end type fatigue_t
 
 contains
@@ -50,7 +49,7 @@ contains
       end do
       fatigue%law = law
       allocate (fatigue%owed(size(law)), fatigue%zone(size(law)), source=0.0_dp)
-      allocate (fatigue%at(of_rate, size(fatigue%level), size(law)), source=0.0_dp)
+      allocate (fatigue%at(of_part, size(fatigue%level), size(law)), source=0.0_dp)
    contains
       !> Find the number of a level, which is added where it is new.
       subroutine add(level, number)
@@ -65,10 +64,9 @@ contains
 
    !> Range of K, least over largest K, and largest K over K_c of a tip in a block, of both modes. K_I below 0 counts as 0: faces are pressed on each
    !> other, and shear alone lets the tip grow.
-   pure subroutine find_cycle(fatigue, toughness, at, block, range, ratio, part)
+   pure subroutine find_cycle(fatigue, at, block, range, ratio, part)
       type(fatigue_t), intent(in) :: fatigue
-      real(dp), intent(in) :: toughness          !! 0: none [J/m2]
-      real(dp), intent(in) :: at(:, :)           !! of the tip, (`of_rate`, levels)
+      real(dp), intent(in) :: at(:, :)           !! of the tip, (`of_part`, levels)
       integer, intent(in) :: block
       real(dp), intent(out) :: range             !! [Pa sqrt(m)]
       real(dp), intent(out) :: ratio, part       !! [-]
@@ -83,12 +81,12 @@ contains
       least(1) = min(max(least(1), 0.0_dp), largest(1))
       range = norm2(largest - least)
       ratio = max(0.0_dp, min(1.0_dp, dot_product(least, largest)/sum(largest**2)))
-      if (toughness > 0) part = at(of_rate, fatigue%top(block))/sqrt(toughness)
+      part = at(of_part, fatigue%top(block))
    end subroutine find_cycle
 
    !> Whether a tip is opened, or sheared more than it is pressed shut.
    pure logical function may_grow(k)
-      real(dp), intent(in) :: k(of_rate)         !! K, and the root of G
+      real(dp), intent(in) :: k(of_part)         !! K, and that over K_c
       may_grow = k(1) > 0 .or. abs(k(2)) > -k(1)
    end function may_grow
 
@@ -96,7 +94,7 @@ contains
    pure function rates_of(fatigue, model, at, block) result(rates)
       type(fatigue_t), intent(in) :: fatigue
       type(model_t), intent(in) :: model
-      real(dp), intent(in) :: at(:, :, :)        !! (`of_rate`, levels, tips)
+      real(dp), intent(in) :: at(:, :, :)        !! (`of_part`, levels, tips)
       integer, intent(in) :: block
       real(dp) :: rates(size(at, 3)), range, ratio, part
       integer :: k
@@ -104,22 +102,13 @@ contains
       do k = 1, size(rates)
          if (fatigue%law(k) == 0) cycle
          associate (growth => model%growth(fatigue%law(k)))
-            call find_cycle(fatigue, toughness_of(fatigue, model, k), at(:, :, k), block, range, ratio, part)
+            call find_cycle(fatigue, at(:, :, k), block, range, ratio, part)
             rates(k) = growth%rate_at(range, ratio, part)
             if (.not. rates(k) > slowest*growth%increment) rates(k) = 0
             rates(k) = rates(k)*retardation(growth%constants, zone_of(fatigue, model, at, block, k), fatigue%zone(k))
          end associate
       end do
    end function rates_of
-
-   !> Toughness of a tip, 0 for none [J/m2].
-   pure real(dp) function toughness_of(fatigue, model, tip) result(toughness)
-      type(fatigue_t), intent(in) :: fatigue
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: tip
-      toughness = 0
-      if (fatigue%law(tip) > 0) toughness = model%growth(fatigue%law(tip))%toughness_at(advance_t())
-   end function toughness_of
 
    !> Length of the plastic zone of a tip at the largest load of a block, by Irwin; 0 where there is no retardation [m].
    pure real(dp) function zone_of(fatigue, model, at, block, tip) result(zone)
@@ -176,28 +165,24 @@ contains
    end function ways_of
 
    !> Whether K reaches K_c at the present place of a tip in the present block.
-   pure logical function has_fractured(fatigue, model)
+   pure logical function has_fractured(fatigue)
       type(fatigue_t), intent(in) :: fatigue
-      type(model_t), intent(in) :: model
-      has_fractured = .not. part_to_fracture(fatigue, model, fatigue%at, fatigue%at, fatigue%block) > 0
+      has_fractured = .not. part_to_fracture(fatigue, fatigue%at, fatigue%at, fatigue%block) > 0
    end function has_fractured
 
-   !> Part of a step at which K of a tip reaches K_c in a block; huge where it does not [-].
-   pure real(dp) function part_to_fracture(fatigue, model, before, after, block) result(part)
+   !> Part of a step at which K of a tip reaches K_c in a block; huge where it does not [-]. As it comes from below, K rises faster with the way than an
+   !> R-curve does: the crack runs on.
+   pure real(dp) function part_to_fracture(fatigue, before, after, block) result(part)
       type(fatigue_t), intent(in) :: fatigue
-      type(model_t), intent(in) :: model
       real(dp), intent(in) :: before(:, :, :), after(:, :, :)
       integer, intent(in) :: block
-      real(dp) :: root
       integer :: k
       part = huge(part)
       do k = 1, size(fatigue%law)
-         if (fatigue%law(k) == 0) cycle
-         root = sqrt(toughness_of(fatigue, model, k))
-         associate (first => before(of_rate, fatigue%top(block), k), last => after(of_rate, fatigue%top(block), k))
-            if (.not. (root > 0 .and. may_grow(before(:, fatigue%top(block), k)))) cycle
-            if (first >= root) part = 0
-            if (last > max(first, root)) part = min(part, max(0.0_dp, (root - first)/(last - first)))
+         associate (first => before(of_part, fatigue%top(block), k), last => after(of_part, fatigue%top(block), k))
+            if (fatigue%law(k) == 0 .or. .not. may_grow(before(:, fatigue%top(block), k))) cycle
+            if (first >= 1) part = 0
+            if (last > max(first, 1.0_dp)) part = min(part, max(0.0_dp, (1 - first)/(last - first)))
          end associate
       end do
    end function part_to_fracture
@@ -208,7 +193,7 @@ contains
       type(fatigue_t), intent(inout) :: fatigue
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: ways(:)            !! by which tips have advanced [m]
-      real(dp), intent(in) :: now(:, :, :)       !! K and the root of G, as `at`
+      real(dp), intent(in) :: now(:, :, :)       !! as `at`
       logical, intent(out) :: have_arrested
       real(dp), dimension(size(ways)) :: rates, mean
       real(dp) :: way, from, to, end, fracture, cycles, left, times
@@ -222,7 +207,7 @@ contains
       idle = 0
       do while (from < 1)
          end = min(1.0_dp, (floor(from*parts*(1 + epsilon(from))) + 1)/real(parts, dp))
-         fracture = part_to_fracture(fatigue, model, fatigue%at, now, fatigue%block)
+         fracture = part_to_fracture(fatigue, fatigue%at, now, fatigue%block)
          if (fracture <= from) exit
          to = min(end, fracture)
          rates = rates_of(fatigue, model, between((from + to)/2), fatigue%block)
@@ -251,7 +236,7 @@ contains
          if (fatigue%block > 1) cycle
          mean = 0                                ! all blocks, as often as they fit
          do b = 1, size(fatigue%top)
-            if (part_to_fracture(fatigue, model, fatigue%at, now, b) <= end) exit
+            if (part_to_fracture(fatigue, fatigue%at, now, b) <= end) exit
             mean = mean + model%cycles%number(b)*rates_of(fatigue, model, between((from + end)/2), b)
          end do
          if (b <= size(fatigue%top) .or. .not. mean(lead) > 0) cycle
@@ -272,7 +257,7 @@ contains
          if (fatigue%law(tip) > 0) increment_of = model%growth(fatigue%law(tip))%increment
       end function increment_of
 
-      !> K and the root of G at a part of the step.
+      !> K, and that over K_c, at a part of the step.
       pure function between(part) result(at)
          real(dp), intent(in) :: part
          real(dp) :: at(size(now, 1), size(now, 2), size(now, 3))
@@ -300,7 +285,7 @@ contains
       integer, intent(in) :: tip
       type(history_t), intent(inout) :: history
       real(dp) :: range, ratio, part, rates(size(fatigue%law))
-      call find_cycle(fatigue, toughness_of(fatigue, model, tip), fatigue%at(:, :, tip), fatigue%block, range, ratio, part)
+      call find_cycle(fatigue, fatigue%at(:, :, tip), fatigue%block, range, ratio, part)
       rates = rates_of(fatigue, model, fatigue%at, fatigue%block)
       call history%record('delta_K', 'Pa m^0.5', 'range of the stress intensity factor in the present load cycle', range)
       call history%record('ratio_of_K', '1', 'least over largest stress intensity factor in it', ratio)

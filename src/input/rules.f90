@@ -531,10 +531,6 @@ module hampm_rules
       rule_t("&growth toughness_shear", requires, "&growth mixed_mode = 'benzeggagh_kenane'"), &
       rule_t("&growth mixed_mode_exponent", requires, "&growth mixed_mode = 'benzeggagh_kenane'"), &
       rule_t("&growth mixed_mode = 'benzeggagh_kenane'", requires, "&growth toughness_shear > 0"), &
-      (rule_t("&growth "//trim(of_toughness(k)), not_with, "&growth law = {growth laws in cycles}", not_built, &
-              "a crack breaks through at the toughness of its start"), k=1, size(of_toughness)), &
-      rule_t("&body toughness", not_with, "&growth law = {growth laws in cycles}", not_built, &
-             "a crack breaks through at the toughness of &growth"), &
       rule_t("&body toughness", no_effect_without, "&growth toughness > 0"), &
       rule_t("&growth start", not_with, "&growth law = {growth laws at rest}", reason="a static model has no time"), &
       rule_t("&growth end", not_with, "&growth law = {growth laws at rest}", reason="a static model has no time"), &

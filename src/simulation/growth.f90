@@ -4,11 +4,11 @@
 module hampm_growth
    use hampm_kinds, only: dp
    use hampm_crack_tip_field, only: modes
-   use hampm_crack_values, only: best_rate, crack_values_t
+   use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_fatigue, only: count_cycles, has_fractured
-   use hampm_growing, only: growing_t
+   use hampm_growing, only: growing_t, next_t
    use hampm_growth_room, only: update_model_path
    use hampm_load_search, only: load_search_t, nothing
    use hampm_static_growth, only: advance_tips, begin_to_turn, mixities_of, turn_tips, take_back, book_fracture, ratios_of, &
@@ -237,7 +237,7 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       logical :: has_grown
-      if (has_fractured(s%growing%fatigue, s%model)) then
+      if (has_fractured(s%growing%fatigue)) then
          s%is_over = .true.
          s%growing%fatigue%life = s%growing%fatigue%cycles
          call tell_fracture(s)
@@ -280,11 +280,11 @@ contains
                     'of the toughness; the run ends before end_time')
    end subroutine tell_fracture
 
-   !> After a load step, when all is measured and booked: find K, and the root of G, at each load of the cycles. Where all is
+   !> After a load step, when all is measured and booked: find K, and that over K_c, at each load of the cycles. Where all is
    !> proportional to the loads one solution tells that, else each takes one; then faces slide from where they are at the largest load.
    subroutine look_at_cycles(s, now, failure)
       type(simulation_t), intent(inout) :: s
-      real(dp), intent(inout) :: now(:, :, :)    !! (modes and G, loads, tips)
+      real(dp), intent(inout) :: now(:, :, :)    !! (modes and part of K_c, loads, tips)
       type(failure_t), intent(inout) :: failure
       type(measurements_t) :: measurements
       type(energies_t) :: energies
@@ -318,13 +318,16 @@ contains
       subroutine take(l, factor)
          integer, intent(in) :: l                !! number of the load
          real(dp), intent(in) :: factor          !! [-]
+         type(next_t) :: next
          integer :: k
          do k = 1, size(s%cracks%tips)
-            associate (tip => s%cracks%tips(k), values => s%measurements%crack(k))
+            associate (tip => s%cracks%tips(k), values => s%measurements%crack(k), law => s%growing%fatigue%law(k))
                if (.not. tip%is_measured()) cycle
                now(:modes, l, k) = factor*values%intensity
                if (tip%is_half()) now(2:modes, l, k) = 0
-               now(modes + 1, l, k) = abs(factor)*sqrt(max(0.0_dp, best_rate(values, tip)))
+               if (law == 0) cycle
+               next = s%growing%next_of(s%model, s%cracks, k, s%model%growth(law), values)
+               if (next%toughness > 0) now(modes + 1, l, k) = abs(factor)*sqrt(max(0.0_dp, next%rate)/next%toughness)
             end associate
          end do
       end subroutine take

@@ -2,10 +2,12 @@
 
     .venv/bin/python tests/fuzz/combinations.py --cases 1000 --seed 3
     .venv/bin/python tests/fuzz/combinations.py --seed 3 --first 17 --cases 1 --oracle mirror --reduce
+    .venv/bin/python tests/fuzz/combinations.py --seed 52 --cases 4000 --parts 60
 
 A scene (`drawn_scenes.py`) that is refused is repaired by the keys that the refusal names. One that runs has to pass its own oracles, which look at its result, and some
 of those, drawn at random, that run it a second time as something that is known to give the same (`scene_maps.py`). A fault is printed with seed, case and oracle, with
-`--reduce` with the least scene that still shows it. Exit code 1 where there is a fault. Cases are independent of each other: `--first` and `--cases` divide a seed.
+`--reduce` with the least scene that still shows it. Exit code 1 where there is a fault. Cases are independent of each other: `--first` and `--cases` divide a seed. With `--parts N`
+only scenes are run that are drawn with one of `PARTS` of which fewer than N have been accepted, and the table has a row for each of these.
 
 What a second run may differ by is rounding: `ROUNDING` of the largest value of that kind of quantity. Where it differs by more, the scene is run once more
 with its moduli, densities and loads changed by `NUDGE`: if that alone changes the result by more than `CHAOTIC` times `NUDGE`, the answer hangs on rounding, as whether two
@@ -796,9 +798,38 @@ SECOND = {"mirror in x": isometry(maps.MIRROR_X), "mirror in y": isometry(maps.M
 IMAGES = ["mirror in x", "mirror in y", "quarter turn", "order", "reverse"]
 
 
-def accept(bench, chance):
+def any_of(name, *names):
+    """Whether a scene has a group of a name with one of some keys, all of which are none by default."""
+    return lambda scene: any(key in keys for keys in groups(scene, name) for key in names)
+
+
+def chosen(name, key, value):
+    """Whether a scene has a group of a name with a value of a key."""
+    return lambda scene: any(keys.get(key) == value for keys in groups(scene, name))
+
+
+# What is rare in scenes, and whether one has it
+PARTS = {"toughness by tables": any_of("growth", "extensions", "angles", "speeds"),
+         "toughness by the mix of modes": any_of("growth", "mixed_mode"),
+         "`max_energy`": chosen("growth", "direction", "max_energy"),
+         "criteria of branching": lambda scene: bool(groups(scene, "growth")) and group(scene, "method").get("time", "explicit") != "static",
+         "load cycles": chosen("growth", "law", "fatigue"),
+         "load cycles, toughness that varies": lambda scene: PARTS["load cycles"](scene) and (PARTS["toughness by tables"](scene) or PARTS["toughness by the mix of modes"](scene)),
+         "cracks that appear": lambda scene: bool(groups(scene, "nucleation")),
+         "T-stress": chosen("energy_release", "t_stress", True),
+         "K of interfaces": any_of("energy_release", "phase_length"),
+         "graded bodies with J": lambda scene: any_of("body", "profile_at")(scene) and "domain_integral" in group(scene, "energy_release").get("estimators", ()),
+         "material forces": lambda scene: "material_force" in group(scene, "energy_release").get("estimators", ())}
+
+
+def parts_of(scene):
+    """Which parts a scene has."""
+    return [name for name, has in PARTS.items() if has(scene)]
+
+
+def accept(bench, chance, scene=None):
     """A scene that is not refused, its run, and how often it was drawn anew; None where it is refused to the end."""
-    scene = draw(chance, bench.exact)
+    scene = scene or draw(chance, bench.exact)
     for attempt in range(REPAIRS):
         try:
             run = bench.run(scene)
@@ -856,12 +887,13 @@ def reduced(bench, scene, name, seed):
     return scene
 
 
-def try_cases(bench, seed, numbers, oracles, asked=ASKED, tell=print, reduce=False, chaotic=False):
-    """Counts by oracle and end, and the faults as (case, oracle, what, scene)."""
+def try_cases(bench, seed, numbers, oracles, asked=ASKED, tell=print, reduce=False, chaotic=False, fewest=0):
+    """Counts by oracle and end, and the faults as (case, oracle, what, scene). `fewest` is how many scenes of each part are wanted, 0 where any will do."""
     counts, ends, faults = Counter(), Counter(), []
 
     def fault(number, name, what, scene):
         counts[name, "failed"] += 1
+        counts.update((part, "failed") for part in parts_of(scene))
         faults.append((number, name, what, scene))
         tell(f"seed {seed} case {number} {name}: {what}")
         if reduce:
@@ -869,7 +901,13 @@ def try_cases(bench, seed, numbers, oracles, asked=ASKED, tell=print, reduce=Fal
 
     for number in numbers:
         chance = random.Random(f"{seed} {number}")
-        scene, base, attempt = accept(bench, chance)
+        scene = draw(chance, bench.exact)
+        if fewest:
+            wanted = [part for part in parts_of(scene) if counts[part, "accepted"] < fewest]
+            if not wanted:
+                continue
+            counts.update((part, "drawn") for part in parts_of(scene))
+        scene, base, attempt = accept(bench, chance, scene)
         ends["drawn"] += 1
         if base is None:
             ends["refused"] += 1
@@ -879,6 +917,7 @@ def try_cases(bench, seed, numbers, oracles, asked=ASKED, tell=print, reduce=Fal
             fault(number, "run", str(base), scene)
             continue
         ends["accepted"] += 1
+        counts.update((part, "accepted") for part in parts_of(scene))
         ends["accepted at once"] += attempt == 0
         if bench.exact and not groups(scene, "crack"):
             ends["without a crack"] += 1
@@ -905,6 +944,9 @@ def try_cases(bench, seed, numbers, oracles, asked=ASKED, tell=print, reduce=Fal
                     tell(f"seed {seed} case {number} {name}: {found}")
             elif found != "passed":
                 fault(number, name, found, scene)
+            for part in parts_of(scene):
+                counts[part, "asked"] += 1
+                counts[part, "chaotic"] += found.startswith("chaotic")
     ends["runs"] = bench.count
     return counts, ends, faults
 
@@ -915,6 +957,9 @@ def table(counts, ends):
     for name in ("run", *OWN, *SECOND):
         if counts[name, "asked"]:
             lines.append(f"| {name} | {counts[name, 'asked']} | {counts[name, 'chaotic']} | {counts[name, 'failed']} |")
+    if any(counts[name, "drawn"] for name in PARTS):
+        lines += ["", "| part | drawn | accepted | oracles asked | chaotic | failed |", "|---|---|---|---|---|---|"]
+        lines += [f"| {name} | " + " | ".join(str(counts[name, what]) for what in ("drawn", "accepted", "asked", "chaotic", "failed")) + " |" for name in PARTS]
     return "\n".join([*lines, "", *(f"{name}: {count}" for name, count in ends.most_common())])
 
 
@@ -925,6 +970,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1, metavar="N")
     parser.add_argument("--oracle", action="append", default=[], choices=[*OWN, *SECOND], help="ask these only, but all of them")
     parser.add_argument("--cracked", action="store_true", help=f"scenes with cracks only, of which images and other orders are to be the same to {EXACT:.0e}")
+    parser.add_argument("--parts", type=int, default=0, metavar="N", help="scenes with parts of which fewer than N are accepted so far")
     parser.add_argument("--asked", type=int, default=ASKED, metavar="N", help="how many oracles with a second run a scene is asked")
     parser.add_argument("--program", type=Path, default=PROGRAM, metavar="FILE")
     parser.add_argument("--release", type=Path, default=RELEASE, metavar="FILE", help="the build that oracle 'builds' compares with")
@@ -938,7 +984,7 @@ def main():
         for number in numbers:
             print(text_of(accept(bench, random.Random(f"{options.seed} {number}"))[0]))
         return
-    counts, ends, faults = try_cases(bench, options.seed, numbers, options.oracle or IMAGES * options.cracked, options.asked, lambda text: print(text, flush=True), options.reduce, options.chaotic)
+    counts, ends, faults = try_cases(bench, options.seed, numbers, options.oracle or IMAGES * options.cracked, options.asked, lambda text: print(text, flush=True), options.reduce, options.chaotic, options.parts)
     print(table(counts, ends))
     sys.exit(1 if faults else 0)
 

@@ -351,6 +351,8 @@ class Drawing:
             keys["threshold"] = 0.3 * math.sqrt(modulus * self.young)
         if chance.random() < 0.2:
             keys |= {"wheeler_exponent": chance.choice([1.0, 1.5]), "wheeler_stress": self.young * self.strain * chance.choice([3.0, 10.0])}
+        if "toughness" in keys and chance.random() < 0.7:
+            keys |= self.resistance("fatigue", keys["toughness"])
         return keys
 
     def cycles(self):
@@ -570,7 +572,7 @@ class Drawing:
 
     def part_at_crack(self, scene):
         """Makes two bodies of two materials of one, with a crack along grid lines between them."""
-        chance, bodies, lines = self.chance, groups(scene, "body"), [keys for keys in groups(scene, "crack") if keys.get("kind") == "line" and 0.0 in keys["direction"]]
+        chance, bodies, lines = self.chance, groups(scene, "body"), [keys for keys in groups(scene, "crack") if keys.get("kind") == "line" and 0.0 in keys.get("direction", ())]
         if len(bodies) > 1 or "shape" in bodies[0] or not lines or groups(scene, "contact") or chance.random() < 0.4:
             return
         across = lines[0]["direction"].index(0.0)

@@ -123,6 +123,48 @@ def test_forman_to_fracture(hampm):
     assert "fracture after" in row.said
 
 
+def test_forman_to_fracture_along_an_r_curve(hampm):
+    """K_c rises with the way from 25 to 38 MPa m^0.5 within 8 mm. The closed integration has K_c of the place, and ends where K has reached that."""
+    k_c, way, constant = (25e6, 38e6), 8e-3, 1e-29 * 40e6
+    row = centre(hampm, f"growth.rate_constant={constant!r}", "refine.max_level=3",
+                 growth=f"rate = 'forman'  toughness = {k_c[0]**2 / YOUNG!r}  extensions = 0.0, {way}  extension_factors = 1.0, {(k_c[1] / k_c[0])**2!r}")
+    k = of_run(row)  # what is left is the error of the cycles and of where the run ends
+
+    def resistance(a):
+        return np.sqrt(np.interp(a - 0.01, [0, way], np.square(k_c)))
+
+    a = np.linspace(0.01, 0.03, 200001)
+    last = a[np.argmax(k(a) * LARGEST > resistance(a))]
+    asked = cycles(lambda a: constant * (RANGE * k(a)) ** M / (0.9 * (resistance(a) - LARGEST * k(a))), 0.01, last)
+    print("life", row["life"], "asked", asked, row["life"] / asked - 1, "last", last, row["crack_length"][-1])
+    assert row["life"] == pytest.approx(asked, rel=0.005)
+    assert row["crack_length"][-1] < last < row["crack_length"][-1] + 1e-3
+    assert row["toughness"] == pytest.approx(resistance(row["crack_length"]) ** 2 / YOUNG, rel=1e-12)
+
+
+def test_toughness_by_body_direction_and_mix_of_modes(hampm):
+    """A slanted crack runs into a body of a hundredth of the toughness, which falls from along x to along y: the law of Forman has K_c of the product of all, and the run
+    ends in the increment that ends in that body."""
+    text = (INPUT / "fatigue_eccentric_crack.nml").read_text()
+    for group in ("&body", "&load\n   kind = 'traction'\n   lower = -40.0e-3, 100.0e-3", "&load\n   kind = 'traction'\n   lower = -40.0e-3, -100.0e-3"):
+        start = text.index(group)
+        whole = text[start:text.index("/\n", start) + 2]
+        left = whole.replace("60.0e-3,", "14.5e-3,").replace("&body", "&body toughness = 300.0e3")
+        text = text[:start] + left + whole.replace("-40.0e-3,", "14.5e-3,").replace("&body", "&body toughness = 3.0e3") + text[text.index("/\n", start) + 2:]
+    text = text.replace("0.3e-3, 10.0e-3, 0.3e-3", "-6.0e-3, 10.0e-3, 6.0e-3").replace("rate_exponent = 3.0", """rate_exponent = 3.0  rate = 'forman'  toughness = 1.0  angles = 0.0, 90.0  angle_factors = 2.0, 1.0
+   mixed_mode = 'benzeggagh_kenane'  toughness_shear = 3.0  mixed_mode_exponent = 1.5""")
+    row = run(hampm, text, "refine.max_level=1", "growth.increment=2e-3", "growth.rate_constant=1e-22", "output.snapshot_interval=0")
+    share = row["K_II"]**2 / (row["K_I"]**2 + row["K_II"]**2)
+    assert np.all(share > 0.02)
+    asked = np.where(row["tip_x"] < 13.5e-3, 300e3, 3e3) * (2 - np.degrees(np.arctan(0.6)) / 90) * (1 + 2 * share**1.5)
+    print(row["tip_x"], row["tip_x_tip2"], share, row["toughness"] / asked - 1, row["life"], row["cycles"])
+    assert row["toughness"] == pytest.approx(asked, rel=2e-3)                       # shares of J are those of K to that
+    k_c = np.sqrt(YOUNG * row["toughness"])
+    largest = np.sqrt(YOUNG * row["G"])
+    assert row["growth_rate"] == pytest.approx(1e-22 * row["delta_K"]**3 / row["delta_K"] * (largest / k_c) / (1 - largest / k_c), rel=1e-9)
+    assert "fracture after" in row.said and row["tip_x"][-1] < 14.5e-3 < row["tip_x"][-1] + 2e-3
+
+
 def wheeler(k, blocks, exponent, stress, first, last, part=2e-6):
     """Cycles of a way with Wheeler's retardation, by short straight steps: an integration of its own."""
     a, count, zone, left = first, 0.0, first, [list(block) for block in blocks]
