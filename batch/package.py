@@ -9,7 +9,7 @@ sys.path.insert(0, str(HERE.parent / "python/src"))
 try:
     from hampm.batch import yaml_text  # noqa: F401
     from hampm.batch.declaration import read_sweep  # noqa: F401
-    from hampm.program import program_of_scripts
+    from hampm.program import program_of_model, program_of_scripts  # noqa: F401
     from hampm.scripts import ResultError, run  # noqa: F401
 except ImportError as missing:
     sys.exit(f"{missing}: run tools/setup.sh with a Python of 3.11 or later and use .venv/bin/python")

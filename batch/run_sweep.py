@@ -13,19 +13,20 @@ import os
 import sys
 from pathlib import Path
 
-from package import PROGRAM, ResultError, read_sweep, run
+from package import ResultError, program_of_model, read_sweep, run
 
 HERE = Path(__file__).resolve().parent
 
 
 def main(arguments=None):
     options, further = split(sys.argv[1:] if arguments is None else arguments)
-    read_sweep(options.sweep, options.program)
+    sweep = read_sweep(options.sweep, options.program)
+    program = options.program or program_of_model(sweep.namelist)
     try:
         import snakemake  # noqa: F401
     except ImportError as missing:
         raise ResultError(f"{missing}: run tools/setup.sh batch with a Python of 3.11 or later, or make install packages='run batch'") from missing
-    settings = {"sweep": options.sweep.resolve(), "program": options.program.resolve(), "strict": str(options.strict).lower()}
+    settings = {"sweep": options.sweep.resolve(), "program": program.resolve(), "strict": str(options.strict).lower()}
     command = [sys.executable, "-m", "snakemake", "-s", str(HERE / "Snakefile"), *further]
     if options.profile:
         command += ["--profile", str(HERE / "profiles" / options.profile)]
@@ -45,7 +46,7 @@ def split(words):
 def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sweep", metavar="SWEEP.yaml", type=Path)
-    parser.add_argument("--program", metavar="FILE", type=Path, default=PROGRAM, help="hampm (default: that of these scripts)")
+    parser.add_argument("--program", metavar="FILE", type=Path, help="hampm (default: that of these scripts, for a solid hampm3d)")
     parser.add_argument("--cores", metavar="N", help="cores to use (default: all)")
     parser.add_argument("--profile", metavar="NAME", choices=sorted(path.name for path in (HERE / "profiles").iterdir()),
                         help="of batch/profiles, such as slurm")

@@ -5,7 +5,7 @@ module hampm_text
    implicit none
    private
    public :: string_t, to_text, lower_case, nearest_name, printable, did_you_mean, is_letter, is_digit, decimal, &
-             line, paragraph, add_line, three_digits, digits_text, without_rounding, length_text
+             line, paragraph, add_line, three_digits, digits_text, without_rounding, point_text, length_text
 
    integer, parameter :: widest = 118              !! characters in a line of a paragraph
 
@@ -249,6 +249,18 @@ contains
       without_rounding = x
       if (scale > 0) without_rounding = decimal(x, 1e-3_dp*scale)
    end function without_rounding
+
+   !> A position as text, without the roundings of what it was found from.
+   pure function point_text(point) result(text)
+      real(dp), intent(in) :: point(:)
+      character(:), allocatable :: text
+      integer :: d
+      text = '('
+      do d = 1, size(point)
+         text = text//to_text(without_rounding(point(d), maxval(abs(point))))//', '
+      end do
+      text = text(:len(text) - 2)//')'
+   end function point_text
 
    !> A number rounded to a decimal one, nine digits below the leading one of `scale`.
    elemental real(dp) function decimal(x, scale)

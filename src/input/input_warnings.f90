@@ -11,6 +11,7 @@ module hampm_input_warnings
    use hampm_placement, only: upper_corner, points_of, spacing_of, tolerance
    use hampm_model, only: model_t, material_spec_t
    use hampm_orthotropic, only: orthotropic_keys
+   use hampm_tensors, only: in_plane
    use hampm_text, only: add => add_line, to_text, length_text, three_digits
    implicit none
    private
@@ -205,7 +206,7 @@ contains
       do t = 1, size(tips, 2)
          do k = 1, 4
             aside = 0.25_dp*model%grid%cell*(merge(1, -1, k <= 2)*directions(:, t) + merge(1, -1, mod(k, 2) == 0) &
-                                             *[-directions(2, t), directions(1, t)])
+                                             *in_plane(-directions(2, t), directions(1, t)))
             body = body_at(model, tips(:, t) + aside)
             around(k) = 0
             if (body > 0) around(k) = model%bodies(body)%material_index

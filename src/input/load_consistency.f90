@@ -14,6 +14,8 @@ module hampm_load_consistency
    private
    public :: check_constraints, check_loads, check_name, bodies_good
 
+   character(*), parameter :: an_edge = trim(merge('a side ', 'an edge', ndim > 2)) !! where a traction acts
+
 contains
 
    !> The box of a constraint holds at least one node of the lattice, and in the total frame material.
@@ -174,10 +176,12 @@ contains
                                 ' must contain a segment of the edge of a body: a traction acts on an edge')
       else if (count(load%upper - load%lower <= tol) /= 1) then
          call settings%complain(entry, 'upper', 'must equal lower = '//point_text(load%lower)// &
-                                ' in exactly one direction: a '//trim(load%kind)//' acts on an edge')
+                                ' in exactly one direction: a '//trim(load%kind)//' acts on '//an_edge)
       else
-         call settings%complain(entry, 'lower', 'the line up to '//point_text(load%upper)// &
-                                ' must lie on one edge of a body: a '//trim(load%kind)//' acts on an edge')
+         call settings%complain(entry, 'lower', 'the '//trim(merge('rectangle', 'line     ', ndim > 2))//' up to '// &
+                                point_text(load%upper)// &
+                                ' must lie on one '//trim(merge('side', 'edge', ndim > 2))//' of a body: a '//trim(load%kind)// &
+                                ' acts on '//an_edge)
       end if
    end subroutine check_place
 

@@ -4,7 +4,7 @@ module hampm_placement
    use hampm_bodies, only: points_along, points_off_lines
    use hampm_kinds, only: dp, ndim
    use hampm_model, only: model_t, grid_spec_t, body_t
-   use hampm_text, only: to_text, without_rounding
+   use hampm_text, only: point_text
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
@@ -122,18 +122,4 @@ contains
       particle_number = product(max(anint((body%upper - body%lower)/spacing), 1.0_dp))
       if (particle_number <= most_particles) particle_number = product(real(points_of(model, body), dp))
    end function particle_number
-
-   !> A position as text, without the roundings of what it was found from.
-   pure function point_text(point) result(text)
-      real(dp), intent(in) :: point(ndim)
-      character(:), allocatable :: text
-      real(dp) :: shown(ndim)
-      integer :: d
-      shown = without_rounding(point, maxval(abs(point)))
-      text = '('//to_text(shown(1))
-      do d = 2, ndim
-         text = text//', '//to_text(shown(d))
-      end do
-      text = text//')'
-   end function point_text
 end module hampm_placement

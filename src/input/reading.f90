@@ -45,12 +45,19 @@ contains
       type(failure_t), intent(inout) :: failure
       type(settings_t), intent(out), optional :: written !! what was read, and where it stands
       type(settings_t) :: settings
+      logical :: is_other                          ! the program that the model is for
       integer :: i
       settings%file = path
       call scan_namelist(path, text, settings)
       do i = 1, size(overrides)
          call override(overrides(i)%text, settings)
       end do
+      call find_other_program(settings, is_other)
+      if (is_other) then
+         call settings%errors%tell(failure)
+         if (present(written)) written = settings
+         return
+      end if
       call validate(settings)
       call resolve(settings)
       call fill_model(settings, model)
@@ -64,6 +71,24 @@ contains
       if (.not. failure%failed()) model%as_begun = model%as_used
       if (present(written)) written = settings
    end subroutine understand_model
+
+   !> Whether the grid is that of a solid, and this the program of the plane, or the other way round: one error instead of one for every place.
+   pure subroutine find_other_program(settings, is_other)
+      type(settings_t), intent(inout) :: settings
+      logical, intent(out) :: is_other
+      integer :: grid
+      grid = settings%find('grid', 1)
+      is_other = values_of('cells') == 5 - ndim .and. any(values_of('lower') == [0, 5 - ndim])
+      if (is_other) call settings%complain(grid, 'cells', 'has '//to_text(5 - ndim)//' values, as that of '// &
+                                           trim(merge('a plane: run hampm                                     ', &
+                                                      'a solid: run hampm3d, which `make program dim=3` builds', ndim > 2)))
+   contains
+      pure integer function values_of(key) result(n)
+         character(*), intent(in) :: key
+         n = 0
+         if (grid > 0) n = settings%entries(grid)%settings(find_key(settings%entries(grid)%group, key))%count
+      end function values_of
+   end subroutine find_other_program
 
    !> Replace values that stand for another one by that one.
    pure subroutine resolve(settings)

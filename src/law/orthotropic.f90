@@ -75,7 +75,7 @@ contains
       type(orthotropic_t) :: of
       character(:), allocatable :: why
       of = orthotropic_of(constants, young, poisson)
-      moduli = [of%young(:merge(2, 3, plane_stress)), of%shear_12]
+      allocate (moduli, source=[of%young(:merge(2, 3, plane_stress)), of%shear_12])
       allocate (flaws(0))
       if (minval(moduli) <= 0) return
       if (maxval(moduli) > most_apart*minval(moduli)) then
@@ -172,6 +172,7 @@ contains
       real(dp) :: r(n_voigt, n_voigt)
       real(dp) :: d(ndim)
       d = direction_of(angle)
+      if (ndim > 2) r = 0
       r(:3, :3) = reshape([d(1)**2, d(2)**2, -2*d(1)*d(2), d(2)**2, d(1)**2, 2*d(1)*d(2), d(1)*d(2), -d(1)*d(2), &
                            d(1)**2 - d(2)**2], [3, 3])
    end function strain_in_turned

@@ -69,9 +69,13 @@ contains
       real(dp), intent(in) :: at_corner(ndim, corners)
       real(dp) :: gradient(ndim, ndim)
       real(dp) :: hourglass
+      real(dp) :: slopes(corners, ndim)
       integer :: d
-      if (ndim > 2) gradient = matmul(at_corner, shape_gradients(xi, 1.0_dp))
-      if (ndim > 2) return
+      if (ndim > 2) then
+         slopes = shape_gradients(xi, 1.0_dp)
+         gradient = matmul(at_corner, slopes)
+         return
+      end if
       do d = 1, ndim
          hourglass = (at_corner(d, 4) - at_corner(d, 3)) - (at_corner(d, 2) - at_corner(d, 1))
          gradient(d, 1) = (at_corner(d, 2) - at_corner(d, 1)) + xi(2)*hourglass

@@ -1,9 +1,9 @@
 !> When and where something went wrong, for messages.
 module hampm_error_context
-   use hampm_kinds, only: dp, ndim, long
+   use hampm_kinds, only: dp, long
    use hampm_grid, only: grid_t
    use hampm_particles, only: particles_t
-   use hampm_text, only: to_text, without_rounding
+   use hampm_text, only: to_text, point_text, without_rounding
    implicit none
    private
    public :: when, origin
@@ -24,22 +24,11 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
       character(:), allocatable :: text
-      real(dp) :: x(ndim)
-      x = p%reference(i, :)
-      text = point(x)
+      text = point_text(p%reference(i, :))//' m'
       if (p%cell(i) == 0) return
       associate (e => p%cell(i), width => grid%element_size(p%cell(i)))
          text = text//' (in the cell of level '//to_text(grid%forest%level_of(grid%element_leaf(e)))//', '//to_text(width)// &
-                ' m wide, around '//point(grid%element_lower(:, e) + width/2)//')'
+                ' m wide, around '//point_text(grid%element_lower(:, e) + width/2)//' m)'
       end associate
    end function origin
-
-   !> A point.
-   function point(x) result(text)
-      real(dp), intent(in) :: x(ndim)            !! [m]
-      character(:), allocatable :: text
-      real(dp) :: shown(ndim)
-      shown = without_rounding(x, maxval(abs(x)))
-      text = '('//to_text(shown(1))//', '//to_text(shown(2))//') m'
-   end function point
 end module hampm_error_context

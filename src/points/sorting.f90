@@ -8,7 +8,7 @@ module hampm_sorting
    use hampm_forest, only: outside
    use hampm_grid, only: grid_t
    use hampm_particles, only: particles_t
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, point_text
    implicit none
    private
    public :: sorting_t, sort_into_cells, take_order
@@ -147,13 +147,12 @@ contains
       real(dp) :: x(ndim)
       x = p%position(i)
       if (any(.not. abs(x) <= huge(x))) then
-         message = 'the position of particle '//to_text(p%id(i))//' is no longer a number; it started at ('// &
-                   to_text(p%reference(i, 1))//', '//to_text(p%reference(i, 2))// &
-                   ') m. Likely cause: the run is unstable; reduce &method courant'
+         message = 'the position of particle '//to_text(p%id(i))//' is no longer a number; it started at '// &
+                   point_text(p%reference(i, :))//' m. Likely cause: the run is unstable; reduce &method courant'
       else
-         message = 'particle '//to_text(p%id(i))//' left the grid at ('//to_text(x(1))//', '//to_text(x(2))// &
-                   ') m; it started at ('//to_text(p%reference(i, 1))//', '//to_text(p%reference(i, 2))// &
-                   ') m. Likely cause: the body moves beyond the grid: give &grid more cells or add a &constraint; '// &
+         message = 'particle '//to_text(p%id(i))//' left the grid at '//point_text(x)//' m; it started at '// &
+                   point_text(p%reference(i, :))// &
+                   ' m. Likely cause: the body moves beyond the grid: give &grid more cells or add a &constraint; '// &
                    'or the run is unstable: reduce &method courant'
       end if
    end function lost_particle

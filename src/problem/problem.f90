@@ -27,7 +27,7 @@ module hampm_problem
    use hampm_jumps, only: nodes_of_jumps
    use hampm_interface_step, only: interface_step_t, forget_faces
    use hampm_state, only: state_t, energies_t
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, point_text
    use hampm_tiling, only: tiling_t
    use hampm_error_context, only: when
    implicit none
@@ -200,7 +200,7 @@ contains
       type(problem_t), intent(in) :: m
       type(failure_t), intent(inout) :: failure
       associate (x => m%grid%element_lower(:, m%interfaces%alone) + m%grid%leaf_size(m%interfaces%alone)/2)
-         call failure%report(exit_computation, 'the material around ('//to_text(x(1))//', '//to_text(x(2))//') m is less than '// &
+         call failure%report(exit_computation, 'the material around '//point_text(x)//' m is less than '// &
                              to_text(enough_alone)//' of a quadratic cell wide, too narrow for dynamics. Use smaller cells, '// &
                              '&grid order = 1, or time = ''static''')
       end associate

@@ -1,4 +1,5 @@
-!> Motions as a whole that nothing holds. Connected material at rest needs three things held: its two directions and its turning.
+!> Motions as a whole that nothing holds. Connected material at rest needs three things held: its two directions and its turning;
+!> in space six: three directions and how it turns around their axes.
 !> Where constraints hold less, nodes are constrained that take the rest: they feel no force where the loads balance each other, and
 !> where they do not, nothing can come to rest. Loads that keep their direction balance each other on the deformed material, where it has
 !> turned until they do: how far is no matter of the rigid-body constraints.
@@ -9,15 +10,15 @@ module hampm_rigid_motions
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_failure, only: failure_t, exit_computation
    use hampm_interface_points, only: pulls
-   use hampm_lapack, only: dposv
+   use hampm_lapack, only: dposv, dsyev
    use hampm_problem, only: problem_t
-   use hampm_text, only: to_text, three_digits, without_rounding
+   use hampm_text, only: to_text, three_digits, point_text, without_rounding
    implicit none
    private
    public :: rigid_constraint_t, find_rigid_constraints, check_rigid_constraints, turn_with, free_motions_t, find_free_motions, &
              take_inertia, take_motion_as_whole, number_of_pieces
 
-   integer, parameter :: motions = 3             !! of a piece of material: along x, along y, turning
+   integer, parameter :: motions = ndim*(ndim + 1)/2 !! of a piece of material: along each axis, then turning from one axis to another
    real(dp), parameter :: not_held = 1e-10_dp    !! what a motion moves of what is held, below which it is not held
 
    !> A direction of a node that is held in place of a constraint.
@@ -27,7 +28,7 @@ module hampm_rigid_motions
       integer :: piece = 0                       !! that it holds
       integer :: body = 0                        !! of this
       integer :: motion = 0                      !! of which it holds this
-      real(dp) :: free(motions) = 0              !! that motion: along x, along y, turning
+      real(dp) :: free(motions) = 0              !! that motion
    contains
       procedure :: turns
    end type rigid_constraint_t
@@ -45,7 +46,7 @@ contains
    !> Whether it holds how a piece turns.
    pure logical function turns(self)
       class(rigid_constraint_t), intent(in) :: self
-      turns = self%motion == motions
+      turns = self%motion > ndim
    end function turns
 
    !> Constraints of rigid-body modes for all that the constraints do not hold. Faces that may press on each other count as connected.
@@ -86,7 +87,7 @@ contains
       real(dp), intent(in) :: held(motions, motions)
       real(dp), intent(out) :: free(motions)
       integer, intent(out) :: motion
-      real(dp) :: cross(motions, motions)
+      real(dp) :: cross(motions, motions), value(motions), work(8*motions)
       integer :: k
       free = 0
       do motion = 1, ndim
@@ -94,6 +95,13 @@ contains
          free(motion) = 1
          return
       end do
+      if (ndim > 2) then
+         cross = held
+         call dsyev('V', 'U', motions, cross, motions, value, work, size(work), k)
+         free = cross(:, 1)
+         motion = merge(motions, 0, value(1) <= not_held*maxval([(held(k, k), k=1, motions)]))
+         return
+      end if
       do k = 1, motions
          associate (a => held(:, mod(k, motions) + 1), b => held(:, mod(k + 1, motions) + 1))
             cross(:, k) = cshift(a, 1)*cshift(b, 2) - cshift(a, 2)*cshift(b, 1)
@@ -143,10 +151,18 @@ contains
       integer, intent(in) :: direction
       real(dp) :: row(motions)
       real(dp) :: x(ndim)
+      integer :: a, b, n
       x = (place - m%grid%forest%lower)/(maxval(m%grid%forest%cells)*m%grid%forest%cell)
       row = 0
       row(direction) = 1
-      row(motions) = merge(-x(2), x(1), direction == 1)
+      n = ndim
+      do b = 2, ndim
+         do a = 1, b - 1                         ! turning from axis a to axis b
+            n = n + 1
+            if (direction == a) row(n) = -x(b)
+            if (direction == b) row(n) = x(a)
+         end do
+      end do
    end function row_at
 
    !> The motion as a whole that a rigid-body constraint holds, by which its node moves by 1 in its direction [-].
@@ -267,8 +283,8 @@ contains
             if (constraint%motion <= ndim) total = sum(force, mask=rigid_constraints%piece == constraint%piece .and. &
                                                        rigid_constraints%direction == constraint%motion)
             if (abs(total) <= rounding) cycle
-            call failure%report(exit_computation, 'the piece of body '//to_text(constraint%body)//' with the node at ('// &
-                                to_text(x(1))//', '//to_text(x(2))//') m has no equilibrium: it '// &
+            call failure%report(exit_computation, 'the piece of body '//to_text(constraint%body)//' with the node at '// &
+                                point_text(x)//' m has no equilibrium: it '// &
                                    motion_text(constraint, total)// &
                                 ', or use &method time = ''explicit''')
             return
@@ -282,7 +298,7 @@ contains
       real(dp), intent(in) :: force              !! [N]
       character(:), allocatable :: text
       character(*), parameter :: axis = 'xyz'
-      if (constraint%motion == motions) then
+      if (constraint%turns()) then
          text = 'turns, as the loads have a moment and its constraints hold it at one point or along one line only. '// &
                 'Hold another node by a &constraint'
       else

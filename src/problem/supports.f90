@@ -12,7 +12,7 @@ module hampm_supports
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_failure, only: failure_t, exit_input
    use hampm_problem, only: problem_t
-   use hampm_text, only: to_text, without_rounding
+   use hampm_text, only: point_text, without_rounding
    implicit none
    private
    public :: check_supports, find_wrong_supports, turn_supports, lift_by, press_on_supports, archive_supports
@@ -36,8 +36,8 @@ contains
             do d = 1, ndim
                if (.not. m%constraints%supported(d, node) .or. min(side(d, node), other(d, node)) <= 0) cycle
                x = without_rounding(m%grid%node_position(:, node), maxval(m%grid%forest%cells)*m%grid%forest%cell)
-               call failure%report(exit_input, '&constraint unilateral: the node at ('//to_text(x(1))//', '//to_text(x(2))// &
-                                   ') m has material on both sides in '//axis(d)//', so that the direction of its '// &
+               call failure%report(exit_input, '&constraint unilateral: the node at '//point_text(x)// &
+                                   ' m has material on both sides in '//axis(d)//', so that the direction of its '// &
                                    'reaction is not known; a support must be at an edge normal to the component that it fixes')
                return
             end do

@@ -22,7 +22,7 @@ module hampm_run_time_checks
    use hampm_problem, only: problem_t
    use hampm_particles, only: spacing_of
    use hampm_patch, only: patch_t, patch_around, fitted_displacement
-   use hampm_text, only: to_text, three_digits
+   use hampm_text, only: to_text, three_digits, point_text
    use hampm_error_context, only: origin
    use hampm_ghost_penalty, only: fills_of_pieces
    implicit none
@@ -297,7 +297,7 @@ contains
             turn = turn_between(problem%matter_t, elements, normal)
             if (abs(turn) <= largest_turn) cycle
             call failure%report(exit_computation, problem%state%when()//'crack faces in contact '// &
-                                'at ('//to_text(x(1))//', '//to_text(x(2))//') m have turned by '// &
+                                'at '//point_text(x)//' m have turned by '// &
                                 three_digits(turn)//' rad, and &crack contact has fixed normals: contact forces '// &
                                 'are wrong beyond '//to_text(largest_turn)//' rad. Keep the body from turning, or load it less')
             return
@@ -471,8 +471,8 @@ contains
          if (.not. (beside > 0 .and. strain(e) > most*beside)) cycle
          associate (x => m%grid%element_lower(:, e) + m%grid%leaf_size(e)/2)
             call failure%report(exit_computation, m%state%when()// &
-                                'material in the cell around ('//to_text(x(1))//', '//to_text(x(2))// &
-                                ') m, of which a crack or an edge leaves '//three_digits(100*fill(e))//' %, has a strain of '// &
+                                'material in the cell around '//point_text(x)// &
+                                ' m, of which a crack or an edge leaves '//three_digits(100*fill(e))//' %, has a strain of '// &
                                 three_digits(strain(e))//', '//three_digits(strain(e)/beside)//' times that of the cells '// &
                                 'beside it: the material there is almost unsupported. Move the crack, the edge or the load, '// &
                                 'or use smaller &grid cell')

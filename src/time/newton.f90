@@ -28,7 +28,7 @@ module hampm_newton
    use hampm_pass, only: pass_t
    use hampm_rigid_motions, only: rigid_constraint_t, check_rigid_constraints, turn_with
    use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
-   use hampm_text, only: to_text, three_digits
+   use hampm_text, only: to_text, three_digits, point_text
    use hampm_vectors, only: multiply
    implicit none
    private
@@ -252,7 +252,7 @@ contains
       integer :: worst(2)
       worst = maxloc(abs(r(:, :m%grid%n_nodes)))
       associate (x => m%grid%node_position(:, worst(2)))
-         text = ' at ('//to_text(x(1))//', '//to_text(x(2))//') m'
+         text = ' at '//point_text(x)//' m'
       end associate
    end function place_of
 

@@ -1,7 +1,8 @@
-"""The program: where it is, and how it is run."""
+"""The programs, of the plane and for solids: where they are, and how they are run."""
 
 import json
 import os
+import re
 import shutil
 import subprocess
 from collections.abc import Iterable
@@ -13,22 +14,38 @@ from .errors import FileError, Message, error_of
 
 ROOT = Path(__file__).resolve().parents[3]   # of the checkout, or PREFIX/share/hampm of an installation
 BUILT = ROOT / "build/release/hampm"
+SOLID = 3           # dimensions of the models of the program for solids
+CELLS = re.compile(r"&grid\b[^/&]*?\bcells\s*=\s*(\d+(?:[\s,]+\d+)*)", re.IGNORECASE)
 
 
-def find_program(program: str | Path | None = None) -> Path:
+def find_program(program: str | Path | None = None, dimensions: int = 2) -> Path:
     """Path of the program: the one that is named, else by the environment variable HAMPM, else of the checkout in which this package is
-    (`build/release/hampm`), or that has been installed with it (PREFIX/bin), else `hampm` in PATH."""
+    (`build/release/hampm`), or that has been installed with it (PREFIX/bin), else `hampm` in PATH. Models in three dimensions are of the
+    program for solids: HAMPM3D, `build/release3d/hampm3d`, or `hampm3d` in these places."""
     if program is None:
-        places = BUILT, *([ROOT.parent.parent / "bin/hampm"] if ROOT.parent.name == "share" else [])
-        program = os.environ.get("HAMPM") or next((place for place in places if place.is_file()), None) or shutil.which("hampm")
-    if program is None:
-        raise FileError([Message("the program hampm is not found: build it with `make program`, or set HAMPM to its path")])
+        name, variable, built, how = ("hampm", "HAMPM", BUILT, "make program") if dimensions < SOLID else \
+            ("hampm3d", "HAMPM3D", ROOT / "build/release3d/hampm3d", "make program dim=3")
+        places = built, *([ROOT.parent.parent / "bin" / name] if ROOT.parent.name == "share" else [])
+        program = os.environ.get(variable) or next((place for place in places if place.is_file()), None) or shutil.which(name)
+        if program is None:
+            raise FileError([Message(f"the program {name} is not found: build it with `{how}`, or set {variable} to its path")])
     path = Path(program)
     if not path.is_file():
         path = Path(shutil.which(str(program)) or program)
     if not path.is_file():
         raise FileError([Message("no such program", file=str(program))])
     return path.resolve()
+
+
+def dimensions_of(namelist: str) -> int:
+    """Of the model of a namelist: 3 where its grid has as many numbers of cells."""
+    found = CELLS.search("\n".join(line.partition("!")[0] for line in namelist.splitlines()))
+    return SOLID if found and len(re.split(r"[\s,]+", found[1])) == SOLID else 2
+
+
+def program_of_model(namelist: str | Path) -> Path:
+    """The program that runs the model of a file."""
+    return find_program(dimensions=dimensions_of(Path(namelist).read_text(errors="replace")))
 
 
 def program_of_scripts() -> Path:
@@ -65,7 +82,12 @@ def _groups(program: Path) -> dict[str, Any]:
 
 def key_table(program: str | Path | None = None) -> dict[str, Any]:
     """Group -> its description as `hampm --keys --json` has it, with its `keys` by name: type, unit, default, what is allowed, meaning."""
-    return _groups(find_program(program))
+    try:
+        return _groups(find_program(program))
+    except FileError:
+        if program is not None:
+            raise
+        return _groups(find_program(dimensions=SOLID))     # which has the same keys
 
 
 def version(program: str | Path | None = None) -> str:

@@ -35,6 +35,8 @@ def run(scene: Scene | str | Path, *, output: str | Path | None = None, threads:
     settings    {"grid.cell": 1e-3, "load(2).force": (0, 1)}: keys with values in place of those of the model
     time_limit  wall time [s] after which it stops with a checkpoint
 
+    program     default: that of the model, or the one that is found by the dimensions of its grid
+
     Raises `ModelError`, `ComputationError`, `FileError` or `Stopped`, whose `messages` are those of the program; what it warns of
     are warnings of the kind `HampmWarning`. An interrupt from the keyboard stops the program with a checkpoint.
     """
@@ -52,7 +54,7 @@ def run(scene: Scene | str | Path, *, output: str | Path | None = None, threads:
             file = Path(place) / (scene.path.name if scene.path else "model.nml")
             file.write_text(str(scene))
             words += [file, "--output", folder, "--set", f"output.file={name}"] + ["--force"] * (force or resume)
-        code, said = _follow([find_program(program or scene.program), *map(str, words)], progress, Path(place) / "errors")
+        code, said = _follow([find_program(program or scene.program, scene.dimensions()), *map(str, words)], progress, Path(place) / "errors")
     if code == ModelError.exit_code and "--resume" not in words:
         scene.check(warn=False)                      # which tells each mistake apart
     errors, told = messages_of(said)

@@ -13,7 +13,7 @@ from typing import Any
 from .errors import FileError, HampmWarning, Message, error_of
 from .groups import Groups
 from .namelist import Group, GroupList, shown
-from .program import call, key_table, messages_of
+from .program import call, find_program, key_table, messages_of
 from .tables import Table
 
 OWN = "path", "program", "_entries", "_implied"   # attributes of a scene that are no groups
@@ -28,7 +28,7 @@ class Scene(Groups):
     allowed a `ModelError` of `check()`.
 
     path     of the namelist that was read, None where there is none
-    program  the program that checks and runs the model; None: the one that `find_program` finds
+    program  the program that checks and runs the model; None: the one that `find_program` finds, by the dimensions of its grid
     """
 
     def __init__(self, path: str | Path | None = None, *, text: str | None = None, program: str | Path | None = None):
@@ -110,6 +110,15 @@ class Scene(Groups):
         other.path = self.path
         return other
 
+    def dimensions(self) -> int:
+        """3 for a solid, whose grid has three numbers of cells, else 2."""
+        grid = self._groups_of("grid")
+        return 3 if grid and any(isinstance(values, (list, tuple)) and len(values) == 3 for values in (grid[0].cells, grid[0].lower)) else 2
+
+    def found_program(self) -> Path:
+        """The program that checks and runs the model."""
+        return find_program(self.program, self.dimensions())
+
     def result_name(self) -> str:
         """Name of the result file of a run."""
         own = self._groups_of("output")
@@ -128,7 +137,7 @@ class Scene(Groups):
             if file is None or not self.is_as_read():
                 file = Path(place) / "model"
                 file.write_text(str(self))
-            code, text, said = call(["--check", "--json", file], self.program)
+            code, text, said = call(["--check", "--json", file], self.found_program())
         try:
             told = json.loads(text)
         except ValueError:

@@ -17,13 +17,14 @@ if TYPE_CHECKING:
     import xarray
 
 POINTS = {"particles": (1,), "mesh": (4, 9), "cracks": (2,)}   # of a cell
-COMPONENTS = {"displacement": 2, "velocity": 2, "deformation_gradient": 4}   # at least
+OF_SOLIDS = {"particles": (1,), "mesh": (8,), "cracks": (2, 4)}
+COMPONENTS = {"displacement": 1, "velocity": 1, "deformation_gradient": 2}   # powers of the dimensions, at least
 COUNTED = ("id", "body", "level", "particles", "crack", "tip", "piece")   # fields of whole numbers from 0 on
 DEEPEST = 40    # level of a cell
 
 
 class Block(NamedTuple):
-    """Positions [m] (n, 2), the corners of the cells as numbers of points (k, 9, 4, 2 or 1), and fields by name of points and cells."""
+    """Positions [m] (n, 2), of a solid (n, 3), the corners of the cells as numbers of points (k, 9, 8, 4, 2 or 1), and fields by name of points and cells."""
 
     points: NDArray[np.float64]
     cells: NDArray[np.int64]
@@ -38,6 +39,7 @@ class Snapshots:
     times            of all snapshots [s], shape (n)
     blocks           names of what they show: particles, mesh and perhaps cracks
     model            the namelist of the run
+    dimensions       3 for a solid, else 2
     has_crack_lines  whether the snapshots hold the cracks as they are then: all but one on a symmetry plane that stays
     """
 
@@ -47,6 +49,7 @@ class Snapshots:
             if not stored.has("input/namelist"):
                 raise ResultError(f"{path}: has no dataset /input/namelist: not a result file", UNREADABLE)
             self.model = StoredModel(stored.text("input/namelist"), path)
+            self.dimensions = self.model.dimensions()
             if not all(stored.has(f"VTKHDF/{block}/Steps/Values") for block in ("mesh", "particles")):
                 raise ResultError(f"{path}: holds no snapshots (set `snapshot_interval` in &output)")
             self.has_crack_lines = stored.has("VTKHDF/cracks/Points")
@@ -79,10 +82,10 @@ class Snapshots:
         if name not in self.blocks:
             raise ResultError(f"{self.path}: has no {printable(name)} in its snapshots; they have {', '.join(self.blocks)}")
         with opened(self.path) as stored:
-            return StoredBlock(stored, f"VTKHDF/{name}", number, self.model).read(POINTS[name])
+            return StoredBlock(stored, f"VTKHDF/{name}", number, self.model).read((OF_SOLIDS if self.dimensions == 3 else POINTS)[name])
 
     def to_xarray(self, block: str = "particles", snapshot: int | None = None, time: float | None = None) -> xarray.Dataset:
-        """A block of a snapshot as an `xarray.Dataset`: positions `x`, `y` [m] and fields of its points over `point`, fields of its cells over
+        """A block of a snapshot as an `xarray.Dataset`: positions `x`, `y` and of a solid `z` [m], and fields of its points over `point`, fields of its cells over
         `cell`, vectors over `axis` too, and of cells that have all as many points these, by number, as `corners`. Each has `units`."""
         import xarray
         number = self.number(snapshot, time)
@@ -90,13 +93,14 @@ class Snapshots:
         data: dict[str, Any] = {}
         for dimension, fields in (("point", found.point_fields), ("cell", found.cell_fields)):
             for name, values in fields.items():
-                vector = values[:, :2] if name in ("displacement", "velocity") else values
+                vector = values[:, :self.dimensions] if name in ("displacement", "velocity") else values
                 dimensions = (dimension, *([] if values.ndim == 1 else ["axis"] if vector is not values else [f"component_of_{name}"]))
                 data[name if name not in data else f"{dimension}_{name}"] = (dimensions, vector, {"units": fields.units[name]})
         if block != "particles":
             data["corners"] = (("cell", "corner"), found.cells, {"units": "1"})
-        return xarray.Dataset(data, coords={"x": ("point", found.points[:, 0], {"units": "m"}), "y": ("point", found.points[:, 1], {"units": "m"}),
-                                            "axis": ["x", "y"], "time": ((), self.times[number], {"units": "s"})},
+        axes = list("xyz"[:self.dimensions])
+        return xarray.Dataset(data, coords={axis: ("point", places, {"units": "m"}) for axis, places in zip(axes, found.points.T)} |
+                              {"axis": axes, "time": ((), self.times[number], {"units": "s"})},
                               attrs={"block": block, "snapshot": number})
 
     def to_pyvista(self, snapshot: int | None = None, time: float | None = None) -> pyvista.MultiBlock:
@@ -141,9 +145,9 @@ class StoredBlock:
         numbers = self._stored.numbers(f"{self._name}/Connectivity", whole=True, least=0, most=points - 1, first=first, count=count)
         reach = FAR * max(self._model.numbers("grid", "cell"), default=FAR)
         place = self._stored.numbers(f"{self._name}/Points", dims=2, finite=True, least=-reach, most=reach, first=first_point, count=points)
-        if place.shape[1] < 2:
+        if place.shape[1] < self._model.dimensions():
             raise self._stored.wrong(f"{self._name}/Points", f"has {place.shape[1]} coordinates")
-        return Block(place[:, :2], numbers.reshape(cells, -1), self._fields("PointData", first_point, points),
+        return Block(place[:, :self._model.dimensions()], numbers.reshape(cells, -1), self._fields("PointData", first_point, points),
                      self._fields("CellData", first_cell, cells))
 
     def _step(self, name: str) -> int:
@@ -164,7 +168,7 @@ class StoredBlock:
             limits: dict[str, Any] = {"whole": True, "least": 0, "most": DEEPEST if name == "level" else 2**31} if name in COUNTED else {}
             found[name] = self._stored.numbers(f"{where}/{name}", dims, finite=True, first=first, count=count, **limits)
             units[name] = printable(self._stored.attributes(f"{where}/{name}", texts=("units",)).get("units", "1"))
-            if name in COMPONENTS and found[name].shape[1] < COMPONENTS[name]:
+            if name in COMPONENTS and found[name].shape[1] < self._model.dimensions() ** COMPONENTS[name]:
                 raise self._stored.wrong(f"{where}/{name}", f"has {found[name].shape[1]} components")
         bodies = len(self._model.body_groups())
         if "body" in found and not (found["body"].min() >= 1 and found["body"].max() <= bodies):

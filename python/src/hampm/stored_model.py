@@ -47,6 +47,10 @@ class StoredModel:
             raise ResultError(f"{self.path}: '{key}' in &{group} of the stored namelist has to be {count} number{'s' * (count > 1)}")
         return values
 
+    def dimensions(self) -> int:
+        """3 for a solid, else 2."""
+        return 3 if len(self.numbers("grid", "cells")) == 3 else 2
+
     def cell(self) -> float:
         """Size of a root cell [m]."""
         size, = self.numbers("grid", "cell", count=1)
@@ -59,7 +63,7 @@ class StoredModel:
         return [n for n in range(1, self.count("body") + 1) if self.text("body", "hole", n) != ".true."]
 
     def box_of(self, number: int) -> Any:
-        """Lower and upper corner of the box around a body, shape (2, 2)."""
+        """Lower and upper corner of the box around a body, shape (2, 2), of a solid (2, 3)."""
         match self.text("body", "shape", number):
             case "polygon":
                 numbers = self.numbers("body", "points", number)
@@ -70,11 +74,11 @@ class StoredModel:
             case "circle":
                 center, radius = np.array(self.numbers("body", "center", number, 2)), self.numbers("body", "radius", number, 1)[0]
                 return [center - radius, center + radius]
-        return [self.numbers("body", key, number, 2) for key in ("lower", "upper")]
+        return [self.numbers("body", key, number, self.dimensions()) for key in ("lower", "upper")]
 
     def bodies(self) -> tuple[Any, Any]:
-        """Lower and upper corners of the boxes around the bodies [m], shape (n, 2)."""
-        return tuple(np.array([self.box_of(n) for n in self.body_groups()]).reshape(-1, 2, 2).swapaxes(0, 1))
+        """Lower and upper corners of the boxes around the bodies [m], shape (n, 2), of a solid (n, 3)."""
+        return tuple(np.array([self.box_of(n) for n in self.body_groups()]).reshape(-1, 2, self.dimensions()).swapaxes(0, 1))
 
     def is_static(self) -> bool:
         """Whether the run goes from equilibrium to equilibrium, in a time that only tells how large the loads are."""

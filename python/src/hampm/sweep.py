@@ -175,7 +175,7 @@ class Sweep:
     def _run(self, name: str, threads: int, running: list[subprocess.Popen[str]]) -> str:
         """Run a case, as a batch does, in a process of its own. Returns what is said of its end."""
         declared = self.declared
-        words = [declared.folder(name), declared.namelist, "--program", find_program(self.program), "--threads", threads,
+        words = [declared.folder(name), declared.namelist, "--program", find_program(self.program, self.scene.dimensions()), "--threads", threads,
                  "--checkpoint", declared.checkpoint, "--set", *(f"{key}={value}" for key, value in declared.cases[name].items())]
         process = subprocess.Popen([sys.executable, "-m", "hampm.batch", *map(str, words)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                    stderr=subprocess.STDOUT, text=True, errors="replace",

@@ -1,0 +1,57 @@
+"""What the program for solids says of mistakes in models, and what holds a body in space at rest."""
+
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+from paths import DCB, INPUT, PROGRAM, SOLID_PROGRAM
+
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+
+BEAM = INPUT / "solid/beam.nml"
+AT_REST = ("--set", "method.time=static", "--set", "output.history_interval=0", "--set", "damping.rate=0", "--set", "grid.cell=0.02", "--set", "grid.cells=10,2,2")
+
+
+def run(folder, program, *words):
+    return subprocess.run([program, *map(str, words), "--quiet"], cwd=folder, capture_output=True, text=True)
+
+
+def test_a_model_of_the_other_program_is_one_error(tmp_path):
+    """Which program to run, in place of an error for every place and vector."""
+    for program, case, says in ((PROGRAM, BEAM, "has 3 values, as that of a solid: run hampm3d, which `make program dim=3` builds"),
+                                (SOLID_PROGRAM, DCB, "has 2 values, as that of a plane: run hampm")):
+        done = run(tmp_path, program, case)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1 and done.stderr.endswith(f"{says}\n"), done.stderr
+    done = run(tmp_path, SOLID_PROGRAM, BEAM, "--set", "grid.cells=20,4")
+    assert "must have 3 values, not 2" in done.stderr        # one mistake in a solid
+
+
+@pytest.mark.parametrize(("setting", "code", "says"), [
+    ("body.upper=0.2,0.04", 2, "&body upper = 0.2, 0.04: must have 3 values, or none, not 2"),
+    ("load.lower=0.2,0,0.04", 2, "must equal lower = (0.2, 0.0, 0.04) in exactly one direction: a traction acts on a side"),
+    ("load.upper=0.2,0.04,0.06", 2, "the rectangle up to (0.2, 0.04, 0.06) must lie on one side of a body: a traction acts on a side"),
+    ("run.plane=axisymmetric", 2, "is not allowed with a solid: a solid has no plane"),
+    ("constraint.fix=xy", 3, "the piece of body 1 with the node at (0.0, 0.0, 0.0) m has no equilibrium: it moves along z, as the loads push with 1000.0 N"),
+    ("constraint.upper=0,0,0", 3, "has no equilibrium: it turns, as the loads have a moment and its constraints hold it at one point or along one line only")])
+def test_mistakes_are_named(tmp_path, setting, code, says):
+    done = run(tmp_path, SOLID_PROGRAM, BEAM, "--force", *AT_REST, "--set", setting)
+    assert done.returncode == code and says in done.stderr, done.stderr
+
+
+def test_a_body_under_balanced_loads_needs_nothing_to_hold_it(tmp_path):
+    """All six motions as a whole are taken: the strain energy is that of a bar in tension, F²L/(2 E A)."""
+    (tmp_path / "bar.nml").write_text("""
+&run end_time = 1.0 /
+&grid lower = -0.1, -0.1, -0.1  cell = 0.1  cells = 6, 4, 4 /
+&material name = 'a'  young = 200e9  poisson = 0.3  density = 7800 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.4, 0.2, 0.2 /
+&load kind = 'traction'  lower = 0.4, 0.0, 0.0  upper = 0.4, 0.2, 0.2  force = 1e5, 0.0, 0.0 /
+&load kind = 'traction'  lower = 0.0, 0.0, 0.0  upper = 0.0, 0.2, 0.2  force = -1e5, 0.0, 0.0 /
+&method time = 'static'  frame = 'total' /
+""")
+    done = run(tmp_path, SOLID_PROGRAM, "bar.nml")
+    assert done.returncode == 0, done.stderr
+    with h5py.File(tmp_path / "bar.h5") as result:
+        assert result["history/strain_energy"][-1] == pytest.approx(1e5**2 * 0.4 / (2 * 200e9 * 0.04), rel=1e-9)
+        assert np.isfinite(result["history/external_work"][-1])
