@@ -4,11 +4,15 @@ module hampm_energy
    use hampm_domains, only: kinetic_energy_of, spin_of
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: determinant, identity, product_of
+   use hampm_tensors, only: determinant, identity, product_of, trace
    implicit none
    private
-   public :: kinetic_energy, energy_density_of, strain_energy, dissipation, linear_momentum, angular_momentum, &
+   public :: kinetic_energy, energy_density_of, strain_energy, dissipation, linear_momentum, angular_momentum, n_turns, &
               largest_displacement, largest_gradient, largest_stretch, most_crushed_particle, determinant_of, liveliest_particle
+
+   integer, parameter :: n_turns = ndim*(ndim - 1)/2 !! axes around which bodies turn: z or, in space, x, y and z
+   integer, parameter :: from_to(2, 3) = reshape([2, 3, 3, 1, 1, 2], [2, 3])
+   integer, parameter :: turns(2, n_turns) = from_to(:, 4 - n_turns:) !! for each the axis that turns to the other
 
    !> Sums over particles are taken over blocks of this many first, so that they do not depend on the number of threads.
    integer, parameter :: particles_per_block = 2048
@@ -26,6 +30,7 @@ contains
          associate (first => (block - 1)*particles_per_block + 1, last => min(block*particles_per_block, p%n))
             if (.not. allocated(p%corner_velocity)) then
                partial(block) = kinetic_energy_of_row(last - first + 1, p%mass(first), p%velocity(first, 1), p%velocity(first, 2))
+               if (ndim > 2) partial(block) = partial(block) + sum(p%mass(first:last)*p%velocity(first:last, ndim)**2)/2
             else
                do i = first, last
                   partial(block) = partial(block) + kinetic_energy_of(p, i)
@@ -130,14 +135,14 @@ contains
       end do
    end function linear_momentum
 
-   !> Angular momentum around the middle of mass, and the sum of its particles' parts at their largest, m |x| |v|, to which
+   !> Angular momentum around the middle of mass, of the plane around z, and the sum of its particles' parts at their largest, m |x| |v|, to which
    !> belongs what rounding makes of a common velocity [kg m2/s].
    pure subroutine angular_momentum(p, total, largest)
       type(particles_t), intent(in) :: p
-      real(dp), intent(out) :: total, largest
+      real(dp), intent(out) :: total(n_turns), largest
       real(dp), parameter :: rounding = 1.0e-9_dp
       real(dp) :: middle(ndim), velocity(ndim), x(ndim), v(ndim), mass
-      integer :: i
+      integer :: i, d
       mass = sum(p%mass(:p%n))
       velocity = linear_momentum(p)/mass
       middle = 0
@@ -149,7 +154,11 @@ contains
       do i = 1, p%n
          x = p%position(i) - middle
          v = p%velocity(i, :) - velocity
-         total = total + p%mass(i)*(x(1)*v(2) - x(2)*v(1)) + spin_of(p, i)
+         do d = 1, n_turns
+            associate (j => turns(1, d), k => turns(2, d))
+               total(d) = total(d) + p%mass(i)*(x(j)*v(k) - x(k)*v(j)) + spin_of(p, i)
+            end associate
+         end do
          largest = largest + p%mass(i)*norm2(x)*(norm2(v) + rounding*norm2(p%velocity(i, :)))
       end do
    end subroutine angular_momentum
@@ -191,15 +200,23 @@ contains
       end do
    end function largest_of
 
-   !> Larger principal stretch of a particle, the root of the larger eigenvalue of F^T F [-].
+   !> Largest principal stretch of a particle, the root of the largest eigenvalue of F^T F [-].
    pure real(dp) function largest_stretch(p, i) result(stretch)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
-      real(dp) :: f(ndim, ndim), transposed(ndim, ndim), c(ndim, ndim)
+      real(dp) :: f(ndim, ndim), transposed(ndim, ndim), c(ndim, ndim), mean, size_of, part
       f = identity + p%gradient_of(i)
       transposed = transpose(f)
       c = product_of(transposed, f)
-      stretch = sqrt((c(1, 1) + c(2, 2))/2 + hypot((c(1, 1) - c(2, 2))/2, c(1, 2)))
+      if (ndim == 2) then
+         stretch = sqrt((c(1, 1) + c(2, 2))/2 + hypot((c(1, 1) - c(2, 2))/2, c(1, 2)))
+         return
+      end if
+      mean = trace(c)/ndim
+      c = c - mean*identity
+      size_of = sqrt(sum(c**2)/6)
+      part = determinant(c)/max(2*size_of**3, tiny(mean))
+      stretch = sqrt(mean + 2*size_of*cos(acos(min(max(part, -1.0_dp), 1.0_dp))/3))
    end function largest_stretch
 
    !> The particle with the smallest determinant of F among those whose law needs it positive; 0 where there are none.

@@ -15,7 +15,7 @@ module hampm_measurements
    use hampm_crack_values, only: crack_values_t, new_crack_values, keep_crack_values
    use hampm_cohesive_zone, only: zone_length, root_opening
    use hampm_cracks, only: cracks_t
-   use hampm_energy, only: linear_momentum, angular_momentum, dissipation, largest_displacement
+   use hampm_energy, only: linear_momentum, angular_momentum, n_turns, dissipation, largest_displacement
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
@@ -63,7 +63,7 @@ module hampm_measurements
       real(dp) :: initial_energy = 0             !! kinetic energy of the bodies at the start [J]
       real(dp) :: largest_energy = 0             !! largest of kinetic + strain energy and external work so far [J]
       real(dp) :: rounding_energy = 0            !! below which energies are not told from rounding [J]
-      real(dp) :: initial_angular_momentum = 0   !! angular momentum around the middle of mass at the start [kg m2/s]
+      real(dp) :: initial_angular_momentum(n_turns) = 0 !! angular momentum around the middle of mass at the start [kg m2/s]
       real(dp) :: largest_inner_energy = 0       !! the same, without kinetic energy of the motion as a whole [J]
       real(dp) :: kinetic_energy = 0             !! [J]
       real(dp) :: strain_energy = 0              !! [J]
@@ -350,13 +350,17 @@ contains
    subroutine record_momentum(p, history)
       type(particles_t), intent(in) :: p
       type(history_t), intent(inout) :: history
-      real(dp) :: momentum(ndim), spin, largest
+      character(*), parameter :: around = 'angular momentum around the centre of mass'
+      real(dp) :: momentum(ndim), spin(n_turns), largest
       momentum = linear_momentum(p)
       call angular_momentum(p, spin, largest)
-      if (.not. p%thickness%is_ring) call history%record('momentum_x', 'kg m/s', 'linear momentum', momentum(1))
-      call history%record('momentum_y', 'kg m/s', 'linear momentum', momentum(2))
-      if (p%thickness%is_ring) return
-      call history%record('angular_momentum', 'kg m2/s', 'angular momentum around the centre of mass', spin)
+      if (p%thickness%is_ring) then
+         call history%record('momentum_y', 'kg m/s', 'linear momentum', momentum(2))
+         return
+      end if
+      call history%record_vector('momentum', 'kg m/s', 'linear momentum', momentum)
+      if (ndim == 2) call history%record('angular_momentum', 'kg m2/s', around, spin(1))
+      if (ndim > 2) call history%record_vector('angular_momentum', 'kg m2/s', around, spin)
    end subroutine record_momentum
 
    !> Record the force of each constraint that has a name, on the bodies.
@@ -410,7 +414,7 @@ contains
       call archive%serialise('strain_energy', m%strain_energy)
       call archive%serialise('plastic_dissipation', m%plastic_dissipation)
       call archive%serialise('viscous_dissipation', m%viscous_dissipation)
-      call archive%serialise('initial_angular_momentum', m%initial_angular_momentum)
+      call archive%archive_reals('initial_angular_momentum', n_turns, m%initial_angular_momentum)
       call archive%serialise('largest_inner_energy', m%largest_inner_energy)
       do k = 1, size(m%overlap)
          call archive%section('face_overlap_'//to_text(k))

@@ -13,7 +13,7 @@ module hampm_run_time_checks
    use hampm_face_jumps, only: faces, faces_at, turn_between
    use hampm_cracks, only: crack_t
    use hampm_domains, only: is_tangled
-   use hampm_energy, only: energy_density_of, angular_momentum, largest_gradient, largest_stretch, most_crushed_particle, &
+   use hampm_energy, only: energy_density_of, angular_momentum, n_turns, largest_gradient, largest_stretch, most_crushed_particle, &
                            liveliest_particle, determinant_of
    use hampm_failure, only: failure_t, exit_computation
    use hampm_linear_elastic, only: small_gradient
@@ -357,13 +357,14 @@ contains
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
       character(:), allocatable, intent(inout) :: warning
-      real(dp) :: total, largest
+      real(dp) :: total(n_turns), largest
       if (size(problem%loads) > 0 .or. problem%damping_rate > 0 .or. size(problem%constraints%node) > 0) return
       if (problem%particles%thickness%is_ring) return ! rings have none
       call angular_momentum(problem%particles, total, largest)
-      if (abs(total - measurements%initial_angular_momentum) <= noticed_turn*largest) return
+      total = total - measurements%initial_angular_momentum
+      if (maxval(abs(total)) <= noticed_turn*largest) return
       call warn(problem%state%when()// &
-                slowed//to_text(total - measurements%initial_angular_momentum)//' kg m2/s without external forces, '// &
+                slowed//to_text(total(maxloc(abs(total), dim=1)))//' kg m2/s without external forces, '// &
                 'more than a tenth of what the motion allows. Likely cause: a turning body has few cells for its '// &
                 'mass matrix; use smaller &grid cell or &method mass = ''consistent''', slowed, warning)
    end subroutine check_angular_momentum

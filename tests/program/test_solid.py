@@ -54,6 +54,23 @@ def test_a_slab_between_rollers_is_plane_strain(tmp_path, method, law):
         assert np.max(np.abs(solid[f"history/{column}"][:] - plane[f"history/{column}"][:])) < 1e-11 * scale, column
 
 
+def test_motion_across_the_plane_counts(tmp_path):
+    """A block that flies in no direction of the grid: energy and momentum of all three components."""
+    row = run(tmp_path / "flight", SOLID_PROGRAM, """
+&run end_time = 1e-3 /
+&grid lower = -0.1, -0.1, -0.1  cell = 0.05  cells = 8, 8, 8 /
+&material name = 'a'  young = 1.0e6  poisson = 0.3  density = 1000.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.1, 0.05, 0.15  velocity = 1.0, 2.0, -3.0 /
+&method frame = 'updated' /
+&output file = 'case.h5'  history_interval = 1e-3 /
+""")["history"]
+    mass = 1000.0 * 0.1 * 0.05 * 0.15
+    assert row["kinetic_energy"][:] == pytest.approx(mass * 7.0, rel=1e-12)
+    for axis, speed in zip("xyz", (1.0, 2.0, -3.0)):
+        assert row[f"momentum_{axis}"][:] == pytest.approx(mass * speed, rel=1e-12)
+        assert row[f"angular_momentum_{axis}"][:] == pytest.approx(0.0, abs=1e-12)
+
+
 BLOCK = """
 &run end_time = 1.0 /
 &grid lower = {grid}  cell = 0.05  cells = {cells} /
