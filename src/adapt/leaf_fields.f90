@@ -1,4 +1,4 @@
-!> What children of particles take from the fields of their cells: the velocity gradient, and the mixed second derivative of the displacement.
+!> What children of particles take from the fields of their cells: the velocity gradient, and the mixed derivatives of the displacement.
 !>
 !> The displacement field of a leaf, or of a piece of one that is cut, from what its particles carry.
 !>
@@ -6,7 +6,8 @@
 !> values at the nodes are found again by least squares: exactly where particles have stayed in the leaf, closely elsewhere.
 module hampm_leaf_fields
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: interpolate_gradient, inside_cell, shape_functions, shape_gradients
+   use hampm_basis, only: interpolate_gradient, hourglasses_of, n_hourglasses, hourglass_directions, &
+      inside_cell, shape_functions, shape_gradients
    use hampm_problem, only: problem_t, refresh_grid
    use hampm_recovery, only: slope_weights
    use hampm_dofs, only: most_nodes_of_leaf
@@ -16,7 +17,7 @@ module hampm_leaf_fields
    use hampm_tensors, only: identity, inverse_transpose
    implicit none
    private
-   public :: is_on_crack, hourglasses, velocity_gradients
+   public :: is_on_crack, displacement_hourglasses, velocity_gradients
 
    !> Added to the diagonal, of which the entries are about 1: values that the particles leave open stay small. Of the sixteen
    !> digits of the others it takes none but the last six, and leaves six in solving for the open ones.
@@ -101,32 +102,33 @@ contains
       end associate
    end function gradient_beside_crack
 
-   !> Hourglass (mixed second derivative) of the displacement field at the marked particles [1/m], none on a crack.
-   function hourglasses(m, marked) result(hourglass)
+   !> Hourglasses (mixed derivatives) of the displacement field at the marked particles [1/m, 1/m2], none on a crack.
+   function displacement_hourglasses(m, marked) result(hourglasses)
       type(problem_t), intent(in) :: m
       logical, intent(in) :: marked(:)
-      real(dp), allocatable :: hourglass(:, :)
+      real(dp), allocatable :: hourglasses(:, :, :)
       integer :: i, k
-      allocate (hourglass(ndim, count(marked)))
+      allocate (hourglasses(ndim, n_hourglasses, count(marked)))
       k = 0
       do i = 1, m%particles%n
          if (.not. marked(i)) cycle
          k = k + 1
-         hourglass(:, k) = 0
-         if (.not. is_on_crack(m, i)) hourglass(:, k) = hourglass_of_element(m%matter_t, m%particles%cell(i), m%particles%body(i))
+         hourglasses(:, :, k) = 0
+         if (.not. is_on_crack(m, i)) hourglasses(:, :, k) = hourglasses_at(m%matter_t, i, m%particles%cell(i), m%particles%body(i))
       end do
-   end function hourglasses
+   end function displacement_hourglasses
 
-   !> Hourglass of the displacement field in an element, its mixed second derivative [1/m], from the particles of a body in the leaf. It
-   !> counts in the grid's coordinates: in space, in the total frame in the reference configuration.
-   function hourglass_of_element(m, e, body) result(hourglass)
+   !> Hourglasses of the displacement field at a particle, from those of its body in the leaf. They count in the grid's coordinates: in space,
+   !> in the total frame in the reference configuration.
+   function hourglasses_at(m, particle, e, body) result(hourglasses)
       type(matter_t), intent(in) :: m
-      integer, intent(in) :: e, body
-      real(dp) :: hourglass(ndim)
+      integer, intent(in) :: particle, e, body
+      real(dp) :: hourglasses(ndim, n_hourglasses)
       real(dp) :: matrix(most_nodes_of_leaf, most_nodes_of_leaf), rhs(most_nodes_of_leaf, ndim), part(corners, most_nodes_of_leaf)
       real(dp) :: middle(ndim), mean_u(ndim), mean_gradient(ndim, ndim), at_corner(corners, ndim), deviation(ndim)
+      real(dp) :: xi(ndim), t(ndim)
       integer :: node(most_nodes_of_leaf), in_element(most_nodes_of_leaf), n, n_here, i, k, info
-      hourglass = 0
+      hourglasses = 0
       call find_means(m, e, body, middle, mean_u, mean_gradient, n)
       if (n < 2) return
       n = 0
@@ -151,11 +153,17 @@ contains
          i = findloc(node(:n), in_element(k), dim=1)
          if (i > 0) at_corner = at_corner + spread(part(:, k), 2, ndim)*spread(rhs(i, :), 1, corners)
       end do
-      hourglass = (at_corner(4, :) - at_corner(3, :) - at_corner(2, :) + at_corner(1, :))/m%grid%element_size(e)**2
+      xi = inside_cell(m%grid%local_coordinate(e, m%particles%place_in_grid(particle)))
+      hourglasses = hourglasses_of(xi, transpose(at_corner))
       ! A child, an eighth of the leaf from its parent, is not to differ more from it than the particles of the leaf do from
       ! their mean: where these do not follow one field, or hardly determine it, anything might come out
-      hourglass = sign(min(abs(hourglass), 8*deviation/m%grid%leaf_size(e)), hourglass)
-   end function hourglass_of_element
+      do k = 1, n_hourglasses
+         associate (n => popcnt(hourglass_directions(k)), bound => 8*deviation/m%grid%leaf_size(e))
+            t = hourglasses(:, k)/m%grid%element_size(e)**n
+            hourglasses(:, k) = sign(min(abs(t), bound*(8/m%grid%leaf_size(e))**(n - 2)), t)
+         end associate
+      end do
+   end function hourglasses_at
 
    !> Number and means of the particles of a body in the leaf of an element, or its piece: place, displacement and gradient.
    subroutine find_means(m, element, body, middle, mean_u, mean_gradient, n)

@@ -8,6 +8,7 @@
 !> The kinetic and strain energy that this gains or loses is booked in the energy balance.
 module hampm_matching
    use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: n_hourglasses
    use hampm_crack_lines, only: line_t
    use hampm_domains, only: longest_edge
    use hampm_energy, only: kinetic_energy
@@ -22,7 +23,7 @@ module hampm_matching
    use hampm_quadratic_children, only: values_of_children, values_of_parents, give_to_children, give_to_parents
    use hampm_splitting, only: start_families, split, recombine
    use hampm_children, only: middle_of_parent, times_split
-   use hampm_leaf_fields, only: is_on_crack, hourglasses, velocity_gradients
+   use hampm_leaf_fields, only: is_on_crack, displacement_hourglasses, velocity_gradients
    implicit none
    private
    public :: match_particles, are_matched, adopt_forest, adopt_lines, complete_mesh
@@ -268,19 +269,19 @@ contains
       logical, intent(in) :: marked(:)
       type(failure_t), intent(inout) :: failure
       integer, allocatable :: first_child(:)
-      real(dp), allocatable :: gradients(:, :, :), hourglass(:, :), values(:, :, :), normal(:, :), from(:, :)
+      real(dp), allocatable :: gradients(:, :, :), hourglasses(:, :, :), values(:, :, :), normal(:, :), from(:, :)
       logical, allocatable :: on(:)
       if (.not. any(marked)) return
-      allocate (gradients(ndim, ndim, count(marked)), hourglass(ndim, count(marked)), source=0.0_dp)
+      allocate (gradients(ndim, ndim, count(marked)), hourglasses(ndim, n_hourglasses, count(marked)), source=0.0_dp)
       if (.not. (m%has_domains() .or. m%grid%is_quadratic() .or. m%cache%is_provisional)) then ! they have fields of their own, or none
          if (any(abs(m%particles%velocity(:m%particles%n, :)) > 0)) gradients = velocity_gradients(m, marked)
-         hourglass = hourglasses(m, marked)
+         hourglasses = displacement_hourglasses(m, marked)
       end if
       if (has_whole_cells(m) .and. .not. m%cache%is_provisional) values = values_of_children(m, marked)
       normal = normals_of_cracks(m, marked)
       from = m%particles%reference
       on = are_on_cracks(m)
-      call split(m%particles, marked, gradients, hourglass, normal, first_child, failure)
+      call split(m%particles, marked, gradients, hourglasses, normal, first_child, failure)
       if (failure%failed()) return
       if (m%particles%total_frame .and. m%grid%cut_cells%are_there() .and. .not. m%cache%is_provisional) &
          call change_sides(m, from, on, first_child)

@@ -18,7 +18,7 @@ module hampm_recovery
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_basis, only: points_of_quadratic
    use hampm_matter, only: matter_t
-   use hampm_tensors, only: in_plane
+   use hampm_tensors, only: in_plane, identity, inverse_transpose, determinant_of_matrix => determinant
    implicit none
    private
    public :: recover, recover_quadratic, terms_at, n_terms, are_corners, gather_at_corners, spread_from_corners, sides_of_cell, &
@@ -188,6 +188,16 @@ contains
       real(dp) :: weights(ndim)
       real(dp) :: s(ndim, ndim), half_trace, determinant
       integer :: d
+      if (ndim > 2) then
+         s = spread_x - least_spread*identity    ! positive definite where no eigenvalue is too small
+         if (s(1, 1) > 0 .and. s(1, 1)*s(2, 2) > s(1, 2)*s(2, 1) .and. determinant_of_matrix(s) > 0) then
+            s = spread_x
+         else
+            s = spread_x + least_spread*identity
+         end if
+         weights = matmul(inverse_transpose(s), x)
+         return
+      end if
       s = spread_x
       half_trace = (s(1, 1) + s(2, 2))/2
       determinant = s(1, 1)*s(2, 2) - s(1, 2)*s(2, 1)

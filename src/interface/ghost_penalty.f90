@@ -17,14 +17,13 @@
 !> wave equation, Computer Methods in Applied Mechanics and Engineering 309 (2016) 364-387.
 module hampm_ghost_penalty
    use hampm_kinds, only: dp, ndim, corners
-   use hampm_basis, only: derivatives_along
+   use hampm_basis, only: derivatives_along, hourglass_functions, n_hourglasses, hourglass_directions
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_interface_points, only: interfaces_t, interface_point_t, ghost, add_interface_point
    use hampm_grid, only: grid_t, side_corner
    use hampm_matter, only: matter_t
    use hampm_aggregated_nodes, only: least_fill
-   use hampm_tensors, only: in_plane
    use hampm_tolerance, only: part_of_cell
    implicit none
    private
@@ -176,24 +175,25 @@ contains
    pure subroutine hold_lone_particles(interfaces, m)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
-      integer :: i
+      integer :: i, k
       do i = 1, m%particles%n
          associate (e => m%particles%cell(i), at => m%grid%element_lower(:, m%particles%cell(i)), &
                     h => m%grid%leaf_size(m%particles%cell(i)), area => m%particles%area_of(i))
             if (m%blocks%count_in(e) > 1 .or. m%grid%is_cut(m%grid%element_leaf(e)) .or. area < h**ndim/2) cycle
-            call add_interface_point(interfaces, ghost)
-            associate (point => interfaces%list(interfaces%n))
-               call add_derivatives(point, m%grid, e, 1, 1, in_plane(0.5_dp, 1.0_dp), 1.0_dp)
-               call add_derivatives(point, m%grid, e, 1, 1, in_plane(0.5_dp, 0.0_dp), -1.0_dp)
-               point%n_left = count(point%node > 0)
-               point%place = at + h/2
-               point%length = h
-               point%cell = h
-               associate (material => m%materials(m%particles%material(i)))
-                  point%stiffness = merge(soft, 1.0_dp, material%has_history) &
-                                    *material%plane_modulus()*(area/h**ndim)**2/12*interfaces%thickness%at(point%place)
+            do k = 1, n_hourglasses
+               call add_interface_point(interfaces, ghost)
+               associate (point => interfaces%list(interfaces%n), bends => popcnt(hourglass_directions(k)) - 1)
+                  call add_shares(point, m%grid, e, hourglass_functions(k, spread(0.5_dp, 1, ndim)))
+                  point%n_left = count(point%node > 0)
+                  point%place = at + h/2
+                  point%length = h
+                  point%cell = h
+                  associate (material => m%materials(m%particles%material(i)))
+                     point%stiffness = merge(soft, 1.0_dp, material%has_history)*material%plane_modulus()*(area/h**ndim)**2 &
+                                       /12**bends*interfaces%thickness%at(point%place)*h**(ndim - 2)
+                  end associate
                end associate
-            end associate
+            end do
          end associate
       end do
    end subroutine hold_lone_particles
@@ -271,10 +271,11 @@ contains
                associate (point => interfaces%list(interfaces%n))
                   point%place = grid%element_lower(:, e) + xi*h
                   point%origin = point%place
-                  call add_derivatives(point, grid, e, direction, k, xi, way)
+                  call add_shares(point, grid, e, way*derivatives_along(grid%n_functions, direction, k, xi))
                   point%n_left = count(point%node > 0)
-                  call add_derivatives(point, grid, other, direction, k, (point%place - grid%element_lower(:, other))/of_other, &
-                                       -way*(h/of_other)**k)
+                  call add_shares(point, grid, other, -way*(h/of_other)**k* &
+                                  derivatives_along(grid%n_functions, direction, k, &
+                                                    (point%place - grid%element_lower(:, other))/of_other))
                   associate (factor => part_of_jump(k)*weight(i, p)*interfaces%thickness%at(point%place))
                      point%stiffness = factor*firmness
                      point%mass = factor*heaviness*h**ndim
@@ -287,16 +288,14 @@ contains
       end associate
    end subroutine hold_side
 
-   !> Add the k-th derivatives of the functions of a cell along a direction, times a factor, to the shares of the nodes of an interface point.
-   pure subroutine add_derivatives(point, grid, cell, direction, k, xi, factor)
+   !> Add derivatives of the functions of a cell to the shares of the nodes of an interface point.
+   pure subroutine add_shares(point, grid, cell, derivative)
       type(interface_point_t), intent(inout) :: point
       type(grid_t), intent(in) :: grid
-      integer, intent(in) :: cell, direction, k
-      real(dp), intent(in) :: xi(ndim)           !! place in the cell [-]
-      real(dp), intent(in) :: factor
-      real(dp) :: of_master(grid%n_functions, most_nodes_of_leaf), derivative(grid%n_functions)
+      integer, intent(in) :: cell
+      real(dp), intent(in) :: derivative(grid%n_functions)
+      real(dp) :: of_master(grid%n_functions, most_nodes_of_leaf)
       integer :: master(most_nodes_of_leaf), n, j, at
-      derivative = factor*derivatives_along(grid%n_functions, direction, k, xi)
       call grid%dofs%masters_of(grid%support_of(cell), n, master, of_master)
       do j = 1, n
          do at = 1, size(point%node)
@@ -305,5 +304,5 @@ contains
          point%node(at) = master(j)
          point%share(at) = point%share(at) + dot_product(derivative, of_master(:, j))
       end do
-   end subroutine add_derivatives
+   end subroutine add_shares
 end module hampm_ghost_penalty

@@ -10,8 +10,9 @@ module hampm_basis
    use hampm_kinds, only: dp, ndim, corners
    implicit none
    private
-   public :: shape_functions, shape_gradients, interpolate_gradient, inside_cell, edge_margin, points_of_quadratic, &
-             quarter_of_point, corner_of_point, quadratic_functions, quadratic_gradients, derivatives_along
+   public :: shape_functions, shape_gradients, interpolate_gradient, hourglasses_of, n_hourglasses, hourglass_directions, &
+             hourglass_functions, inside_cell, edge_margin, points_of_quadratic, quarter_of_point, corner_of_point, &
+             quadratic_functions, quadratic_gradients, derivatives_along
 
    integer, parameter :: points_of_quadratic = 3**ndim  !! nodes of a quadratic cell
    ! A quadratic cell is stored as its quarters: each node is a corner of one of them, the first that has it
@@ -21,6 +22,10 @@ module hampm_basis
                          [(((1 + quarters(i) + 2*quarters(j) + 4*quarters(k), i=1, 3), j=1, 3), k=1, 3**(ndim - 2))]
    integer, parameter :: corner_of_point(points_of_quadratic) = &
                          [(((1 + upper(i) + 2*upper(j) + 4*upper(k), i=1, 3), j=1, 3), k=1, 3**(ndim - 2))]
+
+   integer, parameter :: n_hourglasses = corners - ndim - 1  !! mixed derivatives of a bilinear field, each direction once at most
+   !> The directions of each: bits as those of a corner
+   integer, parameter :: hourglass_directions(n_hourglasses) = pack([(i, i=0, corners - 1)], [(popcnt(i) > 1, i=0, corners - 1)])
 
    !> A particle closer to the edge of its cell than this (in cells) is mapped as if it stood at this distance. All
    !> corners of an occupied cell then have a mass above zero, so that no force meets a node without mass and none is
@@ -62,6 +67,39 @@ contains
          end do
       end do
    end function shape_gradients
+
+   !> Mixed derivatives at `xi`, times powers of the size of the cell, of a vector field given at the corners.
+   pure function hourglasses_of(xi, at_corner) result(hourglasses)
+      real(dp), intent(in) :: xi(ndim)                  !! local coordinate [-]
+      real(dp), intent(in) :: at_corner(ndim, corners)
+      real(dp) :: hourglasses(ndim, n_hourglasses), part(corners)
+      integer :: k, c
+      hourglasses = 0
+      do k = 1, n_hourglasses
+         part = hourglass_functions(k, xi)
+         do c = corners, 1, -1
+            hourglasses(:, k) = hourglasses(:, k) + part(c)*at_corner(:, c)
+         end do
+      end do
+   end function hourglasses_of
+
+   !> The mixed derivative of this number of each function of a cell, times a power of its size.
+   pure function hourglass_functions(number, xi) result(part)
+      integer, intent(in) :: number
+      real(dp), intent(in) :: xi(ndim)                  !! local coordinate [-]
+      real(dp) :: part(corners)
+      integer :: c, d
+      part = 1
+      do c = 1, corners
+         do d = 1, ndim
+            if (btest(hourglass_directions(number), d - 1)) then
+               part(c) = part(c)*merge(1.0_dp, -1.0_dp, btest(c - 1, d - 1))
+            else
+               part(c) = part(c)*merge(xi(d), 1 - xi(d), btest(c - 1, d - 1))
+            end if
+         end do
+      end do
+   end function hourglass_functions
 
    !> Gradient at `xi`, times the size of the cell, of a vector field given at the corners: component d, direction j.
    pure function interpolate_gradient(xi, at_corner) result(gradient)

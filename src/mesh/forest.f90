@@ -328,22 +328,21 @@ contains
       end do
    end subroutine balance
 
-   !> Whether a leaf of a balanced forest has finer ones across a side.
+   !> Whether a leaf of a balanced forest has finer ones across a side, in space also across an edge.
    pure logical function meets_finer(self, leaf) result(meets)
       class(forest_t), intent(in) :: self
       integer, intent(in) :: leaf
       integer(long) :: place(ndim), width
-      integer :: d, side
+      integer :: d, k, outward(ndim)
       meets = .false.
       if (self%is_uniform()) return
       width = level_width(self%level(leaf))
-      do d = 1, ndim
-         do side = 0, 1
-            place = self%place(:, leaf) + width/2
-            place(d) = self%place(d, leaf) + merge(width, -1_long, side == 1)
-            if (any(place < 0 .or. place >= self%cells*root_size)) cycle
-            meets = meets .or. self%level(self%leaf_of(place)) > self%level(leaf)
-         end do
+      do k = 0, 3**ndim - 1
+         outward = [(mod(k/3**d, 3) - 1, d=0, ndim - 1)]
+         if (all(outward == 0) .or. all(outward /= 0)) cycle
+         place = self%place(:, leaf) + merge(merge(width, -1_long, outward > 0), width/2, outward /= 0)
+         if (any(place < 0 .or. place >= self%cells*root_size)) cycle
+         meets = meets .or. self%level(self%leaf_of(place)) > self%level(leaf)
       end do
    end function meets_finer
 

@@ -1,7 +1,7 @@
 !> Splitting particles into children (`hampm_children`) and recombining these.
 !>
 !> The children carry u + H dX + t dx1 dx2 and v + L dx, and the parent's H with its change along dx that t gives. Here t is the hourglass of the
-!> bilinear displacement field of the coarse cell, its mixed second derivative: with it the children's strains are those of
+!> bilinear displacement field of the coarse cell, its mixed second derivative, in space one of four: with it the children's strains are those of
 !> one displacement field that the finer cells can represent. Children that copied H would keep the steps between them for good, as
 !> initial strains that nothing removes. Mass, volume, linear momentum and the mean of H and u stay, and angular
 !> momentum to second order in s; strain energy stays where t is 0. Recombining gives the sums of mass, volume and momentum, the
@@ -19,6 +19,7 @@
 module hampm_splitting
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_failure, only: failure_t
+   use hampm_basis, only: n_hourglasses, hourglass_directions
    use hampm_forest, only: forest_t, corner_offset, outside, deepest
    use hampm_particles, only: particles_t, take_particles, spacing_of
    use hampm_place_table, only: place_table_t
@@ -52,13 +53,13 @@ contains
 
    !> Split the marked particles. The children of a particle stand together where it stood. The particles have to be sorted
    !> afterwards. Fails where the memory does not suffice.
-   subroutine split(p, marked, velocity_gradient, hourglass, normal, first_child, failure)
+   subroutine split(p, marked, velocity_gradient, hourglasses, normal, first_child, failure)
       type(particles_t), intent(inout) :: p
       logical, intent(in) :: marked(:)                     !! (n)
       real(dp), intent(in) :: velocity_gradient(:, :, :)   !! L of the marked ones, in space; in the total frame in the
                                                            !! reference configuration [1/s]; (ndim, ndim, marked)
-      real(dp), intent(in) :: hourglass(:, :)              !! t of the marked ones, in space; in the total frame in the
-                                                           !! reference configuration [1/m]; (ndim, marked)
+      real(dp), intent(in) :: hourglasses(:, :, :)              !! t of the marked ones, in space; in the total frame in the
+                                                           !! reference configuration [1/m]; (ndim, n_hourglasses, marked)
       real(dp), intent(in) :: normal(:, :)                 !! of the cracks through the middles of the marked ones, 0 where there
                                                            !! is none; (ndim, marked)
       integer, allocatable, intent(out) :: first_child(:)  !! new place of each particle or of its first child, and behind the last;
@@ -90,33 +91,44 @@ contains
          marks = marks + 1
          if (allocated(p%corner_velocity)) parent = domain_of(p, first_child(i))
          do c = 1, litter(marks)%n
-            call become_child(p, first_child(i) + c - 1, c, litter(marks), velocity_gradient(:, :, marks), hourglass(:, marks))
+            call become_child(p, first_child(i) + c - 1, c, litter(marks), velocity_gradient(:, :, marks), hourglasses(:, :, marks))
          end do
          if (allocated(p%corner_velocity)) call divide_domain(p, first_child(i), first_child(i + 1) - 1, parent)
       end do
    end subroutine split
 
    !> Make particle `k`, a copy of its parent, the c-th child of a litter.
-   subroutine become_child(p, k, c, litter, l, hourglass)
+   subroutine become_child(p, k, c, litter, l, hourglasses)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: k, c
       type(litter_t), intent(in) :: litter
       real(dp), intent(in) :: l(ndim, ndim)      !! L [1/s]
-      real(dp), intent(in) :: hourglass(ndim)    !! [1/m]
-      real(dp) :: apart(ndim, corners), middle(ndim), f(ndim, ndim), change(ndim, ndim), mean, part(corners), displaced(ndim)
+      real(dp), intent(in) :: hourglasses(ndim, n_hourglasses) !! [1/m], in three directions [1/m2]
+      real(dp) :: apart(ndim, corners), middle(ndim), f(ndim, ndim), change(ndim, ndim), part(corners), displaced(ndim)
+      real(dp) :: products(corners), others
+      integer :: d, j, s
       f = identity
       if (.not. p%total_frame) f = f + p%gradient(k, :, :)
       apart = matmul(f, litter%offset)           ! dx, and in the total frame dX
-      change(:, 1) = hourglass*apart(2, c)
-      change(:, 2) = hourglass*apart(1, c)
       ! The quarters beside a slanted crack need not have the centroid of their half: what that is off is taken off the velocities
       part = litter%part                         ! of rings those that are wider have more
       if (p%thickness%is_ring) part = part*(1 + litter%offset(1, :)/p%reference(k, 1))
       middle = matmul(apart, part)
-      ! Of t dx1 dx2 its mean over the children is taken off, so that their centre stays where the parent is
-      mean = sum(litter%part*apart(1, :)*apart(2, :))
       p%reference(k, :) = p%reference(k, :) + litter%offset(:, c)
-      displaced = matmul(p%gradient(k, :, :), litter%offset(:, c)) + hourglass*(product(apart(:, c)) - mean)
+      displaced = matmul(p%gradient(k, :, :), litter%offset(:, c))
+      change = 0
+      do s = 1, n_hourglasses
+         products = litter%part
+         do d = 1, ndim
+            if (.not. btest(hourglass_directions(s), d - 1)) cycle
+            products = products*apart(d, :)
+            others = product(apart(:, c), mask=[(j /= d .and. btest(hourglass_directions(s), j - 1), j=1, ndim)])
+            change(:, d) = change(:, d) + hourglasses(:, s)*others
+         end do
+         ! Of t dx1 dx2 its mean over the children is taken off, so that their centre stays where the parent is
+         others = product(apart(:, c), mask=[(btest(hourglass_directions(s), j - 1), j=1, ndim)])
+         displaced = displaced + hourglasses(:, s)*(others - sum(products))
+      end do
       p%displacement(k, :) = p%displacement(k, :) + displaced
       if (allocated(p%widening)) p%widening(k) = p%widening(k) + displaced(1)
       p%gradient(k, :, :) = p%gradient(k, :, :) + matmul(f, matmul(change, f))

@@ -70,7 +70,7 @@ contains
       integer, allocatable, intent(out), optional :: first_child(:)
       integer, allocatable :: first(:)
       type(failure_t) :: failure
-      call split(p, marked, spread(rate, 3, count(marked)), spread([0.0_dp, 0.0_dp], 2, count(marked)), &
+      call split(p, marked, spread(rate, 3, count(marked)), spread(spread([0.0_dp, 0.0_dp], 2, 1), 3, count(marked)), &
                  spread([0.0_dp, 0.0_dp], 2, count(marked)), first, failure)
       if (present(first_child)) call move_alloc(first, first_child)
    end subroutine split_marked
@@ -118,7 +118,7 @@ contains
       type(failure_t) :: failure
       integer :: n
       n = count(marked)
-      call split(p, marked, spread(rate, 3, n), spread([0.0_dp, 0.0_dp], 2, n), spread(normal, 2, n), first, failure)
+      call split(p, marked, spread(rate, 3, n), spread(spread([0.0_dp, 0.0_dp], 2, 1), 3, n), spread(normal, 2, n), first, failure)
    end subroutine split_beside
 
    !> Split all particles some times.
