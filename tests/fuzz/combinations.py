@@ -84,10 +84,10 @@ def limit_time():
 
 
 class Bench:
-    """Runs scenes in a folder of its own."""
+    """Runs scenes in a folder of its own: those that `drawing` draws, which the oracles `second` run a second time."""
 
-    def __init__(self, program, release=RELEASE, exact=False):
-        self.program, self.release, self.exact, self.count = program, release, exact, 0
+    def __init__(self, program, release=RELEASE, exact=False, drawing=draw, second=None):
+        self.program, self.release, self.exact, self.count, self.drawing, self.second = program, release, exact, 0, drawing, second or SECOND
 
     def command(self, folder, words, program=None, threads=1):
         """The end of one process; a fault where that is no end of the program's own."""
@@ -149,8 +149,10 @@ def is_ring(scene):
 
 
 def thickness_of(scene):
-    """That of the plane; around an axis the circumference in the middle of the lattice."""
+    """That of the plane; around an axis the circumference in the middle of the lattice; of a solid that of the lattice."""
     grid = group(scene, "grid")
+    if maps.dimensions(scene) == 3:
+        return grid["cell"] * grid["cells"][2]
     return 2 * np.pi * (grid["lower"][0] + grid["cell"] * grid["cells"][0] / 2) if is_ring(scene) else group(scene, "run").get("thickness", 1.0)
 
 
@@ -231,7 +233,7 @@ class Case:
     """A scene that has run to its end, and what its oracles need."""
 
     def __init__(self, bench, scene, base, chance):
-        self.bench, self.scene, self.base, self.chance, self.exact = bench, scene, base, chance, bench.exact
+        self.bench, self.scene, self.base, self.chance, self.exact, self.n = bench, scene, base, chance, bench.exact, maps.dimensions(scene)
         self.method = group(scene, "method")
         self.time, self.frame = self.method.get("time", "explicit"), self.method.get("frame", "total")
         used = {keys.get("material") for keys in groups(scene, "body")}
@@ -267,7 +269,7 @@ class Case:
         rounding = EXACT if self.exact else ROUNDING_ON_EDGES if on_edges else ROUNDING
         if on_edges and not self.exact:
             expected = {name: values for name, values in expected.items() if not maps.family(name).endswith("_error")}
-        if self.time == "static" and not any(keys["fix"] == "xy" for keys in groups(self.scene, "constraint")):
+        if self.time == "static" and not any(keys["fix"] == "xyz"[:self.n] for keys in groups(self.scene, "constraint")):
             # Nothing says where a body is that may move as a whole
             expected = {name: values for name, values in expected.items() if not name.startswith(("displacement_", "load_displacement_"))}
         got, scale = run.row, scale or self.scale
@@ -382,7 +384,7 @@ def energies(case):
 
 
 def outline_area(keys):
-    """The area of a body or hole."""
+    """The area of a body or hole, of a solid its volume."""
     kind = keys.get("shape", "rectangle")
     if kind == "circle":
         return np.pi * keys["radius"]**2
@@ -409,9 +411,9 @@ def factor(keys, time):
 
 
 def resultant(case, time):
-    """The sum of all loads at times, x and y, where it is known from the scene alone."""
-    scene, thickness = case.scene, thickness_of(case.scene)
-    total = np.zeros((2, len(time)))
+    """The sum of all loads at times, by axis, where it is known from the scene alone."""
+    scene, thickness = case.scene, thickness_of(case.scene) if case.n == 2 else 1.0
+    total = np.zeros((case.n, len(time)))
     solid = [keys for keys in groups(scene, "body") if not keys.get("hole")]
     holes = [keys for keys in groups(scene, "body") if keys.get("hole")]
     density = {keys["name"]: keys["density"] for keys in groups(scene, "material")}
@@ -451,15 +453,15 @@ def forces(case):
         case.need(held and all("name" in keys for keys in held))
         total = resultant(case, time)
         sizes = max(np.max(np.abs(total), initial=0.0), case.scale[f"reaction_{held[0]['name']}_x"])
-        for d in range(2):
-            total[d] += sum(row[f"reaction_{keys['name']}_{'xy'[d]}"] for keys in held)
+        for d in range(case.n):
+            total[d] += sum(row[f"reaction_{keys['name']}_{'xyz'[d]}"] for keys in held)
         missing = np.max(np.abs(total)) / max(sizes, 1e-300)
     else:
         case.need("momentum_x" in row and not groups(scene, "constraint") and not groups(scene, "damping"))
         case.need(all(keys.get("history", "step") == "step" and keys.get("start", 0.0) <= 0 for keys in groups(scene, "load")))
         total = resultant(case, time) * time
         sizes = max(np.max(np.abs(total), initial=0.0), case.scale["momentum_x"])
-        missing = max(np.max(np.abs(row[f"momentum_{axis}"] - row[f"momentum_{axis}"][0] - total[d])) for d, axis in enumerate("xy")) / sizes
+        missing = max(np.max(np.abs(row[f"momentum_{axis}"] - row[f"momentum_{axis}"][0] - total[d])) for d, axis in enumerate("xyz"[:case.n])) / sizes
     if not missing <= BALANCED:
         raise Fault(f"forces and momentum miss {missing:.1e}")
 
@@ -469,6 +471,7 @@ def forces(case):
 def isometry(q):
     def oracle(case):
         case.need(not is_ring(case.scene) or np.array_equal(q, maps.MIRROR_Y))
+        case.need(all(("region_lower" in keys) == ("region_upper" in keys) for keys in groups(case.scene, "refine")))  # half a box has no image
         scene = maps.isometric(case.scene, q)
         run = case.again(scene)
         expected = maps.isometric_columns(case.base.row, q)
@@ -554,7 +557,7 @@ def motion(case):
     case.need(group(case.scene, "refine").get("field") != "speed" and not case.absorbs)
     largest = np.sqrt(2 * case.scale["kinetic_energy"] / (group(case.scene, "material")["density"] * 100 * group(case.scene, "grid")["cell"]**2))
     case.need(largest > 1e-50)
-    run = case.again(maps.carried(case.scene, [0.0 if is_ring(case.scene) else float(3.0 * largest), float(-2.0 * largest)]))
+    run = case.again(maps.carried(case.scene, [0.0 if is_ring(case.scene) else float(3.0 * largest), float(-2.0 * largest), float(1.5 * largest)][:case.n]))
     keep = [name for name in case.base.row if maps.family(name) not in ("kinetic_energy", "external_work", "numerical_loss")
             and not name.startswith(("displacement_", "velocity_", "load_displacement_"))]
     case.same({name: case.base.row[name] for name in keep}, run)
@@ -597,11 +600,11 @@ def reciprocal(case):
                 for key in ("displacement", "velocity", "history", "start", "rise_time", "frequency", "times", "factors"):
                     keys.pop(key, None)
                 if keys["name"] == case.scene[which][1]["name"]:
-                    keys["displacement"] = [1e-4 * cell * (1.0 if "x" in keys["fix"] else 0.0), 0.7e-4 * cell * (1.0 if "y" in keys["fix"] else 0.0)]
+                    keys["displacement"] = [part * 1e-4 * cell * (axis in keys["fix"]) for axis, part in zip("xyz"[:case.n], (1.0, 0.7, 1.3))]
                     ways.append((keys["name"], keys["displacement"]))
         runs.append(case.again(scene))
     (one, way), (other, way_of_other) = ways
-    work = [sum(run.row[f"reaction_{name}_{axis}"][-1] * d[k] for k, axis in enumerate("xy"))
+    work = [sum(run.row[f"reaction_{name}_{axis}"][-1] * d[k] for k, axis in enumerate("xyz"[:case.n]))
             for run, name, d in ((runs[0], other, way_of_other), (runs[1], one, way))]
     material = group(case.scene, "material")
     size = max(abs(work[0]), abs(work[1]), *(run.row["strain_energy"][-1] for run in runs),
@@ -631,7 +634,7 @@ def is_plain_rest(case):
     return (case.time == "static" and case.linear and "viscoelastic" not in case.laws and not (case.grows or case.friction or case.push)
             and case.indicator in ("none", "tip") and case.method.get("mass", "lumped") != "fmpm"
             and not any(any(keys.get("eigenstrain", ())) for keys in groups(case.scene, "body"))
-            and any(keys["fix"] == "xy" and keys["lower"] != keys["upper"] for keys in groups(case.scene, "constraint")))
+            and any(keys["fix"] == "xyz"[:case.n] and keys["lower"] != keys["upper"] for keys in groups(case.scene, "constraint")))
 
 
 def tick_of(scene):
@@ -829,7 +832,7 @@ def parts_of(scene):
 
 def accept(bench, chance, scene=None):
     """A scene that is not refused, its run, and how often it was drawn anew; None where it is refused to the end."""
-    scene = scene or draw(chance, bench.exact)
+    scene = scene or bench.drawing(chance, bench.exact)
     for attempt in range(REPAIRS):
         try:
             run = bench.run(scene)
@@ -846,7 +849,7 @@ def ask(bench, scene, base, name, seed):
     """Whether an oracle is content: 'passed', 'unasked', 'chaotic: ...', or what is wrong."""
     try:
         case = Case(bench, scene, base, random.Random(f"{seed} {name}"))
-        {**OWN, **SECOND}[name](case)
+        {**OWN, **bench.second}[name](case)
     except Unasked:
         return "unasked"
     except Chaotic as reason:
@@ -927,14 +930,14 @@ def try_cases(bench, seed, numbers, oracles, asked=ASKED, tell=print, reduce=Fal
             ends["stopped: " + re.sub(r"[-+]?\d[-+.\de]*", "#", base.said.split("hampm: ")[-1])[:160].strip()] += 1
             continue
         ends["done"] += 1
-        second = [name for name in SECOND if name in oracles or not oracles and name != "builds"]
+        second = [name for name in bench.second if name in oracles or not oracles and name != "builds"]
         chance.shuffle(second)
         left = len(second) if oracles else asked
         for name in [name for name in OWN if not oracles or name in oracles] + second:
-            if name in SECOND and left == 0:
+            if name in bench.second and left == 0:
                 break
             found = ask(bench, scene, base, name, f"{seed} {number}")
-            left -= name in SECOND and found != "unasked"
+            left -= name in bench.second and found != "unasked"
             if found == "unasked":
                 continue
             counts[name, "asked"] += 1
@@ -954,7 +957,7 @@ def try_cases(bench, seed, numbers, oracles, asked=ASKED, tell=print, reduce=Fal
 def table(counts, ends):
     """The counts as text."""
     lines = ["| oracle | asked | chaotic | failed |", "|---|---|---|---|"]
-    for name in ("run", *OWN, *SECOND):
+    for name in dict.fromkeys(("run", *OWN, *(name for name, _ in counts))):
         if counts[name, "asked"]:
             lines.append(f"| {name} | {counts[name, 'asked']} | {counts[name, 'chaotic']} | {counts[name, 'failed']} |")
     if any(counts[name, "drawn"] for name in PARTS):
@@ -963,22 +966,24 @@ def table(counts, ends):
     return "\n".join([*lines, "", *(f"{name}: {count}" for name, count in ends.most_common())])
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def main(bench_of=Bench, program=PROGRAM, release=RELEASE):
+    parser = argparse.ArgumentParser(description=sys.modules["__main__"].__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=250, metavar="N")
     parser.add_argument("--first", type=int, default=0, metavar="N", help="number of the first case of the seed")
     parser.add_argument("--seed", type=int, default=1, metavar="N")
-    parser.add_argument("--oracle", action="append", default=[], choices=[*OWN, *SECOND], help="ask these only, but all of them")
+    parser.add_argument("--oracle", action="append", default=[], metavar="NAME", help="ask these only, but all of them")
     parser.add_argument("--cracked", action="store_true", help=f"scenes with cracks only, of which images and other orders are to be the same to {EXACT:.0e}")
     parser.add_argument("--parts", type=int, default=0, metavar="N", help="scenes with parts of which fewer than N are accepted so far")
     parser.add_argument("--asked", type=int, default=ASKED, metavar="N", help="how many oracles with a second run a scene is asked")
-    parser.add_argument("--program", type=Path, default=PROGRAM, metavar="FILE")
-    parser.add_argument("--release", type=Path, default=RELEASE, metavar="FILE", help="the build that oracle 'builds' compares with")
+    parser.add_argument("--program", type=Path, default=program, metavar="FILE")
+    parser.add_argument("--release", type=Path, default=release, metavar="FILE", help="the build that oracle 'builds' compares with")
     parser.add_argument("--reduce", action="store_true", help="print the least scene that shows each fault")
     parser.add_argument("--chaotic", action="store_true", help="print the cases that hang on rounding too")
     parser.add_argument("--show", action="store_true", help="print the scenes and do not ask any oracle")
     options = parser.parse_args()
-    bench = Bench(options.program.resolve(), options.release.resolve(), options.cracked)
+    bench = bench_of(options.program.resolve(), options.release.resolve(), options.cracked)
+    if unknown := set(options.oracle) - {*OWN, *bench.second}:
+        parser.error(f"no oracle {', '.join(unknown)}; there are {', '.join((*OWN, *bench.second))}")
     numbers = range(options.first, options.first + options.cases)
     if options.show:
         for number in numbers:

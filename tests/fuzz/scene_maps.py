@@ -46,24 +46,34 @@ def scaled(value, factor):
     return [factor * one for one in value] if isinstance(value, (list, tuple)) else factor * value
 
 
-# Mirrors and quarter turns: orthogonal matrices of 0, 1 and -1
+# Mirrors, quarter turns and exchanges of axes, in the plane or in space: orthogonal matrices of 0, 1 and -1
 MIRROR_X, MIRROR_Y, TURN = np.array([[-1, 0], [0, 1]]), np.array([[1, 0], [0, -1]]), np.array([[0, -1], [1, 0]])
+
+
+def dimensions(scene):
+    """Two or three: those of the lattice."""
+    return len(groups(scene, "grid")[0]["cells"])
+
+
+def axis_of(q, axis):
+    """What axis a map has in the place of this one."""
+    return int(np.argmax(np.abs(q[axis])))
 
 
 def moved(q, vectors):
     """Vectors one behind the other, each as the map q has it."""
-    return [float(x) + 0.0 for vector in np.reshape(vectors, (-1, 2)) for x in q @ vector]
+    return [float(x) + 0.0 for vector in np.reshape(vectors, (-1, len(q))) for x in q @ vector]
 
 
 def isometric(scene, q):
     """The scene of which each place and vector is mapped by q."""
-    scene, flips, turns = copy_of(scene), round(np.linalg.det(q)) < 0, q[0, 0] == 0
+    scene, flips, turns, n = copy_of(scene), round(np.linalg.det(q)) < 0, q[0, 0] == 0, len(q)
     for name, keys in scene:
         if name == "grid":
-            upper = [keys.get("lower", [0.0, 0.0])[d] + keys["cell"] * keys["cells"][d] for d in range(2)]
-            keys["lower"] = list(np.minimum(moved(q, keys.get("lower", [0.0, 0.0])), moved(q, upper)))
+            upper = [keys.get("lower", n * [0.0])[d] + keys["cell"] * keys["cells"][d] for d in range(n)]
+            keys["lower"] = list(np.minimum(moved(q, keys.get("lower", n * [0.0])), moved(q, upper)))
             keys["lower"] = [float(x) for x in keys["lower"]]
-            keys["cells"] = keys["cells"][::-1] if turns else keys["cells"]
+            keys["cells"] = [keys["cells"][axis_of(q, d)] for d in range(n)]
         for low, high in (("lower", "upper"), ("consistent_lower", "consistent_upper"), ("region_lower", "region_upper")):
             if name != "grid" and low in keys and high in keys:
                 a, b = moved(q, keys[low]), moved(q, keys[high])
@@ -86,10 +96,14 @@ def isometric(scene, q):
             keys["spin"] = -keys["spin"]
         if "eigenstrain" in keys:
             xx, yy, xy, *zz = keys["eigenstrain"]
-            strain = q @ np.array([[xx, xy], [xy, yy]]) @ q.T
-            keys["eigenstrain"] = [float(strain[0, 0]), float(strain[1, 1]), float(strain[0, 1]), *zz]
-        if "fix" in keys and turns:
-            keys["fix"] = {"x": "y", "y": "x"}.get(keys["fix"], keys["fix"])
+            strain = np.zeros((n, n))
+            strain[:2, :2] = [[xx, xy], [xy, yy]]
+            if n == 3:
+                strain[2, 2] = sum(zz)
+            strain = q @ strain @ q.T
+            keys["eigenstrain"] = [float(strain[0, 0]), float(strain[1, 1]), float(strain[0, 1]), *(zz if n == 2 else [float(strain[2, 2])])]
+        if "fix" in keys:
+            keys["fix"] = "".join(axis for d, axis in enumerate("xyz"[:n]) if "xyz"[axis_of(q, d)] in keys["fix"])
         if flips and keys.get("face") in ("left", "right"):
             keys["face"] = {"left": "right", "right": "left"}[keys["face"]]
     return scene
@@ -127,14 +141,15 @@ def isometric_columns(row, q):
             angle = np.radians(values)
             ahead = q @ np.array([np.cos(angle), np.sin(angle)])
             found[column] = np.degrees(np.arctan2(ahead[1], ahead[0]))
-        elif name.endswith(("_x", "_y")):
-            axis = "xy".index(name[-1])
-            other = column.replace(name, name[:-1] + "xy"[1 - axis])
-            source = column if q[axis, axis] else other
-            found[column] = q[axis, "xy".index(family(source)[-1])] * row[source]
-        elif name.startswith(("strain_", "stress_")) and name.endswith(("_xx", "_yy", "_xy")):
-            base, signs = name[:-2], q[0] @ q[1][::-1]                     # of xy: the product of what becomes of x and of y
-            found[column] = signs * values if name.endswith("_xy") else values if q[0, 0] else row[base + {"xx": "yy", "yy": "xx"}[name[-2:]]]
+        elif name.endswith(("_x", "_y", "_z")):
+            axis = "xyz".index(name[-1])
+            other = axis_of(q, axis)
+            turn = -1 if name.startswith("angular_momentum") and flips else 1       # of an axial vector
+            found[column] = turn * q[axis, other] * row[column.replace(name, name[:-1] + "xyz"[other])]
+        elif name.startswith(("strain_", "stress_")) and re.search("_[xyz][xyz]$", name) and "xyz".index(max(name[-2:])) < len(q):
+            axes = ["xyz".index(axis) for axis in name[-2:]]
+            others = [axis_of(q, axis) for axis in axes]
+            found[column] = math.prod(q[axis, other] for axis, other in zip(axes, others)) * row[name[:-2] + "".join("xyz"[k] for k in sorted(others))]
         else:
             found[column] = -values if odd and flips else values
     return found
@@ -150,7 +165,7 @@ def in_units(scene, mass, length, time):
         if "rate_constant" in keys:                                          # the rate where the range of K is one unit of the old ones
             unit = mass * length**-0.5 * time**-2
             keys["rate_constant"] *= length * unit ** (float(keys.get("rate") == "forman") - keys["rate_exponent"])
-        if name == "run" and "thickness" not in keys and keys.get("plane") != "axisymmetric":
+        if name == "run" and "thickness" not in keys and keys.get("plane") != "axisymmetric" and dimensions(scene) == 2:
             keys["thickness"] = length
     return scene
 
@@ -252,7 +267,7 @@ def split_bodies(scene):
     body = scene[at][1]
     if body.get("shape", "rectangle") != "rectangle" or body.get("spin", 0.0) != 0.0 or any(keys.get("hole") for keys in groups(scene, "body")):
         return None
-    lower, cell = grid.get("lower", [0.0, 0.0])[0], grid["cell"]
+    lower, cell = grid.get("lower", [0.0])[0], grid["cell"]
     if any(abs((x[0] - lower) / cell - round((x[0] - lower) / cell)) > 1e-9 for x in (body["lower"], body["upper"])):
         return None                                     # particles fill a body evenly: those of a body between grid lines are not those of its parts
     middle = lower + cell * round((0.5 * (body["lower"][0] + body["upper"][0]) - lower) / cell)
@@ -261,8 +276,8 @@ def split_bodies(scene):
     if groups(scene, "contact") and groups(scene, "contact")[0].get("bodies", "bonded") != "bonded":
         body["contact_group"] = body.get("contact_group", "halves")
     other = {key: list(value) if isinstance(value, list) else value for key, value in body.items()}
-    body["upper"] = [middle, body["upper"][1]]
-    other["lower"] = [middle, other["lower"][1]]
+    body["upper"] = [middle, *body["upper"][1:]]
+    other["lower"] = [middle, *other["lower"][1:]]
     scene.insert(at + 1, ["body", other])
     return scene
 
@@ -272,5 +287,5 @@ def carried(scene, velocity):
     scene = copy_of(scene)
     for keys in groups(scene, "body"):
         if not keys.get("hole"):
-            keys["velocity"] = [a + b for a, b in zip(keys.get("velocity", [0.0, 0.0]), velocity)]
+            keys["velocity"] = [a + b for a, b in zip(keys.get("velocity", len(velocity) * [0.0]), velocity)]
     return scene

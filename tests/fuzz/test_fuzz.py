@@ -18,11 +18,12 @@ import plain_scenes
 import pytest
 import rest_scenes
 import shape_scenes
+import solid_scenes
 from fuzz import SCENES, answers, fuzz, table
 from runs import try_runs
 from scene_fuzzer import try_scenes
 
-from paths import CHECKED_PROGRAM, PROGRAM
+from paths import CHECKED_PROGRAM, PROGRAM, SOLID_PROGRAM
 
 DRIVER = CHECKED_PROGRAM.with_name("fuzz_driver")
 CASES = 400
@@ -109,6 +110,15 @@ def test_tips_in_another_order_are_told_by_what_they_say():
 def test_combinations_at_random(numbers):
     """Scenes over all features together, in the build with all checks: what they give does not hang on how they are written, turned, measured, split and run."""
     _, ends, faults = combinations.try_cases(combinations.Bench(CHECKED_PROGRAM), 1, numbers, [], asked=2)
+    assert not faults
+    assert ends["done"] >= len(numbers) // 2
+
+
+@pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+@pytest.mark.parametrize("numbers", [(0, 3, 5, 13, 21, 34), pytest.param(range(40, 70), marks=pytest.mark.verify)])
+def test_solids_at_random(numbers):
+    """The same of solids, with mirrors in three axes, axes exchanged, and slabs that are plane strain."""
+    _, ends, faults = combinations.try_cases(solid_scenes.SolidBench(SOLID_PROGRAM), 1, numbers, [], asked=3)
     assert not faults
     assert ends["done"] >= len(numbers) // 2
 

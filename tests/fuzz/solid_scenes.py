@@ -1,0 +1,292 @@
+"""Scenes of solids drawn at random, for the program for solids (`make program dim=3`), held to what needs no reference, as `combinations.py` does with those of the plane.
+
+    .venv/bin/python tests/fuzz/solid_scenes.py --cases 250 --seed 3 --program build/checked3d/hampm3d
+
+Beside its oracles there are mirrors in three axes, axes exchanged in a cycle and by pairs, and slabs one cell thick between rollers, which are plane strain.
+"""
+
+from pathlib import Path
+
+import combinations
+import numpy as np
+import scene_maps as maps
+from combinations import MANY, SECOND, Case, Fault, Unasked, isometry
+from drawn_scenes import CHOICES, Drawing, copy_of, group, groups
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAM = ROOT / "build/checked3d/hampm3d"
+QUICK = ROOT / "build/quick3d/hampm3d"
+PLANE = ROOT / "build/release/hampm"
+LAWS = ["linear_elastic", "linear_elastic", "linear_elastic", "neo_hookean", "mooney_rivlin", "j2_plastic", "viscoelastic"]
+ROLLERS = "slab"       # name of the constraint that makes a slab plane strain
+FEW = 600              # particles of a scene that may settle in motion
+PLANE_COURANT = 0.05   # of slabs: by default the step is that of the body in all its directions
+
+
+class Solid(Drawing):
+    """One scene of solids as it is drawn."""
+
+    def __init__(self, chance):
+        super().__init__(chance)
+        self.crack, self.grows, self.holds, self.shaped, self.waits, self.order = "none", False, False, False, False, 1
+        if self.time == "explicit":
+            self.frame = chance.choice(["total", "updated"])
+        self.slab = chance.random() < 0.2
+        self.size = [chance.randint(2, 5), chance.randint(2, 4), 1 if self.slab else chance.randint(2, 4)]
+        if not self.slab:
+            chance.shuffle(self.size)
+        self.origin = [chance.choice([0.0, 0.0, 3.0, -7.5, chance.uniform(-9, 9)]) for _ in "xyz"]
+        self.margin = [2 if self.frame == "updated" else chance.choice([0, 1]) for _ in "xyz"]
+        if self.slab:
+            self.margin[2] = 0
+        self.thickness, self.plane = self.size[2] * self.cell, "strain"
+        self.end = self.tick * {"static": 10, "explicit": chance.uniform(3, 12), "implicit": chance.uniform(20, 200)}[self.time]
+
+    def place(self, *x):
+        """A place given in cells from the lower corner of the body."""
+        return [(o + a) * self.cell for o, a in zip(self.origin, x)]
+
+    def box(self, *ends):
+        """The two keys of a box; one of the plane goes from side to side."""
+        lower, upper = ends[:len(ends) // 2], ends[len(ends) // 2:]
+        return {"lower": self.place(*lower, *[0][:3 - len(lower)]), "upper": self.place(*upper, *[self.size[2]][:3 - len(upper)])}
+
+    def vector(self, size):
+        """Three components, none across a slab."""
+        chance = self.chance
+        found = [chance.choice([0.0, chance.uniform(-1, 1), chance.uniform(-1, 1)]) * size for _ in "xyz"]
+        return [*found[:2], 0.0] if self.slab else found
+
+    def side(self, part=False):
+        """A side of the body or a part of one, in cells: its axis, lower and upper corner."""
+        chance, size = self.chance, self.whole
+        axis = chance.randrange(2 if self.slab else 3)
+        lower, upper = [0.0, 0.0, 0.0], [float(n) for n in size]
+        lower[axis] = upper[axis] = chance.choice([0.0, float(size[axis])])
+        if part:
+            for d in range(2 if self.slab else 3):
+                if d != axis and size[d] > 1 and chance.random() < 0.3:
+                    upper[d] = chance.choice([1.0, size[d] - 1.0, 0.5 * size[d]])
+        return axis, lower, upper
+
+    def motion(self, keys):
+        """Adds what a body does at the start."""
+        chance, speed = self.chance, self.strain * self.cell / self.tick
+        if self.time != "static" and chance.random() < 0.4:
+            keys["velocity"] = self.vector(speed)
+        if chance.random() < 0.15:
+            strain = [chance.uniform(-1, 1) * self.strain for _ in "xyz"]
+            keys["eigenstrain"] = [*strain[:2], 0.0, strain[2]]
+        return keys
+
+    def bodies(self):
+        """The groups of bodies and materials."""
+        chance = self.chance
+        law = chance.choice(LAWS)
+        points = {"points_per_cell": chance.choice([1, 2, 2, 2, 2, 2, 3])}
+        materials, first, self.whole = [self.material("m0", law)], {"material": "m0"} | points, list(self.size)
+        if chance.random() < 0.2:
+            first |= self.box(chance.choice([0, 0.5]), 0, 0, self.size[0] - chance.choice([0.25, 0.5]), self.size[1] - chance.choice([0, 0.3]), self.size[2])
+        else:
+            first |= self.box(0, 0, 0, *self.size)
+        found = [["body", self.motion(first)]]
+        if chance.random() < 0.3:                                          # a second body, bonded or met
+            axis, gap = chance.randrange(2 if self.slab else 3), chance.choice([0, 0, 1]) if self.frame == "updated" else 0
+            other = {"material": chance.choice(["m0", "m1"])} | points
+            lower, upper = [0.0, 0.0, 0.0], [float(n) for n in self.size]
+            lower[axis] = self.size[axis] + gap
+            upper[axis] = lower[axis] + chance.randint(1, 2)
+            self.motion(other | self.box(*lower, *upper))
+            other |= self.box(*lower, *upper)
+            self.whole[axis] = round(upper[axis])
+            if gap:
+                other["velocity"] = [-self.strain * self.cell / self.tick * chance.choice([10, 100]) * (d == axis) for d in range(3)]
+            if other["material"] == "m1":
+                materials.append(self.material("m1", chance.choice([law, law, *LAWS])))
+            found.append(["body", other])
+            if self.frame == "updated" and chance.random() < 0.3:
+                kind = chance.choice(["stick", "frictionless", "friction"])
+                found.append(["contact", {"bodies": kind} | ({"friction": chance.choice([0.1, 0.6])} if kind == "friction" else {})])
+        chance.shuffle(materials)
+        return [["material", keys] for keys in materials] + found
+
+    def constraints(self):
+        """The groups of constraints."""
+        chance, found, name, move = self.chance, [], iter("abcdef"), self.strain * self.cell * 4
+        kinds = ["side", "planes", "corner", "moved", "moved", "line"]
+        kind = chance.choice(kinds if self.time == "static" else [*kinds, "none", "none"])
+        fixes = ["x", "y", "z", "xy", "yz", "xz", "xyz", "xyz", "xyz"]
+        if kind in ("side", "moved"):
+            _, lower, upper = self.side()
+            found.append(self.box(*lower, *upper) | {"fix": "xyz" if self.time == "static" else chance.choice(fixes)})
+        if kind == "planes":
+            for axis in range(3):
+                upper = [0.0 if d == axis else float(n) for d, n in enumerate(self.whole)]
+                found.append(self.box(0, 0, 0, *upper) | {"fix": "xyz"[axis]})
+        if kind == "corner":
+            x, y, z = self.whole
+            found += [self.box(0, 0, 0, 0, 0, 0) | {"fix": "xyz"}, self.box(x, 0, 0, x, 0, 0) | {"fix": "yz"}, self.box(0, y, 0, 0, y, 0) | {"fix": "z"}]
+        if kind == "line":
+            found += [self.box(0, 0, 0, self.whole[0], 0, 0) | {"fix": "xyz"}, self.box(0, self.whole[1], 0, self.whole[0], self.whole[1], 0) | {"fix": "z"}]
+        if kind == "moved":
+            fix, (axis, lower, upper) = chance.choice(fixes), self.side()
+            amount = [a if "xyz"[d] in fix else 0.0 for d, a in enumerate(self.vector(move))]
+            if chance.random() < 0.3 and self.time != "static":
+                found.append(self.box(*lower, *upper) | {"fix": fix, "velocity": [a / self.end for a in amount]})
+            else:
+                found.append(self.box(*lower, *upper) | {"fix": fix, "displacement": amount} | self.history(motion=True))
+        for keys in found:
+            if chance.random() < 0.8:
+                keys["name"] = next(name)
+        if self.slab:
+            for keys in found:
+                keys["fix"] = "".join(sorted({*keys["fix"], "z"}))          # where boxes overlap the last one holds
+            found.insert(0, self.box(0, 0, 0, *self.whole) | {"fix": "z", "name": ROLLERS})
+        return [["constraint", keys] for keys in found]
+
+    def loads(self):
+        """The groups of loads."""
+        chance, found = self.chance, []
+        force = self.strain * self.young * (3 * self.cell)**2
+        for _ in range(chance.choices([0, 1, 2, 3], [1, 4, 3, 1])[0]):
+            kind = chance.choice(["traction", "traction", "point", "body", "gravity"])
+            if kind == "gravity":
+                keys = {"kind": kind, "acceleration": self.vector(force / (self.density * (3 * self.cell)**3))}
+            else:
+                keys = {"kind": kind, "force": self.vector(0.2 * force if kind == "point" else force)}
+                axis, lower, upper = self.side(part=True)
+                if kind == "point":
+                    lower = upper = [chance.choice([a, b, (a + b) / 2]) for a, b in zip(lower, upper)]
+                if kind == "body":
+                    lower, upper = [0.0, 0.0, 0.0], [float(n) for n in self.whole]
+                    lower[axis] = upper[axis] / 2 + 0.07                    # no particle on its edge, for rounding to decide
+                if kind == "point" and self.slab:
+                    continue                                                # a point on one of the two sides of it
+                keys |= self.box(*lower, *upper)
+            found.append(["load", keys | self.history()])
+        return found
+
+    def refine(self):
+        """The group of refinement, or none."""
+        chance = self.chance
+        if chance.random() < 0.55:
+            return []
+        keys = {"indicator": chance.choice(["zz", "gradient", "gradient"]), "max_level": chance.choice([1, 1, 2]), "max_particles": 4000}
+        if self.time != "static":
+            keys["interval"] = chance.choice([5, 20])
+        if keys["indicator"] == "zz":
+            keys["tolerance"] = chance.choice([0.05, 0.1, 0.2])
+        else:
+            keys |= {"field": chance.choice(["energy_density", "stress_norm", "speed"]), "r_crit": chance.choice([1e-12, 0.03, 0.1]), "r_coarsen": chance.choice([0.0, 0.0, 0.02])}
+        if keys.get("r_crit") == 1e-12:
+            keys["r_coarsen"] = 0.0
+        if chance.random() < 0.4 or keys.get("r_crit") == 1e-12:            # finer cells in a part, whatever the indicator says there
+            lower = [chance.choice([0.0, 1.0, 0.3]) for _ in "xyz"]
+            keys |= {f"region_{end}": place for end, place in self.box(*lower, *(a + chance.choice([0.4, 1.0, 1.5]) for a in lower)).items()}
+        return [["refine", keys]]
+
+    def scene(self):
+        """The whole scene."""
+        chance, bodies = self.chance, self.bodies()
+        constraints = self.constraints()
+        grid = {"lower": self.place(*(-m for m in self.margin)), "cell": self.cell, "cells": [n + 2 * m for n, m in zip(self.whole, self.margin)]}
+        output = {"file": "case.h5"}
+        if self.time != "static":
+            output["history_interval"] = self.end / chance.choice([4, 7, 10])
+        if chance.random() < 0.5:
+            output["snapshot_interval"] = self.end / 2
+        scene = [["run", {"end_time": self.end}], ["grid", grid], *bodies, *constraints, *self.loads(), ["method", self.method()], *self.refine(),
+                 ["energy_release", self.energy_release()], ["output", output]]
+        if self.time != "static" and chance.random() < 0.25:
+            scene.append(["damping", {"rate": chance.choice([0.01, 0.1]) / self.tick}])
+        if chance.random() < 0.25:                                         # a change too many
+            name = chance.choice([name for name, _ in scene if name in CHOICES])
+            key = chance.choice(list(CHOICES[name]))
+            chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
+        self.grade(scene)
+        return scene
+
+    def grade(self, scene):
+        """Lets the material of a body change from place to place."""
+        chance, body = self.chance, groups(scene, "body")[0]
+        if chance.random() < 0.85:
+            return
+        axis, number = chance.randrange(2 if self.slab else 3), chance.choice([2, 3])
+        body["profile_direction"] = [float(d == axis) for d in range(3)]
+        middle = self.place(*(n / 2 for n in self.size))[axis]
+        body["profile_at"] = [middle + (k - (number - 1) / 2) * 3 * self.cell for k in range(number)]
+        body["profile_stiffness"] = [chance.choice([0.5, 1.0, 2.0]) for _ in range(number)]
+        if chance.random() < 0.5:
+            body["profile_density"] = [chance.choice([0.7, 1.0, 1.5]) for _ in range(number)]
+        if "eigenstrain" in body:
+            body["profile_eigenstrain"] = [chance.uniform(-1, 1) for _ in range(number)]
+
+
+def draw(chance, exact=False):
+    """A scene of solids, accepted or not."""
+    return Solid(chance).scene()
+
+
+def in_plane(scene):
+    """The scene of the plane that a slab is, in plane strain."""
+    scene, found = copy_of(scene), []
+    cell = group(scene, "grid")["cell"]
+    for name, keys in scene:
+        for key, value in keys.items():
+            if isinstance(value, list) and (name, key) not in (("body", "eigenstrain"), ("energy_release", "estimators")) and len(value) == 3 and not isinstance(value[0], str) \
+                    and not key.startswith(("profile_at", "profile_s", "profile_de", "profile_e")) and key not in ("times", "factors"):
+                keys[key] = value[:2]
+        if name == "run":
+            keys |= {"plane": "strain", "thickness": cell}
+        if name == "constraint":
+            keys["fix"] = keys["fix"].replace("z", "")
+            if not keys["fix"]:
+                continue
+        found.append([name, keys])
+    return found
+
+
+def slab(case):
+    """One cell thick between rollers: the program for the plane, in plane strain."""
+    scene = copy_of(case.scene)
+    case.need(any(keys.get("name") == ROLLERS for keys in groups(scene, "constraint")) and group(scene, "grid")["cells"][2] == 1)
+    case.need(case.indicator == "none" and not any(keys.get("volumetric") == "b_bar" for keys in groups(scene, "material")))
+    case.need(all(len(keys.get(key, "")) == 0 or keys[key][2] == 0.0 for _, keys in scene for key in ("force", "acceleration", "velocity", "displacement")))
+    base = case.base
+    if case.time == "explicit":
+        case.need(base.row["step"][-1] * np.max(base.row["particles"]) < MANY)
+        group(scene, "method")["courant"] = PLANE_COURANT
+        base = case.bench.run(scene)
+    run = case.bench.run(in_plane(scene), program=PLANE)
+    case.need(run.code != 2)
+    if run.code != base.code:
+        raise Fault(f"in the plane it ends with {run.code}: {' '.join(run.said.split())[:300]}")
+    base_case = Case(case.bench, scene, base, case.chance)
+    base_case.same({name: values for name, values in run.row.items() if name in base.row and name not in ("particles", "cells", "angular_momentum")}, base)
+
+
+def of_few(oracle):
+    """An oracle for scenes of few particles."""
+    def asked(case):
+        if np.max(case.base.row["particles"]) > FEW:
+            raise Unasked
+        oracle(case)
+    return asked
+
+
+IDENTITY = np.eye(3, dtype=int)
+OWN_IMAGES = {f"mirror in {axis}": isometry(IDENTITY - 2 * np.diag(IDENTITY[d])) for d, axis in enumerate("xyz")} | {
+    "cycle": isometry(IDENTITY[[1, 2, 0]]), "cycle back": isometry(IDENTITY[[2, 0, 1]]), "exchange": isometry(IDENTITY[[0, 2, 1]])}
+ORACLES = OWN_IMAGES | {"slab": slab} | {name: of_few(oracle) if name in ("slow", "damped") else oracle for name, oracle in SECOND.items()
+                                         if name not in ("mirror in x", "mirror in y", "quarter turn", "thickness", "reverse", "finer")}
+
+
+class SolidBench(combinations.Bench):
+    """Runs scenes of solids."""
+
+    def __init__(self, program=PROGRAM, release=QUICK, exact=False):
+        super().__init__(program, release, exact, draw, ORACLES)
+
+
+if __name__ == "__main__":
+    combinations.main(SolidBench, PROGRAM, QUICK)
