@@ -130,8 +130,9 @@ contains
       type(body_t), intent(in) :: body
       type(mass_choice_t), intent(in) :: mass
       type(row_t) :: rows(ndim), moved(ndim)
-      real(dp) :: start(ndim), length(ndim), speed, moduli(n_voigt, n_voigt), damping, shift(ndim, 0:size(entered))
-      integer :: n(ndim), d, i, j
+      real(dp) :: start(ndim), length(ndim), speed, moduli(n_voigt, n_voigt), damping
+      integer, parameter :: positions = size(entered) + 1
+      integer :: n(ndim), d, i, at(ndim)
       logical :: strains_last
       type(material_t) :: material
       type(ring_t), allocatable :: ring
@@ -179,20 +180,18 @@ contains
          do d = 1, ndim
             rows(d) = row_of_points(start(d), start(d) + length(d), n(d), sample_cells)
          end do
-         shift(:, 0) = 0
-         do i = 1, size(entered)
-            shift(:, i) = rows%spacing/2 + entered(i)
-         end do
          limit = huge(limit)
-         do j = 0, size(entered)
-            do i = 0, size(entered)
-               if (i > j .and. n(1) == n(2) .and. material%isotropic) exit          ! the same but for the names of the directions
-               moved = rows
-               moved(1) = shifted(rows(1), shift(1, i))
-               moved(2) = shifted(rows(2), shift(2, j))
-               limit = min(limit, largest_courant(moved, moduli, mass, strains_last, damping, model%method%has_domains(), &
-                                                  ring=ring)/speed)
+         do i = 0, positions**ndim - 1
+            at = [(mod(i/positions**d, positions), d=0, ndim - 1)]
+            ! Others are the same but for the names of the directions
+            if (material%isotropic .and. any([(any(n(:d - 1) == n(d) .and. at(:d - 1) > at(d)), d=2, ndim)])) cycle
+            if (ndim > 2 .and. any(at > 0 .and. at /= maxval(at))) cycle ! between these, and many
+            moved = rows
+            do d = 1, ndim
+               if (at(d) > 0) moved(d) = shifted(rows(d), rows(d)%spacing/2 + entered(at(d)))
             end do
+            limit = min(limit, largest_courant(moved, moduli, mass, strains_last, damping, model%method%has_domains(), &
+                                               ring=ring)/speed)
          end do
          if (model%method%has_domains()) then
             limit = limit*merge(of_domains, of_domains_in_leapfrog, strains_last)

@@ -1,6 +1,6 @@
 !> Whether the time step of a model is stable, as far as its keys tell before it is run.
 module hampm_stability_consistency
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
    use hampm_history_resolution, only: check_resolution
    use hampm_largest_step, only: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, &
                                  most_damping_a_step, time_between_outputs
@@ -81,6 +81,7 @@ contains
       character(:), allocatable :: why, of_plane
       of_plane = 'in plane '//trim(model%run%plane)
       if (model%run%thickness%is_ring) of_plane = 'around the axis'
+      if (ndim > 2) of_plane = 'in a solid'
       why = ''
       if (any(crosses_cells(model, model%bodies))) why = ' for material that moves through the cells'
       if (model%method%time_steps == 'local') why = why//' with time_steps = ''local'''
