@@ -16,6 +16,7 @@ module hampm_matching
    use hampm_grading, only: give_materials_of_places
    use hampm_forest, only: forest_t, outside
    use hampm_grid_building, only: build_grid, add_points
+   use hampm_plane_cuts, only: plane_cut_t
    use hampm_load_following, only: follow_split, follow_recombination
    use hampm_problem, only: problem_t, rebuild_on_grid, sort_particles, sort_anew, weigh_particles, stored_energy, dissipated_energy
    use hampm_nodal_transfer, only: old_mesh_t, leave_mesh, carry_nodes
@@ -86,11 +87,13 @@ contains
       type(outline_t), allocatable :: bodies(:)
       integer, allocatable :: velocity_fields(:)
       real(dp), allocatable :: solids(:, :, :)
+      type(plane_cut_t), allocatable :: planes(:)
       call leave_mesh(m, old)
       if (allocated(m%grid%bodies)) allocate (bodies, source=m%grid%bodies)
       if (allocated(m%grid%field_of_body)) allocate (velocity_fields, source=m%grid%field_of_body)
       if (m%grid%is_quadratic()) allocate (solids, source=m%grid%solids)
-      call build_grid(forest, m%grid, failure, lines, bodies, velocity_fields, solids, m%cache%is_provisional)
+      if (allocated(m%grid%planes)) allocate (planes, source=m%grid%planes)
+      call build_grid(forest, m%grid, failure, lines, bodies, velocity_fields, solids, m%cache%is_provisional, planes)
       if (.not. failure%failed()) call sort_particles(m, failure)
       if (.not. failure%failed()) call rebuild_on_grid(m, failure)
       if (allocated(old) .and. .not. failure%failed()) call carry_nodes(old, m)

@@ -9,6 +9,7 @@ module hampm_cracks
    use hampm_archive, only: archive_t
    use hampm_crack_tip, only: archive_surroundings, crack_tip_t, frame_along, upper, lower
    use hampm_crack_lines, only: left_face, right_face, line_t, length_of, both_faces
+   use hampm_front, only: front_t
    use hampm_failure, only: failure_t, exit_input
    use hampm_grid, only: grid_t
    use hampm_tensors, only: in_plane
@@ -40,6 +41,7 @@ module hampm_cracks
    type :: cracks_t
       type(crack_t), allocatable :: crack(:)
       type(crack_tip_t), allocatable :: tips(:)
+      type(front_t), allocatable :: fronts(:)    !! of cracks in planes, of solids
       real(dp) :: spacing = 0                    !! largest distance between points of a line that the material carries; 0 where lines
                                                  !! stay, as the grid is that of the reference configuration [m]
    contains
@@ -333,8 +335,15 @@ contains
       do k = 1, size(self%crack)
          if (allocated(self%crack(k)%places)) n = n + size(self%crack(k)%places, 2)
       end do
+      if (allocated(self%fronts)) n = n + sum([(self%fronts(k)%n(), k=1, size(self%fronts))])
       allocate (places(ndim, n))
       n = 0
+      if (allocated(self%fronts)) then
+         do k = 1, size(self%fronts)
+            places(:, n + 1:n + self%fronts(k)%n()) = self%fronts(k)%at
+            n = n + self%fronts(k)%n()
+         end do
+      end if
       do k = 1, size(self%crack)
          if (.not. allocated(self%crack(k)%places)) cycle
          places(:, n + 1:n + size(self%crack(k)%places, 2)) = self%crack(k)%places

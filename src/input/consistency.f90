@@ -11,6 +11,7 @@ module hampm_consistency
    use hampm_kinds, only: dp, name_len, ndim
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
    use hampm_path_consistency, only: check_paths
+   use hampm_plane_consistency, only: check_planes
    use hampm_probe_consistency, only: check_probes
    use hampm_placement, only: tolerance, upper_corner, within, overlap, on_node, particle_number, most_particles, point_text, &
                               spacing_of
@@ -57,6 +58,7 @@ contains
       before = settings%errors%count
       call check_crack(model, settings, has_grid)
       call check_paths(model, settings, has_bodies)
+      if (has_bodies) call check_planes(model, settings)
       call check_cohesive(model, settings)
       call check_growth(model, settings, has_bodies .and. settings%errors%count == before)
       call check_nucleations(model, settings, has_bodies .and. settings%errors%count == before)

@@ -1,37 +1,44 @@
 !> The groups &crack, &growth and &energy_release: their rows in the table of groups, their keys, and their values in a model.
 module hampm_crack_groups
-   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_kinds, only: dp, ndim, plane, name_len
    use hampm_estimator, only: estimator_t
    use hampm_estimators, only: estimators
+   use hampm_front, only: crack_shape_t, plane_axes
    use hampm_growth_laws, only: growth_law_t, growth_laws, growth_law_keys
    use hampm_key_rows, only: group_t, key_t, type_logical, type_real, type_name, type_text, repeats, is_optional, any_number, &
-                             not_negative, max_values, positive, once, is_assumed
+                             not_negative, max_values, positive, once, is_assumed, along_x
    use hampm_law, only: constant_t, value_of
    use hampm_settings, only: settings_t
    use hampm_toughness, only: advance_t, factors_t, table_t, toughness_keys
    implicit none
    private
-   public :: crack_group, crack_keys, path_spec_t, fill_paths, growth_group, growth_keys, growth_t, &
+   public :: crack_group, crack_keys, path_spec_t, fill_paths, plane_spec_t, fill_planes, growth_group, growth_keys, growth_t, &
              fill_growth, energy_release_group, energy_release_keys, energy_release_t, fill_energy_release
 
    type(group_t), parameter :: crack_group = group_t('crack', repeats, is_optional, &
       'a crack; without this group the model has none. Those of the kinds line and path may be several')
 
    type(key_t), parameter :: crack_keys(*) = [ &
-      key_t('kind', type_name, 'along the constrained edge of a symmetric half, or straight to a tip, or along points', &
-            default='symmetry', allowed='symmetry|line|path'), &
+      key_t('kind', type_name, 'along the constrained edge of a symmetric half, or straight to a tip, or along points; '// &
+            'of solids also in a plane inside', default='symmetry', allowed='symmetry|line|path|plane'), &
       key_t('tip', type_real, 'crack tip, at a symmetry plane a node of the lattice; of two tips the one that direction '// &
-            'points out of; none of a path', example='0.05, 0.0', unit='m', allowed=any_number, fewest=0, most=ndim), &
-      key_t('direction', type_real, 'from the crack out of its tip; at a symmetry plane along it', default='1.0, 0.0', &
+            'points out of', example='0.05, 0.0', unit='m', allowed=any_number, fewest=0, most=ndim), &
+      key_t('direction', type_real, 'from the crack out of its tip; at a symmetry plane along it', default=along_x, &
             allowed=any_number, fewest=ndim, most=ndim), &
+      key_t('normal', type_name, 'of solids: axis across the plane of the crack', default='z', allowed='x|y|z'), &
+      key_t('front', type_name, 'of solids: of a half plane, through tip; of a disc, an ellipse or a polygon, which is cracked', &
+            default='straight', allowed='straight|disc|ellipse|polygon'), &
+      key_t('center', type_real, 'of a disc or an ellipse', unit='m', allowed=any_number, fewest=0, most=ndim), &
+      key_t('radii', type_real, 'one of a disc; two of an ellipse, along the axes of its plane in the order x, y, z', unit='m', &
+            allowed=positive, fewest=0, most=2), &
       key_t('length', type_real, 'of a line with two tips: from one to the other; 0: it reaches the edge of the material', &
             default='0.0', unit='m', allowed=not_negative), &
-      key_t('contact', type_name, 'of a line or a path: whether faces press on each other or go through', default='none', &
+      key_t('contact', type_name, 'of a line, a path or a plane: whether faces press on each other or go through', default='none', &
             allowed='none|frictionless|friction'), &
       key_t('friction', type_real, 'with contact = ''friction'': coefficient', default='0.0', allowed=not_negative), &
-      key_t('points', type_real, 'of a path: x1, y1, x2, y2, ..., as one walks along it; ends inside the material are tips', &
-            unit='m', allowed=any_number, fewest=0, most=max_values), &
-      key_t('name', type_text, 'of a line or a path: by which other groups mean it')]
+      key_t('points', type_real, 'of a path: x1, y1, x2, y2, ..., as one walks along it; ends inside are tips. Of a '// &
+            'polygon: corners', unit='m', allowed=any_number, fewest=0, most=max_values), &
+      key_t('name', type_text, 'by which other groups mean it')]
 
    !> &crack.
    type :: path_spec_t
@@ -47,6 +54,12 @@ module hampm_crack_groups
       logical :: at_nodes = .false.              !! whether it runs along grid lines, with its tips at nodes, and stays there
       real(dp), allocatable :: points(:, :)      !! [m], (ndim, points)
    end type path_spec_t
+
+   !> &crack of solids.
+   type, extends(crack_shape_t) :: plane_spec_t
+      character(name_len) :: name = ''           !! '' for none
+      logical :: contact = .false.               !! whether its faces press on each other
+   end type plane_spec_t
 
    type(group_t), parameter :: growth_group = group_t('growth', repeats, is_optional, &
       'how a crack grows; without this group cracks stay as they are', is_apart=.true.)
@@ -152,7 +165,7 @@ contains
       type(path_spec_t), allocatable, intent(out) :: paths(:)
       real(dp), allocatable :: numbers(:)
       integer :: k, entry
-      allocate (paths(settings%count_of('crack')))
+      allocate (paths(merge(settings%count_of('crack'), 0, ndim == plane)))
       do k = 1, size(paths)
          entry = settings%find('crack', k)
          paths(k)%kind = settings%text(entry, 'kind')
@@ -167,6 +180,35 @@ contains
          paths(k)%length = settings%number(entry, 'length')
       end do
    end subroutine fill_paths
+
+   !> Take all groups of this name, of solids. What is wrong or missing is 0 or empty.
+   pure subroutine fill_planes(settings, planes)
+      type(settings_t), intent(in) :: settings
+      type(plane_spec_t), allocatable, intent(out) :: planes(:)
+      real(dp), allocatable :: numbers(:)
+      integer :: k, entry, along(2)
+      allocate (planes(merge(0, settings%count_of('crack'), ndim == plane)))
+      do k = 1, size(planes)
+         associate (spec => planes(k))
+            entry = settings%find('crack', k)
+            spec%name = settings%text(entry, 'name')
+            spec%front = settings%text(entry, 'front')
+            spec%axis = max(1, index('xyz', trim(settings%text(entry, 'normal'))))
+            spec%is_symmetry = settings%text(entry, 'kind') == 'symmetry'
+            spec%contact = settings%text(entry, 'contact') /= 'none'
+            spec%direction = settings%vector(entry, 'direction')
+            numbers = settings%numbers(entry, 'center')
+            if (spec%front == 'straight') numbers = settings%numbers(entry, 'tip')
+            if (size(numbers) == ndim) spec%center = numbers
+            spec%radii = settings%numbers(entry, 'radii')
+            along = plane_axes(spec%axis)
+            if (size(spec%radii) == 2 .and. along(1) > along(2)) spec%radii = spec%radii([2, 1]) ! in cyclic order
+            numbers = settings%numbers(entry, 'points')
+            spec%points = reshape(numbers, [ndim, size(numbers)/ndim])
+            if (spec%front == 'polygon' .and. size(numbers) >= ndim) spec%center = numbers(:ndim)
+         end associate
+      end do
+   end subroutine fill_planes
 
    !> Whether the crack turns by itself, as its modes have it.
    pure logical function turns(self)

@@ -3,13 +3,15 @@
 module hampm_crack_placement
    use hampm_kinds, only: dp, ndim, long
    use hampm_placement, only: tolerance, within, is_part_of, overlap
+   use hampm_crack_groups, only: plane_spec_t
    use hampm_model, only: model_t, load_spec_t, area_around, has_shapes
    use hampm_model_materials, only: are_alike
    use hampm_tensors, only: quarter_turn
    implicit none
    private
    public :: distance_in_material, body_at, least_radius, domain_radii, is_covered, held_ahead, covered_radius, &
-             distance_to_loads, distance_to_constraints, path_at, is_other_within, is_layer, sides_of_tip, face_normal
+             distance_to_loads, distance_to_constraints, path_at, is_other_within, is_layer, sides_of_tip, face_normal, &
+             finest_cell, find_extents
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
@@ -274,6 +276,23 @@ contains
          radii = [most]
       end if
    end function domain_radii
+
+   !> The box around the bodies that have material in the plane of a crack of a solid [m].
+   pure subroutine find_extents(model, plane, lower, upper)
+      type(model_t), intent(in) :: model
+      type(plane_spec_t), intent(in) :: plane
+      real(dp), intent(out) :: lower(ndim), upper(ndim)
+      integer :: k
+      lower = huge(lower)
+      upper = -huge(upper)
+      do k = 1, size(model%bodies)
+         associate (body => model%bodies(k), x => plane%center(plane%axis))
+            if (x < body%lower(plane%axis) - tolerance(model%grid) .or. x > body%upper(plane%axis) + tolerance(model%grid)) cycle
+            lower = min(lower, body%lower)
+            upper = max(upper, body%upper)
+         end associate
+      end do
+   end subroutine find_extents
 
    !> Size of the finest cells that there may be [m].
    pure real(dp) function finest_cell(model)

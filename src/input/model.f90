@@ -9,7 +9,7 @@ module hampm_model
    use hampm_cohesive_group, only: cohesive_t, fill_cohesive
    use hampm_cycles_group, only: cycles_t, fill_cycles
    use hampm_control_group, only: control_t, fill_control
-   use hampm_crack_groups, only: path_spec_t, fill_paths, energy_release_t, fill_energy_release, &
+   use hampm_crack_groups, only: path_spec_t, fill_paths, plane_spec_t, fill_planes, energy_release_t, fill_energy_release, &
                                  growth_t, fill_growth
    use hampm_plain_groups, only: grid_spec_t, run_t, damping_t, output_t, body_contact_spec_t, method_t
    use hampm_material_group, only: material_spec_t, fill_materials
@@ -39,6 +39,7 @@ module hampm_model
       type(method_t) :: method
       type(refine_t) :: refine
       type(path_spec_t), allocatable :: paths(:) !! the cracks
+      type(plane_spec_t), allocatable :: planes(:) !! those of solids
       type(cohesive_t), allocatable :: cohesive(:)
       type(growth_t), allocatable :: growth(:)
       type(nucleation_t), allocatable :: nucleations(:)
@@ -89,6 +90,7 @@ contains
       call fill_constraints(settings, model%constraints)
       call fill_loads(settings, model%loads)
       call fill_paths(settings, model%paths)
+      call fill_planes(settings, model%planes)
       call fill_cohesive(settings, model%cohesive)
       call fill_growth(settings, model%growth)
       call fill_nucleations(settings, model%nucleations)

@@ -44,6 +44,7 @@ module hampm_rules
    character(*), parameter :: of_matter(*) = [character(19) :: 'material', 'velocity', 'spin', 'eigenstrain', 'contact_group', &
                                               'toughness', 'profile_at', 'profile_direction', of_profile]
    character(*), parameter :: of_toughness(*) = [character(17) :: 'extensions', 'speeds', 'angles', 'mixed_mode']
+   character(*), parameter :: of_planes(*) = [character(22) :: 'normal', "front /= 'straight'", 'center', 'radii']
    character(*), parameter :: of_looks(*) = ['start   ', 'interval']
    character(*), parameter :: moved_by(*) = ['displacement', 'velocity    ', 'turns       ']
    character(*), parameter :: of_blocks(*) = ['factors', 'ratios ', 'repeat ']
@@ -86,7 +87,18 @@ module hampm_rules
       rule_t("&constraint unilateral = .true.", not_with, "a solid", not_built, use="&constraint unilateral = .false."), &
       rule_t("&constraint turns = .true.", not_with, "a solid", not_built, "a pin turns in a plane"), &
       rule_t("&load kind = 'absorbing' | 'pressure'", not_with, "a solid", not_built, use="&load kind = 'traction'"), &
-      rule_t("&crack", not_with, "a solid", not_built, "a crack is a line in a plane"), &
+      rule_t("&crack kind = 'line' | 'path'", not_with, "a solid", not_built, "cracks of solids are in planes of the grid", &
+             use="&crack kind = 'plane'"), &
+      rule_t("&crack kind = 'plane'", requires, "a solid", mechanics, "in a plane a crack is a line", use="&crack kind = 'line'"), &
+      (rule_t("&crack "//of_planes(k), requires, "a solid", mechanics, "in a plane a crack is a line"), k=1, size(of_planes)), &
+      rule_t("&crack contact = 'friction'", not_with, "a solid", not_built, use="&crack contact = 'frictionless'"), &
+      rule_t("&crack and &method frame = 'updated'", not_with, "a solid", not_built, &
+             "planes of cracks stay where they are in the grid", use="&method frame = 'total'"), &
+      rule_t("&cohesive", not_with, "a solid", not_built, "cohesion is along lines"), &
+      rule_t("&growth", not_with, "a solid", not_built, "growth is along lines"), &
+      rule_t("&energy_release estimators = {estimators}", not_with, "a solid", not_built, &
+             "postprocess/plot_front.py takes G from snapshots"), &
+      rule_t("&load on = 'crack'", not_with, "a solid", not_built, use="&load kind = 'traction'"), &
       rule_t("&nucleation", not_with, "a solid", not_built, "a crack is a line in a plane"), &
       rule_t("&probe", not_with, "a solid", not_built, "snapshots have the fields of all particles"), &
       rule_t("&contact bodies = 'stick' | 'frictionless' | 'friction'", not_with, "a solid", not_built, &
@@ -261,7 +273,7 @@ module hampm_rules
       rule_t("&load crack", requires, "&load kind = 'pressure' and &load on = 'crack'"), &
       rule_t("&load face = 'left' | 'right'", not_with, "&load kind = 'pressure' | 'gravity' | 'absorbing'"), &
       rule_t("&load on = 'crack'", requires, "&crack"), &
-      rule_t("&load crack", requires, "&crack kind = 'line' | 'path'", reason="other cracks are the only one"), &
+      rule_t("&load crack", requires, "&crack kind = 'line' | 'path' | 'plane'", reason="other cracks are the only one"), &
       rule_t("&load on = 'crack' and several cracks", requires, "&load crack", reason="the name selects the crack"), &
       rule_t("&load on = 'crack'", not_with, "a pressed path that grows in motion", not_built, &
              "cohesive points join cells that are cut ahead of the tip; pressure must not act there", use="law = 'quasi_static'"), &
@@ -416,19 +428,25 @@ module hampm_rules
               mechanics, "static refinement is between load steps"), k=1, 2)]
 
    type(rule_t), parameter :: of_cracks(*) = [ &
-      rule_t("&crack kind = 'symmetry' | 'line'", requires, "&crack tip"), &
+      rule_t("&crack kind = 'symmetry' | 'line' | 'plane' and &crack front = 'straight'", requires, "&crack tip"), &
+      rule_t("&crack front = 'disc' | 'ellipse'", requires, "&crack center and &crack radii"), &
+      rule_t("&crack front = 'polygon'", requires, "&crack points"), &
+      rule_t("&crack tip", requires, "&crack front = 'straight'", reason="others have a place by center or points"), &
+      rule_t("&crack center", requires, "&crack front = 'disc' | 'ellipse'"), &
+      rule_t("&crack radii", requires, "&crack front = 'disc' | 'ellipse'"), &
+      rule_t("&crack direction", no_effect_with, "&crack front = 'disc' | 'ellipse' | 'polygon'", reason="they are closed"), &
       rule_t("&crack kind = 'path'", requires, "&crack points"), &
-      rule_t("&crack points", requires, "&crack kind = 'path'"), &
+      rule_t("&crack points", requires, "&crack kind = 'path' or &crack front = 'polygon'"), &
       rule_t("&crack tip", not_with, "&crack kind = 'path'", reason="the ends of a path inside the material are its tips"), &
       rule_t("&crack name", no_effect_with, "&crack kind = 'symmetry'", reason="the crack is the only one and needs no name"), &
       rule_t("&crack direction", no_effect_with, "&crack kind = 'path'", reason="its points give its direction"), &
       rule_t("&crack kind = 'symmetry'", not_with, "several cracks", not_built, &
-             "only cracks of the kinds line and path may be several", use="a whole body and kind = 'line'"), &
+             "only cracks of the kinds line, path and plane may be several", use="a whole body and kind = 'line'"), &
       rule_t("&crack kind = 'symmetry'", not_with, "edges that are no grid lines", not_built, &
              "cells that edges cut are those of lines and paths", use="a whole body and kind = 'line'"), &
       rule_t("&crack length", requires, "&crack kind = 'line'", &
              reason="constraints give the place of a crack on a symmetry plane, points that of a path"), &
-      rule_t("&crack contact = 'frictionless' | 'friction'", requires, "&crack kind = 'line' | 'path'", mechanics, &
+      rule_t("&crack contact = 'frictionless' | 'friction'", requires, "&crack kind = 'line' | 'path' | 'plane'", mechanics, &
              "a symmetry plane has one face, which cannot be in contact with another"), &
       rule_t("&crack contact = 'frictionless'", no_effect_with, "cohesion all along it", mechanics, &
              "faces with a cohesive zone are in contact anyway"), &

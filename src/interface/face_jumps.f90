@@ -9,7 +9,7 @@ module hampm_face_jumps
    use hampm_tensors, only: quarter_turn, identity, inverse_transpose
    implicit none
    private
-   public :: faces, place_of_faces_t, faces_at, nearest_carrier, place_between, jump_between, turn_between
+   public :: faces, place_of_faces_t, faces_at, nearest_carrier, place_between, jump_between, turn_between, find_half_stiffness
 
    integer, parameter :: faces = 2               !! the left one first
 
@@ -125,6 +125,33 @@ contains
       jump = place%jump(m%particles)
    end function jump_between
 
+   !> Size of the cells at a place between faces, in the mean of these, and stiffness of a layer there for each area: that of its
+   !> halves, each of the material and the cell of its face, one behind the other. On a symmetry plane there is one of them.
+   pure subroutine find_half_stiffness(m, e, x, firmness, cell, stiffness)
+      type(matter_t), intent(in) :: m
+      integer, intent(in) :: e(faces)            !! see `faces_at`
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: firmness           !! of the layer [E'/cell]
+      real(dp), intent(out) :: cell              !! [m]
+      real(dp), intent(out) :: stiffness         !! [Pa/m]
+      real(dp) :: compliance
+      integer :: side, first, of_place           ! a particle there, and the material
+      cell = 0
+      compliance = 0
+      do side = 1, faces
+         if (e(side) == 0) cycle
+         cell = cell + m%grid%leaf_size(e(side))/count(e > 0)
+         first = m%blocks%first_in(nearest_carrier(m, e(side), x))
+         of_place = m%particles%material(first)
+         if (m%materials(of_place)%is_graded()) of_place = of_place + m%materials(of_place)%slices_to( &
+                                                           x + m%particles%reference(first, :) - m%particles%place_in_grid(first))
+         associate (material => m%materials(of_place))
+            compliance = compliance + m%grid%leaf_size(e(side))/(2*firmness*material%plane_modulus())
+         end associate
+      end do
+      stiffness = merge(2, 1, m%grid%is_quadratic())/compliance
+   end subroutine find_half_stiffness
+
    !> By how much the faces of a line have turned, in the mean of the particles beside them, counter-clockwise [rad].
    pure real(dp) function turn_between(m, elements, normal) result(turn)
       type(matter_t), intent(in) :: m
@@ -212,6 +239,7 @@ contains
          associate (i => list(k))
             from = x - p%reference(i, :)
             u = u + p%displacement(i, :) + p%gradient(i, :, 1)*from(1) + p%gradient(i, :, 2)*from(2)
+            if (ndim > 2) u = u + p%gradient(i, :, ndim)*from(ndim)
          end associate
       end do
       u = u/max(1, size(list))

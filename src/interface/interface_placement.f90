@@ -19,15 +19,17 @@ module hampm_interface_placement
    use hampm_crack_lines, only: left_face, right_face, both_faces
    use hampm_cut_cells, only: end_leaf_t
    use hampm_dofs, only: most_nodes_of_leaf
-   use hampm_face_jumps, only: faces, faces_at, nearest_carrier, place_of_faces_t, place_between, jump_between
+   use hampm_face_jumps, only: faces, faces_at, nearest_carrier, place_of_faces_t, place_between, jump_between, &
+                                find_half_stiffness
    use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, holds, along, &
                                      add_interface_point, force_of, face_force, overlap_of, sliding_of, energy_of, &
-                                     is_half, add_interface_forces
+                                     is_half, add_interface_forces, vector_of, components_of
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: stabilise_small_cut_cells, hold_lone_particles
    use hampm_jumps, only: give_nodes, jump_of
    use hampm_lapack, only: dposv
    use hampm_matter, only: matter_t
+   use hampm_plane_points, only: add_points_of_planes
    use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
    use hampm_tensors, only: quarter_turn
    implicit none
@@ -91,6 +93,7 @@ contains
       interfaces%n_cohesive = 0
       interfaces%n_at_end = 0
       if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
+      if (allocated(m%grid%planes)) call add_points_of_planes(interfaces, m)
       faces = interfaces%n
       if ((m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies)) .and. &
           (m%grid%is_quadratic() .or. .not. interfaces%are_bounded .or. interfaces%strain_last)) &
@@ -286,7 +289,7 @@ contains
       real(dp), intent(in) :: vector(ndim)
       type(interface_point_t), intent(in) :: before, point
       real(dp) :: turned(ndim)
-      turned = dot_product(vector, before%normal)*point%normal + dot_product(vector, along(before))*along(point)
+      turned = vector_of(point, components_of(before, vector))
    end function turned
 
    !> Let faces go on as others did: with their damage; or, for each length, with their pressure and what friction holds, and those that have parted stay so.
@@ -686,7 +689,7 @@ contains
          point%cohesion = layer%cohesion
          point%tip = layer%tip
          point%way = layer%way
-         call find_half_stiffness(m, e, x, point%cell, point%stiffness)
+         call find_half_stiffness(m, e, x, firmness, point%cell, point%stiffness)
          point%stiffness = point%stiffness*point%area
          point%is_firm = layer%law == contact .and. .not. (layer%friction > 0 .or. any(is_cut(e)))
          if (point%is_firm) point%stiffness = of_whole_cells*point%stiffness
@@ -715,32 +718,6 @@ contains
          if (e > 0) is_cut = m%grid%is_piece(e)
       end function is_cut
    end subroutine add_point
-
-   !> Size of the cells at a place between faces, in the mean of these, and stiffness of a layer there for each area: that of its halves, each of
-   !> the material and the cell of its face, one behind the other. On a symmetry plane there is one of them.
-   pure subroutine find_half_stiffness(m, e, x, cell, stiffness)
-      type(matter_t), intent(in) :: m
-      integer, intent(in) :: e(faces)            !! see `faces_at`
-      real(dp), intent(in) :: x(ndim)            !! [m]
-      real(dp), intent(out) :: cell              !! [m]
-      real(dp), intent(out) :: stiffness         !! [Pa/m]
-      real(dp) :: compliance
-      integer :: side, first, of_place           ! a particle there, and the material
-      cell = 0
-      compliance = 0
-      do side = 1, faces
-         if (e(side) == 0) cycle
-         cell = cell + m%grid%leaf_size(e(side))/count(e > 0)
-         first = m%blocks%first_in(nearest_carrier(m, e(side), x))
-         of_place = m%particles%material(first)
-         if (m%materials(of_place)%is_graded()) of_place = of_place + m%materials(of_place)%slices_to( &
-                                                           x + m%particles%reference(first, :) - m%particles%place_in_grid(first))
-         associate (material => m%materials(of_place))
-            compliance = compliance + m%grid%leaf_size(e(side))/(2*firmness*material%plane_modulus())
-         end associate
-      end do
-      stiffness = merge(2, 1, m%grid%is_quadratic())/compliance
-   end subroutine find_half_stiffness
 
    !> Let cohesive points that begin hold their faces together as the uncut cells did.
    pure subroutine balance_cohesive_points(interfaces, begins, m)

@@ -43,7 +43,7 @@ module hampm_interface_points
    private
    public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, holds, pulls, are_apart, cohesion_at, along, &
              add_interface_forces, forces_of_firm_faces, stretch_interfaces, &
-             open_interfaces, commit_slip, ease_faces, &
+             open_interfaces, commit_slip, ease_faces, direction_of, components_of, vector_of, of_direction, &
              interface_energy, interface_states, interface_stiffness, stiffness_of_axes, force_of, force_at, &
              face_force, overlap_of, sliding_of, energy_of, relax_interfaces, find_face_force, extend_opening, &
              is_pressed, is_softening, have_friction, hold_friction, &
@@ -51,6 +51,7 @@ module hampm_interface_points
              kick_interfaces, energy_of_rates, add_interface_resistance
 
    integer, parameter :: bonded = 1, contact = 2, ghost = 3, cohesive = 4 !! law of an interface point
+   integer, parameter :: of_direction(3) = [2, 1, 3] !! rows of `stiffness_of_axes` of the directions of a point
    integer, parameter :: is_open = 0, sticks = 1, slides = 2 !! what it does
    integer, parameter :: sticks_apart = 3        !! and as long as what friction holds is given: faces that have parted are held along
 
@@ -115,12 +116,53 @@ module hampm_interface_points
 
 contains
 
-   !> Unit vector along the line of an interface point.
+   !> Unit vector along the line of an interface point; in space one along its face, which is in a plane of the grid.
    pure function along(point) result(t)
       type(interface_point_t), intent(in) :: point
       real(dp) :: t(ndim)
-      t = quarter_turn(-point%normal)
+      if (ndim == 2) then
+         t = quarter_turn(-point%normal)
+      else
+         t = direction_of(point, 2)
+      end if
    end function along
+
+   !> The d-th direction of an interface point: the first across its faces, the others along them.
+   pure function direction_of(point, d) result(t)
+      type(interface_point_t), intent(in) :: point
+      integer, intent(in) :: d
+      real(dp) :: t(ndim)
+      if (d == 1) then
+         t = point%normal
+      else if (ndim == 2) then
+         t = along(point)
+      else
+         t = identity(:, mod(maxloc(abs(point%normal), dim=1) + d - 2, ndim) + 1)
+      end if
+   end function direction_of
+
+   !> Components of a vector in these directions.
+   pure function components_of(point, vector) result(components)
+      type(interface_point_t), intent(in) :: point
+      real(dp), intent(in) :: vector(ndim)
+      real(dp) :: components(ndim)
+      integer :: d
+      do d = 1, ndim
+         components(d) = dot_product(vector, direction_of(point, d))
+      end do
+   end function components_of
+
+   !> The vector with these components.
+   pure function vector_of(point, components) result(vector)
+      type(interface_point_t), intent(in) :: point
+      real(dp), intent(in) :: components(ndim)
+      real(dp) :: vector(ndim)
+      integer :: d
+      vector = components(1)*point%normal
+      do d = 2, ndim
+         vector = vector + components(d)*direction_of(point, d)
+      end do
+   end function vector_of
 
    !> Whether a point is one to the mirror image of a face: the nodes of the other face are missing. Of a ghost the same nodes may be those of both sides.
    pure logical function is_half(point)
@@ -379,11 +421,14 @@ contains
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
       real(dp) :: tangent(ndim, ndim), axes(ndim, ndim)
-      axes = reshape([along(interfaces%list(k)), interfaces%list(k)%normal], [ndim, ndim])
+      integer :: d
+      do d = 1, ndim
+         axes(:, of_direction(d)) = direction_of(interfaces%list(k), d)
+      end do
       tangent = matmul(axes, matmul(stiffness_of_axes(interfaces, k), transpose(axes)))
    end function interface_stiffness
 
-   !> The same of the force along the faces and across them with the opening along and across them [N/m].
+   !> The same of the force along the faces and across them with the opening along and across them, in space along them again [N/m].
    pure function stiffness_of_axes(interfaces, k) result(tangent)
       type(interfaces_t), intent(in) :: interfaces
       integer, intent(in) :: k
@@ -402,6 +447,7 @@ contains
             tangent(2, 2) = point%stiffness*merge(1.0_dp, caution, state == sticks .or. state == slides)
          end if
          if (is_half(point)) tangent(1, 1) = 0
+         if (ndim > 2) tangent(ndim, ndim) = tangent(1, 1)
          if (point%is_firm) tangent = interfaces%weight*tangent
       end associate
    end function stiffness_of_axes

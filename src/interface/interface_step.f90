@@ -37,7 +37,8 @@ module hampm_interface_step
    use hampm_element_assembly, only: pattern_of_elements, matrix_by_masters, add_element
    use hampm_factorisation, only: factorisation_t
    use hampm_failure, only: failure_t
-   use hampm_interface_points, only: interfaces_t, along, interface_states, stiffness_of_axes, force_at, have_friction, &
+   use hampm_interface_points, only: interfaces_t, direction_of, components_of, vector_of, of_direction, interface_states, &
+                                     stiffness_of_axes, force_at, have_friction, &
                                      hold_friction, cohesion_at, holds, are_apart
    use hampm_cohesive_law, only: cohesive_state_t
    use hampm_jumps, only: jump_of, give_nodes, add_mass_product
@@ -148,7 +149,7 @@ contains
             end do
             change = dt*change
             if (are_apart(point)) change = change + jump_of(point%jump_t, velocity) - dt*jump_of(point%jump_t, acceleration)
-            before(ndim*k - 1:ndim*k) = dt*[dot_product(change, point%normal), dot_product(change, along(point))]
+            before(ndim*(k - 1) + 1:ndim*k) = dt*components_of(point, change)
          end associate
       end do
       call open_by(self, interfaces, before - opened_by(self, f))
@@ -164,7 +165,7 @@ contains
          associate (point => interfaces%list(k))
             point%felt = point%opening
             point%opening = self%opening(:, k)
-            acting(:, k) = f(ndim*k - 1)*point%normal + f(ndim*k)*along(point)
+            acting(:, k) = vector_of(point, f(ndim*(k - 1) + 1:ndim*k))
             call give_nodes(point%jump_t, -acting(:, k), force)
          end associate
       end do
@@ -453,20 +454,24 @@ contains
       type(interface_step_t), intent(inout) :: self
       type(interfaces_t), intent(in) :: interfaces
       real(dp) :: by_axis(ndim)
-      integer :: row, k, j
+      integer :: row, k, j, d, c
       do row = 1, interfaces%n_at_end
          associate (of => self%responses(row), point => interfaces%list(row), w => self%compliance)
             self%mapped(:, of%node) = of%mapped
-            associate (across => w%row_start(ndim*row - 1), aside => w%row_start(ndim*row))
-               do k = 0, aside - across - 1, ndim  ! columns of both unknowns of a point are beside each other
-                  associate (other => self%responses(w%column(across + k + 1)/ndim), &
-                             at => interfaces%list(w%column(across + k + 1)/ndim))
+            associate (first => w%row_start(ndim*(row - 1) + 1), &
+                       n => w%row_start(ndim*(row - 1) + 2) - w%row_start(ndim*(row - 1) + 1))
+               do k = 0, n - 1, ndim             ! columns of all unknowns of a point are beside each other
+                  associate (other => self%responses(w%column(first + k + ndim - 1)/ndim), &
+                             at => interfaces%list(w%column(first + k + ndim - 1)/ndim))
                      by_axis = 0
                      do j = 1, size(other%acceleration, 2)
                         by_axis = by_axis + self%mapped(:, other%node(j))*other%acceleration(:, j)
                      end do
-                     w%value(across + k:across + k + 1) = [sum(by_axis*point%normal*at%normal), sum(by_axis*point%normal*along(at))]
-                     w%value(aside + k:aside + k + 1) = [sum(by_axis*along(point)*at%normal), sum(by_axis*along(point)*along(at))]
+                     do d = 1, ndim
+                        do c = 1, ndim
+                           w%value(first + (d - 1)*n + k + c - 1) = sum(by_axis*direction_of(point, d)*direction_of(at, c))
+                        end do
+                     end do
                   end associate
                end do
             end associate
@@ -483,7 +488,7 @@ contains
       integer :: k
       do k = 1, interfaces%n_at_end
          associate (point => interfaces%list(k))
-            point%opening = point%opening + self%beta(k)*(direction(ndim*k - 1)*point%normal + direction(ndim*k)*along(point))
+            point%opening = point%opening + self%beta(k)*vector_of(point, direction(ndim*(k - 1) + 1:ndim*k))
          end associate
       end do
    end subroutine open_by
@@ -510,7 +515,7 @@ contains
       integer :: k
       do k = 1, interfaces%n_at_end
          force = force_at(interfaces, k)
-         f(ndim*k - 1:ndim*k) = [dot_product(force, interfaces%list(k)%normal), dot_product(force, along(interfaces%list(k)))]
+         f(ndim*(k - 1) + 1:ndim*k) = components_of(interfaces%list(k), force)
       end do
    end function forces_of_law
 
@@ -599,14 +604,16 @@ contains
       type(interfaces_t), intent(in) :: interfaces
       real(dp) :: slopes(ndim*interfaces%n_at_end), tangent(ndim, ndim)
       type(cohesive_state_t) :: answer
-      integer :: k
+      integer :: k, d
       do k = 1, interfaces%n_at_end
          tangent = stiffness_of_axes(interfaces, k)
          if (holds(interfaces%list(k))) then
             answer = cohesion_at(interfaces, k)
             tangent = answer%secant
          end if
-         slopes(ndim*k - 1:ndim*k) = self%beta(k)*[tangent(2, 2), tangent(1, 1)]
+         do d = 1, ndim
+            slopes(ndim*(k - 1) + d) = self%beta(k)*tangent(of_direction(d), of_direction(d))
+         end do
       end do
    end function slopes_of_law
 

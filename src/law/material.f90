@@ -10,7 +10,7 @@
 !> while `is_trial`, stress, tangent and energies are those at the end of a step that began with `past` and lasts `elapsed`.
 module hampm_material
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-   use hampm_kinds, only: dp, ndim, name_len
+   use hampm_kinds, only: dp, ndim, plane, name_len
    use hampm_law, only: law_t, law_row_t, constant_t, most_columns
    use hampm_laws, only: law_row
    use hampm_linear_elastic, only: linear_stress
@@ -633,5 +633,6 @@ contains
    pure real(dp) function plane_modulus(self)
       class(material_t), intent(in) :: self
       plane_modulus = 1/sqrt(self%in_its_axes(1, 1)*self%in_its_axes(2, 2))
+      if (ndim > plane) plane_modulus = 1/(self%in_its_axes(1, 1) - self%in_its_axes(1, ndim)**2/self%in_its_axes(ndim, ndim))
    end function plane_modulus
 end module hampm_material

@@ -8,7 +8,8 @@
 !>
 !> and the one unknown theta is such that the reactions have no moment, sum over i of t_i . R_i = 0.
 module hampm_constraints
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, corners
+   use hampm_forest, only: corner_offset
    use hampm_grid, only: grid_t
    use hampm_time_history, only: time_history_t
    use hampm_tolerance, only: position_tolerance
@@ -278,13 +279,28 @@ contains
          associate (x => grid%node_position(:, i), box => c%boxes(k))
             if (.not. all(x >= box%lower - margin .and. x <= box%upper + margin)) cycle
             if (.not. is_beside(grid, i, box, margin)) cycle
-            held = box%components .and. .not. grid%cut_cells%freed_at(x)
+            held = box%components .and. .not. (grid%cut_cells%freed_at(x) .or. freed_by_planes(grid, x))
             c%fixed(:, i) = c%fixed(:, i) .or. held
             where (held) c%box(:, i) = k
             where (held) c%supported(:, i) = box%motion%unilateral
          end associate
       end do
    end subroutine hold_in_box
+
+   !> Which components of a node at a place a crack in a plane of symmetry has freed.
+   pure function freed_by_planes(grid, x) result(freed)
+      type(grid_t), intent(in) :: grid
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      logical :: freed(ndim)
+      integer :: k
+      freed = .false.
+      if (.not. allocated(grid%planes)) return
+      do k = 1, size(grid%planes)
+         associate (plane => grid%planes(k))
+            if (plane%is_symmetry) freed(plane%axis) = freed(plane%axis) .or. plane%opens_at(grid%forest, x)
+         end associate
+      end do
+   end function freed_by_planes
 
    !> Whether a node in a box belongs to material that reaches into it. Where a box ends at a crack, the nodes of the other face, at the same
    !> places, do not.
@@ -297,9 +313,9 @@ contains
       real(dp) :: x(ndim)
       integer :: i, e, velocity_field
       is = .true.
-      if (.not. grid%cut_cells%are_there()) return
-      do i = 0, 3
-         x = grid%node_position(:, node) + aside*grid%smallest_leaf_at(node)*(2*[mod(i, 2), i/2] - 1)
+      if (.not. (grid%cut_cells%are_there() .or. allocated(grid%planes))) return
+      do i = 1, corners
+         x = grid%node_position(:, node) + aside*grid%smallest_leaf_at(node)*(2*corner_offset(i) - 1)
          if (any(box%upper - box%lower > 2*margin .and. (x < box%lower .or. x > box%upper))) cycle
          e = grid%element_at(x)
          if (e == 0) cycle

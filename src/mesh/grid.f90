@@ -34,6 +34,7 @@ module hampm_grid
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_aggregated_nodes, only: aggregated_nodes_t
    use hampm_outline, only: outline_t
+   use hampm_plane_cuts, only: plane_cut_t
    implicit none
    private
    public :: grid_t, is_toward, side_corner, sides
@@ -44,6 +45,7 @@ module hampm_grid
    type :: grid_t
       type(forest_t) :: forest                          !! what the grid was built from
       type(cut_cells_t) :: cut_cells                    !! and where it was cut then
+      type(plane_cut_t), allocatable :: planes(:)       !! cracks in planes of it, of solids; else not allocated
       type(outline_t), allocatable :: bodies(:)         !! in it, where edges of bodies may cut cells; else not allocated
       logical, allocatable :: is_full(:)                !! whether one of them fills each leaf; not allocated where there are none, (leaves)
       logical, allocatable :: is_met(:)                 !! whether any of them has a part of each leaf; as above, (leaves)

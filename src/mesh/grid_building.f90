@@ -11,6 +11,7 @@ module hampm_grid_building
    use hampm_aggregated_nodes, only: find_aggregated_nodes
    use hampm_outline, only: outline_t, least_part
    use hampm_place_table, only: place_table_t
+   use hampm_plane_cuts, only: plane_cut_t, find_open_nodes
    use hampm_grid, only: grid_t, side_corner, sides
    implicit none
    private
@@ -20,7 +21,7 @@ contains
 
    !> Build the grid of a forest, with or without lines that cut. Fails where the memory does
    !> not suffice.
-   subroutine build_grid(forest, grid, failure, lines, bodies, velocity_fields, solids, waits)
+   subroutine build_grid(forest, grid, failure, lines, bodies, velocity_fields, solids, waits, planes)
       type(forest_t), intent(in) :: forest
       type(grid_t), intent(out) :: grid
       type(failure_t), intent(inout) :: failure
@@ -29,6 +30,7 @@ contains
       integer, allocatable, intent(in), optional :: velocity_fields(:) !! the velocity field on which each body is, from 1 on
       real(dp), allocatable, intent(in), optional :: solids(:, :, :)  !! see `grid_t`; where it is allocated, cells are quadratic
       logical, intent(in), optional :: waits     !! whether the points of quadratic cells, whose elements do not depend on them, wait for `add_points`
+      type(plane_cut_t), allocatable, intent(in), optional :: planes(:) !! cracks in planes of the grid
       logical :: is_complete
       is_complete = .true.
       if (present(waits) .and. present(solids)) is_complete = .not. (waits .and. allocated(solids))
@@ -53,6 +55,9 @@ contains
             grid%n_velocity_fields = maxval(velocity_fields)
          end if
       end if
+      if (present(planes)) then
+         if (allocated(planes)) allocate (grid%planes, source=planes)
+      end if
       grid%finest_cell = scale(forest%cell, -forest%finest_level())
       if (grid%is_quadratic()) call place_elements(grid, failure)
       if (is_complete .and. .not. failure%failed()) call add_points(grid, failure)
@@ -64,10 +69,13 @@ contains
       type(failure_t), intent(inout) :: failure
       type(place_table_t) :: points
       integer :: status
+      status = 0
       if (grid%cut_cells%are_there()) call grid%cut_cells%find_copies(grid%forest)
+      if (allocated(grid%planes)) call find_open_nodes(grid%planes, grid%forest, status)
       associate (n_leaves => grid%forest%leaf_count())
-         call points%reserve(merge(corners, 1, grid%is_quadratic())*grid%n_velocity_fields*(n_leaves + n_leaves/8 + 16), status, &
-                             grid%forest%cells, level_width(0))
+         if (status == 0) &
+            call points%reserve(merge(corners, 1, grid%is_quadratic())*grid%n_velocity_fields*(n_leaves + n_leaves/8 + 16), &
+                                status, grid%forest%cells, level_width(0))
       end associate
       if (status == 0) then
          call number_nodes(grid, points)
@@ -217,13 +225,22 @@ contains
       integer(long), intent(in) :: place(ndim)
       integer(long) :: seen(ndim)
       integer(long), parameter :: far = 2_long**48
-      integer :: velocity_field
+      integer(long) :: lower(ndim)
+      integer :: velocity_field, k
       velocity_field = (piece - 1)/grid%cut_cells%pieces_of(leaf)
       seen = place
       if (velocity_field == 0 .and. grid%cut_cells%are_there()) then
          seen = place_of_copy(place, grid%cut_cells%copy_at(grid%forest, place, leaf, piece))
       end if
       seen(2) = seen(2) + velocity_field*far
+      if (.not. allocated(grid%planes)) return
+      do k = 1, size(grid%planes)                ! below an open crack, deeper than any level has nodes
+         associate (plane => grid%planes(k))
+            if (plane%is_symmetry .or. .not. plane%is_open(place)) cycle
+            lower = grid%forest%place_of(leaf)
+            if (lower(plane%axis) < plane%at) seen(plane%axis) = seen(plane%axis) - 1
+         end associate
+      end do
    end function seen_from
 
    !> Place of a corner of a leaf, as a piece of it sees it.

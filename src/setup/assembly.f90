@@ -6,7 +6,7 @@ module hampm_assembly
    use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box, hold_axis
    use hampm_crack_placement, only: distance_in_material, body_at, is_other_within, sides_of_tip, held_ahead, domain_radii, &
-                                     least_radius
+                                  finest_cell, find_extents, least_radius
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, last_point
    use hampm_domains, only: start_domains
@@ -14,6 +14,8 @@ module hampm_assembly
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
    use hampm_grid_building, only: build_grid
+   use hampm_front, only: front_t, region_of, find_fronts
+   use hampm_plane_cuts, only: plane_cut_t
    use hampm_integrator, only: integrator_t
    use hampm_largest_step, only: time_between_outputs
    use hampm_load_placement, only: into_half
@@ -58,6 +60,7 @@ contains
       integer, allocatable :: velocity_fields(:) ! of bodies that have their own velocity fields
       real(dp), allocatable :: solids(:, :, :)   ! where cells are quadratic
       character(:), allocatable :: scheme
+      type(plane_cut_t), allocatable :: planes(:)
       integer :: k
       refinement = refinement_of(model)
       call place_cracks(model, cracks)
@@ -76,7 +79,8 @@ contains
             solids(:, 2, k) = model%bodies(k)%upper
          end do
       end if
-      call build_grid(forest, problem%grid, failure, cracks%lines(), bodies, velocity_fields, solids)
+      call place_planes(model, cracks, planes)
+      call build_grid(forest, problem%grid, failure, cracks%lines(), bodies, velocity_fields, solids, planes=planes)
       if (failure%failed()) return
       problem%materials = materials_of(model)
       problem%interfaces%thickness = model%run%thickness
@@ -188,6 +192,30 @@ contains
          call let_wait(model, model%nucleations(k)%path, cracks)
       end do
    end subroutine place_cracks
+
+   !> The cracks of solids, and their fronts, whose nodes are as far apart as the finest cells around them.
+   pure subroutine place_planes(model, cracks, planes)
+      type(model_t), intent(in) :: model
+      type(cracks_t), intent(inout) :: cracks
+      type(plane_cut_t), allocatable, intent(out) :: planes(:)
+      type(front_t), allocatable :: fronts(:), more(:)
+      real(dp) :: lower(ndim), upper(ndim)
+      integer :: k, n
+      if (size(model%planes) == 0) return
+      allocate (planes(size(model%planes)), cracks%fronts(0))
+      do k = 1, size(planes)
+         call find_extents(model, model%planes(k), lower, upper)
+         planes(k)%region_t = region_of(model%planes(k)%crack_shape_t, lower, upper, finest_cell(model))
+         planes(k)%contact = model%planes(k)%contact
+         call find_fronts(planes(k)%region_t, lower, upper, finest_cell(model), fronts)
+         fronts%crack = k
+         n = size(cracks%fronts)
+         allocate (more(n + size(fronts)))
+         more(:n) = cracks%fronts
+         more(n + 1:) = fronts
+         call move_alloc(more, cracks%fronts)
+      end do
+   end subroutine place_planes
 
    !> Let a crack that may appear wait for that.
    pure subroutine let_wait(model, path, cracks)

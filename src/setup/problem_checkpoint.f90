@@ -14,6 +14,7 @@ module hampm_problem_checkpoint
    use hampm_forest, only: forest_t
    use hampm_grid, only: grid_t
    use hampm_grid_building, only: build_grid
+   use hampm_plane_cuts, only: plane_cut_t
    use hampm_loads, only: archive_loads
    use hampm_interface_step, only: archive_faces
    use hampm_mass_solver, only: archive_solver
@@ -96,6 +97,7 @@ contains
       type(outline_t), allocatable :: bodies(:)
       integer, allocatable :: velocity_fields(:)
       real(dp), allocatable :: solids(:, :, :)
+      type(plane_cut_t), allocatable :: planes(:)
       integer :: leaves
       forest = grid%forest
       leaves = 0
@@ -109,7 +111,9 @@ contains
       if (allocated(grid%bodies)) allocate (bodies, source=grid%bodies)
       if (allocated(grid%field_of_body)) allocate (velocity_fields, source=grid%field_of_body)
       if (grid%is_quadratic()) allocate (solids, source=grid%solids)
-      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, lines, bodies, velocity_fields, solids)
+      if (allocated(grid%planes)) allocate (planes, source=grid%planes)
+      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, lines, bodies, velocity_fields, &
+                                                                  solids, planes=planes)
    end subroutine archive_grid
 
    !> Keep where lines that the material carries are in a grid, and their tips when cells were cut last; those that are read are the ones in `lines`.

@@ -303,22 +303,30 @@ class Refine(Group):
 class Crack(Group):
     """A crack; without this group the model has none. Those of the kinds line and path may be several."""
 
-    kind: Literal['symmetry', 'line', 'path'] | None
-    """Along the constrained edge of a symmetric half, or straight to a tip, or along points; default 'symmetry'"""
+    kind: Literal['symmetry', 'line', 'path', 'plane'] | None
+    """Along the constrained edge of a symmetric half, or straight to a tip, or along points; of solids also in a plane inside; default 'symmetry'"""
     tip: float | Sequence[float] | None
-    """Crack tip, at a symmetry plane a node of the lattice; of two tips the one that direction points out of; none of a path [m]; (-inf, inf); no default"""
+    """Crack tip, at a symmetry plane a node of the lattice; of two tips the one that direction points out of [m]; (-inf, inf); no default"""
     direction: float | Sequence[float] | None
     """From the crack out of its tip; at a symmetry plane along it; (-inf, inf); default [1.0, 0.0]"""
+    normal: Literal['x', 'y', 'z'] | None
+    """Of solids: axis across the plane of the crack; default 'z'"""
+    front: Literal['straight', 'disc', 'ellipse', 'polygon'] | None
+    """Of solids: of a half plane, through tip; of a disc, an ellipse or a polygon, which is cracked; default 'straight'"""
+    center: float | Sequence[float] | None
+    """Of a disc or an ellipse [m]; (-inf, inf); no default"""
+    radii: float | Sequence[float] | None
+    """One of a disc; two of an ellipse, along the axes of its plane in the order x, y, z [m]; (0, inf); no default"""
     length: float | None
     """Of a line with two tips: from one to the other; 0: it reaches the edge of the material [m]; [0, inf); default 0.0"""
     contact: Literal['none', 'frictionless', 'friction'] | None
-    """Of a line or a path: whether faces press on each other or go through; default 'none'"""
+    """Of a line, a path or a plane: whether faces press on each other or go through; default 'none'"""
     friction: float | None
     """With contact = 'friction': coefficient; [0, inf); default 0.0"""
     points: float | Sequence[float] | None
-    """Of a path: x1, y1, x2, y2, ..., as one walks along it; ends inside the material are tips [m]; (-inf, inf); no default"""
+    """Of a path: x1, y1, x2, y2, ..., as one walks along it; ends inside are tips. Of a polygon: corners [m]; (-inf, inf); no default"""
     name: str | None
-    """Of a line or a path: by which other groups mean it; default ''"""
+    """By which other groups mean it; default ''"""
 
 
 class Cohesive(Group):

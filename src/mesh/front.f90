@@ -42,6 +42,7 @@ module hampm_front
       procedure :: distance
       procedure :: contains => holds
       procedure :: uncracked
+      procedure :: shrunk
    end type region_t
 
    !> A front of such a crack: a polyline of nodes. As one walks along it, as seen against the normal, the crack is to the left.
@@ -296,6 +297,34 @@ contains
       end do
    end function holds
 
+   !> The region without a margin along what may be a front of it.
+   pure function shrunk(self, by) result(region)
+      class(region_t), intent(in) :: self
+      real(dp), intent(in) :: by                 !! its width [m]
+      type(region_t) :: region
+      real(dp) :: normal(2, size(self%outline, 2)), margin(size(self%outline, 2))
+      integer :: n, k
+      region = region_t(self%axis, self%along, self%plane, self%is_symmetry, self%outline, self%may_be_front, self%is_corner)
+      n = size(self%outline, 2)
+      do k = 1, n
+         associate (way => self%outline(:, modulo(k, n) + 1) - self%outline(:, k))
+            normal(:, k) = [way(2), -way(1)]/norm2(way)
+         end associate
+         margin(k) = merge(by, 0.0_dp, self%may_be_front(k))
+      end do
+      do k = 1, n                                ! to where the edges on either side meet then
+         associate (a => normal(:, modulo(k - 2, n) + 1), b => normal(:, k), of_a => margin(modulo(k - 2, n) + 1), &
+                    of_b => margin(k))
+            if (abs(of_a - of_b) > 0) then
+               region%outline(:, k) = region%outline(:, k) - &
+                  ((of_a - dot_product(a, b)*of_b)*a + (of_b - dot_product(a, b)*of_a)*b)/(1 - dot_product(a, b)**2)
+            else if (dot_product(a, b) > -0.9_dp) then
+               region%outline(:, k) = region%outline(:, k) - of_a*(a + b)/(1 + dot_product(a, b))
+            end if
+         end associate
+      end do
+   end function shrunk
+
    !> The part of a rectangle in the plane that is not cracked: its area and middle, that of the rectangle where there is none.
    pure subroutine uncracked(self, low, high, area, middle)
       class(region_t), intent(in) :: self
@@ -304,9 +333,19 @@ contains
       real(dp), intent(out) :: middle(2)         !! [m]
       real(dp), allocatable :: part(:, :)
       real(dp) :: whole, first(2)
-      integer :: k, side
+      integer :: k, side, n
       whole = product(high - low)
       middle = (low + high)/2
+      n = size(self%outline, 2)
+      do k = 1, n
+         associate (a => self%outline(:, k), b => self%outline(:, modulo(k, n) + 1))
+            if (all(min(a, b) < high .and. max(a, b) > low)) exit
+         end associate
+      end do
+      if (k > n) then                            ! no edge is near
+         area = merge(0.0_dp, whole, self%contains(self%in_space(middle)))
+         return
+      end if
       allocate (part(2, size(self%outline, 2)))
       do k = 1, size(part, 2)                    ! from the middle of the rectangle: no digits are lost
          part(:, k) = self%outline(:, k) - middle

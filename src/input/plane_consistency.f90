@@ -1,0 +1,155 @@
+!> Whether cracks in planes, of solids, lie where such cracks can be: in a plane of the lattice, with a front inside of the material and, on a
+!> plane of symmetry, with constraints that hold it.
+module hampm_plane_consistency
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack_groups, only: plane_spec_t
+   use hampm_crack_placement, only: body_at, finest_cell, find_extents
+   use hampm_front, only: front_t, region_t, region_of, find_fronts, crosses_itself, plane_axes
+   use hampm_model, only: model_t
+   use hampm_placement, only: tolerance, within
+   use hampm_settings, only: settings_t
+   use hampm_text, only: to_text
+   implicit none
+   private
+   public :: check_planes
+
+   character(*), parameter :: axes = 'xyz'
+   real(dp), parameter :: least_width = 3        !! of a crack [finest cells]
+
+contains
+
+   !> Check them all.
+   pure subroutine check_planes(model, settings)
+      type(model_t), intent(in) :: model
+      type(settings_t), intent(inout) :: settings
+      integer :: k, before
+      do k = 1, size(model%planes)
+         associate (entry => settings%find('crack', k))
+            before = settings%errors%count
+            call check_shape(model, model%planes(k), settings, entry)
+            if (settings%errors%count > before) cycle
+            call check_place(model, model%planes(k), settings, entry)
+         end associate
+      end do
+   end subroutine check_planes
+
+   !> The numbers of a front make one.
+   pure subroutine check_shape(model, plane, settings, entry)
+      type(model_t), intent(in) :: model
+      type(plane_spec_t), intent(in) :: plane
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: entry
+      real(dp) :: tol, in_plane(ndim)
+      tol = tolerance(model%grid)
+      select case (plane%front)
+       case ('straight')
+         in_plane = plane%direction
+         in_plane(plane%axis) = 0
+         if (abs(plane%direction(plane%axis)) > 0 .or. .not. norm2(in_plane) > 0) &
+            call settings%complain(entry, 'direction', 'must be in the plane across '//axes(plane%axis:plane%axis)// &
+                                   ', the normal, and not 0')
+       case ('disc', 'ellipse')
+         if (size(plane%radii) /= merge(1, 2, plane%front == 'disc')) then
+            call settings%complain(entry, 'radii', 'must have '//merge('1 value ', '2 values', plane%front == 'disc')// &
+                                   ' with front = '''//trim(plane%front)//'''')
+         else if (2*minval(plane%radii) < least_width*finest_cell(model)) then
+            call settings%complain(entry, 'radii', 'must be '//to_text(least_width/2)//' of the finest cells, '// &
+                                   to_text(finest_cell(model))//' m, or more')
+         end if
+       case ('polygon')
+         if (size(plane%points, 2) < 3) then
+            call settings%complain(entry, 'points', 'must be three corners or more, each x, y, z')
+         else if (any(abs(plane%points(plane%axis, :) - plane%points(plane%axis, 1)) > tol)) then
+            call settings%complain(entry, 'points', 'must have the same '//axes(plane%axis:plane%axis)// &
+                                   ', that of the plane across the normal')
+         else if (crosses_itself(plane%points(plane_axes(plane%axis), :))) then
+            call settings%complain(entry, 'points', 'must go around the crack: edges that are no neighbours must not meet')
+         end if
+      end select
+   end subroutine check_shape
+
+   !> The crack is in a plane of the lattice, has a front in the material, which is at one side of a plane of symmetry, where constraints hold what is
+   !> ahead of the front.
+   pure subroutine check_place(model, plane, settings, entry)
+      type(model_t), intent(in) :: model
+      type(plane_spec_t), intent(in) :: plane
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: entry
+      character(:), allocatable :: key
+      real(dp) :: lower(ndim), upper(ndim), steps, aside(ndim)
+      type(region_t) :: region
+      type(front_t), allocatable :: fronts(:)
+      logical :: is_above, is_below, is_there
+      integer :: k, i
+      key = 'center'
+      if (plane%front == 'straight') key = 'tip'
+      if (plane%front == 'polygon') key = 'points'
+      if (.not. settings%good(entry, key)) return
+      steps = (plane%center(plane%axis) - model%grid%lower(plane%axis))/model%grid%cell
+      if (abs(steps - anint(steps))*model%grid%cell > tolerance(model%grid)) then
+         call settings%complain(entry, key, axes(plane%axis:plane%axis)//' must be that of a plane of the lattice: the '// &
+                                'nearest is '//to_text(model%grid%lower(plane%axis) + anint(steps)*model%grid%cell))
+         return
+      end if
+      call find_extents(model, plane, lower, upper)
+      is_there = all(upper > lower)
+      if (is_there) then
+         region = region_of(plane%crack_shape_t, lower, upper, finest_cell(model))
+         call find_fronts(region, lower, upper, finest_cell(model), fronts)
+         is_there = size(fronts) > 0
+      end if
+      if (is_there) then
+         is_there = .false.
+         aside = 0
+         aside(plane%axis) = model%grid%cell/4
+         is_above = .false.
+         is_below = .false.
+         do k = 1, size(fronts)
+            do i = 1, fronts(k)%n()
+               is_above = is_above .or. body_at(model, fronts(k)%at(:, i) + aside) > 0
+               is_below = is_below .or. body_at(model, fronts(k)%at(:, i) - aside) > 0
+            end do
+         end do
+         is_there = is_above .or. is_below
+      end if
+      if (.not. is_there) then
+         call settings%complain(entry, key, 'the front must be inside of the material')
+      else if (plane%is_symmetry .and. is_above .and. is_below) then
+         call settings%complain(entry, 'kind', '''symmetry'' must have material at one side of the plane, which is at '// &
+                                axes(plane%axis:plane%axis)//' = '//to_text(region%plane)//'; use kind = ''plane''')
+      else if (.not. plane%is_symmetry .and. .not. (is_above .and. is_below)) then
+         call settings%complain(entry, 'kind', '''plane'' must have material at both sides of the plane, which is at '// &
+                                axes(plane%axis:plane%axis)//' = '//to_text(region%plane))
+      else if (plane%is_symmetry .and. .not. is_held(model, fronts, plane%axis)) then
+         call settings%complain(entry, key, 'all nodes of the plane must be held in '//axes(plane%axis:plane%axis)// &
+                                ' by a &constraint, for kind = ''symmetry'': the crack frees those that it opens')
+      end if
+   end subroutine check_place
+
+   !> Whether constraints hold a plane of symmetry at its fronts and half a cell ahead of them.
+   pure logical function is_held(model, fronts, axis)
+      type(model_t), intent(in) :: model
+      type(front_t), intent(in) :: fronts(:)
+      integer, intent(in) :: axis
+      real(dp) :: x(ndim)
+      logical :: held
+      integer :: k, i, c, ahead
+      is_held = .true.
+      do k = 1, size(fronts)
+         do i = 1, fronts(k)%n()
+            do ahead = 0, 1
+               x = fronts(k)%at(:, i) + ahead*model%grid%cell/2*fronts(k)%outward(:, i)
+               if (body_at(model, x) == 0) cycle
+               held = .false.
+               do c = 1, size(model%constraints)
+                  associate (constraint => model%constraints(c))
+                     held = held .or. constraint%fixed(axis) .and. &
+                            within(x, x, constraint%lower, constraint%upper, tolerance(model%grid))
+                  end associate
+               end do
+               is_held = is_held .and. held
+            end do
+         end do
+      end do
+   end function is_held
+end module hampm_plane_consistency

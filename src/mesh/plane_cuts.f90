@@ -1,0 +1,120 @@
+!> Cracks in planes of a grid, as the grid has them; of solids only.
+!>
+!> A face of a leaf in the plane is bonded where it is not cracked, by points (`hampm_plane_points`). Nodes of faces that are
+!> cracked in part are open: inside of a body they have a copy for what is below the plane, and on a plane of symmetry nothing holds
+!> them along the normal. All other nodes hold the faces together by themselves.
+!>
+!> What is bonded begins behind the front, by a part of a cell: with points as soft as cells, which leave the least difference
+!> between places of the front in a cell, the crack is longer than without by just this (docs/explanation/solids.md).
+module hampm_plane_cuts
+   use hampm_kinds, only: dp, ndim, long
+   use hampm_forest, only: forest_t, level_width
+   use hampm_front, only: region_t
+   use hampm_place_table, only: place_table_t
+   implicit none
+   private
+   public :: plane_cut_t, find_open_nodes, has_face_in
+
+   real(dp), parameter :: margin = 0.27_dp       !! by which what is bonded reaches behind the front [cells]
+
+   !> A crack in a plane.
+   type, extends(region_t) :: plane_cut_t
+      logical :: contact = .false.               !! whether its faces press on each other
+      integer(long) :: at = 0                    !! place of the plane along its axis
+      type(region_t), allocatable :: unbonded(:) !! of faces of each level, from 0 on: what is not bonded
+      type(place_table_t) :: open                !! places of the nodes that are open, and of middles of edges and faces
+   contains
+      procedure :: is_open
+      procedure :: opens_at
+      procedure :: rectangle_of
+   end type plane_cut_t
+
+contains
+
+   !> Find the nodes of a forest that cracks open.
+   pure subroutine find_open_nodes(cuts, forest, status)
+      type(plane_cut_t), intent(inout) :: cuts(:)
+      type(forest_t), intent(in) :: forest
+      integer, intent(out) :: status             !! not 0 where the memory does not suffice
+      type(place_table_t) :: none
+      real(dp) :: low(2), high(2), area, middle(2)
+      integer(long) :: place(ndim)
+      integer :: k, level, leaf, side, i, j, number
+      status = 0
+      do k = 1, size(cuts)
+         associate (cut => cuts(k))
+            cut%open = none
+            call cut%open%reserve(64, status)
+            if (status /= 0) return
+            cut%at = nint((cut%plane - forest%lower(cut%axis))/forest%cell*level_width(0), long)
+            if (allocated(cut%unbonded)) deallocate (cut%unbonded)
+            allocate (cut%unbonded(0:forest%finest_level()))
+            do level = 0, forest%finest_level()
+               cut%unbonded(level) = cut%shrunk(margin*scale(forest%cell, -level))
+            end do
+            do leaf = 1, forest%leaf_count()
+               do side = 1, 2
+                  if (.not. has_face_in(cut, forest, leaf, side)) cycle
+                  call cut%rectangle_of(forest, leaf, low, high)
+                  call cut%unbonded(forest%level_of(leaf))%uncracked(low, high, area, middle)
+                  if (.not. area < product(high - low)) cycle
+                  place = forest%place_of(leaf)
+                  place(cut%axis) = cut%at
+                  do j = 0, 2
+                     do i = 0, 2
+                        associate (half => level_width(forest%level_of(leaf))/2)
+                           call cut%open%enter(moved(place, cut%along, [i*half, j*half]), number)
+                        end associate
+                     end do
+                  end do
+               end do
+            end do
+         end associate
+      end do
+   end subroutine find_open_nodes
+
+   !> A place moved along two axes.
+   pure function moved(place, along, by)
+      integer(long), intent(in) :: place(ndim), by(2)
+      integer, intent(in) :: along(2)
+      integer(long) :: moved(ndim)
+      moved = place
+      moved(along) = moved(along) + by
+   end function moved
+
+   !> Whether a leaf has a face in the plane and is above it, side 1, or below it, side 2.
+   pure logical function has_face_in(cut, forest, leaf, side) result(has)
+      type(plane_cut_t), intent(in) :: cut
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf, side
+      integer(long) :: place(ndim)
+      place = forest%place_of(leaf)
+      has = place(cut%axis) + (side - 1)*level_width(forest%level_of(leaf)) == cut%at
+   end function has_face_in
+
+   !> The face of a leaf in the plane [m].
+   pure subroutine rectangle_of(self, forest, leaf, low, high)
+      class(plane_cut_t), intent(in) :: self
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      real(dp), intent(out) :: low(2), high(2)
+      low = self%in_plane(forest%position(forest%place_of(leaf)))
+      high = self%in_plane(forest%position(forest%place_of(leaf) + level_width(forest%level_of(leaf))))
+   end subroutine rectangle_of
+
+   !> Whether a node at a place is open.
+   pure logical function is_open(self, place)
+      class(plane_cut_t), intent(in) :: self
+      integer(long), intent(in) :: place(ndim)
+      is_open = place(self%axis) == self%at
+      if (is_open) is_open = self%open%number_of(place) > 0
+   end function is_open
+
+   !> The same by where the node is.
+   pure logical function opens_at(self, forest, x) result(is_open)
+      class(plane_cut_t), intent(in) :: self
+      type(forest_t), intent(in) :: forest
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      is_open = self%is_open(nint((x - forest%lower)/forest%cell*level_width(0), long))
+   end function opens_at
+end module hampm_plane_cuts

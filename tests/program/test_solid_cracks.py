@@ -1,0 +1,181 @@
+"""Cracks in planes of the program for solids: a disc and an ellipse in blocks beside finite elements of degree 4, whole bodies beside parts of them."""
+
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+from paths import REFERENCE, SOLID_PROGRAM
+
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+
+NU = 0.3
+TIP = "&refine indicator = 'tip'  max_level = 1  rings = 2 /"
+STATIC = "time = 'static'  frame = 'total'"
+
+
+def vector(values):
+    return ", ".join(repr(float(value)) for value in values)
+
+
+def part(sides, cells, crack, axes=(0, 1, 2), mirrored=(), method=STATIC, refine="", end=1.0, output=""):
+    """An eighth of a block of half sides `sides` under tension 1 along its last axis, `cells` to a unit, with a crack in the plane of its middle; its axes
+    exchanged, some of them mirrored."""
+    at = lambda values: [(-1 if axes[d] in mirrored else 1) * values[axes[d]] for d in range(3)]
+    corner, n = at(sides), [round(sides[d] * cells) + (d == 2) for d in axes]
+    box = lambda a, b: f"lower = {vector(np.minimum(at(a), at(b)) + 0.0)}  upper = {vector(np.maximum(at(a), at(b)) + 0.0)}"
+    flat = lambda d, x: box([x if k == d else 0.0 for k in range(3)], [x if k == d else sides[k] for k in range(3)])
+    planes = "\n".join(f"&constraint {flat(d, 0.0)}  fix = '{'xyz'[axes.index(d)]}' /" for d in range(3))
+    center = crack.pop("center", (0.0, 0.0, 0.0))
+    keys = "  ".join(f"{key} = {value if isinstance(value, str) else vector(value)}" for key, value in crack.items())
+    return f"""
+&run end_time = {end} /
+&grid lower = {vector(min(0.0, c - np.sign(c) * 0.0) - (1 / cells if c < 0 and axes[d] == 2 else 0.0) for d, c in enumerate(corner))}
+  cell = {1 / cells!r}  cells = {', '.join(map(str, n))} /
+&material name = 'a'  young = 1.0  poisson = {NU}  density = 1.0 /
+&body material = 'a'  {box((0, 0, 0), sides)} /
+{planes}
+&load kind = 'traction'  {flat(2, sides[2])}  force = {vector(at((0.0, 0.0, sides[0] * sides[1])))} /
+&crack kind = 'symmetry'  normal = '{'xyz'[axes.index(2)]}'  center = {vector(np.array(at(center)) + 0.0)}  {keys} /
+{refine}
+&method {method} /
+&output file = 'case.h5'  {output} /
+"""
+
+
+def whole(side, cells, crack, method=STATIC, refine="", end=1.0, output=""):
+    """The whole of a cube, with its crack in the plane of its middle, pulled at both ends."""
+    s, z = side, side + 1 / cells
+    held = "\n".join(f"&constraint lower = {vector(x)}  upper = {vector(y)}  fix = '{f}' /" for x, y, f in (
+        ((0, -s, -s), (0, s, -s), "x"), ((-s, 0, -s), (s, 0, -s), "y"), ((s, s, 0), (s, s, 0), "z"), ((-s, s, 0), (-s, s, 0), "z"),
+        ((s, -s, 0), (s, -s, 0), "z")))
+    pull = "\n".join(f"&load kind = 'traction'  lower = {vector((-s, -s, e * s))}  upper = {vector((s, s, e * s))}  "
+                     f"force = {vector((0, 0, e * 4 * s * s))} /" for e in (-1, 1))
+    keys = "  ".join(f"{key} = {value if isinstance(value, str) else vector(value)}" for key, value in crack.items())
+    return f"""
+&run end_time = {end} /
+&grid lower = {vector((-s, -s, -z))}  cell = {1 / cells!r}  cells = {round(2 * s * cells)}, {round(2 * s * cells)}, {round(2 * z * cells)} /
+&material name = 'a'  young = 1.0  poisson = {NU}  density = 1.0 /
+&body material = 'a'  lower = {vector((-s, -s, -s))}  upper = {vector((s, s, s))} /
+{held}
+{pull}
+&crack kind = 'plane'  {keys} /
+{refine}
+&method {method} /
+&output file = 'case.h5'  {output} /
+"""
+
+
+def run(folder, text, *arguments, code=0):
+    """The columns of the history of a run, or what it says where it ends with another code; without a text it is resumed."""
+    folder.mkdir(exist_ok=True)
+    if text:
+        (folder / "case.nml").write_text(text)
+        arguments = ("case.nml", "--force", *arguments)
+    result = subprocess.run([SOLID_PROGRAM, "--quiet", *arguments], cwd=folder, capture_output=True, text=True)
+    assert result.returncode == code, result.stderr
+    if code > 0:
+        return result.stderr
+    with h5py.File(folder / "case.h5") as results:
+        return {key: column[()] for key, column in results["history"].items() if key in
+                ("time", "strain_energy", "kinetic_energy", "external_work")}
+
+
+def disc(radius):
+    return {"front": "'disc'", "center": (0.0, 0.0, 0.0), "radii": [radius]}
+
+
+def rate(folder, sides, cells, crack, part_of=0.05):
+    """Energy that a crack of size 1 releases as it grows in all directions alike, for its growth, by two sizes around 1."""
+    low, high = (run(folder, part(sides, cells, crack(1 + s * part_of)))["strain_energy"][-1] for s in (-1, 1))
+    return (high - low) / (2 * part_of)
+
+
+def reference(name):
+    """Angles and K of a reference."""
+    rows = [line for line in (REFERENCE / "solid" / name).read_text().splitlines() if line[0] in "0123456789"]
+    angle, k, _ = np.array([line.split(",") for line in rows], float).T
+    return np.radians(angle), k
+
+
+def expected(name, area):
+    """The same of a reference: G over a quarter of the front, of one half of the body, `area` being the product of the half axes."""
+    angle, k = reference(name)
+    return area * np.trapezoid((1 - NU**2) * k**2, angle) / 2
+
+
+def test_whole_and_eighth_have_the_same_energy(tmp_path):
+    """With nodes doubled in the plane of a crack, cells finer around its front, and with a node on the front: to rounding."""
+    for radius, refine in ((0.62, TIP), (0.75, "")):
+        all_of_it = run(tmp_path, whole(1.0, 4, disc(radius), refine=refine))["strain_energy"][-1]
+        eighth = run(tmp_path, part((1.0, 1.0, 1.0), 4, disc(radius), refine=refine))["strain_energy"][-1]
+        assert all_of_it / 8 == pytest.approx(eighth, rel=1e-12)
+
+
+@pytest.mark.parametrize("method", ["time = 'implicit'  frame = 'total'  time_step = 0.2", "time = 'explicit'  frame = 'total'"])
+def test_whole_and_eighth_move_alike(tmp_path, method):
+    """In motion, for both: to rounding. Implicit steps keep the energy."""
+    options = {"method": method, "end": 2.0, "output": "history_interval = 0.1"}
+    all_of_it = run(tmp_path, whole(1.0, 4, disc(0.62), **options))
+    eighth = run(tmp_path, part((1.0, 1.0, 1.0), 4, disc(0.62), **options))
+    scale = np.max(np.abs(eighth["external_work"]))
+    for column in ("strain_energy", "kinetic_energy", "external_work"):
+        assert np.max(np.abs(all_of_it[column] / 8 - eighth[column])) < 1e-12 * scale, column
+    if "implicit" in method:
+        assert np.max(np.abs(eighth["external_work"] - eighth["strain_energy"] - eighth["kinetic_energy"])) < 1e-11 * scale
+
+
+def test_axes_exchanged_and_mirrored(tmp_path):
+    """An ellipse, a polygon and a half plane that is cut off slanted: to rounding."""
+    sides = (1.0, 1.25, 0.75)
+    polygon = lambda at: {"front": "'polygon'", "points": [x for y in ((-0.2, -0.1, 0), (0.6, 0, 0), (0.4, 0.7, 0), (-0.2, 0.5, 0)) for x in at(y)]}
+    for shape in ("ellipse", "polygon", "straight"):
+        energies = []
+        for axes, mirrored in (((0, 1, 2), ()), ((1, 2, 0), ()), ((2, 0, 1), ()), ((1, 0, 2), ()), ((0, 1, 2), (2,)), ((2, 1, 0), (0, 2))):
+            at = lambda x: [(-1 if axes[d] in mirrored else 1) * float(x[axes[d]]) for d in range(3)]
+            if shape == "ellipse":
+                radii = [r for d, r in zip(axes, [(0.7, 0.4, None)[d] for d in axes], strict=True) if r]
+                crack = {"front": "'ellipse'", "center": (0.0, 0.0, 0.0), "radii": radii}
+            elif shape == "polygon":
+                crack = polygon(at)
+            else:
+                crack = {"front": "'straight'", "tip": at((0.55, 0.0, 0.0)), "direction": at((0.8, 0.6, 0.0))}
+            text = part(sides, 4, dict(crack), axes, mirrored)
+            energies.append(run(tmp_path, text if shape == "ellipse" else "\n".join(
+                line.replace("center = 0.0, 0.0, 0.0", "") for line in text.splitlines()))["strain_energy"][-1])
+        assert np.ptp(energies) < 1e-12 * energies[0], (shape, energies)
+
+
+def test_threads_and_restarts_change_no_byte(tmp_path):
+    """In motion, with finer cells: of all columns."""
+    for method in ("time = 'explicit'  frame = 'total'", "time = 'implicit'  frame = 'total'  time_step = 0.1"):
+        text = part((1.0, 1.0, 1.0), 4, disc(0.62), method=method, refine=TIP, end=1.0, output="history_interval = 0.1")
+        one = run(tmp_path / "one", text, "--threads", "1")
+        run(tmp_path / "two", text, "--threads", "2", "--steps", "4", code=5)
+        two = run(tmp_path / "two", None, "--resume", "case.h5.checkpoint")
+        for column in one:
+            assert np.array_equal(one[column], two[column]), (method, column)
+
+
+def test_energy_released_by_a_disc(tmp_path):
+    """G over the front of a penny crack in a cube of 2.5 radii, with 4 and 6 cells to the radius."""
+    for cells in (4, 6):
+        g = rate(tmp_path, (2.5, 2.5, 2.5), cells, disc)
+        assert np.sqrt(g / expected("penny_cube2.5.csv", 1.0)) == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(("crack", "message"), [
+    ({"front": "'disc'", "center": (0.0, 0.0, 0.1), "radii": [0.5]}, "plane of the lattice"),
+    ({"front": "'disc'", "center": (5.0, 5.0, 0.0), "radii": [0.5]}, "inside of the material"),
+    ({"front": "'disc'", "center": (0.0, 0.0, 0.0), "radii": [-0.5]}, "radii"),
+    ({"front": "'disc'", "center": (0.0, 0.0, 0.0), "radii": [0.5, 0.4]}, "1 value"),
+    ({"front": "'ellipse'", "center": (0.0, 0.0, 0.0), "radii": [0.5, 0.1]}, "of the finest cells"),
+    ({"front": "'polygon'", "points": [0, 0, 0, 1, 1, 0, 1, 0, 0, 0, 1, 0]}, "go around the crack"),
+    ({"front": "'straight'", "tip": (0.5, 0, 0), "direction": (0, 0, 1)}, "in the plane across z"),
+    ({"kind": "'plane'", "front": "'disc'", "center": (0.0, 0.0, 0.0), "radii": [0.5]}, "both sides"),
+    ({"front": "'disc'", "radii": [0.5]}, "center")])
+def test_wrong_cracks_are_refused_in_words(tmp_path, crack, message):
+    text = part((1.0, 1.0, 1.0), 4, {"front": "'disc'", "radii": [0.5]})
+    keys = "  ".join(f"{key} = {value if isinstance(value, str) else vector(value)}" for key, value in crack.items())
+    lines = [f"&crack {keys} /" if line.startswith("&crack") else line for line in text.splitlines()]
+    assert message in run(tmp_path, "\n".join(lines), code=2)
