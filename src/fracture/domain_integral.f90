@@ -17,7 +17,7 @@ module hampm_domain_integral
    use hampm_tip_domain, only: tip_domain_t, place_t, places_t, list_places, fill_places
    implicit none
    private
-   public :: domain_integrals, shares_of_modes, sample_t, find_mean_slope, take_sample
+   public :: domain_integrals, shares_of_modes, sample_t, find_mean_slope, take_sample, interact
 
    !> What a particle brings to the integrals, in the axes of the crack, which turn with the material: the first is its direction.
    type :: sample_t
@@ -278,24 +278,10 @@ contains
       real(dp), intent(in) :: q(radii)           !! at the particle, by radius
       real(dp), intent(in) :: dq(ndim, radii)    !! its gradient [1/m]
       real(dp), intent(inout) :: k(modes, radii)
-      real(dp) :: axes(ndim, ndim), stress(ndim, ndim), flux(ndim), source ! factors of q,J and of q
+      real(dp) :: flux(ndim), source             ! factors of q,J and of q
       integer :: mode, r
       do mode = 1, modes
-         stress = place%unit_stress(:, :, mode)
-         if (s%is_graded) stress = material%mu/domain%material%mu*stress
-         associate (a => place%unit(:, :, mode))
-            flux = matmul(a(:, 1), s%stress) + matmul(s%slope, stress) - sum(s%stress*a)*identity(:, 1)
-            source = dot_product(s%divergence, a(:, 1))
-            if (s%is_graded) source = source + dot_product(matmul(stress, s%rate), s%slope) - s%rate(1)*sum(s%bare_stress*a) &
-                                      + sum(stress*s%free_rate)
-            if (domain%is_ring) then
-               axes = frame_along(domain%direction)
-               source = source + (s%hoop_stress*dot_product(a(:, 1), s%outward) &
-                                  + dot_product(matmul(stress, s%outward), s%slope) - sum(s%stress*a)*s%outward(1) &
-                                  - material%stress_across(matmul(axes, matmul(stress, transpose(axes)))) &
-                                  *(s%radial_slope - s%hoop*s%outward(1)))/s%radius
-            end if
-         end associate
+         call interact(s, domain, material, place%unit(:, :, mode), place%unit_stress(:, :, mode), flux, source)
          flux = s%volume*flux
          source = s%volume*source
          do r = 1, radii
@@ -303,6 +289,29 @@ contains
          end do
       end do
    end subroutine add_to_interaction
+
+   !> The interaction of a particle with a field, whose faces are free, as if the material were that at the tip: by what q,J and q are multiplied in it.
+   pure subroutine interact(s, domain, material, a, stress_at_tip, flux, source)
+      type(sample_t), intent(in) :: s
+      type(tip_domain_t), intent(in) :: domain
+      type(material_t), intent(in) :: material   !! of the particle
+      real(dp), intent(in) :: a(ndim, ndim)      !! displacement gradient of the field
+      real(dp), intent(in) :: stress_at_tip(ndim, ndim) !! and its stress with the constants at the tip
+      real(dp), intent(out) :: flux(ndim), source
+      real(dp) :: axes(ndim, ndim), stress(ndim, ndim)
+      stress = stress_at_tip
+      if (s%is_graded) stress = material%mu/domain%material%mu*stress
+      flux = matmul(a(:, 1), s%stress) + matmul(s%slope, stress) - sum(s%stress*a)*identity(:, 1)
+      source = dot_product(s%divergence, a(:, 1))
+      if (s%is_graded) source = source + dot_product(matmul(stress, s%rate), s%slope) - s%rate(1)*sum(s%bare_stress*a) &
+                                + sum(stress*s%free_rate)
+      if (.not. domain%is_ring) return
+      axes = frame_along(domain%direction)
+      source = source + (s%hoop_stress*dot_product(a(:, 1), s%outward) &
+                         + dot_product(matmul(stress, s%outward), s%slope) - sum(s%stress*a)*s%outward(1) &
+                         - material%stress_across(matmul(axes, matmul(stress, transpose(axes)))) &
+                         *(s%radial_slope - s%hoop*s%outward(1)))/s%radius
+   end subroutine interact
 
    !> Add what faces that press on each other by interface points contribute to both integrals: the force f by which an interface point resists the opening,
    !> times the change of that along the crack, f . [u],1 q for B J and f . [a],1 q for the interaction.

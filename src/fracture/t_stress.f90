@@ -8,31 +8,40 @@
 !>
 !> is the strain along the crack without what the singular fields have of it. The constant c has a part in I here, since s is not in balance
 !> at the tip; P_22 is the stress across the faces at the tip, where they press on each other or are loaded, and b the opening of the
-!> faces by the force, which is the same everywhere: forces between the faces, as many on either, have no other part in I.
+!> faces by the force, which is the same everywhere: forces between the faces, as many on either, have no other part in I. Nor have faces ahead
+!> of the tip that cohesion holds, as the force has no stress across these and does not open them.
 !>
 !> With the compliances a_ij in the axes of the crack, the stresses s_22 and s_12 of the faces at the tip and the stresses s0 which an
 !> eigenstrain leaves in material that does not move,
 !>
 !>    T = s0_11 + { e_11 - a_12 (s_22 - s0_22) - a_16 (s_12 - s0_12) }/a_11.
+!>
+!> Around an axis and in graded material I has the terms of `interact`, as K has. Near the tip these are as r**(-3/2), from K and the force, which cells do not
+!> resolve: there they are taken from K (`singular_part`), and the force acts where K has its origin. The strain H_33 around the axis at the tip counts as
+!> -s_33 H_33 in e_11, with s_33 of a unit stress along the crack in plane strain; it is found without the displacement of K, a root of the distance.
 module hampm_t_stress
    use hampm_kinds, only: dp, ndim
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_tip, only: frame_along
-   use hampm_domain_integral, only: sample_t, find_mean_slope, take_sample
+   use hampm_crack_tip_field, only: modes
+   use hampm_domain_integral, only: sample_t, find_mean_slope, take_sample, interact
    use hampm_loads, only: load_t
+   use hampm_material, only: material_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
-   use hampm_tensors, only: quarter_turn
+   use hampm_tensors, only: in_plane, quarter_turn
    use hampm_tip_domain, only: tip_domain_t, places_t
    implicit none
    private
    public :: t_stresses
 
+   real(dp), parameter :: inner = 4              !! cells around the tip
+
 contains
 
    !> T of each disc [Pa].
-   function t_stresses(unturned, problem, factors, p, state, closed, places) result(t)
+   function t_stresses(unturned, problem, factors, p, state, closed, places, k) result(t)
       type(tip_domain_t), intent(in) :: unturned !! with its field
       type(problem_t), intent(in) :: problem
       real(dp), intent(in) :: factors(:)         !! of the loads [-]
@@ -40,20 +49,31 @@ contains
       type(nodal_state_t), intent(in) :: state   !! of these particles
       type(closed_faces_t), intent(in) :: closed !! what the faces behind a closed tip carry
       type(places_t), intent(in) :: places       !! in the discs
+      real(dp), intent(in) :: k(modes)           !! stress intensity factors [Pa sqrt(m)]
       real(dp), allocatable :: t(:)              !! by radius
-      real(dp), parameter :: nothing(ndim, ndim) = 0
-      real(dp) :: c(ndim), on_faces(ndim), idle(ndim, ndim), axes(ndim, ndim)
+      real(dp) :: c(ndim), on_faces(ndim), idle(ndim, ndim), axes(ndim, ndim), x(ndim), from_force(ndim)
+      real(dp) :: total, outward                 ! weight of particles near the tip, and sum of their displacement from the axis without that of K
       type(sample_t) :: s
       type(tip_domain_t) :: domain
       integer :: n
       domain = unturned
       call find_mean_slope(domain, p, places, c)
       allocate (t(size(domain%radius)), source=0.0_dp)
+      axes = frame_along(domain%direction)
+      from_force = 0                             ! where there is a singular part the force acts where K has its origin
+      if (domain%is_ring .or. domain%material%is_graded()) from_force(1) = domain%tip_offset_of(1)
+      total = 0
+      outward = 0
       do n = 1, size(places%list)
          associate (place => places%list(n))
+            x = domain%from_tip(p%place_in_grid(place%particle), p%total_frame)
             call take_sample(domain, problem%grid, p, place, problem%materials(p%material(place%particle)), state, c, s)
-            call add_interaction(s, domain, domain%from_tip(p%place_in_grid(place%particle), p%total_frame), places%q(:, n), &
+            call add_interaction(s, domain, problem%materials(p%material(place%particle)), x + from_force, places%q(:, n), &
                                  places%dq(:, :, n), t)
+            if (.not. domain%is_ring) cycle
+            s%volume = s%volume*max(0.0_dp, 1 - norm2(x)/inner_radius(domain))
+            total = total + s%volume
+            outward = outward + s%volume*(s%hoop*s%radius - dot_product(axes(1, :), domain%displacement_of(place, x, k)))
          end associate
       end do
       on_faces = 0
@@ -63,28 +83,74 @@ contains
          if (problem%loads(n)%by_mass .or. problem%loads(n)%line > 0) cycle
          call add_loaded_faces(domain, p, problem%loads(n), factors(n), places%nodal, t, on_faces)
       end do
-      t = c(1) + merge(2, 1, domain%half)*t/domain%thickness - on_faces(2)*domain%field%opening_of_force()
+      t = t/domain%thickness
+      if (domain%is_ring .or. domain%material%is_graded()) t = t + singular_part(domain, k)
+      t = c(1) + merge(2, 1, domain%half)*t - on_faces(2)*domain%field%opening_of_force()
       on_faces(2) = on_faces(2) - domain%pressure ! which is taken off the stress of the particles
-      axes = frame_along(domain%direction)
-      idle = matmul(transpose(axes), matmul(domain%material%first_piola_stress(nothing), axes))
+      if (domain%is_ring) t = t + domain%material%stress_across(matmul(axes(:, :1), transpose(axes(:, :1)))) &
+                              *outward/(total*domain%tip(1))
+      idle = matmul(transpose(axes), matmul(domain%material%stress_at_first(), axes))
       t = idle(1, 1) + domain%field%stress_along(t, on_faces(1) - idle(1, 2), on_faces(2) - idle(2, 2))
    end function t_stresses
 
    !> Add what a particle contributes to the interaction with a unit force.
-   pure subroutine add_interaction(s, domain, x, q, dq, sums)
+   pure subroutine add_interaction(s, domain, material, x, q, dq, sums)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
-      real(dp), intent(in) :: x(ndim)            !! from the tip, in the axes of the crack [m]
+      type(material_t), intent(in) :: material   !! of the particle
+      real(dp), intent(in) :: x(ndim)            !! from the force, in the axes of the crack [m]
       real(dp), intent(in) :: q(:), dq(:, :)     !! at the particle, by radius, and its gradient [1/m], (ndim, radii)
       real(dp), intent(inout) :: sums(:)
-      real(dp) :: a(ndim, ndim), stress(ndim, ndim), flux(ndim)
+      real(dp) :: a(ndim, ndim), flux(ndim), source
       if (.not. norm2(x) > 0) return
       a = domain%field%gradient_of_force(x)
-      stress = domain%field%stress(a)
-      flux = matmul(a(:, 1), s%stress) + matmul(s%slope, stress)
-      flux(1) = flux(1) - sum(s%stress*a)
-      sums = sums + s%volume*(matmul(flux, dq) + dot_product(s%divergence, a(:, 1))*q)
+      call interact(s, domain, material, a, domain%field%stress(a), flux, source)
+      if (domain%is_ring .or. s%is_graded) source = source*min(1.0_dp, norm2(x)/inner_radius(domain))
+      sums = sums + s%volume*(matmul(flux, dq) + source*q)
    end subroutine add_interaction
+
+   !> Distance from the tip within which the product of K and the force, with the curvature of rings or the change of the material, is not left to particles:
+   !> it is as r**(-3/2), and cells do not resolve that: some cells, at most half of the least radius, where q is 1 [m].
+   pure real(dp) function inner_radius(domain)
+      type(tip_domain_t), intent(in) :: domain
+      inner_radius = min(minval(domain%radius)/2, inner*domain%spacing)
+   end function inner_radius
+
+   !> That product within this distance, weighted by what is left of `min(1, r/inner_radius)`: 4/3 of the square of the distance times what it is there.
+   pure real(dp) function singular_part(domain, k) result(part)
+      type(tip_domain_t), intent(in) :: domain
+      real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
+      integer, parameter :: steps = 64           ! of the angle
+      real(dp) :: x(ndim), a(ndim, ndim), h(ndim, ndim), axes(ndim, ndim), flux(ndim), source, angle, widest
+      type(sample_t) :: s
+      integer :: n, mode
+      axes = frame_along(domain%direction)
+      s%radius = domain%tip(1)
+      s%outward = axes(1, :)
+      s%hoop = 0
+      s%divergence = 0
+      s%is_graded = domain%material%is_graded()
+      s%free_rate = 0
+      if (s%is_graded) s%rate = matmul(domain%material%slice%rate*domain%material%slice%direction, axes)
+      widest = acos(-1.0_dp)
+      part = 0
+      do n = 1, steps
+         angle = widest*(merge(n, 2*n - steps, domain%half) - merge(0.5_dp, 1.0_dp, domain%half))/steps
+         x = inner_radius(domain)*in_plane(cos(angle), sin(angle))
+         h = 0
+         do mode = 1, modes
+            h = h + k(mode)*domain%field%gradient(mode, x)
+         end do
+         s%slope = h(:, 1)
+         s%stress = domain%field%stress(h)
+         s%bare_stress = s%stress
+         s%hoop_stress = domain%material%stress_across(matmul(axes, matmul(s%stress, transpose(axes))))
+         s%radial_slope = dot_product(s%outward, s%slope)
+         a = domain%field%gradient_of_force(x)
+         call interact(s, domain, domain%material, a, domain%field%stress(a), flux, source)
+         part = part + 4*inner_radius(domain)**2/3*source*merge(1, 2, domain%half)*widest/steps
+      end do
+   end function singular_part
 
    !> Add what the tractions of a load on the faces contribute, and find those at the tip.
    pure subroutine add_loaded_faces(domain, p, load, factor, q, sums, on_faces)

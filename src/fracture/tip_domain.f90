@@ -39,6 +39,7 @@ module hampm_tip_domain
       type(material_t) :: material               !! in which the tip is
       real(dp), allocatable :: radius(:)         !! of each disc [m]
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
+      real(dp) :: spacing = 0                    !! of these cells, of any tip [m]
       type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction; at an interface those above it
       type(tip_field_t) :: below                 !! and those below it
       real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, as they were at first [Pa]
@@ -48,6 +49,7 @@ module hampm_tip_domain
       procedure :: in_axes
       procedure :: tip_offset_of
       procedure :: from_tip
+      procedure :: displacement_of
    end type tip_domain_t
 
 
@@ -285,4 +287,18 @@ contains
          from_tip = self%in_axes(x - self%tip)
       end if
    end function from_tip
+
+   !> Displacement by the singular fields at a place, in the axes of the crack: of the order 1/2 in the distance, it is twice its gradient along that [m].
+   pure function displacement_of(self, place, x, k)
+      class(tip_domain_t), intent(in) :: self
+      type(place_t), intent(in) :: place
+      real(dp), intent(in) :: x(ndim)            !! from the tip, in the axes of the crack [m]
+      real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
+      real(dp) :: displacement_of(ndim)
+      integer :: mode
+      displacement_of = 0
+      do mode = 1, modes
+         displacement_of = displacement_of + 2*k(mode)*matmul(place%unit(:, :, mode), x + self%tip_offset_of(mode)*identity(:, 1))
+      end do
+   end function displacement_of
 end module hampm_tip_domain

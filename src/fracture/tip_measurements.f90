@@ -72,6 +72,7 @@ contains
       if (present(shift)) domain%is_beside = any(abs(shift) > 0)
       domain%direction = tip%axis(:, 1)
       domain%cell = merge(0.0_dp, tip%nodes%spacing, tip%nodes%in_cell .or. tip%grown > 0)
+      domain%spacing = tip%nodes%spacing
       domain%quadratic = problem%grid%is_quadratic()
       domain%tip_offset = quadratic_tip_offset(problem, tip)
       domain%face_of_line = side_of_ties(tip%direction)
@@ -89,7 +90,7 @@ contains
       if (tip%may_close) closed = sample_behind_tip(problem%interfaces, tip%now, tip%direction, tip%nodes%spacing)
       call domain_integrals(domain, problem, factors, p, state, closed, values%places, values%j, k, k_uncertainty)
       if (allocated(values%t_stress)) then
-         values%t_stress = t_stresses(domain, problem, factors, p, state, closed, values%places)
+         values%t_stress = t_stresses(domain, problem, factors, p, state, closed, values%places, sum(k, dim=2)/size(values%j))
          values%uncertainty_of_t_stress = 0
          if (closed%are_closed) values%uncertainty_of_t_stress = norm2(closed%uncertainty_at(0.0_dp))/domain%thickness
       end if

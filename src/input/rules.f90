@@ -190,8 +190,6 @@ module hampm_rules
              "J does not know how such an eigenstrain changes"), &
       rule_t("&body profile_eigenstrain", not_with, "&run plane = 'axisymmetric'", not_built, &
              "J does not know how an eigenstrain around the axis changes"), &
-      rule_t("&body profile_at", not_with, "&energy_release t_stress = .true.", not_built, &
-             "the fields that the integral is with are those of uniform material"), &
       rule_t("&body profile_at", not_with, "&energy_release phase_length", not_built, &
              "the fields that the integral is with are those of uniform materials"), &
       rule_t("&body profile_at", not_with, "&energy_release estimators = 'series_fit'", mechanics, &
@@ -616,12 +614,8 @@ module hampm_rules
              "the T-stress is an interaction integral"), &
       rule_t("&energy_release t_stress = .true.", not_with, with_history, mechanics, &
              "the fields that the integral is with are those of elastic material"), &
-      rule_t("&energy_release t_stress = .true.", not_with, "&run plane = 'axisymmetric'", not_built, &
-             "the strain around the axis has a part in the T-stress"), &
-      rule_t("&energy_release t_stress = .true.", not_with, "&cohesive", not_built, &
-             "faces that are held ahead of the tip have tractions there"), &
-      rule_t("&energy_release t_stress = .true.", not_with, "&growth law = {growth laws in motion}", not_built, &
-             "the fields that the integral is with are those of a tip at rest"), &
+      rule_t("&energy_release t_stress = .true.", not_with, "&growth law = {growth laws in motion}", mechanics, &
+             "at a running tip the product of K and the inertia of the force that tells T is not integrable"), &
       rule_t("&energy_release phase_length", requires, "&energy_release estimators = 'domain_integral'", mechanics, &
              "K of an interface is an interaction integral"), &
       rule_t("&energy_release phase_length", not_with, with_history, mechanics, &

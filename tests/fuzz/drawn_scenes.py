@@ -608,7 +608,6 @@ class Drawing:
         if "eigenstrain" in body:
             body["profile_eigenstrain"] = [chance.uniform(-1, 1) for _ in range(number)]
         for keys in groups(scene, "energy_release"):
-            keys.pop("t_stress", None)
             keys.pop("phase_length", None)
 
     def probes(self, scene):

@@ -1,4 +1,4 @@
-"""The T-stress: specimens at rest against boundary collocation, cracks in a wide plate and under a step wave against closed forms."""
+"""The T-stress: specimens at rest against boundary collocation, cracks in a wide plate, penny-shaped, with cohesion, in graded bodies and under a step wave against closed forms."""
 
 import csv
 import math
@@ -139,6 +139,56 @@ def test_material_and_eigenstrain(hampm):
         assert harness.run(hampm, text).last()["T_stress"] == pytest.approx(exact, rel=0.02)
     free = plate((0.4, 1.0), 30.0).replace("upper = 20.0, 20.0", "upper = 20.0, 20.0 eigenstrain = 1e-8, -2e-8, 3e-8", 1)
     assert harness.run(hampm, free).last()["T_stress"] == pytest.approx(harness.run(hampm, plate((0.4, 1.0), 30.0)).last()["T_stress"], abs=1e-6)
+
+
+def penny(poisson, levels):
+    """A penny-shaped crack of radius 1 in a cylinder of radius and half height 8 under the tension 1."""
+    return (f"&run plane = 'axisymmetric' end_time = 1.0 /\n&grid lower = 0.0, 0.0 cell = 0.25 cells = 33, 33 /\n{MATERIAL.replace('0.3', str(poisson))}"
+            f"&body material = 'a' lower = 0.0, 0.0 upper = 8.0, 8.0 /\n{load((0.0, 8.0), (8.0, 8.0), (0.0, 64 * math.pi))}{mirror(0.0, 8.0)}"
+            "&constraint lower = 1.0, 0.0 upper = 8.0, 0.0 fix = 'y' /\n&crack kind = 'symmetry' tip = 1.0, 0.0 /\n" + END.format(levels))
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.45])
+def test_penny_shaped_crack(hampm, poisson):
+    """-(1 + 2 nu)/2 of the tension in an infinite body; in the cylinder with a radius of 8 times the crack's some thousandths are not the method's."""
+    exact = -(1 + 2 * poisson) / 2
+    found = harness.run(hampm, penny(poisson, 3)).last()
+    print(poisson, found["T_stress"] / exact - 1, found["T_stress_error"])
+    assert found["T_stress"] == pytest.approx(exact, rel=0.01) and abs(found["T_stress"] - exact) < found["T_stress_error"] < 0.04
+
+
+def test_cohesion(hampm):
+    """Whatever tractions hold the faces ahead of a crack, the stress along it less that across it stays that of the plate: Westergaard's solutions add up."""
+    held = "&cohesive crack = 'c' law = 'linear' strength = 1.3 toughness = 1.56e-7 from = 2.0 /\n"
+    text = plate((0.0, 1.0), 0.0, more=held, levels=3).replace("-1.0, -0.0, 1.0, 0.0", "-1.0, 0.0, 2.0, 0.0").replace("time = 'static'", "time = 'static' load_steps = 2")
+    found = harness.run(hampm, text).last()
+    print(found["zone_length"], found["T_stress"], found["T_stress_tip2"])
+    assert found["zone_length"] > 0.8
+    for column in "T_stress", "T_stress_tip2":
+        assert found[column] == pytest.approx(-1.0, abs=0.01)
+
+
+def graded(profile, stressed, half_width=2.0, cell=0.25):
+    """A plate in plane stress, pulled along x to the strain 1e-9 or under the stress 1, with a crack along x."""
+    w = half_width
+    ends = (load((-w, -w), (-w, w), (-2 * w, 0.0)) + load((w, -w), (w, w), (2 * w, 0.0)) + f"&constraint lower = 0.0, {-w} upper = 0.0, {-w} fix = 'xy' /\n{corner(0.0, w)}") if stressed else (
+        "".join(f"&constraint lower = {x}, {-w} upper = {x}, {w} fix = 'x' displacement = {1e-9 * x}, 0.0 /\n" for x in (-w, w)) + f"&constraint lower = 0.0, {-w} upper = 0.0, {-w} fix = 'y' /\n")
+    return (f"&run plane = 'stress' end_time = 1.0 /\n&grid lower = {-w - cell}, {-w - cell} cell = {cell} cells = {round(2 * w / cell) + 2}, {round(2 * w / cell) + 2} /\n{MATERIAL}"
+            f"&body material = 'a' lower = {-w}, {-w} upper = {w}, {w} {profile} /\n{ends}&crack kind = 'path' points = -0.6, 0.03, 0.6, 0.03 /\n" + END.format(2))
+
+
+def test_graded_plates(hampm):
+    """A stiffness that changes along y, exponentially between two points: the strain along x is uniform, and T the stress at the crack. An inverse of it that is linear in x, through 17 points:
+    the stress along x is uniform."""
+    found = harness.run(hampm, graded("profile_direction = 0.0, 1.0 profile_at = -2.0, 2.0 profile_stiffness = 0.5, 1.5", False), name="across").last()
+    exact = 0.5 * 3 ** (2.03 / 4)
+    print(found["T_stress"] / exact - 1)
+    assert found["T_stress"] == pytest.approx(exact, rel=2e-3)
+    places = [-2 + 0.25 * k for k in range(17)]
+    profile = f"profile_direction = 1.0, 0.0 profile_at = {', '.join(map(str, places))} profile_stiffness = {', '.join(str(1 / (1 + 0.3 * x)) for x in places)}"
+    found = harness.run(hampm, graded(profile, True), name="along").last()
+    print(found["T_stress"], found["T_stress_tip2"])
+    assert found["T_stress"] == pytest.approx(1.0, abs=4e-3) and found["T_stress_tip2"] == pytest.approx(1.0, abs=4e-3)
 
 
 @pytest.mark.parametrize("poisson", [0.3, 0.2])
