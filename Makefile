@@ -102,10 +102,11 @@ endif
 
 # Where hampm is installed; what `packages` may be is in tools/install.sh
 PREFIX ?= /usr/local
-install:  ## install program, scripts, manual page and completions: make install [PREFIX=/usr/local] [DESTDIR=...] [packages="run batch"]
+install:  ## install program, scripts, manual page and completions, with dim=3 hampm3d too: make install [PREFIX=/usr/local] [DESTDIR=...] [packages="run batch"]
 	@tools/setup.sh program
 	@$(MAKE) -j$(JOBS) --no-print-directory program
-	@PREFIX='$(PREFIX)' DESTDIR='$(DESTDIR)' packages='$(packages)' tools/install.sh $(O)/hampm
+	@$(if $(solid),$(MAKE) -j$(JOBS) --no-print-directory program dim=2)
+	@PREFIX='$(PREFIX)' DESTDIR='$(DESTDIR)' packages='$(packages)' tools/install.sh build/$(build)/hampm $(if $(solid),$(PROGRAM))
 
 uninstall:  ## remove what has been installed: make uninstall [PREFIX=/usr/local] [DESTDIR=...]
 	@PREFIX='$(PREFIX)' DESTDIR='$(DESTDIR)' tools/install.sh --uninstall
@@ -117,7 +118,7 @@ figures: setup  ## draw the pictures of the docs in results/, listed in tools/fi
 sweep:  ## run the cases of a sweep on all cores and make its table: make sweep file=input/dcb_sweep.yaml [strict=1]
 	@tools/setup.sh run batch
 	@$(MAKE) --no-print-directory program
-	$(PYTHON) batch/run_sweep.py "$(or $(file),input/dcb_sweep.yaml)" --program $(O)/hampm $(if $(strict),--strict)
+	$(PYTHON) batch/run_sweep.py "$(or $(file),input/dcb_sweep.yaml)" --program $(PROGRAM) $(if $(strict),--strict)
 
 slurm:  ## run sweeps on a real Slurm of this machine, with jobs that are cancelled, killed, preempted and at their limit of time
 	@tools/setup.sh run batch
@@ -262,9 +263,10 @@ $(O)/%.o: %.f90 $(O)/flags
 	$(call say,$(FC) $<)
 	$(quietly)$(FC) $(FLAGS) $($(build)_$*) $(dimensions) $(kernels) $(stack) $(unused) -c -o $@ $<
 
+# Of a solid, code that is for a plane alone is inlined where it is never reached
 $(O)/kernels.o: $(KERNELS)
 	$(call say,$@)
-	+$(quietly)$(FC) $(FLAGS) -Wno-maybe-uninitialized -fPIE -flto=auto -r -flinker-output=nolto-rel -o $@ $^
+	+$(quietly)$(FC) $(FLAGS) -Wno-maybe-uninitialized $(if $(solid),-Wno-uninitialized) -fPIE -flto=auto -r -flinker-output=nolto-rel -o $@ $^
 
 $(O)/processor.o: src/processor.c $(O)/flags
 	$(call say,$(FC) $<)

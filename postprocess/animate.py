@@ -11,11 +11,12 @@ import argparse
 import sys
 from pathlib import Path
 
-from frames import Frames
+import particle_pictures
+import solid_pictures
+from frames import frames_of
 from history import UNREADABLE, ResultError, run
 from particle_fields import ParticleField
-from particle_pictures import (Canvas, add_colour_bar, add_field_options, bodies_meet, colours, default_scale, extent,
-                               survey)
+from particle_pictures import add_colour_bar, add_field_options, bodies_meet, colours, default_scale, extent
 from pictures import STYLE, ending, plt, positive
 
 from matplotlib.animation import FFMpegWriter, PillowWriter
@@ -23,7 +24,7 @@ from matplotlib.animation import FFMpegWriter, PillowWriter
 
 def main(arguments=None):
     options = parse(arguments)
-    result = Frames(options.file)
+    result = frames_of(options.file)
     output = Path(options.output or result.path.with_name(f"{result.stem}.gif"))
     with plt.rc_context(STYLE | {"savefig.dpi": options.dpi, "figure.dpi": options.dpi}):
         film = Film(result, options)
@@ -44,6 +45,7 @@ def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", metavar="FILE.h5", help="result file with snapshots")
     add_field_options(parser)
+    solid_pictures.add_solid_options(parser)
     parser.add_argument("--scale", type=positive, metavar="FACTOR",
                         help="by which displacements are enlarged (default: the largest is an eighth of the picture, but not "
                              "below 1, and 1 where bodies are apart or move against each other, so that they are "
@@ -77,17 +79,18 @@ class Film:
     """The figure and what changes in it from snapshot to snapshot; enlargement, extent and colours are the same in all."""
 
     def __init__(self, result, options):
+        of = solid_pictures if solid_pictures.check_options([result], options) else particle_pictures
         field = ParticleField(result, options.field)
         every = range(result.times.size)
-        seen = survey(result, field, every, options, options.scale or 1.0)
+        seen = of.survey(result, field, every, options, options.scale or 1.0)
         scale = options.scale or (1.0 if bodies_meet(result) else default_scale(seen, options.window))
         if scale != (options.scale or 1.0):
-            seen = survey(result, field, every, options, scale)
+            seen = of.survey(result, field, every, options, scale)
         lower, upper = extent(seen, options.window)
         size = upper - lower
         self.figure, axes = plt.subplots(figsize=(8.4, 1.5 + 6.6 * min(max(size[1] / size[0], 0.15), 1.0)),
                                          layout="compressed")
-        self.canvas = Canvas(axes, result, field, scale, colours(field, seen.values, options.log), options)
+        self.canvas = of.Canvas(axes, result, field, scale, colours(field, seen.values, options.log), options)
         axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
         add_colour_bar(self.figure, axes, self.canvas)
         self.title = axes.set_title(" ")

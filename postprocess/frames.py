@@ -17,7 +17,14 @@ Crack.__doc__ = "The points of a crack in the reference configuration [m] (n, 2)
 
 
 class Frames(Snapshots):
-    """The snapshots of one result file, with what pictures show of them: cells and cracks."""
+    """The snapshots of one result file of a plane, with what pictures show of them: cells and cracks."""
+
+    is_for_solids = False
+
+    def __init__(self, path):
+        super().__init__(path)
+        if (self.dimensions == 3) != self.is_for_solids:
+            raise ResultError(f"{path}: is a result of the program for solids; plot_field.py, plot_mesh.py, animate.py and plot_front.py show it")
 
     @property
     def scene(self):
@@ -26,11 +33,11 @@ class Frames(Snapshots):
 
     def leaves(self, number):
         """The cells of a snapshot's mesh."""
-        return Leaves(self.block("mesh", number), np.array(self.scene.numbers("grid", "lower", count=2)), self.scene.cell(), self.path)
+        return Leaves(self.block("mesh", number), np.array(self.scene.numbers("grid", "lower", count=self.dimensions)), self.scene.cell(), self.path)
 
     def cells_of(self, particles, leaves):
         """The cell of each particle; -1 outside the mesh. In the total frame it is that in which the particle was at first, wherever it has moved to."""
-        return leaves.at(particles.points - particles.point_fields["displacement"][:, :2] if self.is_total() else particles.points)
+        return leaves.at(particles.points - particles.point_fields["displacement"][:, :self.dimensions] if self.is_total() else particles.points)
 
     def is_total(self):
         """Whether particles stay in the cells in which they are at first, wherever they move to."""
@@ -73,10 +80,16 @@ class Frames(Snapshots):
         return plane.tip if there is None else plane.local(there.in_scene().tip)
 
 
-class Leaves:
-    """The cells of a mesh, each once: four quarters of a cell become the cell.
+def frames_of(path):
+    """The snapshots of a result file, of a plane or of a solid."""
+    from solid_frames import SolidFrames
+    return (SolidFrames if Snapshots(path).dimensions == 3 else Frames)(path)
 
-    lower, width   lower corner (n, 2) and size (n) [m]
+
+class Leaves:
+    """The cells of a mesh, each once: four quarters of a cell, or the eight parts of one of a solid, become the cell.
+
+    lower, width   lower corner (n, 2), of a solid (n, 3), and size (n) [m]
     level          how often a root cell has been divided, (n)
     particles      number of particles, (n)
     point_fields   fields of the mesh by name, at its points
@@ -119,11 +132,12 @@ class Leaves:
         found = np.full(len(points), -1)
         for level in np.unique(self.level):
             of_level = np.flatnonzero(self.level == level)
-            row = self._keys[of_level, 2].max() + 2
+            keys = self._keys[of_level, 1:].astype(int)
+            shape = keys.max(axis=0) + 1
             places = np.floor((points - self._origin) / (self._root * 0.5**level)).astype(int)
-            inside = (places >= 0).all(axis=1) & (places[:, 1] < row)
-            numbers = np.where(inside, places[:, 0] * row + places[:, 1], -1)
-            known = self._keys[of_level, 1] * row + self._keys[of_level, 2]  # ascending, as the keys are sorted
+            inside = np.all((places >= 0) & (places < shape), axis=1)
+            numbers = np.where(inside, np.ravel_multi_index(np.where(inside[:, None], places, 0).T, shape), -1)
+            known = np.ravel_multi_index(keys.T, shape)  # ascending, as the keys are sorted
             where = np.minimum(np.searchsorted(known, numbers), known.size - 1)
             found = np.where(known[where] == numbers, of_level[where], found)
         return found

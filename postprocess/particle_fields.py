@@ -4,7 +4,8 @@ import numpy as np
 
 from history import ResultError
 
-STORED_UNITS = {"energy_density": "J/m³", "stress_xx": "Pa", "stress_yy": "Pa", "stress_xy": "Pa", "stress_zz": "Pa"}
+STORED_UNITS = {"energy_density": "J/m³", "stress_xx": "Pa", "stress_yy": "Pa", "stress_xy": "Pa", "stress_zz": "Pa", "stress_xz": "Pa",
+                "stress_yz": "Pa"}
 
 
 class ParticleField:
@@ -19,6 +20,10 @@ class ParticleField:
         self.result, self.name = result, name
         self.unit = DERIVED[name][0] if name in DERIVED else STORED_UNITS.get(name, "1")
         self.is_odd = name == "stress_xy"
+
+    def is_odd_across(self, axis):
+        """The same for a plane across an axis, by its number, of a solid."""
+        return self.name.startswith("stress_") and self.name[-2:].count("xyz"[axis]) == 1
 
     @property
     def words(self):
@@ -53,14 +58,14 @@ def level(result, particles, leaves):
 
 def mean_stress(result, particles, _):
     """A third of the trace of the stress."""
-    xx, yy, zz, _ = stresses(result, particles)
+    xx, yy, zz, *_ = stresses(result, particles)
     return (xx + yy + zz) / 3
 
 
 def von_mises(result, particles, _):
     """The equivalent stress of von Mises."""
-    xx, yy, zz, xy = stresses(result, particles)
-    return np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * xy**2)
+    xx, yy, zz, *shear = stresses(result, particles)
+    return np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * sum(of**2 for of in shear))
 
 
 DERIVED = {"speed": ("m/s", speed), "displacement": ("m", displacement), "level": ("1", level),
@@ -68,8 +73,10 @@ DERIVED = {"speed": ("m/s", speed), "displacement": ("m", displacement), "level"
 
 
 def stresses(result, particles):
-    """Components xx, yy, zz, xy of the stress [Pa]. Around an axis zz is stored, in plane strain it is that of linear elasticity."""
+    """Components xx, yy, zz, xy and of a solid xz, yz of the stress [Pa]. Around an axis zz is stored, in plane strain it is that of linear elasticity."""
     xx, yy, xy = (particles.point_fields[f"stress_{name}"] for name in ("xx", "yy", "xy"))
+    if "stress_xz" in particles.point_fields:
+        return xx, yy, *(particles.point_fields[f"stress_{name}"] for name in ("zz", "xy", "xz", "yz"))
     if "stress_zz" in particles.point_fields:
         return xx, yy, particles.point_fields["stress_zz"], xy
     if result.scene.text("run", "plane") == "stress":

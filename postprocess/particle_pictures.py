@@ -41,8 +41,8 @@ def add_field_options(parser, field="energy_density"):
                         help="field that colours the particles: one of the file's, speed, displacement, level, mean_stress or "
                              "von_mises (default: %(default)s)")
     parser.add_argument("--log", action="store_true", help="logarithmic scale of colours, for fields without a sign")
-    parser.add_argument("--size", type=positive, default=OVERLAP, metavar="PART",
-                        help="side of the square of a particle, over that of its share of the cell (default: %(default)g, without gaps)")
+    parser.add_argument("--size", type=positive, metavar="PART",
+                        help=f"side of the square of a particle, over that of its share of the cell (default: {OVERLAP:g}, without gaps)")
     parser.add_argument("--window", type=positive, metavar="MM",
                         help="half width of what is shown around the crack tip [mm] (default: everything)")
     parser.add_argument("--no-mesh", dest="mesh", action="store_false", help="leave the mesh out")
@@ -69,7 +69,7 @@ def survey(result, field, numbers, options, scale=1.0):
         shown = np.abs(plane.local(particles.points) * MM - tip).max(axis=1) < (options.window or np.inf)
         moved = max(moved, np.linalg.norm(displacement[shown], axis=1).max(initial=0.0) * MM)
         values.append(field.values(particles, leaves)[shown])
-        half = options.size * share_of_cell(result, leaves, particles) / 2
+        half = (options.size or OVERLAP) * share_of_cell(result, leaves, particles) / 2
         places = particles.points + (scale - 1) * (displacement - anchor(result, particles, options.tip, number, options.window))
         drawn = plane.local(deformed(places, half[:, None, None] * AROUND, gradients(particles, scale))).reshape(-1, 2) * MM
         corners += [drawn.min(axis=0), drawn.max(axis=0)]
@@ -175,7 +175,7 @@ def bodies_meet(result):
     """Whether bodies may come to touch: in the first snapshot they are apart by a cell or more, or move with different velocities.
     With displacements enlarged they would overlap, or be seen apart where they touch."""
     first, cell = result.block("particles", 0), result.scene.cell()
-    places, body = first.points - first.point_fields["displacement"][:, :2], first.point_fields["body"]
+    places, body = first.points - first.point_fields["displacement"][:, :first.points.shape[1]], first.point_fields["body"]
     parts = [body == number for number in np.unique(body)]
     lower, upper = (np.array([extreme(places[part], axis=0) for part in parts]) for extreme in (np.min, np.max))
     velocity = np.array([first.point_fields["velocity"][part].mean(axis=0) for part in parts])
@@ -221,7 +221,7 @@ class Canvas:
     """Axes with the particles, the mesh and the cracks of one result, which `show` draws."""
 
     def __init__(self, axes, result, field, scale, shades, options):
-        self.result, self.field, self.scale, self.shades, self.size = result, field, scale, shades, options.size
+        self.result, self.field, self.scale, self.shades, self.size = result, field, scale, shades, options.size or OVERLAP
         self.axes, self.window, self.tip = axes, options.window, options.tip
         self.plane = plane_of(result, options)
         self.squares = axes.add_collection(PolyCollection([], cmap=shades.map, norm=shades.norm, edgecolors="none",

@@ -4,14 +4,18 @@
 Fields are those of the file (stress_xx, stress_yy, stress_xy, energy_density, ...) and speed, displacement, level (of the
 particle's cell), mean_stress (a third of the trace) and von_mises. All panels share one scale of colours. Each face of a crack moves
 with the particles beside it: with --scale cracks open. Where a crack lies on a plane of symmetry, both halves are shown.
+
+Of a solid the surface is shown, in a parallel projection, or what a plane across an axis cuts (--slice), without --window, --axes, --tip and --size.
 """
 
 import argparse
 
-from frames import Frames
+import particle_pictures
+import solid_pictures
+from frames import frames_of
 from history import run
 from particle_fields import ParticleField
-from particle_pictures import FLAT, Canvas, add_colour_bar, add_field_options, colours, extent, is_in_scene, joined, survey
+from particle_pictures import FLAT, add_colour_bar, add_field_options, colours, extent, is_in_scene, joined
 from pictures import add_picture_options, picture_names, plt, positive, write
 
 from matplotlib.ticker import MaxNLocator
@@ -23,7 +27,7 @@ LOWEST = 1.3   # of a panel with its label
 
 def main(arguments=None):
     options = parse(arguments)
-    results = [Frames(path) for path in options.files]
+    results = [frames_of(path) for path in options.files]
     write(lambda: draw(results, options), options, f"_{options.field}")
 
 
@@ -31,6 +35,7 @@ def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file with snapshots")
     add_field_options(parser)
+    solid_pictures.add_solid_options(parser)
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--time", type=float, action="append", metavar="S",
                        help="show the snapshot nearest to this time [s]; may be repeated")
@@ -48,7 +53,8 @@ def draw(results, options):
     """The figure: a panel for each file and time."""
     views = [(result, number) for result in results for number in numbers(result, options)]
     fields = {result: ParticleField(result, options.field) for result in results}
-    surveys = [survey(result, fields[result], [number], options, options.scale) for result, number in views]
+    of = solid_pictures if solid_pictures.check_options(results, options) else particle_pictures
+    surveys = [of.survey(result, fields[result], [number], options, options.scale) for result, number in views]
     seen = joined(surveys)
     shades = colours(fields[results[0]], seen.values, options.log)
     of_scene = {is_in_scene(result, options) for result in results}
@@ -58,7 +64,7 @@ def draw(results, options):
     figure, axes = panels(len(views), upper - lower, is_shared, options.width)
     stems = dict(zip(results, picture_names(results)))
     for panel, (result, number), own in zip(axes, views, surveys):
-        canvas = Canvas(panel, result, fields[result], options.scale, shades, options)
+        canvas = of.Canvas(panel, result, fields[result], options.scale, shades, options)
         words = canvas.show(number)
         if not options.window:
             lower, upper = extent(seen if is_shared else own, options.window)

@@ -3,33 +3,38 @@
 
 Above, where a file has it: the refinement parameter R, mean over the nodes of each cell along the crack plane, and the critical
 value. Below: the cells that hold material, mirrored about that plane where it is one of symmetry, and the box in which they may
-refine.
+refine. Of a solid, which has no tip, all cells that hold material are shown, from outside or where a plane across an axis cuts them (--slice).
 """
 
 import argparse
 
-from frames import Frames, squares
+import solid_pictures
+from frames import frames_of, squares
 from history import ResultError, run
 from particle_pictures import add_axes_option, axis_labels, is_in_scene, plane_of, time_words
 from pictures import COLOURS, MM, add_picture_options, plt, positive, verbatim, write
+from plot_field import panels
 
 import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.ticker import MaxNLocator
 
+WINDOW = 6.0    # half width of what is shown [mm]
+
 
 def main(arguments=None):
     options = parse(arguments)
-    results = [Frames(path) for path in options.files]
+    results = [frames_of(path) for path in options.files]
     write(lambda: draw(results, options), options, "_mesh")
 
 
 def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file with snapshots; one column each")
-    parser.add_argument("--window", type=positive, default=6.0, metavar="MM",
-                        help="half width of what is shown around the crack tip [mm] (default: %(default)g)")
+    parser.add_argument("--window", type=positive, metavar="MM",
+                        help=f"half width of what is shown around the crack tip [mm] (default: {WINDOW:g})")
     add_axes_option(parser)
+    solid_pictures.add_solid_options(parser)
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--time", type=float, metavar="S", help="show the snapshot nearest to this time [s]")
     which.add_argument("--snapshot", type=int, metavar="N",
@@ -40,6 +45,8 @@ def parse(arguments):
 
 def draw(results, options):
     """The figure: a column for each result, R above the mesh where any has it."""
+    if solid_pictures.check_options(results, options):
+        return solid_pictures.draw_mesh(results, options, panels)
     views = [View(result, options) for result in results]
     has_parameter = any(view.has_parameter for view in views)
     is_shared = not any(is_in_scene(result, options) or result.has_crack_lines for result in results)  # else tips are at different places
@@ -48,13 +55,13 @@ def draw(results, options):
                                 height_ratios=(0.6, 1)[-1 - has_parameter:], layout="compressed")
     upper, lower = axes[0], axes[-1]
     if has_parameter:
-        top = max(draw_parameter(panel, view, options.window) for panel, view in zip(upper, views))
+        top = max(draw_parameter(panel, view, options.window or WINDOW) for panel, view in zip(upper, views))
         for panel in upper:
             panel.set_ylim(0, 1.1 * top or 1)
         upper[0].set_ylabel("mean $R$ of a cell [–]")
     for panel, title, view in zip(lower, upper, views):
-        draw_mesh(panel, view, options.window)
-        title.set_title(view.heading(options.window), fontsize=10)
+        draw_mesh(panel, view, options.window or WINDOW)
+        title.set_title(view.heading(options.window or WINDOW), fontsize=10)
         panel.xaxis.set_major_locator(MaxNLocator(5, prune="both"))
         if view is views[0] or view.plane.of_scene != views[0].plane.of_scene:
             panel.set_ylabel(axis_labels(view.plane, view.result.scene.count("growth") > 0)[1])

@@ -22,7 +22,7 @@ import plot_g
 import plot_mesh
 import plot_path
 from growing_tips import growing_tips
-from frames import Frames
+from frames import frames_of
 from history import OF_TIP, UNREADABLE, History, ResultError, add_strict, opened, run, tell_of_motion
 from pictures import MM, STYLE, ending, names, plt, positive, save
 
@@ -118,7 +118,7 @@ class Run:
 
 def snapshots(path):
     try:
-        return Frames(path)
+        return frames_of(path)
     except ResultError:
         return None
 

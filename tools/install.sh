@@ -1,10 +1,10 @@
 #!/bin/sh
 # Install the program and what belongs to it, or remove it: what `make install` and `make uninstall` run.
 #
-#     PREFIX=FOLDER [DESTDIR=FOLDER] [packages="run batch"] tools/install.sh PROGRAM
+#     PREFIX=FOLDER [DESTDIR=FOLDER] [packages="run batch"] tools/install.sh PROGRAM [PROGRAM FOR SOLIDS]
 #     PREFIX=FOLDER [DESTDIR=FOLDER] tools/install.sh --uninstall         (without sources: sh PREFIX/share/hampm/tools/install.sh)
 #
-#     PREFIX/bin             hampm, and hampm-tool, which runs the scripts
+#     PREFIX/bin             hampm, perhaps hampm3d, and hampm-tool, which runs the scripts
 #     PREFIX/share/hampm     postprocess, batch, the Python package, models and sweeps (input), requirements
 #     PREFIX/share           man/man1/hampm.1, doc/hampm, completions for bash and zsh
 #     PREFIX/lib/hampm/venv  Python with the packages of requirements/PART.txt, of the parts named by `packages` (default: run; none: no Python
@@ -33,7 +33,10 @@ main() {
         return
     fi
     program=$1
-    [ -x "$program" ] || fail "$program: there is no such program"
+    solid=${2-}
+    for file; do
+        [ -x "$file" ] || fail "$file: there is no such program"
+    done
     [ ! -f "$list" ] || remove
     mkdir -p "$share"
     : >"$list"
@@ -80,6 +83,7 @@ generate() {
 
 install_files() {
     place 755 "$program" bin/hampm
+    [ -z "$solid" ] || place 755 "$solid" bin/hampm3d
     place 755 "$root/tools/hampm-tool" bin/hampm-tool
     for folder in batch postprocess input requirements tools/upgrade.py tools/install.sh requirements.txt requirements.lock python; do
         [ ! -e "$root/$folder" ] || (cd "$root" && find "$folder" -name __pycache__ -prune -o -name '*.egg-info' -prune -o -name .pytest_cache -prune -o \

@@ -14,7 +14,7 @@ from PIL import Image
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "postprocess"))
 
 import plot_field  # noqa: E402
-from frames import Frames  # noqa: E402
+from frames import frames_of  # noqa: E402
 
 WIDE, HIGH, COLOURS = 220, 120, 48  # pixels at most
 
@@ -24,7 +24,7 @@ def main():
         sys.exit(__doc__)
     result, picture, field = sys.argv[1:4]
     options = plot_field.parse([result, "--field", field, "--no-mesh", *(["--scale", sys.argv[4]] if len(sys.argv) == 5 else [])])
-    figure = plot_field.draw([Frames(Path(result))], options)
+    figure = plot_field.draw([frames_of(Path(result))], options)
     panel, *others = figure.axes
     for axes in others:
         axes.set_visible(False)

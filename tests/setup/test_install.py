@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from paths import PROGRAM, ROOT
+from paths import PROGRAM, ROOT, SOLID_PROGRAM
 
 KEYS = subprocess.run([PROGRAM, "--keys"], check=True, capture_output=True, text=True).stdout
 OPTIONS = re.findall(r"^  (--[\w-]+)", subprocess.run([PROGRAM, "--help"], check=True, capture_output=True, text=True).stdout, re.MULTILINE)
@@ -36,7 +36,7 @@ def sources(tmp_path):
 def prefix(sources, tmp_path):
     """A folder with hampm, and no sources."""
     place = tmp_path / "in stalled"
-    done = install(sources, PROGRAM, PREFIX=str(place), packages="none")
+    done = install(sources, PROGRAM, *[SOLID_PROGRAM] * SOLID_PROGRAM.exists(), PREFIX=str(place), packages="none")
     assert done.returncode == 0 and done.stderr == "", done.stderr
     shutil.rmtree(sources)
     return place
@@ -77,7 +77,11 @@ def test_scripts_run_the_installed_program(prefix, tmp_path):
     pytest.importorskip("yaml")
     (tmp_path / "x.yaml").write_text(f"namelist: '{prefix}/share/hampm/input/dcb.nml'\noutput: out\nproduct: {{grid.cell: [1, 2]}}\n")
     assert len(tool(prefix, "sweep", "x.yaml", cwd=tmp_path).stdout.splitlines()) == 2
-    assert str(prefix / "bin/hampm") in tool(prefix, "python", "-c", "import hampm; print(hampm.find_program())", cwd=tmp_path).stdout
+    found = tool(prefix, "python", "-c", "import hampm; print(hampm.find_program())", cwd=tmp_path).stdout
+    assert str(prefix / "bin/hampm") in found
+    if SOLID_PROGRAM.exists():
+        found = tool(prefix, "python", "-c", "import hampm; print(hampm.find_program(dimensions=3))", cwd=tmp_path).stdout
+        assert str(prefix / "bin/hampm3d") in found
 
 
 def test_uninstall_leaves_what_others_have(prefix, tmp_path):

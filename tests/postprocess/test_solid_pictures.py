@@ -1,0 +1,152 @@
+"""Pictures of solids: their surface and slices, what moves them, mistakes named."""
+
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+
+import animate
+import plot_field
+import plot_mesh
+import report
+import solid_pictures
+from frames import Frames, frames_of
+from history import ResultError
+from paths import SOLID_PROGRAM
+from pictures import MM
+
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+
+SIZE = np.array([0.3, 0.1, 0.15])
+FORCE, YOUNG, POISSON = 3e4, 200e9, 0.3
+BAR = """
+&run title = 'bar'  end_time = 1.0 /
+&grid lower = -0.05, -0.05, -0.05  cell = 0.05  cells = 8, 4, 5 /
+&material name = 'a'  young = 200e9  poisson = 0.3  density = 7800.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.3, 0.1, 0.15 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.0, 0.1, 0.15  fix = 'x' /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.3, 0.0, 0.15  fix = 'y' /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.3, 0.1, 0.0  fix = 'z' /
+&load kind = 'traction'  lower = 0.3, 0.0, 0.0  upper = 0.3, 0.1, 0.15  force = 3e4, 0.0, 0.0 /
+&refine indicator = 'gradient'  field = 'energy_density'  r_crit = 1e-17  max_level = 2  region_lower = 0.1, 0.0, 0.0  region_upper = 0.15, 0.06, 0.06 /
+&method time = 'static'  frame = 'total' /
+&output snapshot_interval = 1.0 /
+"""
+
+
+@pytest.fixture(scope="module")
+def bar(tmp_path_factory):
+    """A bar in tension along x, with cells of three sizes; it strains the same everywhere. Its snapshots have a front, as that of a crack would be."""
+    folder = tmp_path_factory.mktemp("solid")
+    (folder / "bar.nml").write_text(BAR)
+    subprocess.run([SOLID_PROGRAM, "bar.nml", "--quiet"], cwd=folder, check=True, capture_output=True)
+    with h5py.File(folder / "bar.h5", "a") as result:
+        for name, places in (("x", [0.1, 0.1, 0.2]), ("y", [0.0, 0.05, 0.1]), ("z", [0.1, 0.1, 0.1])):
+            result[f"front/{name}"] = np.tile(places, (result["history/time"].size, 1))
+    return folder / "bar.h5"
+
+
+def drawn(module, result, *arguments):
+    return module.draw([frames_of(result)], module.parse([str(result), *arguments]))
+
+
+def polygons(axes):
+    return np.array([path.vertices[:4] for path in axes.collections[0].get_paths()])
+
+
+def areas(polygons):
+    a, b = polygons[:, 2] - polygons[:, 0], polygons[:, 3] - polygons[:, 1]
+    return np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
+
+
+def test_the_surface_is_that_of_the_body(bar):
+    """No side within it, none missing, with cells of three sizes; particles and cells."""
+    result = frames_of(bar)
+    for cubes in (result.cubes(1), result.cells(1)[0]):
+        assert len(np.unique(cubes.size)) == 3
+        number, axis, side = cubes.exposed()
+        width = cubes.size[number] * cubes.unit
+        for d in range(3):
+            for of in (0, 1):
+                chosen = (axis == d) & (side == of)
+                assert np.sum(width[chosen] ** 2) == pytest.approx(np.prod(np.delete(SIZE, d)), rel=1e-12)
+                places = cubes.places(cubes.sides(number[chosen], axis[chosen], side[chosen]))
+                np.testing.assert_allclose(places[..., d], of * SIZE[d], atol=1e-12)
+                normal = np.cross(places[:, 1] - places[:, 0], places[:, 2] - places[:, 1])
+                assert np.all(normal[:, d] * (2 * of - 1) > 0)
+
+
+def test_corners_move_with_the_material(bar):
+    """u = strain times place, to rounding, on all sides."""
+    result = frames_of(bar)
+    cubes, particles = result.cubes(1), result.block("particles", 1)
+    number, axis, side = cubes.exposed()
+    corners = cubes.sides(number, axis, side)
+    gradient = particles.point_fields["deformation_gradient"].reshape(-1, 3, 3) - np.eye(3)
+    moved = cubes.moved(corners, cubes.part[number], particles.point_fields["displacement"], gradient)
+    strain = FORCE / (YOUNG * SIZE[1] * SIZE[2]) * np.array([1, -POISSON, -POISSON])
+    np.testing.assert_allclose(moved, strain * cubes.places(corners), atol=1e-9 * strain[0] * SIZE[0])
+
+
+def test_a_slice_is_as_large_as_the_body_is_there(bar):
+    """Where a plane goes through particles, between them, and along a side."""
+    for words, size in (("x=0.11", SIZE[[1, 2]]), ("y=0.05", SIZE[[0, 2]]), ("z=0", SIZE[[0, 1]]), ("z=0.15", SIZE[[0, 1]])):
+        axes = drawn(plot_field, bar, "--slice", words, "--no-mesh").axes[0]
+        found = polygons(axes)
+        assert areas(found).sum() == pytest.approx(np.prod(size) * MM**2, rel=1e-4)
+        np.testing.assert_allclose(np.ptp(found.reshape(-1, 2), axis=0), size * MM, rtol=1e-4)
+        assert [axes.get_xlabel(), axes.get_ylabel()] == [f"${name}$ [mm]" for name in "xyz" if name != words[0]]
+    front = drawn(plot_field, bar, "--slice", "y=0.075").axes[0].lines[0]
+    np.testing.assert_allclose(front.get_xydata(), [[150, 100]], rtol=1e-4)
+
+
+def test_what_is_seen_from_along_an_axis(bar):
+    """The side of the body, doubled by its image; of a shear stress the image has the other sign; cells have their number in the title."""
+    axes = drawn(plot_field, bar, "--view", "0,0", "--field", "speed", "--mirror", "y=0").axes[0]
+    assert areas(polygons(axes)).sum() == pytest.approx(2 * SIZE[1] * SIZE[2] * MM**2, rel=1e-4)
+    assert len(axes.lines) == 2 and {text.get_text() for text in axes.texts} >= {"$x$", "$y$", "$z$"}
+    view = solid_pictures.View(plot_field.parse([str(bar), "--mirror", "y=0"]))
+    result = frames_of(bar)
+    for name, is_odd in (("stress_xy", True), ("stress_yz", True), ("stress_xz", False), ("stress_yy", False)):
+        _, values = solid_pictures.particle_polygons(result, plot_field.ParticleField(result, name), 1, view, 1.0)
+        half, image = np.split(values, 2)
+        np.testing.assert_array_equal(image, -half if is_odd else half)
+    figure = drawn(plot_mesh, bar, "--view", "0,0")
+    assert areas(polygons(figure.axes[0])).sum() == pytest.approx(SIZE[1] * SIZE[2] * MM**2, rel=1e-4)
+    leaves = result.leaves(1)
+    assert f"{np.count_nonzero((leaves.level == 2) & (leaves.particles > 0))} of level 2" in figure.axes[0].get_title()
+
+
+def test_fields_are_those_of_space(bar):
+    result = frames_of(bar)
+    particles, leaves = result.block("particles", 1), result.leaves(1)
+    stress = FORCE / (SIZE[1] * SIZE[2])
+    for name, value in (("von_mises", stress), ("mean_stress", stress / 3)):
+        np.testing.assert_allclose(plot_field.ParticleField(result, name).values(particles, leaves), value, rtol=1e-9)
+
+
+def test_films_and_reports_have_solids(bar, tmp_path):
+    animate.main([str(bar), "--dpi", "30", "-o", str(tmp_path / "bar.gif")])
+    report.main([str(bar), "--dpi", "30", "-o", str(tmp_path / "bar.html")])
+    page = (tmp_path / "bar.html").read_text()
+    assert (tmp_path / "bar.gif").stat().st_size > 0 and "Last snapshot" in page and "holds no snapshots" not in page
+
+
+@pytest.mark.parametrize(("arguments", "says"), [
+    (["--window", "3"], "--window is for pictures of planes"), (["--size", "2"], "--size is for pictures of planes"),
+    (["--slice", "x=0.31"], "the plane x = 0.31 m cuts no material; it is between 0 and 0.3 m")])
+def test_mistakes_are_named(bar, arguments, says):
+    with pytest.raises(ResultError, match=says):
+        drawn(plot_field, bar, *arguments)
+    with pytest.raises(SystemExit):
+        plot_field.parse([str(bar), "--slice", "w=1"])
+
+
+def test_each_kind_of_result_has_its_own_options(bar, refined_result):
+    with pytest.raises(ResultError, match="--slice is for pictures of solids"):
+        drawn(plot_field, refined_result, "--slice", "x=0.1")
+    with pytest.raises(ResultError, match="not drawn in one picture"):
+        plot_field.draw([frames_of(bar), frames_of(refined_result)], plot_field.parse([str(bar), str(refined_result)]))
+    with pytest.raises(ResultError, match="is a result of the program for solids"):
+        Frames(bar)
