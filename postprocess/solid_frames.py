@@ -10,10 +10,12 @@ import numpy as np
 
 from frames import Frames
 from history import ResultError, opened
+from plot_front import front_of
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]])
 AROUND = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])     # corners of a side, by the two axes along it
 OFF = 0.05      # of half the width of a cube: how far a particle may be from the middle of one
+PIECES = 32     # of the edge of a constraint
 KEPT = 4        # snapshots whose cubes are remembered
 
 
@@ -30,8 +32,11 @@ class SolidFrames(Frames):
         """None: what a crack has in a solid is a front."""
         return None
 
-    def fronts(self, number):
-        """The fronts of cracks at the time of a snapshot, nodes (n, 3) [m] of each; a closed one ends where it begins."""
+    def fronts(self, number, ligament=None):
+        """The fronts of cracks at the time of a snapshot, nodes (n, 3) [m] of each: those that are measured, or the edge of a constraint."""
+        if ligament:
+            front = front_of(self.scene, ligament)
+            return [front.origin + np.outer(np.linspace(0, front.length, PIECES + 1), np.eye(3)[front.axes[2]])]
         with opened(self.path) as stored:
             if not all(stored.has(f"front/{name}") for name in "xyz"):
                 return []

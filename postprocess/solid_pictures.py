@@ -27,7 +27,7 @@ EDGE = {"linewidths": 0.35, "edgecolors": (0, 0, 0, 0.45)}
 ARROW, MARGIN, CORNER = 24, 8, 0.2      # length of the arrows of the axes, how far they are from the edges [points], and the part of the picture they take
 HALO = [withStroke(linewidth=3.2, foreground="white")]
 OF_PLANES = {"window": None, "axes": None, "tip": 1, "size": None}   # options of pictures of planes, and what they are where not given
-OF_SOLIDS = {"slice": None, "view": None, "up": None, "mirror": []}
+OF_SOLIDS = {"slice": None, "view": None, "up": None, "mirror": [], "ligament": None}
 
 
 def add_solid_options(parser):
@@ -38,6 +38,7 @@ def add_solid_options(parser):
     parser.add_argument("--up", choices=NAMES, help="of a solid: the axis that is up (default: z)")
     parser.add_argument("--mirror", type=plane, action="append", default=[], metavar="AXIS=M",
                         help="of a solid: add its image in this plane, such as y=0; may be repeated")
+    parser.add_argument("--ligament", metavar="NAME", help="of a solid: draw the edge of this &constraint as the front of the crack beside it")
 
 
 def plane(text):
@@ -73,7 +74,7 @@ class View:
     """How places in space become places in a picture: along its axes and towards the viewer, (3, 3)."""
 
     def __init__(self, options):
-        self.slice, self.mirrors = options.slice, options.mirror
+        self.slice, self.mirrors, self.ligament = options.slice, options.mirror, options.ligament
         if self.slice:
             self.axes = [d for d in range(3) if d != self.slice[0]]
             self.turn = np.eye(3)[[*self.axes, self.slice[0]]]
@@ -249,7 +250,7 @@ def cell_polygons(result, number, view):
 
 def draw_fronts(axes, result, number, view, scale):
     """The fronts of cracks as lines, which move with the particle nearest to each of their nodes, and where a slice meets them."""
-    for front in result.fronts(number):
+    for front in result.fronts(number, view.ligament):
         if scale:
             particles = result.block("particles", number)
             moved = particles.point_fields["displacement"][:, :3]

@@ -166,6 +166,10 @@ draw_solid_front() {
     build/release3d/hampm3d input/solid/dcb.nml --output $out/solid --force --quiet
     "$python" postprocess/plot_front.py $out/solid/dcb.h5 --ligament ligament --scale 4.285714e-3 --reference tests/reference/solid/dcb.csv \
         --output $out/solid_front.png
+    "$python" tools/solid_dcb.py $out/solid/dcb.h5 $out/solid_dcb.png
+    sed -n '/^&run  /,/^```$/p' docs/tutorials/solids.md | sed '$d' >$out/solid/beam.nml
+    build/release3d/hampm3d $out/solid/beam.nml --output $out/solid --force --quiet
+    "$python" postprocess/plot_field.py $out/solid/beam.h5 --field von_mises --scale 500 --width 5 --dpi 100 --output $out/solid_beam.png
 }
 draw_mixed_mode() {
     run input/mixed_mode.nml mixed_mode

@@ -83,6 +83,7 @@ contains
                                            trim(merge('a plane: run hampm                                     ', &
                                                       'a solid: run hampm3d, which `make program dim=3` builds', ndim > 2)))
    contains
+      !> How many values a key of the grid has.
       pure integer function values_of(key) result(n)
          character(*), intent(in) :: key
          n = 0

@@ -15,13 +15,13 @@ from types import SimpleNamespace
 import h5py
 import pytest
 
-from paths import PROGRAM, ROOT
+from paths import PROGRAM, ROOT, SOLID_PROGRAM
 
 sys.path.insert(0, str(ROOT / "tests/lessons"))
 
 from test_lessons import NUMBER, commands_of, unit_of  # noqa: E402
 
-PAGES = [*sorted((ROOT / "docs/tutorials").glob("*.md")), ROOT / "README.md"]
+PAGES = [page for page in (*sorted((ROOT / "docs/tutorials").glob("*.md")), ROOT / "README.md") if page.stem != "solids" or SOLID_PROGRAM.exists()]
 PIECE = re.compile(r"[Ss]ave it as `([^`]+)`[^`]*?\n+```\w*\n(.*?)^```$|^```sh\n(.*?)^```$(?:\n\n```text\n(.*?)^```$)?", re.MULTILINE | re.DOTALL)
 ROW = re.compile(r"^\|[^|]*\| \[(?P<model>\w+)\.nml\]\([^|]*\) \| `(?P<column>\w+)` \| (?P<handbook>[^| ]+) \| (?P<hampm>[^| ]+) \| (?P<ratio>[\d.]+) \|", re.MULTILINE)
 FREE = re.compile(r"wall time|Mp/s|left\b")  # lines with times
@@ -49,6 +49,8 @@ def done(tmp_path_factory):
             (folder / item).symlink_to(ROOT / item)
         (folder / "build/release").mkdir(parents=True)
         (folder / "build/release/hampm").symlink_to(PROGRAM)
+        (folder / "build/release3d").mkdir()
+        (folder / "build/release3d/hampm3d").symlink_to(SOLID_PROGRAM)
         results = []
         for piece in pieces(page.read_text()):
             if piece.file:
