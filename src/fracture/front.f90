@@ -1,0 +1,416 @@
+!> Cracks in a plane of the grid, and their fronts: geometry alone, of solids only.
+!>
+!> The cracked region is a polygon in the plane, counterclockwise as seen against the normal; curves are chords far shorter than
+!> cells, with the area of the curve. A front is a part of its edge that is inside the material: from side to side, or closed.
+!>
+!>    find_fronts(region, lower, upper, spacing, fronts)   the fronts inside a box, with nodes that far apart
+!>    front%distance(x)                                    from the edge of the region in the plane, below 0 where it is cracked
+!>    front%uncracked(low, high, area, middle)             of a rectangle
+module hampm_front
+   use hampm_kinds, only: dp, ndim, name_len
+   implicit none
+   private
+   public :: region_t, front_t, crack_shape_t, region_of, find_fronts, crosses_itself, plane_axes
+
+   real(dp), parameter :: pi = acos(-1.0_dp)
+   real(dp), parameter :: rounding = 1e-9_dp     !! of the box, within which an edge is that of the box
+   integer, parameter :: chords = 8              !! of a curve between two nodes of a front
+
+   !> What the model says of where a crack is.
+   type :: crack_shape_t
+      character(name_len) :: front = ''          !! 'straight', 'disc', 'ellipse' or 'polygon'
+      integer :: axis = ndim                     !! of the normal of the plane
+      logical :: is_symmetry = .false.           !! whether the plane is one of symmetry of the model
+      real(dp) :: center(ndim) = 0               !! a place on a straight front, the middle of a disc or ellipse [m]
+      real(dp) :: direction(ndim) = 0            !! of a straight front: out of the crack
+      real(dp), allocatable :: radii(:)          !! one of a disc, two of an ellipse along the axes of the plane [m]
+      real(dp), allocatable :: points(:, :)      !! of a polygon [m], (ndim, 3 or more)
+   end type crack_shape_t
+
+   !> Where a plane is cracked.
+   type :: region_t
+      integer :: axis = ndim                     !! of the normal of the plane
+      integer :: along(2) = 1                    !! the axes of the plane, in cyclic order
+      real(dp) :: plane = 0                      !! where the plane is on its axis [m]
+      logical :: is_symmetry = .false.           !! whether the plane is one of symmetry of the model
+      real(dp), allocatable :: outline(:, :)     !! corners of the region in the plane [m], (2, any)
+      logical, allocatable :: may_be_front(:)    !! of the edge from each corner to the next; the others are far from the material
+      logical, allocatable :: is_corner(:)       !! whether there the outline has a kink, else it stands for a curve
+   contains
+      procedure :: in_plane => place_in_plane
+      procedure :: in_space => place_in_space
+      procedure :: distance
+      procedure :: contains => holds
+      procedure :: uncracked
+   end type region_t
+
+   !> A front of such a crack: a polyline of nodes. As one walks along it, as seen against the normal, the crack is to the left.
+   type, extends(region_t) :: front_t
+      integer :: crack = 0                       !! number of the crack
+      logical :: is_closed = .false.             !! whether the last node is followed by the first
+      real(dp), allocatable :: at(:, :)          !! nodes [m], (ndim, n)
+      real(dp), allocatable :: outward(:, :)     !! unit vectors in the plane out of the crack, (ndim, n)
+      real(dp), allocatable :: arc(:)            !! way along the front from the first node [m], (n)
+      real(dp) :: length = 0                     !! of the front, of a closed one all around [m]
+   contains
+      procedure :: n => number_of_nodes
+   end type front_t
+
+contains
+
+   !> The axes of the plane with a normal, in cyclic order.
+   pure function plane_axes(axis) result(along)
+      integer, intent(in) :: axis                !! of the normal
+      integer :: along(2)
+      along = modulo(axis + [0, 1], ndim) + 1
+   end function plane_axes
+
+   !> The region of a shape. Curves are divided for fronts whose nodes are that far apart; a half plane ends far outside of a box.
+   pure function region_of(shape, lower, upper, spacing) result(region)
+      type(crack_shape_t), intent(in) :: shape
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! of all material [m]
+      real(dp), intent(in) :: spacing            !! [m]
+      type(region_t) :: region
+      real(dp) :: d(2), reach, angle, radii(2)
+      integer :: n, k
+      region%axis = shape%axis
+      region%along = plane_axes(shape%axis)
+      region%plane = shape%center(shape%axis)
+      region%is_symmetry = shape%is_symmetry
+      associate (center => region%in_plane(shape%center))
+         select case (shape%front)
+         case ('disc', 'ellipse')
+            radii = shape%radii([1, size(shape%radii)])
+            n = 4*max(4, ceiling(chords*pi*maxval(radii)/(2*spacing)))
+            angle = 2*pi/n
+            radii = radii*sqrt(angle/sin(angle)) ! the area of the curve
+            allocate (region%outline(2, n))
+            do k = 1, n
+               region%outline(:, k) = center + radii*[cos((k - 1)*angle), sin((k - 1)*angle)]
+            end do
+         case ('polygon')
+            n = size(shape%points, 2)
+            region%plane = shape%points(shape%axis, 1)
+            allocate (region%outline(2, n))
+            region%outline = shape%points(region%along, :)
+            if (area_of(region%outline) < 0) region%outline = region%outline(:, n:1:-1)
+         case default
+            d = region%in_plane(shape%direction)
+            d = d/norm2(d)
+            reach = 2*norm2(upper - lower) + norm2(shape%center - lower) + norm2(shape%center - upper)
+            allocate (region%outline(2, 4))
+            region%outline = reach*reshape([d(2), -d(1), -d(2), d(1), -d(2) - d(1), d(1) - d(2), d(2) - d(1), -d(1) - d(2)], [2, 4])
+            region%outline = region%outline + spread(center, 2, 4)
+         end select
+      end associate
+      allocate (region%may_be_front(size(region%outline, 2)), source=.true.)
+      allocate (region%is_corner(size(region%outline, 2)), source=all(shape%front /= ['disc   ', 'ellipse']))
+      if (all(shape%front /= ['disc   ', 'ellipse', 'polygon'])) region%may_be_front(2:) = .false.
+   end function region_of
+
+   !> The fronts of a region inside a box, along its outline.
+   pure subroutine find_fronts(region, lower, upper, spacing, fronts)
+      type(region_t), intent(in) :: region
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
+      real(dp), intent(in) :: spacing            !! of nodes, roughly [m]
+      type(front_t), allocatable, intent(out) :: fronts(:)
+      real(dp), dimension(size(region%outline, 2)) :: from, to ! of each edge of the outline, parts of it, where it is inside
+      logical :: begins(size(region%outline, 2)), ends(size(region%outline, 2))
+      real(dp) :: low(2), high(2), margin
+      integer :: n, k, i, first, last
+      low = region%in_plane(lower)
+      high = region%in_plane(upper)
+      margin = rounding*norm2(high - low)
+      n = size(region%outline, 2)
+      do k = 1, n
+         call clip_edge(region%outline(:, k), region%outline(:, modulo(k, n) + 1), low + margin, high - margin, from(k), to(k))
+         if (.not. region%may_be_front(k)) to(k) = -1
+      end do
+      do k = 1, n
+         associate (before => modulo(k - 2, n) + 1, after => modulo(k, n) + 1)
+            begins(k) = to(k) > from(k) .and. (from(k) > 0 .or. .not. (to(before) > from(before) .and. to(before) >= 1))
+            ends(k) = to(k) > from(k) .and. (to(k) < 1 .or. .not. (to(after) > from(after) .and. .not. from(after) > 0))
+         end associate
+      end do
+      if (all(to > from) .and. .not. any(begins)) then
+         allocate (fronts(1))
+         call place_nodes(region, 1, n, from, to, spacing, fronts(1))
+         return
+      end if
+      allocate (fronts(count(begins)))
+      i = 0
+      do first = 1, n
+         if (.not. begins(first)) cycle
+         last = first
+         do while (.not. ends(modulo(last - 1, n) + 1))
+            last = last + 1
+         end do
+         i = i + 1
+         call place_nodes(region, first, last, from, to, spacing, fronts(i))
+         do k = 1, 2                             ! to the box, without the margin
+            where (abs(fronts(i)%at(region%along(k), :) - low(k)) < 4*margin) fronts(i)%at(region%along(k), :) = low(k)
+            where (abs(fronts(i)%at(region%along(k), :) - high(k)) < 4*margin) fronts(i)%at(region%along(k), :) = high(k)
+         end do
+      end do
+   end subroutine find_fronts
+
+   !> The nodes of a front along edges of an outline: at its ends and its kinks, and in equal ways between them.
+   pure subroutine place_nodes(region, first, last, from, to, spacing, front)
+      type(region_t), intent(in) :: region
+      integer, intent(in) :: first, last         !! edges; the last may be counted beyond all of them
+      real(dp), intent(in) :: from(:), to(:)     !! of each edge, parts of it, where it is inside [-]
+      real(dp), intent(in) :: spacing            !! [m]
+      type(front_t), intent(out) :: front
+      real(dp), allocatable :: at(:, :), outward(:, :) ! of nodes, in the plane
+      real(dp) :: way(first:last + 1), wanted, normal(2)
+      integer :: n, k, m, i, start, parts
+      front%region_t = region
+      n = size(region%outline, 2)
+      front%is_closed = all(to > from) .and. last - first + 1 == n .and. .not. from(edge(first)) > 0 .and. .not. to(edge(last)) < 1
+      way(first) = 0
+      do k = first, last
+         way(k + 1) = way(k) + (to(edge(k)) - from(edge(k)))*length_of(k)
+      end do
+      front%length = way(last + 1)
+      allocate (at(2, 0), outward(2, 0))
+      start = first
+      do k = first, last                         ! stretches without a kink inside
+         if (k < last .and. .not. region%is_corner(edge(k + 1))) cycle
+         parts = max(1, nint((way(k + 1) - way(start))/spacing))
+         if (front%is_closed .and. start == first .and. k == last) parts = 4*max(2, nint(front%length/(4*spacing)))
+         m = start
+         do i = 0, parts
+            if (i == 0 .and. start > first) cycle ! the last node of the stretch before
+            if (i == parts .and. k == last .and. front%is_closed) exit ! its first one
+            wanted = way(start) + i*(way(k + 1) - way(start))/parts
+            do while (m < k .and. way(m + 1) < wanted)
+               m = m + 1
+            end do
+            associate (part => from(edge(m)) + (wanted - way(m))/length_of(m))
+               at = reshape([at, region%outline(:, edge(m)) + part*(region%outline(:, edge(m + 1)) - region%outline(:, edge(m)))], &
+                            [2, size(at, 2) + 1])
+               normal = (1 - part)*normal_at(m, m) + part*normal_at(m + 1, m)
+               if (i == parts .and. k < last) normal = normal_of(k) + normal_of(k + 1)
+               if (i == 0 .and. front%is_closed .and. region%is_corner(edge(m))) normal = normal_of(last) + normal_of(first)
+            end associate
+            outward = reshape([outward, normal/norm2(normal)], [2, size(outward, 2) + 1])
+            if (.not. allocated(front%arc)) allocate (front%arc(0))
+            front%arc = [front%arc, wanted]
+         end do
+         start = k + 1
+      end do
+      allocate (front%at(ndim, size(at, 2)), front%outward(ndim, size(at, 2)))
+      front%outward = 0
+      do k = 1, size(at, 2)
+         front%at(:, k) = region%in_space(at(:, k))
+         front%outward(region%along, k) = outward(:, k)
+      end do
+
+   contains
+
+      !> Number of an edge or a corner, from one that may be beyond all of them.
+      pure integer function edge(k)
+         integer, intent(in) :: k
+         edge = modulo(k - 1, n) + 1
+      end function edge
+
+      !> Length of an edge [m].
+      pure real(dp) function length_of(k)
+         integer, intent(in) :: k
+         length_of = norm2(region%outline(:, edge(k + 1)) - region%outline(:, edge(k)))
+      end function length_of
+
+      !> Unit vector out of the region at an edge.
+      pure function normal_of(k) result(normal)
+         integer, intent(in) :: k
+         real(dp) :: normal(2)
+         normal = region%outline(:, edge(k + 1)) - region%outline(:, edge(k))
+         normal = [normal(2), -normal(1)]/length_of(k)
+      end function normal_of
+
+      !> The same at a corner of the outline, as seen from an edge: that of the curve, where it has one.
+      pure function normal_at(corner, k) result(normal)
+         integer, intent(in) :: corner, k
+         real(dp) :: normal(2)
+         normal = normal_of(k)
+         if (.not. region%is_corner(edge(corner))) normal = normal_of(corner - 1) + normal_of(corner)
+         normal = normal/norm2(normal)
+      end function normal_at
+   end subroutine place_nodes
+
+   !> How many nodes a front has.
+   pure integer function number_of_nodes(self)
+      class(front_t), intent(in) :: self
+      number_of_nodes = size(self%arc)
+   end function number_of_nodes
+
+   !> A place of space as one of the plane [m].
+   pure function place_in_plane(self, x) result(y)
+      class(region_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: y(2)
+      y = x(self%along)
+   end function place_in_plane
+
+   !> A place of the plane as one of space [m].
+   pure function place_in_space(self, y) result(x)
+      class(region_t), intent(in) :: self
+      real(dp), intent(in) :: y(2)               !! [m]
+      real(dp) :: x(ndim)
+      x(self%along) = y
+      x(self%axis) = self%plane
+   end function place_in_space
+
+   !> Distance of a place from the edge of the region, both seen along the normal; below 0 where the plane is cracked [m].
+   pure real(dp) function distance(self, x)
+      class(region_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: y(2), least, part
+      integer :: k
+      y = self%in_plane(x)
+      least = huge(least)
+      do k = 1, size(self%outline, 2)
+         if (.not. self%may_be_front(k)) cycle
+         associate (a => self%outline(:, k), b => self%outline(:, modulo(k, size(self%outline, 2)) + 1))
+            part = min(max(dot_product(y - a, b - a)/max(sum((b - a)**2), tiny(part)), 0.0_dp), 1.0_dp)
+            least = min(least, sum((y - a - part*(b - a))**2))
+         end associate
+      end do
+      distance = sqrt(least)
+      if (self%contains(x)) distance = -distance
+   end function distance
+
+   !> Whether the plane is cracked at a place, seen along the normal.
+   pure logical function holds(self, x)
+      class(region_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: y(2)
+      integer :: k
+      y = self%in_plane(x)
+      holds = .false.
+      do k = 1, size(self%outline, 2)
+         associate (a => self%outline(:, k), b => self%outline(:, modulo(k, size(self%outline, 2)) + 1))
+            if ((a(2) > y(2)) .eqv. (b(2) > y(2))) cycle
+            if (y(1) < a(1) + (y(2) - a(2))/(b(2) - a(2))*(b(1) - a(1))) holds = .not. holds
+         end associate
+      end do
+   end function holds
+
+   !> The part of a rectangle in the plane that is not cracked: its area and middle, that of the rectangle where there is none.
+   pure subroutine uncracked(self, low, high, area, middle)
+      class(region_t), intent(in) :: self
+      real(dp), intent(in) :: low(2), high(2)    !! [m]
+      real(dp), intent(out) :: area              !! [m2]
+      real(dp), intent(out) :: middle(2)         !! [m]
+      real(dp), allocatable :: part(:, :)
+      real(dp) :: whole, first(2)
+      integer :: k, side
+      whole = product(high - low)
+      middle = (low + high)/2
+      allocate (part(2, size(self%outline, 2)))
+      do k = 1, size(part, 2)                    ! from the middle of the rectangle: no digits are lost
+         part(:, k) = self%outline(:, k) - middle
+      end do
+      do side = 1, 2
+         call cut_polygon(part, side, (high(side) - low(side))/2)
+         part(side, :) = -part(side, :)
+         call cut_polygon(part, side, (high(side) - low(side))/2)
+         part(side, :) = -part(side, :)
+      end do
+      area = 0
+      first = 0
+      do k = 1, size(part, 2)
+         associate (a => part(:, k), b => part(:, modulo(k, size(part, 2)) + 1))
+            area = area + (a(1)*b(2) - a(2)*b(1))/2
+            first = first + (a(1)*b(2) - a(2)*b(1))*(a + b)/6
+         end associate
+      end do
+      area = whole - area
+      if (area > rounding*whole) then
+         middle = middle - first/area
+      else
+         area = 0
+      end if
+      if (area > whole*(1 - rounding)) area = whole
+   end subroutine uncracked
+
+   !> Keep of a polygon what has a coordinate of this value or less.
+   pure subroutine cut_polygon(polygon, axis, most)
+      real(dp), allocatable, intent(inout) :: polygon(:, :)
+      integer, intent(in) :: axis
+      real(dp), intent(in) :: most
+      real(dp) :: kept(2, 2*size(polygon, 2))
+      integer :: k, n
+      n = 0
+      do k = 1, size(polygon, 2)
+         associate (a => polygon(:, k), b => polygon(:, modulo(k, size(polygon, 2)) + 1))
+            if (a(axis) <= most) then
+               n = n + 1
+               kept(:, n) = a
+            end if
+            if ((a(axis) <= most) .neqv. (b(axis) <= most)) then
+               n = n + 1
+               kept(:, n) = a + (most - a(axis))/(b(axis) - a(axis))*(b - a)
+               kept(axis, n) = most
+            end if
+         end associate
+      end do
+      deallocate (polygon)
+      allocate (polygon, source=kept(:, :n))
+   end subroutine cut_polygon
+
+   !> Parts of an edge between which it is in a rectangle; the last is below the first where it is nowhere.
+   pure subroutine clip_edge(a, b, low, high, from, to)
+      real(dp), intent(in) :: a(2), b(2)         !! its ends [m]
+      real(dp), intent(in) :: low(2), high(2)    !! of the rectangle [m]
+      real(dp), intent(out) :: from, to          !! [-]
+      integer :: d
+      from = 0
+      to = 1
+      do d = 1, 2
+         if (abs(b(d) - a(d)) > 0) then
+            associate (t => ([low(d), high(d)] - a(d))/(b(d) - a(d)))
+               from = max(from, minval(t))
+               to = min(to, maxval(t))
+            end associate
+         else if (a(d) < low(d) .or. a(d) > high(d)) then
+            to = -1
+         end if
+      end do
+   end subroutine clip_edge
+
+   !> Area of a polygon, above 0 where its corners go counterclockwise [m2].
+   pure real(dp) function area_of(polygon) result(area)
+      real(dp), intent(in) :: polygon(:, :)      !! [m], (2, any)
+      integer :: k
+      area = 0
+      do k = 1, size(polygon, 2)
+         associate (a => polygon(:, k) - polygon(:, 1), b => polygon(:, modulo(k, size(polygon, 2)) + 1) - polygon(:, 1))
+            area = area + (a(1)*b(2) - a(2)*b(1))/2
+         end associate
+      end do
+   end function area_of
+
+   !> Whether edges of a polygon that are not neighbours meet.
+   pure logical function crosses_itself(polygon)
+      real(dp), intent(in) :: polygon(:, :)      !! [m], (2, any)
+      integer :: i, j, n
+      n = size(polygon, 2)
+      crosses_itself = .false.
+      do i = 1, n
+         do j = i + 2, n
+            if (i == 1 .and. j == n) cycle
+            associate (a => polygon(:, i), b => polygon(:, i + 1), c => polygon(:, j), d => polygon(:, modulo(j, n) + 1))
+               crosses_itself = crosses_itself .or. &
+                                side_of(a, b, c)*side_of(a, b, d) <= 0 .and. side_of(c, d, a)*side_of(c, d, b) <= 0
+            end associate
+         end do
+      end do
+   end function crosses_itself
+
+   !> Which side of a line through two places a third one is on: above 0 the left one.
+   pure real(dp) function side_of(a, b, c)
+      real(dp), intent(in) :: a(2), b(2), c(2)   !! [m]
+      side_of = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
+   end function side_of
+end module hampm_front
