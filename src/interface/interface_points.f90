@@ -715,7 +715,9 @@ contains
             call archive%archive_reals('start_'//to_text(d), n, of%start(d))
             call archive%archive_reals('rate_'//to_text(d), n, of%rate(d))
             call archive%archive_reals('felt_'//to_text(d), n, of%felt(d))
-            if (d <= 2) call archive%archive_reals('taken_'//to_text(d), n, of%taken(d))
+         end do
+         do d = 1, size(of(1)%taken)
+            call archive%archive_reals('taken_'//to_text(d), n, of%taken(d))
          end do
          call archive%archive_reals('stiffness', n, of%stiffness)
          call archive%archive_reals('length', n, of%length)
