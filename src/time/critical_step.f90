@@ -31,7 +31,7 @@ module hampm_critical_step
    public :: stable_time_step, largest_wave_speed, row_t, ring_t, row_of_points, row_of_cut_cells, shifted, &
              largest_courant, sample_cells
 
-   integer, parameter :: sample_cells = merge(8, 4, ndim == 2) !! that a sample has at most in each direction
+   integer, parameter :: sample_cells = merge(8, 5, ndim == 2) !! that a sample has at most in each direction
 
    !> Distance to the edge of a cell, at least [cells]: nodes of next to no mass keep their digits
    real(dp), parameter :: margin = 1e-6_dp
