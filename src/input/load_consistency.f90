@@ -3,11 +3,11 @@ module hampm_load_consistency
    use hampm_body_group, only: area_in_box
    use hampm_load_groups, only: check_history
    use hampm_joints, only: holds_material
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, plane
    use hampm_crack_placement, only: path_at
    use hampm_load_placement, only: is_on_faces, find_edge_normal
    use hampm_placement, only: tolerance, nodes_touched, on_face, is_part_of, point_text
-   use hampm_model, only: model_t, load_spec_t, constraint_spec_t, path_of, has_shapes
+   use hampm_model, only: model_t, load_spec_t, constraint_spec_t, path_of, plane_of, has_shapes
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: comes_near_edges
    implicit none
@@ -111,10 +111,11 @@ contains
       integer, intent(in) :: entry                 !! position of the group
       type(settings_t), intent(inout) :: settings
       integer :: path
-      path = path_of(model, load%crack)
+      path = max(path_of(model, load%crack), plane_of(model, load%crack))
       if (path == 0 .and. load%crack /= '' .and. settings%good(entry, 'crack')) then
-         call settings%complain(entry, 'crack', 'must be the name of a &crack of kind = ''line'' or ''path''')
-      else if (path > 0) then
+         call settings%complain(entry, 'crack', 'must be the name of a &crack of kind = ''line'' or ''path'', of a solid of '// &
+                                'kind = ''plane''')
+      else if (path > 0 .and. ndim == plane) then
          if (comes_near_edges(model, model%paths(path)%points)) call settings%complain(entry, 'on', '''crack'': the '// &
             'crack must stay two cells away from the edges of polygons, circles and holes, which cut the particles that are '// &
             'pressed')

@@ -21,8 +21,8 @@ module hampm_model
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
-   public :: model_t, fill_model, area_around, path_of, cuts_cells, has_shapes, cracks_cut_cells, mass_acts, mass_used, run_t, &
-             grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
+   public :: model_t, fill_model, area_around, path_of, plane_of, cuts_cells, has_shapes, cracks_cut_cells, mass_acts, &
+             mass_used, run_t, grid_spec_t, material_spec_t, body_t, constraint_spec_t, load_spec_t, &
              damping_t, body_contact_spec_t, method_t, refine_t, path_spec_t, growth_t, energy_release_t, probe_t, output_t
 
    !> All groups.
@@ -274,6 +274,15 @@ contains
          if (merge(size(model%paths) == 1, model%paths(path_of)%name == name, name == '')) return
       end do
    end function path_of
+
+   !> The same of solids.
+   pure integer function plane_of(model, name)
+      type(model_t), intent(in) :: model
+      character(*), intent(in) :: name
+      do plane_of = size(model%planes), 1, -1
+         if (merge(size(model%planes) == 1, model%planes(plane_of)%name == name, name == '')) return
+      end do
+   end function plane_of
 
    !> Whether cracks, or edges of bodies that are no rectangles, cut cells.
    pure logical function cuts_cells(model)

@@ -86,7 +86,8 @@ module hampm_rules
       rule_t("&body spin", not_with, "a solid", not_built, "the axis around which it turns has no key"), &
       rule_t("&constraint unilateral = .true.", not_with, "a solid", not_built, use="&constraint unilateral = .false."), &
       rule_t("&constraint turns = .true.", not_with, "a solid", not_built, "a pin turns in a plane"), &
-      rule_t("&load kind = 'absorbing' | 'pressure'", not_with, "a solid", not_built, use="&load kind = 'traction'"), &
+      rule_t("&load kind = 'absorbing' | 'pressure' and &load on = 'edge'", not_with, "a solid", not_built, &
+             use="&load kind = 'traction'"), &
       rule_t("&crack kind = 'line' | 'path'", not_with, "a solid", not_built, "cracks of solids are in planes of the grid", &
              use="&crack kind = 'plane'"), &
       rule_t("&crack kind = 'plane'", requires, "a solid", mechanics, "in a plane a crack is a line", use="&crack kind = 'line'"), &
@@ -98,7 +99,6 @@ module hampm_rules
       rule_t("&growth", not_with, "a solid", not_built, "growth is along lines"), &
       rule_t("&energy_release estimators = {estimators}", not_with, "a solid", not_built, &
              "postprocess/plot_front.py takes G from snapshots"), &
-      rule_t("&load on = 'crack'", not_with, "a solid", not_built, use="&load kind = 'traction'"), &
       rule_t("&nucleation", not_with, "a solid", not_built, "a crack is a line in a plane"), &
       rule_t("&probe", not_with, "a solid", not_built, "snapshots have the fields of all particles"), &
       rule_t("&contact bodies = 'stick' | 'frictionless' | 'friction'", not_with, "a solid", not_built, &

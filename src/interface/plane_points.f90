@@ -1,6 +1,7 @@
 !> Interface points on the faces of cells along cracks in planes of the grid (`hampm_plane_cuts`), by area; of solids only.
 !>
-!> Each part of a face has a point in the middle of what is bonded of it, and where the faces of the crack may touch one in the middle of the rest.
+!> Each part of a face has a point in the middle of what is bonded of it, and where the faces of the crack may touch one in the middle
+!> of all of it.
 module hampm_plane_points
    use hampm_kinds, only: dp, ndim, long
    use hampm_dofs, only: most_nodes_of_leaf
@@ -29,7 +30,7 @@ contains
    pure subroutine add_points_of_planes(interfaces, m)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
-      real(dp) :: low(2), high(2), part(2), area, middle(2), whole
+      real(dp) :: low(2), high(2), part(2), area, middle(2)
       integer :: k, leaf, side, i, j
       do k = 1, size(m%grid%planes)
          associate (cut => m%grid%planes(k), forest => m%grid%forest)
@@ -38,15 +39,12 @@ contains
                   if (.not. is_of(m, cut, leaf, side)) cycle
                   call cut%rectangle_of(forest, leaf, low, high)
                   part = (high - low)/parts
-                  whole = product(part)
                   do j = 1, parts
                      do i = 1, parts
                         associate (from => low + [i - 1, j - 1]*part)
                            call cut%unbonded(forest%level_of(leaf))%uncracked(from, from + part, area, middle)
                            if (area > 0) call add_point(interfaces, m, cut, k, bonded, side, middle, area)
-                           if (.not. cut%contact .or. .not. area < whole) cycle
-                           middle = (whole*(from + part/2) - area*middle)/(whole - area)
-                           call add_point(interfaces, m, cut, k, contact, side, middle, whole - area)
+                           if (cut%contact) call add_point(interfaces, m, cut, k, contact, side, from + part/2, product(part))
                         end associate
                      end do
                   end do
@@ -62,22 +60,12 @@ contains
       type(plane_cut_t), intent(in) :: cut
       integer, intent(in) :: leaf
       integer, intent(in) :: side                !! on which the leaf is: 1 above, 2 below the plane
-      integer(long) :: place(ndim), half
-      integer :: i, j, other
+      integer(long) :: place(ndim)
+      integer :: other
       is = has_face_in(cut, m%grid%forest, leaf, side)
-      if (.not. is) return
-      half = level_width(m%grid%forest%level_of(leaf))/2
-      is = .false.
-      do j = 0, 2
-         do i = 0, 2
-            place = m%grid%forest%place_of(leaf)
-            place(cut%axis) = cut%at
-            place(cut%along) = place(cut%along) + [i, j]*half
-            is = is .or. cut%is_open(place)
-         end do
-      end do
+      if (is) is = cut%opens_face(m%grid%forest, leaf)
       if (.not. is .or. cut%is_symmetry) return
-      place = m%grid%forest%place_of(leaf) + half
+      place = m%grid%forest%place_of(leaf) + level_width(m%grid%forest%level_of(leaf))/2
       place(cut%axis) = cut%at + merge(-1, 0, side == 1)
       is = place(cut%axis) >= 0 .and. place(cut%axis) < m%grid%forest%cells(cut%axis)*level_width(0)
       if (.not. is) return

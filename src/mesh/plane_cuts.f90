@@ -27,6 +27,7 @@ module hampm_plane_cuts
       procedure :: is_open
       procedure :: opens_at
       procedure :: rectangle_of
+      procedure :: opens_face
    end type plane_cut_t
 
 contains
@@ -101,6 +102,24 @@ contains
       low = self%in_plane(forest%position(forest%place_of(leaf)))
       high = self%in_plane(forest%position(forest%place_of(leaf) + level_width(forest%level_of(leaf))))
    end subroutine rectangle_of
+
+   !> Whether the face of a leaf in the plane has an open node.
+   pure logical function opens_face(self, forest, leaf) result(opens)
+      class(plane_cut_t), intent(in) :: self
+      type(forest_t), intent(in) :: forest
+      integer, intent(in) :: leaf
+      integer(long) :: place(ndim), half
+      integer :: i, j
+      half = level_width(forest%level_of(leaf))/2
+      place = forest%place_of(leaf)
+      place(self%axis) = self%at
+      opens = .false.
+      do j = 0, 2
+         do i = 0, 2
+            opens = opens .or. self%is_open(moved(place, self%along, [i, j]*half))
+         end do
+      end do
+   end function opens_face
 
    !> Whether a node at a place is open.
    pure logical function is_open(self, place)

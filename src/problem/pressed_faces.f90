@@ -13,11 +13,13 @@
 !> The edges are those between particles in the reference configuration, and go with these: a pressure acts on the area and in the direction of the
 !> faces as they were, in both frames.
 module hampm_pressed_faces
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, plane
    use hampm_crack_lines, only: distance_to_segment
    use hampm_cut_cells, only: cut_cells_t, divides
    use hampm_dofs, only: list_slots
    use hampm_loads, only: load_t, note_particles
+   use hampm_matter, only: matter_t
+   use hampm_plane_cuts, only: plane_cut_t, has_face_in
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t, spacing_of
    use hampm_children, only: is_half, middle_of_parent
@@ -34,7 +36,7 @@ module hampm_pressed_faces
       real(dp) :: into(ndim) = 0                 !! unit vector into it
       real(dp) :: offset(ndim) = 0               !! of the middle of the edge from it [m]
       real(dp) :: half(ndim) = 0                 !! half of the edge [m]
-      real(dp) :: length = 0                     !! of the edge across that vector [m]
+      real(dp) :: length = 0                     !! of the edge across that vector [m], of solids the area of the face [m2]
    end type edge_t
 
    !> Some edges.
@@ -53,11 +55,40 @@ contains
       found = 0
       do k = 1, size(m%loads)
          if (m%loads(k)%line == 0) cycle
-         if (m%loads(k)%line /= found) call find_edges(m%particles, m%grid%cut_cells, m%loads(k)%line, edges)
+         if (m%loads(k)%line /= found .and. ndim == plane) &
+            call find_edges(m%particles, m%grid%cut_cells, m%loads(k)%line, edges)
+         if (m%loads(k)%line /= found .and. ndim > plane) call find_faces(m%matter_t, m%grid%planes(m%loads(k)%line), edges)
          found = m%loads(k)%line
          call take_edges(m, edges, m%loads(k))
       end do
    end subroutine press_faces
+
+   !> Find, of solids, the faces of particles in the plane of a crack: of all cells with an open node. What lies ahead of the front is pressed as much from
+   !> both sides.
+   pure subroutine find_faces(m, cut, edges)
+      type(matter_t), intent(in) :: m
+      type(plane_cut_t), intent(in) :: cut
+      type(edges_t), intent(out) :: edges
+      logical :: is_pressed(2, m%grid%forest%leaf_count())
+      real(dp) :: spacing(ndim), side, middle(ndim)
+      integer :: leaf, i, k
+      do leaf = 1, size(is_pressed, 2)
+         is_pressed(:, leaf) = [(has_face_in(cut, m%grid%forest, leaf, k), k=1, 2)]
+         if (any(is_pressed(:, leaf))) is_pressed(:, leaf) = is_pressed(:, leaf) .and. cut%opens_face(m%grid%forest, leaf)
+      end do
+      allocate (edges%list(64))
+      do i = 1, m%particles%n
+         associate (pressed => is_pressed(:, m%grid%element_leaf(m%particles%cell(i))))
+            if (.not. any(pressed)) cycle
+            spacing = spacing_of(m%particles, i)
+            side = cut%plane - m%particles%reference(i, cut%axis)
+            if (abs(side) > 0.75_dp*spacing(cut%axis) .or. .not. pressed(merge(1, 2, side < 0))) cycle
+            middle = m%particles%reference(i, :)
+            middle(cut%axis) = cut%plane
+            call add_edge(m%particles, i, cut%axis, -sign(1.0_dp, side), middle, 0*middle, product(spacing(cut%along)), edges)
+         end associate
+      end do
+   end subroutine find_faces
 
    !> Let a load press on those edges on which it pushes in its direction.
    subroutine take_edges(m, edges, load)

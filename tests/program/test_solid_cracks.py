@@ -1,5 +1,6 @@
 """Cracks in planes of the program for solids: a disc and an ellipse in blocks beside finite elements of degree 4, whole bodies beside parts of them."""
 
+import re
 import subprocess
 
 import h5py
@@ -162,6 +163,39 @@ def test_energy_released_by_a_disc(tmp_path):
     for cells in (4, 6):
         g = rate(tmp_path, (2.5, 2.5, 2.5), cells, disc)
         assert np.sqrt(g / expected("penny_cube2.5.csv", 1.0)) == pytest.approx(1.0, abs=0.01)
+
+
+def test_pressure_on_the_faces_is_tension_less_that_of_the_block(tmp_path):
+    """The energy of the crack in both, in the whole cube and its eighth, with finer cells and without: to rounding."""
+    pressed = "&load kind = 'pressure'  on = 'crack'  pressure = 1.0 /\n&crack"
+    for radius, refine in ((0.62, TIP), (0.75, "")):
+        text = whole(1.0, 4, disc(radius), refine=refine)
+        tension = run(tmp_path, text)["strain_energy"][-1]
+        for scale, of in ((1, text), (8, part((1.0, 1.0, 1.0), 4, disc(radius), refine=refine))):
+            pressure = run(tmp_path, re.sub("&load.*\n", "", of).replace("&crack", pressed))["strain_energy"][-1]
+            assert scale * pressure == pytest.approx(tension - 4.0, rel=1e-12)
+
+
+def test_faces_in_contact_are_none(tmp_path):
+    """A cracked cube under compression is one without a crack, but for the stiffness of what presses; under tension contact does nothing."""
+    text = whole(1.0, 4, disc(0.62))
+    touching = text.replace("&crack", "&crack contact = 'frictionless'")
+    assert run(tmp_path, touching)["strain_energy"][-1] == pytest.approx(run(tmp_path, text)["strain_energy"][-1], rel=1e-12)
+    turned = re.sub(r"0.0, (-?)4.0 /", lambda sign: "0.0, -4.0 /" if not sign[1] else "0.0, 4.0 /", touching)
+    assert run(tmp_path, turned)["strain_energy"][-1] == pytest.approx(4.0, rel=2e-6)
+
+
+def test_stress_along_a_crack_is_uniform(tmp_path):
+    """With finer cells on one side of its plane only, and three sizes of cells: to rounding."""
+    box = "&constraint lower = -1.0, -1.0, -1.0  upper = {}  fix = '{}' /\n"
+    held = (box.format("-1.0, 1.0, 1.0", "x") + box.format("-1.0, -1.0, -1.0", "yz")
+            + "&constraint lower = -1.0, 1.0, -1.0  upper = -1.0, 1.0, -1.0  fix = 'z' /\n"
+              "&load kind = 'traction'  lower = 1.0, -1.0, -1.0  upper = 1.0, 1.0, 1.0  force = 4.0, 0.0, 0.0 /\n&crack")
+    fine = "&refine indicator = 'gradient'  field = 'energy_density'  r_crit = 1e-17  max_level = 2  region_lower = 0.2, 0.0, 0.0  region_upper = 0.6, 0.3, 0.1 /"
+    for normal in "yz":
+        text = whole(1.0, 4, {"normal": f"'{normal}'", "front": "'ellipse'", "center": (0.0, 0.0, 0.0), "radii": [0.62, 0.5]}, refine=fine)
+        text = re.sub("&(load|constraint).*\n", "", text).replace("&crack", held).replace("cells = 8,", "cells = 9,")
+        assert run(tmp_path, text)["strain_energy"][-1] == pytest.approx(4.0, rel=1e-12)
 
 
 @pytest.mark.parametrize(("crack", "message"), [
