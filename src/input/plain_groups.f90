@@ -162,7 +162,8 @@ module hampm_plain_groups
       key_t('consistent_upper', type_real, 'of consistent_region = ''box'': upper corner of this box; needed there', &
             default=zeros, unit='m', allowed=any_number, fewest=ndim, most=ndim), &
       key_t('solver', type_name, &
-            'of mass matrices that are not lumped and of equilibrium; auto: direct, but cg for masses on over a million cells', &
+            'of mass matrices that are not lumped and of equilibrium; auto: direct; '// &
+            'cg for masses on 1e6 cells, solids of 3e4 or more', &
             default='auto', allowed='auto|cg|direct')]
 
    !> &method: how the equations of motion are integrated.

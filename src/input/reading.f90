@@ -20,7 +20,7 @@ module hampm_reading
    private
    public :: read_model, understand_model
 
-   real(dp), parameter :: most_factorised = 1.0e6_dp   !! cells up to which `solver = 'auto'` factorises mass matrices
+   real(dp), parameter :: most_factorised = merge(1.0e6_dp, 3.0e4_dp, ndim == 2) !! cells up to which `solver = 'auto'` factorises mass matrices
 
 contains
 
@@ -120,7 +120,8 @@ contains
          if (time == 'explicit' .and. .not. cuts_quadratic_cells(settings)) then
             if (.not. has_factors(settings%text(method, 'mass')) .or. has_many_cells(settings)) solver = 'cg'
          end if
-         call settings%set_text(method, 'solver', solver)
+         if (time /= 'explicit' .and. ndim == 3) solver = merge('cg  ', 'auto', has_many_cells(settings)) ! else the unknowns tell
+         call settings%set_text(method, 'solver', trim(solver))
       end if
       if (settings%good(crack, 'direction')) then
          direction = settings%numbers(crack, 'direction')

@@ -21,6 +21,7 @@ module hampm_stiffness
    use hampm_loads, only: add_load, place_loads
    use hampm_mass_matrix, only: has_matrix
    use hampm_mass_product, only: find_concentrated_mass
+   use hampm_multigrid, only: multigrid_t
    use hampm_problem, only: problem_t
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_rigid_motions, only: rigid_constraint_t
@@ -31,19 +32,25 @@ module hampm_stiffness
    use hampm_vectors, only: multiply
    implicit none
    private
-   public :: stiffness_t, stiffness_kind_t, kind_at_rest, is_larger, new_stiffness, factorise_stiffness, forces_of, full_loads
+   public :: stiffness_t, stiffness_kind_t, usual_solver, most_direct, kind_at_rest, is_larger, new_stiffness, &
+             factorise_stiffness, forces_of, full_loads
 
    !> Squared frequency of the interface points over that of a wave that crosses the bodies: far below that of the first bending of an arm
    !> of a hundred times its depth, far above rounding.
    real(dp), parameter :: softness = 1.0e-8_dp
    real(dp), parameter :: hardly = 1e-10_dp      !! over the stiffness of a piece of a cell, that which keeps it from being singular
 
+   !> Factors of a solid take time as the square of the unknowns, and conjugate gradients with a multigrid hardly more iterations
+   !> for more of them. Factors of a plane are cheaper up to the memory of a machine.
+   character(*), parameter :: usual_solver = merge('auto  ', 'direct', ndim == 3)
+   integer, parameter :: most_direct = 30000     !! unknowns of a solid that solver = 'auto' factorises
+
    !> Which stiffness is wanted.
    type :: stiffness_kind_t
       logical :: is_tangent = .false.            !! that of the present state, with every particle as one point; else that of small
                                                  !! strain, where a particle alone in its cell is four points
       logical :: on_interfaces = .true.             !! see above
-      character(name_len) :: solver = 'direct'   !! 'direct' or 'cg'
+      character(name_len) :: solver = usual_solver !! 'direct', 'cg' or, of solids, 'auto'
       type(rigid_constraint_t), allocatable :: rigid_constraints(:) !! what is held beside what the constraints hold
       real(dp) :: mass_factor = 0                !! c of K + c M + b D, M being the mass matrix of the run [1/s2]
       real(dp) :: dashpot_factor = 0             !! b, D being that of dashpots on edges [1/s]
@@ -60,7 +67,9 @@ module hampm_stiffness
       real(dp), private :: caution = 0           !! see `interfaces_t`
       type(numbering_t) :: unknowns
       real(dp) :: point = 0                     !! squared frequency of the interface points [1/s2]
+      logical, private :: iterates = .false.     !! by conjugate gradients
       type(factorisation_t), private :: factorised
+      type(multigrid_t), private :: multigrid    !! of a solid, for iterations
       type(sparse_t), private :: matrix          !! of which the pattern alone is kept where it is factorised
    contains
       procedure :: solve
@@ -163,14 +172,55 @@ contains
                                   nodes_of_jumps(m%interfaces%list(:m%interfaces%n)%jump_t))
          call fill(m, cells, stiffness, matrix)
       end associate
-      if (stiffness%kind%solver /= 'cg') then
+      stiffness%iterates = stiffness%kind%solver == 'cg' .or. &
+                           stiffness%kind%solver == 'auto' .and. stiffness%unknowns%n > most_direct
+      if (.not. stiffness%iterates) then
          if (.not. matrix%has_pattern_of(stiffness%matrix)) call stiffness%factorised%release()
          stiffness%factorised%solves_often = stiffness%kind%mass_factor > 0 .and. all(m%materials%linear) ! in a solution each step
          call stiffness%factorised%factorise(matrix, failure)
          deallocate (matrix%value)
       end if
       stiffness%matrix = matrix
+      if (stiffness%iterates .and. ndim == 3) call build_multigrid(m, stiffness, failure)
    end subroutine assemble_and_factorise
+
+   !> Make the levels of the multigrid: rigid motions cost no energy.
+   subroutine build_multigrid(m, stiffness, failure)
+      type(problem_t), intent(in) :: m
+      type(stiffness_t), intent(inout) :: stiffness
+      type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: motions(:, :)     ! translations, then rotations by the pairs of directions
+      integer :: first(stiffness%unknowns%n + 1), i, k, n, nodes, last, a, b
+      associate (unknowns => stiffness%unknowns, x => m%grid%node_position)
+         allocate (motions(ndim + ndim*(ndim - 1)/2, unknowns%n), source=0.0_dp)
+         n = 0
+         nodes = 0
+         last = 0
+         do i = 1, size(unknowns%node)
+            associate (d => unknowns%direction(i), node => unknowns%node(i))
+               if (unknowns%dof(d, node) <= n) cycle ! another node with the same motion
+               n = n + 1
+               if (node /= last) then
+                  nodes = nodes + 1
+                  first(nodes) = n
+                  last = node
+               end if
+               motions(d, n) = 1
+               k = ndim
+               do b = 2, ndim
+                  do a = 1, b - 1
+                     k = k + 1
+                     if (d == a) motions(k, n) = -x(b, node)
+                     if (d == b) motions(k, n) = x(a, node)
+                  end do
+               end do
+               if (allocated(unknowns%weight)) motions(:, n) = motions(:, n)/unknowns%weight(d, node)
+            end associate
+         end do
+         first(nodes + 1) = n + 1
+         call stiffness%multigrid%build(stiffness%matrix, first(:nodes + 1), motions, failure)
+      end associate
+   end subroutine build_multigrid
 
    !> Number the unknowns.
    pure subroutine number(m, stiffness)
@@ -361,7 +411,8 @@ contains
       type(problem_t), intent(in) :: m
       real(dp), intent(in), contiguous :: force(:, :) !! [N], (ndim, n_points)
       real(dp), allocatable, intent(out) :: u(:, :)  !! (ndim, n_points)
-      type(failure_t), intent(inout), optional :: failure !! without it there is no iteration
+      type(failure_t), intent(inout), optional :: failure !! absent in estimates
+      type(failure_t) :: unsolved
       real(dp), allocatable :: condensed(:, :), x(:)
       allocate (condensed, mold=force)
       allocate (u(ndim, m%grid%n_points), source=0.0_dp)
@@ -369,15 +420,28 @@ contains
       allocate (x(self%unknowns%n))
       associate (all => m%fields%mass_matrix%all)
          call m%grid%dofs%condense(all, ndim, condensed)
-         if (self%kind%solver == 'cg' .and. present(failure)) then
-            call solve_by_cg(self%matrix, self%unknowns%gather(condensed), x, failure)
-         else if (self%unknowns%n > 0) then
-            call self%factorised%solve(self%unknowns%gather(condensed), x)
-         end if
+         if (self%unknowns%n > 0) call solve_for_unknowns(self, self%unknowns%gather(condensed), x, unsolved)
+         if (present(failure) .and. unsolved%failed()) call failure%report(unsolved%code, &
+            'the stiffness cannot be solved with: '//unsolved%message//'; use &method solver = ''direct''')
          call self%unknowns%scatter(x, u)
          call m%grid%dofs%distribute(all, ndim, u)
       end associate
    end subroutine solve
+
+   !> x = K^-1 b. Fails where an iteration does not end.
+   subroutine solve_for_unknowns(self, b, x, failure)
+      class(stiffness_t), intent(inout) :: self
+      real(dp), intent(in), contiguous :: b(:)
+      real(dp), intent(out), contiguous :: x(:)
+      type(failure_t), intent(inout) :: failure
+      if (.not. self%iterates) then
+         call self%factorised%solve(b, x)
+      else if (ndim == 3) then
+         call solve_by_cg(self%matrix, b, x, failure, self%multigrid)
+      else
+         call solve_by_cg(self%matrix, b, x, failure)
+      end if
+   end subroutine solve_for_unknowns
 
    !> The same for several forces by the factors, which takes less time than one after the other.
    subroutine solve_for_all(self, m, force, u)
@@ -386,6 +450,8 @@ contains
       real(dp), intent(in) :: force(:, :, :)     !! [N], (ndim, n_points, forces)
       real(dp), allocatable, intent(out) :: u(:, :, :) !! (ndim, n_points, forces)
       real(dp), allocatable :: b(:), x(:)        ! side by side at each unknown
+      real(dp) :: of_one(merge(self%unknowns%n, 0, self%iterates))
+      type(failure_t) :: unsolved                ! nobody is told: these are estimates
       integer :: k
       allocate (u, source=force)
       associate (n => self%unknowns%n, width => size(force, 3), all => m%fields%mass_matrix%all)
@@ -394,7 +460,14 @@ contains
             call m%grid%dofs%condense(all, ndim, u(:, :, k))
             b(k::width) = self%unknowns%gather(u(:, :, k))
          end do
-         if (size(b) > 0) call self%factorised%solve(b, x)
+         if (self%iterates) then
+            do k = 1, width
+               call solve_for_unknowns(self, b(k::width), of_one, unsolved)
+               x(k::width) = of_one
+            end do
+         else if (size(b) > 0) then
+            call self%factorised%solve(b, x)
+         end if
          u = 0
          do k = 1, width
             call self%unknowns%scatter(x(k::width), u(:, :, k))
@@ -406,7 +479,7 @@ contains
    !> Whether an equilibrium with this stiffness is stable: it is positive definite. (An iteration fails where it is not.)
    pure logical function is_stable(self)
       class(stiffness_t), intent(in) :: self
-      is_stable = self%unknowns%n == 0 .or. self%kind%solver == 'cg' .or. self%factorised%is_definite
+      is_stable = self%unknowns%n == 0 .or. self%iterates .or. self%factorised%is_definite
    end function is_stable
 
    !> Forces by which the nodes resist a small displacement from the present state, K u, without interface points, condensed [N].
@@ -440,6 +513,7 @@ contains
    subroutine release(self)
       class(stiffness_t), intent(inout) :: self
       call self%factorised%release()
+      call self%multigrid%release()
       self%matrix = sparse_t()
       self%layout = -1
    end subroutine release

@@ -11,6 +11,7 @@ module hampm_resource_estimate
    use hampm_path_placement, only: path_tips
    use hampm_placement, only: particle_number
    use hampm_model, only: model_t, mass_used
+   use hampm_stiffness, only: most_direct
    use hampm_model_materials, only: materials_of
    use hampm_text, only: to_text
    use hampm_critical_step, only: stable_time_step
@@ -26,15 +27,20 @@ module hampm_resource_estimate
 
    ! Bytes, measured (tests/program/test_needs.py)
    real(dp), parameter :: of_program = 2.0e7_dp     !! without any model
-   real(dp), parameter :: of_particle = 156, of_cell = 520, of_full_cell = 465
+   logical, parameter :: solid = ndim == 3
+   real(dp), parameter :: of_particle = merge(231, 156, solid), of_cell = merge(930, 520, solid), &
+                          of_full_cell = merge(1700, 465, solid)
    real(dp), parameter :: of_quadratic_cell = 1840, of_full_quadratic_cell = 1060, of_domain = 270
    real(dp), parameter :: of_refined_particle = 60, of_refined_cell = 200
-   real(dp), parameter :: of_mass = 480, of_cg = 200, of_viewed_particle = 192, of_viewed_cell = 290
+   real(dp), parameter :: of_mass = merge(1400, 480, solid), of_cg = merge(950, 200, solid), &
+                          of_viewed_particle = merge(400, 192, solid), of_viewed_cell = merge(1100, 290, solid)
    real(dp), parameter :: of_quadratic_mass = 3350, of_quadratic_cg = 1600, of_viewed_quadratic_cell = 2000
    real(dp), parameter :: of_snapshot_particle = 169, of_snapshot_cell = 113
 
    ! The solution at rest: for the estimated errors of a crack, and for the distance of a damped motion
    real(dp), parameter :: of_stiffness = 205.0_dp   !! per entry of its factors, as counted by `fill_of` [bytes]
+   real(dp), parameter :: of_unknown = 1800, of_entry = 101, of_multigrid = 3700 !! of a solid, see below
+   real(dp), parameter :: of_mass_entry = 346    !! of the factor of a mass matrix of a solid [bytes]
    real(dp), parameter :: of_quadratic_fill = 1.25_dp  !! entries beside those of as many nodes of bilinear cells [-]
    real(dp), parameter :: most_static = 2.5e5_dp    !! cells with particles for which it is found
 
@@ -68,7 +74,8 @@ contains
       resources%memory = memory_for(model, resources%particles, resources%cells, occupied)
       resources%most_particles = resources%particles
       if (model%refine%is_active() .and. model%refine%by%reach == '') &
-         resources%most_particles = min(real(model%refine%max_particles, dp), resources%particles*4.0_dp**model%refine%max_level)
+         resources%most_particles = min(real(model%refine%max_particles, dp), &
+                                        resources%particles*2.0_dp**(ndim*model%refine%max_level))
       associate (growth => resources%most_particles/resources%particles)
          most_cells = resources%cells + (growth - 1)*occupied
          resources%most_memory = memory_for(model, resources%most_particles, most_cells, growth*occupied)
@@ -134,8 +141,13 @@ contains
       if (model%output%snapshot_interval > 0) bytes = bytes + of_viewed_particle*particles &
          + merge(of_viewed_quadratic_cell, of_viewed_cell, model%grid%order == 2)*cells
       if ((size(model%energy_release%chosen) > 0 .or. model%damping%rate > 0) .and. occupied <= most_static &
-          .or. model%method%time /= 'explicit') &
-         bytes = bytes + of_stiffness*fill
+          .or. model%method%time /= 'explicit') then
+         if (solid) then
+            bytes = bytes + stiffness_of_solid(model, occupied)
+         else
+            bytes = bytes + of_stiffness*fill
+         end if
+      end if
       if (mass_used(model) == 'lumped') return
       bytes = bytes + merge(of_quadratic_mass, of_mass, model%grid%order == 2)*cells
       if (model%method%mass == 'fmpm') return
@@ -143,9 +155,43 @@ contains
        case ('cg')
          bytes = bytes + merge(of_quadratic_cg, of_cg, model%grid%order == 2)*cells
        case default                              ! the factors of the mass matrix of two directions
-         bytes = bytes + 28*2*fill_of(model%grid%order**ndim*occupied)*merge(of_quadratic_fill, 1.0_dp, model%grid%order == 2)
+         if (solid) then
+            bytes = bytes + of_mass_entry*occupied*width_of(model, occupied)
+         else
+            bytes = bytes + 28*2*fill_of(model%grid%order**ndim*occupied)*merge(of_quadratic_fill, 1.0_dp, model%grid%order == 2)
+         end if
       end select
    end function memory_for
+
+   !> Memory of the stiffness of a solid: the matrix, and its factor by nested dissection, which has some times the width of the body
+   !> in entries a row, or the levels of the multigrid [bytes].
+   pure real(dp) function stiffness_of_solid(model, occupied) result(bytes)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: occupied
+      real(dp) :: unknowns
+      unknowns = ndim*occupied
+      if (model%method%solver == 'cg' .or. model%method%solver == 'auto' .and. unknowns > most_direct) then
+         bytes = of_multigrid*unknowns
+      else
+         bytes = of_unknown*unknowns + of_entry*ndim**2*occupied*width_of(model, occupied)
+      end if
+   end function stiffness_of_solid
+
+   !> The width of what nested dissection separates of the box around all bodies, in nodes, with so many cells in it: the least of its three sides, and
+   !> as much again each time that the middle one is halved to come to that.
+   pure real(dp) function width_of(model, occupied) result(width)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: occupied
+      real(dp) :: side(ndim), middle
+      integer :: d, k
+      do d = 1, ndim
+         side(d) = maxval([(model%bodies(k)%upper(d), k=1, size(model%bodies))]) - &
+                   minval([(model%bodies(k)%lower(d), k=1, size(model%bodies))])
+      end do
+      side = max(side*(occupied/product(side))**(1/3.0_dp), 1.0_dp)
+      middle = sum(side) - minval(side) - maxval(side)
+      width = minval(side)*(1 + log(max(middle/minval(side), 1.0_dp))/log(2.0_dp))
+   end function width_of
 
    !> Entries of the factors of a matrix of the nodes by nested dissection, but for a constant.
    pure real(dp) function fill_of(occupied)

@@ -1,10 +1,10 @@
 !> Sparse Cholesky factorisation by CHOLMOD (Chen, Davis, Hager & Rajamanickam 2008), through its C interface for 32-bit indices:
-!> rows in the order of approximate minimum degree, L L^T by dense blocks of columns where these pay, else column by column. Where many solutions
+!> rows in the order of approximate minimum degree, of solids in that of nested dissection where it has less entries, L L^T by dense blocks of columns where these pay, else column by column. Where many solutions
 !> are to follow `hampm_sparse_factor` solves.
 module hampm_cholmod
    use, intrinsic :: iso_c_binding, only: c_int, c_double, c_size_t, c_ptr, c_funptr, c_null_ptr, c_associated, c_loc, c_f_pointer
    !$ use omp_lib, only: omp_get_max_active_levels, omp_set_max_active_levels
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t, exit_computation
    use hampm_sparse, only: sparse_t
    use hampm_sparse_factor, only: sparse_factor_t
@@ -17,8 +17,9 @@ module hampm_cholmod
    integer(c_int), parameter :: no = 0, yes = 1
    integer(c_int), parameter :: upper = 1                 ! the triangle that is read
    integer(c_int), parameter :: integers = 0, reals = 1, doubles = 0 ! CHOLMOD_INT, CHOLMOD_REAL, CHOLMOD_DOUBLE
-   integer(c_int), parameter :: given = 1, given_or_amd = 2 ! methods of ordering: that of the caller; where there is none AMD; else it
-                                                          ! tries METIS too, which takes longer than it saves
+   integer(c_int), parameter :: given = 1        ! methods of ordering: that of the caller
+   integer(c_int), parameter :: usual = merge(2, 0, ndim == 2) ! where there is none AMD; in a solid METIS too, which in a plane takes longer
+                                                          ! than it saves
 
    !> The first members of CHOLMOD's settings, in its order, and room for the others, which are 2500 bytes.
    type, bind(c) :: settings_t
@@ -158,7 +159,7 @@ contains
             s%quick_return_if_not_posdef = yes
             s%print = 0
             s%try_catch = yes                    ! says nothing of failures
-            s%nmethods = given_or_amd
+            s%nmethods = usual
          end associate
       end if
       is_ready = is_known
@@ -217,7 +218,7 @@ contains
       else if (cholmod_camd(a, c_null_ptr, 0_c_size_t, merge(1, 0, is_last), order, settings) == yes) then
          settings%nmethods = given
          factor = cholmod_analyze_p(a, order, c_null_ptr, 0_c_size_t, settings)
-         settings%nmethods = given_or_amd
+         settings%nmethods = usual
       end if
    end function analysis
 

@@ -1,9 +1,10 @@
-!> Solution of a sparse symmetric positive definite matrix by conjugate gradients, with its diagonal as preconditioner. It needs no
-!> more memory than the matrix, and ever more iterations for finer meshes. Sums are taken in a fixed order, whatever the number of
+!> Solution of a sparse symmetric positive definite matrix by conjugate gradients, with its diagonal as preconditioner or the cycle of a multigrid. The
+!> diagonal needs no more memory than the matrix, and ever more iterations for finer meshes. Sums are taken in a fixed order, whatever the number of
 !> threads. (Saad, Iterative Methods for Sparse Linear Systems, 2nd ed., algorithm 9.1.)
 module hampm_conjugate_gradients
    use hampm_kinds, only: dp
    use hampm_failure, only: failure_t, exit_computation
+   use hampm_multigrid, only: multigrid_t
    use hampm_sparse, only: sparse_t
    use hampm_text, only: to_text
    implicit none
@@ -12,19 +13,21 @@ module hampm_conjugate_gradients
 
    real(dp), parameter :: tolerance = 1e-10_dp   !! of the residual over the right-hand side
    integer, parameter :: iterations_per_row = 10 !! after which there is no hope
+   integer, parameter :: most_with_multigrid = 500 !! the same; 13 to 60 are usual
    integer, parameter :: chunk = 4096            !! rows whose sums are taken at once
 
 contains
 
    !> x = A^-1 b. Fails where the matrix is not positive definite or the iteration does not end.
-   subroutine solve_by_cg(matrix, b, x, failure)
+   subroutine solve_by_cg(matrix, b, x, failure, multigrid)
       type(sparse_t), intent(in) :: matrix
       real(dp), intent(in) :: b(:)
       real(dp), intent(out) :: x(:)
       type(failure_t), intent(inout) :: failure
+      type(multigrid_t), intent(inout), optional :: multigrid !! of the matrix
       real(dp), allocatable :: r(:), z(:), p(:), q(:), scale(:)
       real(dp) :: rho, last, curvature, norm
-      integer :: k
+      integer :: k, most
       x = 0
       norm = sqrt(dot(b, b))
       if (.not. norm > 0) return
@@ -35,13 +38,19 @@ contains
          call failure%report(exit_computation, 'it is not positive definite')
          return
       end if
+      most = iterations_per_row*size(b)
+      if (present(multigrid)) most = most_with_multigrid
       p = 0
       last = 1
-      do k = 1, iterations_per_row*size(b)
-         z = r/scale
+      do k = 1, most
+         if (present(multigrid)) then
+            call multigrid%precondition(matrix, r, z, 1)
+         else
+            z = r/scale
+         end if
          rho = dot(r, z)
          p = z + (rho/last)*p
-         call multiply(matrix, p, q)
+         call matrix%multiply(p, q)
          curvature = dot(p, q)
          if (.not. curvature > 0) then
             call failure%report(exit_computation, 'it is not positive definite')
@@ -52,8 +61,7 @@ contains
          last = rho
          if (sqrt(dot(r, r)) <= tolerance*norm) return
       end do
-      call failure%report(exit_computation, 'conjugate gradients have not solved it in '//to_text(iterations_per_row*size(b))// &
-                          ' iterations')
+      call failure%report(exit_computation, 'conjugate gradients have not solved it in '//to_text(most)//' iterations')
    end subroutine solve_by_cg
 
    !> The diagonal.
@@ -68,23 +76,6 @@ contains
          end do
       end do
    end subroutine diagonal_of
-
-   !> q = A p.
-   subroutine multiply(matrix, p, q)
-      type(sparse_t), intent(in) :: matrix
-      real(dp), intent(in) :: p(:)
-      real(dp), intent(out) :: q(:)
-      real(dp) :: total
-      integer :: i, k
-      !$omp parallel do schedule(static) private(k, total)
-      do i = 1, matrix%n
-         total = 0
-         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            total = total + matrix%value(k)*p(matrix%column(k))
-         end do
-         q(i) = total
-      end do
-   end subroutine multiply
 
    !> Product of two vectors, summed up chunk by chunk.
    real(dp) function dot(a, b)

@@ -17,6 +17,7 @@ module hampm_sparse
       procedure :: add
       procedure :: add_block
       procedure :: has_pattern_of
+      procedure :: multiply
    end type sparse_t
 
 contains
@@ -134,6 +135,23 @@ contains
       has_pattern_of = all(self%row_start == other%row_start)
       if (has_pattern_of) has_pattern_of = all(self%column == other%column)
    end function has_pattern_of
+
+   !> q = A p.
+   subroutine multiply(self, p, q)
+      class(sparse_t), intent(in) :: self
+      real(dp), intent(in), contiguous :: p(:)
+      real(dp), intent(out), contiguous :: q(:)
+      real(dp) :: total
+      integer :: i, k
+      !$omp parallel do schedule(static) private(k, total)
+      do i = 1, self%n
+         total = 0
+         do k = self%row_start(i), self%row_start(i + 1) - 1
+            total = total + self%value(k)*p(self%column(k))
+         end do
+         q(i) = total
+      end do
+   end subroutine multiply
 
    !> Places of some numbers in their ascending order, by insertion: they are few.
    pure function ascending(values) result(place)

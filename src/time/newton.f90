@@ -27,7 +27,7 @@ module hampm_newton
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
    use hampm_rigid_motions, only: rigid_constraint_t, check_rigid_constraints, turn_with
-   use hampm_stiffness, only: stiffness_t, stiffness_kind_t, factorise_stiffness, forces_of
+   use hampm_stiffness, only: stiffness_t, stiffness_kind_t, usual_solver, factorise_stiffness, forces_of
    use hampm_text, only: to_text, three_digits, point_text
    use hampm_vectors, only: multiply
    implicit none
@@ -48,7 +48,7 @@ module hampm_newton
 
    !> How equilibrium is found, and what it took.
    type :: newton_t
-      character(name_len) :: solver = 'direct'   !! 'direct' or 'cg'
+      character(name_len) :: solver = usual_solver !! see `stiffness_kind_t`
       integer :: solutions = 0                   !! so far
       real(dp), allocatable :: residuals(:)      !! the residual in each iteration of the last balance, over the largest force
       real(dp) :: energy_left = 0                !! energy of the displacement that is left to equilibrium, as it was found last [J]

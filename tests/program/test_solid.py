@@ -1,6 +1,7 @@
 """The program for solids (`make program dim=3`): bodies in space, at rest and in motion, beside the plane program and closed forms."""
 
 import itertools
+import re
 import subprocess
 import sys
 
@@ -30,10 +31,10 @@ IN_SPACE = {"thickness": "", "z0": ", 0.0", "z1": ", 0.05", "n": ", 1",
 STEPS = "courant = 0.2"
 
 
-def run(folder, program, text):
+def run(folder, program, text, *options):
     folder.mkdir()
     (folder / "case.nml").write_text(text)
-    result = subprocess.run([program, "case.nml", "--quiet"], cwd=folder, capture_output=True, text=True)
+    result = subprocess.run([program, "case.nml", "--quiet", *options], cwd=folder, capture_output=True, text=True)
     assert result.returncode == 0, result.stderr
     return h5py.File(folder / "case.h5")
 
@@ -289,3 +290,66 @@ def test_release_rate_along_a_front_of_finer_cells(tmp_path):
         found = np.mean(values[(dense >= lower) & (dense <= upper)])
         print("part", asked, found)
         assert found == pytest.approx(asked, rel=0.015)
+
+
+CUBE = """
+&run end_time = {end} /
+&grid lower = 0.0, 0.0, 0.0  cell = 0.1  cells = 10, 10, 12 /
+&material name = 'a'  law = '{law}'  young = 200.0e9  poisson = 0.3  density = 7800.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 1.0, 1.0, 1.0 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 1.0, 1.0, 0.0  fix = 'xyz' /
+&load kind = 'traction'  lower = 0.0, 0.0, 1.0  upper = 1.0, 0.5, 1.0  force = 1.0e8, 3.0e7, {along} /
+&refine indicator = 'gradient'  r_crit = 1.0e-9  max_level = 1  region_lower = 0.0, 0.0, 0.0  region_upper = 0.4, 0.3, 0.3 /
+&method {method}  frame = 'total'  solver = '{solver}' /
+&output file = 'case.h5'  history_interval = {interval} /
+"""
+
+
+@pytest.mark.parametrize(("law", "method", "end", "interval"), [
+    ("linear_elastic", "time = 'static'", 1.0, 1.0), ("neo_hookean", "time = 'static'", 1.0, 1.0),
+    ("linear_elastic", "time = 'implicit'  time_step = 2e-4  mass = 'consistent'", 4e-4, 2e-4)])
+def test_multigrid_is_the_direct_solver(tmp_path, law, method, end, interval):
+    """Hanging nodes and over 3000 unknowns: two levels. On two threads the same bytes."""
+    text = CUBE.format(end=end, law=law, along="1.0e8", method=method, interval=interval, solver="{}")
+    direct = run(tmp_path / "direct", SOLID_PROGRAM, text.format("direct"))
+    one, two = (run(tmp_path / threads, SOLID_PROGRAM, text.format("cg"), "--threads", threads) for threads in "12")
+    for column in ("strain_energy", "kinetic_energy", "external_work"):
+        values = [file[f"history/{column}"][:] for file in (direct, one, two)]
+        print(column, values[0][-1], np.max(np.abs(values[1] - values[0])))
+        assert np.max(np.abs(values[1] - values[0])) < 1e-9 * np.max(np.abs(direct["history/external_work"]))
+        assert values[1].tobytes() == values[2].tobytes()
+
+
+# A process begins with the peak of the one that started it: that must be a small one.
+PEAK = """
+import os, sys
+_, status, used = os.wait4(os.spawnv(os.P_NOWAIT, sys.argv[1], sys.argv[1:]), 0)
+print(used.ru_maxrss)
+sys.exit(status != 0)
+"""
+FILLED = """
+&run end_time = 1e-9 /
+&grid lower = 0.0, 0.0, 0.0  cell = 0.01  cells = {n}, {n}, {n} /
+&material name = 'a'  young = 200.0e9  poisson = 0.3  density = 7800.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.16, 0.16, 0.15 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.16, 0.16, 0.0  fix = 'xyz' /
+&load kind = 'traction'  lower = 0.0, 0.0, 0.15  upper = 0.16, 0.16, 0.15  force = 1.0e2, 0.0, 1.0e2 /
+&method {method}  frame = 'total' /
+&output file = 'case.h5'  history_interval = 1e-9 {output} /
+"""
+
+
+@pytest.mark.parametrize(("n", "method", "output"), [
+    (40, "time = 'explicit'", ""), (16, "time = 'explicit'", "snapshot_interval = 1e-9"),
+    (16, "mass = 'consistent'  solver = 'direct'", ""), (16, "time = 'static'  solver = 'direct'", ""),
+    (16, "time = 'static'  solver = 'cg'", "")])
+def test_memory_is_as_foretold(tmp_path, n, method, output):
+    (tmp_path / "case.nml").write_text(FILLED.format(n=n, method=method, output=output))
+    check = subprocess.run([SOLID_PROGRAM, "case.nml", "--check"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    number, unit = re.search(r"! memory +about (\S+) (\w+)", check.stdout).groups()
+    foretold = float(number) * {"MB": 1, "GB": 1e3}[unit]
+    peak = subprocess.run([sys.executable, "-c", PEAK, SOLID_PROGRAM, "case.nml", "--quiet", "--threads", "1"], cwd=tmp_path,
+                          capture_output=True, text=True, check=True).stdout
+    peak = 1024e-6 * int(peak.split()[-1])
+    print(f"{peak:.0f} MB, foretold {foretold:.0f}")
+    assert foretold == pytest.approx(peak, rel=0.3)
