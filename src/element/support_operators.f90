@@ -4,9 +4,9 @@
 !> In two dimensions the stiffness of a square does not depend on its size, and its mass matrix over its mass does not either. So all
 !> cells of one material with as many particles share them, as the particles stand at the same places in each: those of quadratic
 !> cells do, and of bilinear ones the mass matrix tells.
-!> Of cells that are cut each has its own.
+!> Of cells that are cut each has its own. In solids the stiffness is in proportion to the size, and cells that are cut have none.
 module hampm_support_operators
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim, plane, corners
    use hampm_basis, only: points_of_quadratic
    use hampm_cell_blocks, only: cell_blocks_t, support_t, lanes, of_momentum, of_force
    use hampm_element_stiffness, only: element_stiffness
@@ -29,7 +29,7 @@ module hampm_support_operators
    type :: kind_t
       logical :: is_own = .false.                !! of one cell only, which is cut
       integer :: material = 0, particles = 0
-      real(dp) :: volume = 0                     !! of their particles over the square of their size: the thickness [m]
+      real(dp) :: volume = 0                     !! of their particles over the square of their size: the thickness, of a solid the size [m]
       ! Of (x, y) of each point, one after the other
       real(dp) :: mass(rows, most_dofs) = 0      !! over the mass of a cell [-]
       real(dp) :: stiffness(rows, most_dofs) = 0 !! [N/m]
@@ -113,11 +113,12 @@ contains
             if (kind%particles == 0) kind%material = m%particles%material(i)
             if (kind%material /= m%particles%material(i)) kind%material = 0
             kind%particles = kind%particles + 1
-            kind%volume = kind%volume + m%particles%volume(i)*cell%inverse_size**ndim
+            kind%volume = kind%volume + m%particles%volume(i)*cell%inverse_size**plane
             mass = mass + m%particles%mass(i)
          end do
       end do
       kind%is_own = cell%is_cut
+      if (kind%is_own .and. ndim > 2) kind%material = 0 ! a matrix for each would be large
       root = nint(sqrt(real(kind%particles, dp)))
       if (root**2 /= kind%particles .and. .not. kind%is_own .and. cell%n > corners) kind%material = 0
    end subroutine find_cell_kind

@@ -3,7 +3,7 @@ module hampm_body_group
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_key_rows, only: zeros, along_x, group_t, key_t, type_real, type_integer, type_name, type_text, repeats, &
                              is_required, any_number, not_negative, positive, type_logical, max_values
-   use hampm_outline, only: outline_t, ring_t, polygon_ring, circle_ring
+   use hampm_outline, only: outline_t, ring_t, polygon_ring, circle_ring, box_ring, cylinder_ring
    use hampm_settings, only: settings_t
    use hampm_tensors, only: in_plane
    implicit none
@@ -13,26 +13,29 @@ module hampm_body_group
    type(group_t), parameter :: body_group = group_t('body', repeats, is_required, &
       'a piece of material, or a hole in one; bodies must not overlap')
 
+   integer, parameter :: n_spins = merge(1, 3, ndim == 2) !! components of an angular velocity
+   character(*), parameter :: no_spin = '0.0'//repeat(', 0.0', n_spins - 1)
+
    type(key_t), parameter :: body_keys(*) = [ &
       key_t('material', type_text, 'name of its material; none of a hole', example='aluminium'), &
-      key_t('shape', type_name, 'a rectangle along the grid lines, a polygon or a circle', default='rectangle', &
-            allowed='rectangle|polygon|circle'), &
-      key_t('lower', type_real, 'lower corner of a rectangle', example='0.0, 0.0', unit='m', allowed=any_number, fewest=0, &
-            most=ndim), &
-      key_t('upper', type_real, 'upper corner of a rectangle', example='0.1, 0.01', unit='m', allowed=any_number, fewest=0, &
-            most=ndim), &
+      key_t('shape', type_name, 'a rectangle along the grid lines, a polygon or a circle; a solid is a box, cylinder or sphere', &
+            default='rectangle', allowed='rectangle|polygon|circle|cylinder|sphere'), &
+      key_t('lower', type_real, 'lower corner of a rectangle or box; lower end of the axis of a cylinder', unit='m', &
+            example='0.0, 0.0', allowed=any_number, fewest=0, most=ndim), &
+      key_t('upper', type_real, 'upper corner of a rectangle or box; upper end of the axis of a cylinder', unit='m', &
+            example='0.1, 0.01', allowed=any_number, fewest=0, most=ndim), &
       key_t('points', type_real, 'corners of a polygon: x1, y1, x2, y2, ..., as one walks around it', unit='m', &
             allowed=any_number, fewest=0, most=max_values), &
-      key_t('center', type_real, 'center of a circle', unit='m', allowed=any_number, fewest=0, most=ndim), &
-      key_t('radius', type_real, 'radius of a circle', default='0.0', unit='m', allowed=not_negative), &
+      key_t('center', type_real, 'center of a circle or sphere', unit='m', allowed=any_number, fewest=0, most=ndim), &
+      key_t('radius', type_real, 'radius of a circle, cylinder or sphere', default='0.0', unit='m', allowed=not_negative), &
       key_t('hole', type_logical, 'whether it is a hole, in the body that it lies in; holes come after all bodies', &
             default='.false.'), &
       key_t('points_per_cell', type_integer, 'material points per root cell in each direction; even where cells may refine', &
             default='2', allowed='[1, 16]'), &
       key_t('velocity', type_real, 'initial velocity of its middle', default=zeros, unit='m/s', allowed=any_number, &
             fewest=ndim, most=ndim), &
-      key_t('spin', type_real, 'initial angular velocity around its middle, anticlockwise', default='0.0', unit='rad/s', &
-            allowed=any_number), &
+      key_t('spin', type_real, 'initial angular velocity around its middle, anticlockwise; of a solid around x, y and z', &
+            default=no_spin, unit='rad/s', allowed=any_number, fewest=n_spins, most=n_spins), &
       key_t('eigenstrain', type_real, 'strain xx, yy, xy and zz (0) at which there is no stress; heat: alpha dT in xx, yy and zz', &
             default='0.0, 0.0, 0.0', allowed='[-0.05, 0.05]', fewest=3, most=4), &
       key_t('held', type_logical, 'whether its eigenstrain stays where growth at rest scales loads, instead of being scaled too', &
@@ -62,13 +65,13 @@ module hampm_body_group
    type :: body_t
       character(name_len) :: material = ''       !! name of its material
       integer :: material_index = 0              !! position of that material in `model_t%materials`
-      character(name_len) :: shape = ''          !! 'rectangle', 'polygon' or 'circle'
+      character(name_len) :: shape = ''          !! 'rectangle', 'polygon', 'circle', 'cylinder' or 'sphere'
       real(dp) :: lower(ndim) = 0                !! corner of the box around it [m]
       real(dp) :: upper(ndim) = 0                !! [m]
       type(outline_t) :: outline                 !! none of a rectangle without holes
       integer :: points_per_cell = 0             !! material points per cell and direction
       real(dp) :: velocity(ndim) = 0             !! initial velocity of its middle [m/s]
-      real(dp) :: spin = 0                       !! initial angular velocity around that [rad/s]
+      real(dp) :: spin(n_spins) = 0              !! initial angular velocity around that [rad/s]
       real(dp) :: toughness = 0                  !! of a crack in it; 0: that of &growth [J/m2]
       character(name_len) :: contact_group = ''  !! those of the same group are one, and do not slide on each other
       real(dp) :: eigenstrain(4) = 0             !! components xx, yy, xy and zz of the strain without stress [-]
@@ -80,7 +83,7 @@ module hampm_body_group
    type :: hole_t
       integer :: number = 0                      !! of the group, among all &body
       integer :: body = 0                        !! in which it is, 0 for none
-      character(name_len) :: shape = ''          !! 'rectangle', 'polygon' or 'circle'
+      character(name_len) :: shape = ''          !! as that of a body
       type(ring_t) :: ring
    end type hole_t
 
@@ -131,7 +134,7 @@ contains
       is_hole = settings%flag(entry, 'hole')
    end function is_hole
 
-   !> Whether a hole is inside the outer ring of a body. What touches it is not.
+   !> Whether a hole is inside the outer ring of a body. What touches it is not. In solids it may go on outside the box around the ring, from within.
    pure logical function is_within(hole, body) result(within)
       type(ring_t), intent(in) :: hole
       type(body_t), intent(in) :: body
@@ -139,6 +142,13 @@ contains
       real(dp), allocatable :: x(:, :)
       integer :: k
       allocate (x, source=hole%corners(looks))
+      if (ndim > 2) then
+         within = all(hole%lower() < body%upper .and. hole%upper() > body%lower)
+         if (within .and. body%outline%is_there()) within = &
+            all([(body%outline%rings(1)%distance(min(max(x(:, k), body%lower), body%upper)) <= epsilon(1.0)*norm2(body%upper &
+               - body%lower) .or. body%outline%rings(1)%encloses(min(max(x(:, k), body%lower), body%upper)), k=1, size(x, 2))])
+         return
+      end if
       if (body%outline%is_there()) then
          associate (outer => body%outline%rings(1))
             within = all([(outer%encloses(x(:, k)) .and. outer%distance(x(:, k)) > 0, k=1, size(x, 2))])
@@ -154,7 +164,8 @@ contains
    pure logical function is_ring(ring)
       type(ring_t), intent(in) :: ring
       is_ring = ring%is_circle .and. ring%radius > 0
-      if (allocated(ring%points)) is_ring = size(ring%points, 2) > 2
+      if (ring%axis > 0) is_ring = is_ring .and. ring%ends(2) > ring%ends(1)
+      if (allocated(ring%points)) is_ring = size(ring%points, 2) > 4 - ndim
    end function is_ring
 
    !> Add a hole to the outline of a body, which begins as a rectangle.
@@ -186,7 +197,7 @@ contains
       end if
    end function outline_of
 
-   !> Area of what of a body is in a box [m2].
+   !> Area of what of a body is in a box [m2], in solids the volume [m3].
    pure real(dp) function area_in_box(body, lower, upper) result(area)
       type(body_t), intent(in) :: body
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
@@ -199,10 +210,14 @@ contains
       end if
    end function area_in_box
 
-   !> The ring of a rectangle.
+   !> The ring of a rectangle, or of a box.
    pure type(ring_t) function rectangle_ring(lower, upper) result(ring)
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
-      ring = polygon_ring(reshape([lower, in_plane(upper(1), lower(2)), upper, in_plane(lower(1), upper(2))], [ndim, 4]))
+      if (ndim > 2) then
+         ring = box_ring(lower, upper)
+      else
+         ring = polygon_ring(reshape([lower, in_plane(upper(1), lower(2)), upper, in_plane(lower(1), upper(2))], [ndim, 4]))
+      end if
    end function rectangle_ring
 
    !> The ring that a group describes; one without an inside where keys are missing or wrong.
@@ -219,7 +234,11 @@ contains
        case ('polygon')
          numbers = settings%numbers(entry, 'points')
          if (size(numbers) >= 3*ndim) ring = polygon_ring(reshape(numbers, [ndim, size(numbers)/ndim]))
-       case ('circle')
+       case ('cylinder')
+         numbers = settings%numbers(entry, 'lower')
+         upper = settings%numbers(entry, 'upper')
+         if (size(numbers) == ndim .and. size(upper) == ndim) ring = cylinder_ring(numbers, upper, settings%number(entry, 'radius'))
+       case ('circle', 'sphere')
          numbers = settings%numbers(entry, 'center')
          if (size(numbers) == ndim) ring = circle_ring(numbers, settings%number(entry, 'radius'))
       end select
@@ -247,7 +266,9 @@ contains
       end if
       body%points_per_cell = nint(settings%number(entry, 'points_per_cell'))
       body%velocity = settings%vector(entry, 'velocity')
-      body%spin = settings%number(entry, 'spin')
+      associate (numbers => settings%numbers(entry, 'spin'))
+         if (size(numbers) == n_spins) body%spin = numbers
+      end associate
       body%toughness = settings%number(entry, 'toughness')
       body%contact_group = settings%text(entry, 'contact_group')
       body%held = settings%flag(entry, 'held')

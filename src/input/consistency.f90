@@ -172,7 +172,7 @@ contains
                select case (settings%text(entry, 'shape'))
                 case ('polygon')
                   call settings%complain(entry, 'points', 'the corners are on one line')
-                case ('circle')
+                case ('circle', 'cylinder', 'sphere')
                   call settings%complain(entry, 'radius', 'must be above '//three_digits(tol/2)//' [m], by which '// &
                                          'places in cells of this size are the same')
                 case default
@@ -224,7 +224,7 @@ contains
       character(:), allocatable :: key
       key = 'lower'
       if (body%shape == 'polygon') key = 'points'
-      if (body%shape == 'circle') key = 'center'
+      if (any(body%shape == [character(8) :: 'circle', 'cylinder', 'sphere'])) key = 'center'
    end function place_key
 
    !> In the total frame material never meets other material than it began with: bodies apart from the first one would go through it

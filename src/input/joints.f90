@@ -33,12 +33,18 @@ contains
    !> Distance between the lines of two outlines [m].
    pure real(dp) function gap_of_outlines(a, b) result(gap)
       type(outline_t), intent(in) :: a, b
+      integer, parameter :: looks = 720          ! at a solid
       integer :: i, j, k
       gap = huge(gap)
       do i = 1, size(a%rings)
          do j = 1, size(b%rings)
             associate (p => a%rings(i), q => b%rings(j))
-               if (p%is_circle) then
+               if (ndim > 2) then
+                  associate (x => p%corners(looks), y => q%corners(looks))
+                     gap = min(gap, minval([(q%distance(x(:, k)), k=1, size(x, 2))]), &
+                               minval([(p%distance(y(:, k)), k=1, size(y, 2))]))
+                  end associate
+               else if (p%is_circle) then
                   gap = min(gap, abs(q%distance(p%center) - p%radius))
                else if (q%is_circle) then
                   gap = min(gap, abs(p%distance(q%center) - q%radius))

@@ -62,7 +62,7 @@ module hampm_largest_step
    real(dp), parameter :: small_move = 0.1_dp    !! by which a body may fly without being elsewhere in its cells [cells]
    real(dp), parameter :: thinnest = 1e-6_dp     !! body that is looked at; the limit grows as bodies become thinner [cells]
    real(dp), parameter :: most = 1000            !! that is taken, as the key may be
-   integer, parameter :: parts = 6               !! in which the fills of cells at edges are looked at
+   integer, parameter :: parts = merge(6, 3, ndim == 2) !! in which the fills of cells at edges are looked at
    integer, parameter :: shifted_cells = 3       !! of a sample that is looked at anywhere in the cells
 
 contains
@@ -260,15 +260,16 @@ contains
       logical, intent(in) :: strains_last        !! usl
       real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
       type(row_t) :: rows(ndim)
-      integer :: i, j
+      integer :: k, d, of(ndim)                  ! of(d): which fill it has in a direction
       limit = huge(limit)
-      do j = 1, size(fills)
-         do i = 1, merge(j, size(fills), isotropic) ! the others are the same but for the names of the directions
-            if (fills(i)*fills(j) < least) cycle
-            rows = row_of_cut_cells(fills(i), points_per_cell)
-            rows(2) = row_of_cut_cells(fills(j), points_per_cell)
-            limit = min(limit, largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false.))
+      do k = 0, size(fills)**ndim - 1
+         of = [(1 + mod(k/size(fills)**(d - 1), size(fills)), d=1, ndim)]
+         if (isotropic .and. any(of(2:) < of(:ndim - 1))) cycle ! the same but for the names of the directions
+         if (product(fills(of)) < least) cycle
+         do d = 1, ndim
+            rows(d) = row_of_cut_cells(fills(of(d)), points_per_cell)
          end do
+         limit = min(limit, largest_courant(rows, moduli, mass, strains_last, damping, have_domains=.false.))
       end do
    end function limit_of_fills
 
@@ -281,7 +282,7 @@ contains
       crosses = model%method%has_domains()
       if (crosses .or. model%method%frame == 'total' .or. model%method%scheme == 'usl') return
       row = law_row(trim(model%materials(body%material_index)%law))
-      crosses = row%is_finite .or. maxval(abs(body%velocity)) + abs(body%spin)*norm2(body%upper - body%lower)/2 &
+      crosses = row%is_finite .or. maxval(abs(body%velocity)) + sum(abs(body%spin))*norm2(body%upper - body%lower)/2 &
                 > small_move*model%grid%cell/model%run%end_time
    end function crosses_cells
 

@@ -1,6 +1,6 @@
 !> Checks of the constants of materials against each other.
 module hampm_material_consistency
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, ndim
    use hampm_law, only: flaw_t, law_row_t, value_of
    use hampm_laws, only: law_row, law_keys
    use hampm_model, only: model_t
@@ -26,7 +26,7 @@ contains
             if (.not. associated(row%check)) cycle
             if (.not. all([settings%good(entry, 'young'), settings%good(entry, 'poisson'), &
                            [(settings%good(entry, trim(law_keys(i)%name)), i=1, size(law_keys))]])) cycle
-            call row%check(m%young, m%poisson, model%run%plane == 'stress', m%constants, flaws)
+            call row%check(m%young, m%poisson, ndim == 2 .and. model%run%plane == 'stress', m%constants, flaws)
             do i = 1, size(flaws)
                call settings%complain(entry, trim(flaws(i)%key), flaws(i)%what)
             end do

@@ -1,6 +1,6 @@
 !> The group &material: its row in the table of groups, its keys, and their values in a model.
 module hampm_material_group
-   use hampm_kinds, only: dp, name_len
+   use hampm_kinds, only: dp, ndim, name_len
    use hampm_key_rows, only: group_t, key_t, type_real, type_name, repeats, is_required, positive
    use hampm_law, only: constant_t, value_of
    use hampm_laws, only: law_keys
@@ -71,9 +71,9 @@ contains
          is_complete = self%young > 0
          return
       end if
-      associate (of => orthotropic_of(self%constants, 0.0_dp, 0.0_dp))
-         is_complete = minval(of%young(:merge(2, 3, plane == 'stress'))) > 0 .and. of%shear_12 > 0
-         if (is_complete) is_complete = len(why_not_definite(of, plane == 'stress')) == 0
+      associate (of => orthotropic_of(self%constants, 0.0_dp, 0.0_dp), plane_stress => ndim == 2 .and. plane == 'stress')
+         is_complete = minval(of%young(:merge(2, 3, plane_stress))) > 0 .and. minval([of%shear_12, of%shear]) > 0
+         if (is_complete) is_complete = len(why_not_definite(of, plane_stress)) == 0
       end associate
    end function is_complete
 

@@ -114,9 +114,13 @@ contains
       type(model_t), intent(in) :: model
       type(body_t), intent(in) :: body
       real(dp) :: spacing
+      integer :: d, i
       spacing = model%grid%cell/body%points_per_cell
       if (body%outline%is_there()) then            ! about; those of cells that the edges cut are counted twice
-         particle_number = aint(body%outline%area()/spacing**2 + 4*sum((body%upper - body%lower)/spacing)) + 1
+         associate (n => (body%upper - body%lower)/spacing)
+            particle_number = aint(body%outline%area()/spacing**ndim &
+                                   + 4*sum([(product(pack(n, [(i, i=1, ndim)] /= d)), d=1, ndim)])) + 1
+         end associate
          return
       end if
       particle_number = product(max(anint((body%upper - body%lower)/spacing), 1.0_dp))

@@ -8,7 +8,7 @@ module hampm_probe_consistency
    use hampm_path_placement, only: path_tips
    use hampm_placement, only: point_text, tolerance
    use hampm_settings, only: settings_t
-   use hampm_text, only: did_you_mean, length_text
+   use hampm_text, only: did_you_mean, length_text, to_text
    implicit none
    private
    public :: check_probes
@@ -31,7 +31,8 @@ contains
             end do
             if (settings%good(entry, 'at')) then
                if (mod(size(settings%numbers(entry, 'at')), ndim) /= 0) then
-                  call settings%complain(entry, 'at', 'must have 2 values, a point, or 4, the ends of a line')
+                  call settings%complain(entry, 'at', 'must have '//to_text(ndim)//' values, a point, or '// &
+                                         to_text(2*ndim)//', the ends of a line')
                else if (has_geometry .and. size(probe%at, 2) > 0 .and. settings%good(entry, 'face')) then
                   call check_place(model, probe, entry, settings)
                end if

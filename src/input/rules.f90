@@ -38,6 +38,7 @@ module hampm_rules
 
    ! Of rows that differ by one word alone
    character(*), parameter :: corners(*) = ['lower', 'upper']
+   character(*), parameter :: of_space(*) = ['shear_13', 'shear_23']
    character(*), parameter :: acting(*) = ['&constraint', '&load      ']
    character(*), parameter :: in_time(*) = ['&constraint', '&load      ', '&control   ']
    character(*), parameter :: of_profile(*) = [character(19) :: 'profile_stiffness', 'profile_density', 'profile_eigenstrain']
@@ -80,14 +81,14 @@ module hampm_rules
       rule_t("&run plane", no_effect_with, "a solid", mechanics, "a solid has no plane"), &
       rule_t("&run thickness", no_effect_with, "a solid", mechanics, "a solid is as thick as its bodies"), &
       rule_t("&grid order = 2", not_with, "a solid", not_built, use="&grid order = 1"), &
-      rule_t("&material law = 'orthotropic'", not_with, "a solid", not_built, "its axes are those of a plane"), &
-      rule_t("&body shape = 'polygon' | 'circle'", not_with, "a solid", not_built, use="&body shape = 'rectangle'"), &
-      rule_t("&body hole = .true.", not_with, "a solid", not_built, "cells that edges cut are those of a plane"), &
-      rule_t("&body spin", not_with, "a solid", not_built, "the axis around which it turns has no key"), &
+      rule_t("&material law = 'orthotropic' and a solid", requires, &
+             "&material young_3 and &material poisson_13 and &material poisson_23"), &
+      (rule_t("&material law = 'orthotropic' and a solid", requires, "&material "//of_space(k)), k=1, 2), &
+      (rule_t("&material "//of_space(k), requires, "a solid", mechanics, "a plane has no shear across it"), k=1, 2), &
+      rule_t("&body shape = 'polygon' | 'circle'", not_with, "a solid", not_built, "solids are boxes, cylinders and spheres", &
+             use="&body shape = 'cylinder'"), &
       rule_t("&constraint unilateral = .true.", not_with, "a solid", not_built, use="&constraint unilateral = .false."), &
       rule_t("&constraint turns = .true.", not_with, "a solid", not_built, "a pin turns in a plane"), &
-      rule_t("&load kind = 'absorbing' | 'pressure' and &load on = 'edge'", not_with, "a solid", not_built, &
-             use="&load kind = 'traction'"), &
       rule_t("&crack kind = 'line' | 'path'", not_with, "a solid", not_built, "cracks of solids are in planes of the grid", &
              use="&crack kind = 'plane'"), &
       rule_t("&crack kind = 'plane'", requires, "a solid", mechanics, "in a plane a crack is a line", use="&crack kind = 'line'"), &
@@ -100,7 +101,6 @@ module hampm_rules
       rule_t("&energy_release estimators = {estimators}", not_with, "a solid", not_built, &
              "postprocess/plot_front.py takes G from snapshots"), &
       rule_t("&nucleation", not_with, "a solid", not_built, "a crack is a line in a plane"), &
-      rule_t("&probe", not_with, "a solid", not_built, "snapshots have the fields of all particles"), &
       rule_t("&contact bodies = 'stick' | 'frictionless' | 'friction'", not_with, "a solid", not_built, &
              use="&contact bodies = 'bonded'"), &
       rule_t("&method shape_functions = 'cpdi'", not_with, "a solid", not_built, use="&method shape_functions = 'linear'"), &
@@ -124,9 +124,9 @@ module hampm_rules
              "strain across the plane is constrained"), &
       rule_t("&material young", not_with, "&material law = 'orthotropic'", use="young_1 and young_2"), &
       rule_t("&material poisson", not_with, "&material law = 'orthotropic'", use="poisson_12"), &
-      rule_t("&material young_3", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free"), &
-      rule_t("&material poisson_13", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free"), &
-      rule_t("&material poisson_23", no_effect_with, "&run plane = 'stress'", mechanics, "the thickness is free"), &
+      rule_t("&material young_3", no_effect_with, "&run plane = 'stress' and a plane", mechanics, "the thickness is free"), &
+      rule_t("&material poisson_13", no_effect_with, "&run plane = 'stress' and a plane", mechanics, "the thickness is free"), &
+      rule_t("&material poisson_23", no_effect_with, "&run plane = 'stress' and a plane", mechanics, "the thickness is free"), &
       rule_t("&material law = 'j2_plastic'", requires, "&material yield_stress > 0"), &
       rule_t("&material saturation", requires, "&material saturation_strain"), &
       rule_t("&material law = 'mooney_rivlin'", requires, "&material c01"), &
@@ -162,10 +162,14 @@ module hampm_rules
       rule_t("&body shape = 'rectangle'", requires, "&body lower and &body upper"), &
       rule_t("&body shape = 'polygon'", requires, "&body points"), &
       rule_t("&body shape = 'circle'", requires, "&body center and &body radius > 0"), &
-      (rule_t("&body "//corners(k), requires, "&body shape = 'rectangle'"), k=1, 2), &
+      rule_t("&body shape = 'cylinder' | 'sphere'", requires, "a solid", mechanics, "they are no shapes of a plane", &
+             use="&body shape = 'circle'"), &
+      rule_t("&body shape = 'cylinder'", requires, "&body lower and &body upper and &body radius > 0"), &
+      rule_t("&body shape = 'sphere'", requires, "&body center and &body radius > 0"), &
+      (rule_t("&body "//corners(k), requires, "&body shape = 'rectangle' or &body shape = 'cylinder'"), k=1, 2), &
       rule_t("&body points", requires, "&body shape = 'polygon'"), &
-      rule_t("&body center", requires, "&body shape = 'circle'"), &
-      rule_t("&body radius", requires, "&body shape = 'circle'"), &
+      rule_t("&body center", requires, "&body shape = 'circle' or &body shape = 'sphere'"), &
+      rule_t("&body radius", requires, "&body shape = 'circle' or &body shape = 'cylinder' or &body shape = 'sphere'"), &
       rule_t("&body contact_group", requires, "&contact bodies = 'stick' | 'frictionless' | 'friction'", &
              reason="contact groups have an effect in contact only"), &
       rule_t("&body contact_group", no_effect_without, "another body of that group", mechanics, &

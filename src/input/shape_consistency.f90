@@ -49,9 +49,22 @@ contains
       if (.not. is_good) return
       shape = settings%text(entry, 'shape')
       if (shape == 'polygon') call check_corners(settings, entry)
+      if (shape == 'cylinder') call check_axis(settings, entry)
       is_good = settings%errors%count == before .and. settings%good(entry, 'lower') .and. settings%good(entry, 'upper') .and. &
                 settings%good(entry, 'points') .and. settings%good(entry, 'center') .and. settings%good(entry, 'radius')
    end subroutine check_shape
+
+   !> The axis of a cylinder is along a direction of the grid.
+   pure subroutine check_axis(settings, entry)
+      type(settings_t), intent(inout) :: settings
+      integer, intent(in) :: entry
+      if (.not. (settings%good(entry, 'lower') .and. settings%good(entry, 'upper'))) return
+      associate (way => settings%numbers(entry, 'upper') - settings%numbers(entry, 'lower'))
+         if (count(abs(way) > 0) /= 1 .or. any(way < 0)) &
+            call settings%complain(entry, 'upper', 'must be above lower = '//point_text(settings%vector(entry, 'lower'))// &
+                                   ' in one direction, and equal it in the others: these are the ends of the axis')
+      end associate
+   end subroutine check_axis
 
    !> A polygon has three corners at least, an inside, and sides that do not cross.
    pure subroutine check_corners(settings, entry)
@@ -106,7 +119,10 @@ contains
             cycle
          end if
          if (.not. is_good) cycle
-         if (model%holes(k)%body == 0) then
+         if (model%holes(k)%body == 0 .and. ndim > 2) then
+            call settings%complain(entry, 'hole', 'must be inside one body, but where it leaves the box around that')
+            cycle
+         else if (model%holes(k)%body == 0) then
             call settings%complain(entry, 'hole', 'must be inside one body, without touching its edge: a notch is a '// &
                                    'part of the outline, a body of shape = ''polygon''')
             cycle
@@ -157,7 +173,8 @@ contains
       x = a%corners(looks)
       y = b%corners(looks)
       overlap = has_point_of(a, y) .or. has_point_of(b, x)
-      if (overlap) return
+      if (ndim > 2) overlap = overlap .or. .not. (a%is_circle .or. b%is_circle) ! boxes
+      if (overlap .or. ndim > 2) return
       do i = 1, size(x, 2)
          do j = 1, size(y, 2)
             associate (p => x(:, i), q => x(:, mod(i, size(x, 2)) + 1), r => y(:, j), s => y(:, mod(j, size(y, 2)) + 1))
@@ -179,7 +196,8 @@ contains
          has_point_of = .false.
          do k = 1, size(corner, 2)
             associate (from => corner(:, k), to => corner(:, mod(k, size(corner, 2)) + 1))
-               inward = quarter_turn(to - from)/norm2(to - from)
+               inward = 0
+               if (ndim == 2) inward = quarter_turn(to - from)/norm2(to - from)
                at = (from + to)/2 + 4*tolerance*inward
                has_point_of = has_point_of .or. (ring%encloses(from) .and. ring%distance(from) > 4*tolerance) .or. &
                               (ring%encloses(at) .and. ring%distance(at) > 2*tolerance)

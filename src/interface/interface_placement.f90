@@ -95,14 +95,14 @@ contains
       if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
       if (allocated(m%grid%planes)) call add_points_of_planes(interfaces, m)
       faces = interfaces%n
-      if ((m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies)) .and. &
+      if ((m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies)) .and. ndim == 2 .and. & ! solids have aggregated nodes only
           (m%grid%is_quadratic() .or. .not. interfaces%are_bounded .or. interfaces%strain_last)) &
          call stabilise_small_cut_cells(interfaces, m)
       if (interfaces%are_bounded) interfaces%n_at_end = interfaces%n
       if (m%grid%is_quadratic()) & ! where what holds small cut cells has a mass
          interfaces%n_at_end = min(interfaces%n_at_end, merge(faces, 0, interfaces%n_contact + interfaces%n_cohesive > 0))
       call go_on(interfaces, old)
-      if (.not. (interfaces%are_bounded .or. m%grid%is_quadratic())) call hold_lone_particles(interfaces, m)
+      if (.not. (interfaces%are_bounded .or. m%grid%is_quadratic() .or. ndim > 2)) call hold_lone_particles(interfaces, m)
       do k = 1, interfaces%n
          interfaces%list(k)%felt = interfaces%list(k)%opening
       end do

@@ -14,7 +14,8 @@ module hampm_material
    use hampm_law, only: law_t, law_row_t, constant_t, most_columns
    use hampm_laws, only: law_row
    use hampm_linear_elastic, only: linear_stress
-   use hampm_orthotropic, only: orthotropic_t, orthotropic_of, plane_compliance, inverse_of, turned_stiffness, &
+   use hampm_orthotropic, only: orthotropic_t, orthotropic_of, stiffness_of_solid, acoustic_modulus_of_solid, &
+                                plane_compliance, inverse_of, turned_stiffness, &
                                 turned_compliance, turned_strain, voigt_stress, acoustic_modulus
    use hampm_tensors, only: voigt, n_voigt, space, identity, inverse_transpose, unit_tensor, inverse_transpose_of, &
                             volume_change, in_plane
@@ -275,6 +276,12 @@ contains
       m%mu = constants%shear_12
       m%lambda = of_axes(1, 2)
       m%angle = constants%angle
+      if (ndim > 2) then
+         m%compliance = stiffness_of_solid(m%in_its_axes, constants%turns, is_compliance=.true.)
+         m%stiffness = stiffness_of_solid(of_axes, constants%turns, is_compliance=.false.)
+         m%fastest = acoustic_modulus_of_solid(of_axes)
+         return
+      end if
       m%compliance = turned_compliance(m%in_its_axes, m%angle)
       m%stiffness = turned_stiffness(of_axes, m%angle)
       m%fastest = acoustic_modulus(of_axes)

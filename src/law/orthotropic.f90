@@ -7,17 +7,22 @@
 !>    eps_3 = -nu_13 s_1/E_1 - nu_23 s_2/E_2 + s_3/E_3,  2 eps_12 = s_12/G_12.
 !>
 !> In plane stress s_3 = 0; in plane strain eps_3 = 0, which leaves S_ij - S_i3 S_j3/S_33 of the compliances S. Matrices are those of the
-!> columns (s_11, s_22, s_12) and (eps_11, eps_22, 2 eps_12). As with `hampm_linear_elastic`, rotations count as strain to second
+!> columns (s_11, s_22, s_12) and (eps_11, eps_22, 2 eps_12). In solids 2 eps_13 = s_13/G_13 and 2 eps_23 = s_23/G_23 stand besides, and the axes are
+!> turned around x, then y, then z. As with `hampm_linear_elastic`, rotations count as strain to second
 !> order, and the axes of the material do not turn with it.
 module hampm_orthotropic
    use hampm_kinds, only: dp, ndim
    use hampm_key_rows, only: key_t, type_real, positive, any_number
    use hampm_law, only: constant_t, flaw_t, add_flaw, value_of
-   use hampm_tensors, only: voigt, n_voigt, in_plane, quarter_turn
+   use hampm_tensors, only: voigt, n_voigt, in_plane, quarter_turn, identity, inverse_transpose
    implicit none
    private
+   public :: stiffness_of_solid, acoustic_modulus_of_solid
    public :: orthotropic_t, orthotropic_of, check_orthotropic, n_voigt, plane_compliance, inverse_of, turned_stiffness, &
              turned_compliance, turned_strain, voigt_stress, acoustic_modulus, why_not_definite, orthotropic_keys
+
+   integer, parameter :: n_angles = merge(1, 3, ndim == 2)
+   character(*), parameter :: no_turn = '0.0'//repeat(', 0.0', n_angles - 1)
 
    type(key_t), parameter :: orthotropic_keys(*) = [ &
       key_t('young_1', type_real, 'of ''orthotropic'': Young''s modulus along axis 1 of the material', unit='Pa', &
@@ -28,14 +33,18 @@ module hampm_orthotropic
             only_with='law = ''orthotropic'''), &
       key_t('shear_12', type_real, 'shear modulus in the plane, between axes 1 and 2', unit='Pa', allowed=positive, fewest=0, &
             only_with='law = ''orthotropic'''), &
+      key_t('shear_13', type_real, 'of solids: the same between axes 1 and 3', unit='Pa', allowed=positive, fewest=0, &
+            only_with='law = ''orthotropic'''), &
+      key_t('shear_23', type_real, 'of solids: the same between axes 2 and 3', unit='Pa', allowed=positive, fewest=0, &
+            only_with='law = ''orthotropic'''), &
       key_t('poisson_12', type_real, '-(strain along 2)/(strain along 1) under stress along 1; poisson_21 follows', &
             allowed=any_number, fewest=0, only_with='law = ''orthotropic'''), &
       key_t('poisson_13', type_real, '-(strain across the plane)/(strain along 1) under stress along 1; required in plane strain', &
             allowed=any_number, fewest=0, only_with='law = ''orthotropic'''), &
       key_t('poisson_23', type_real, '-(strain across the plane)/(strain along 2) under stress along 2; required in plane strain', &
             allowed=any_number, fewest=0, only_with='law = ''orthotropic'''), &
-      key_t('angle', type_real, 'of axis 1 of an orthotropic material from x, anticlockwise', default='0.0', unit='degrees', &
-            allowed=any_number, only_with='law = ''orthotropic''')]
+      key_t('angle', type_real, 'of axis 1 of an orthotropic material from x, anticlockwise; of solids around x, then y, then z', &
+            default=no_turn, unit='degrees', allowed=any_number, fewest=n_angles, most=n_angles, only_with='law = ''orthotropic''')]
 
    real(dp), parameter :: to_radians = acos(-1.0_dp)/180
 
@@ -43,10 +52,12 @@ module hampm_orthotropic
    type :: orthotropic_t
       real(dp) :: young(3) = 0                   !! along the axes of the material [Pa]; the third counts in plane strain only
       real(dp) :: shear_12 = 0                   !! [Pa]
+      real(dp) :: shear(2) = 0                   !! of solids: between axes 1 and 3, and between 2 and 3 [Pa]
       real(dp) :: poisson_12 = 0                 !! -eps_2/eps_1 under s_1 alone [-]
       real(dp) :: poisson_13 = 0                 !! -eps_3/eps_1 under s_1 alone [-]; in plane strain only, as the next
       real(dp) :: poisson_23 = 0                 !! -eps_3/eps_2 under s_2 alone [-]
       real(dp) :: angle = 0                      !! of axis 1 from x, anticlockwise [degrees]
+      real(dp) :: turns(3) = 0                   !! of solids: those around x, then y, then z [degrees]
    end type orthotropic_t
 
 contains
@@ -55,6 +66,7 @@ contains
    pure type(orthotropic_t) function orthotropic_of(constants, young, poisson) result(of)
       type(constant_t), intent(in) :: constants(:)
       real(dp), intent(in) :: young, poisson     !! of that [Pa], [-]
+      integer :: k
       of%young = [value_of(constants, 'young_1', young), value_of(constants, 'young_2', young), &
                   value_of(constants, 'young_3', young)]
       of%shear_12 = value_of(constants, 'shear_12', young/(2*(1 + poisson)))
@@ -62,6 +74,10 @@ contains
       of%poisson_13 = value_of(constants, 'poisson_13', poisson)
       of%poisson_23 = value_of(constants, 'poisson_23', poisson)
       of%angle = value_of(constants, 'angle', 0.0_dp)
+      of%shear = [value_of(constants, 'shear_13', of%shear_12), value_of(constants, 'shear_23', of%shear_12)]
+      if (ndim == 2) return
+      k = findloc(constants%name, 'angle', dim=1)
+      if (k > 0) of%turns = constants(k)%value(:3)
    end function orthotropic_of
 
    !> No strain releases energy.
@@ -75,7 +91,7 @@ contains
       type(orthotropic_t) :: of
       character(:), allocatable :: why
       of = orthotropic_of(constants, young, poisson)
-      allocate (moduli, source=[of%young(:merge(2, 3, plane_stress)), of%shear_12])
+      allocate (moduli, source=[of%young(:merge(2, 3, plane_stress)), of%shear_12, of%shear])
       allocate (flaws(0))
       if (minval(moduli) <= 0) return
       if (maxval(moduli) > most_apart*minval(moduli)) then
@@ -87,7 +103,7 @@ contains
       if (why /= '') call add_flaw(flaws, 'poisson_12', why//': else a strain would release energy')
    end subroutine check_orthotropic
 
-   !> Compliance of the plane in the axes of the material [1/Pa].
+   !> Compliance of the plane, or of a solid, in the axes of the material [1/Pa].
    pure function plane_compliance(m, plane_stress) result(s)
       type(orthotropic_t), intent(in) :: m
       logical, intent(in) :: plane_stress        !! else plane strain
@@ -99,8 +115,15 @@ contains
       s(2, 2) = 1/m%young(2)
       s(1, 2) = -m%poisson_12/m%young(1)
       s(2, 1) = s(1, 2)
-      s(3, 3) = 1/m%shear_12
-      if (plane_stress) return
+      s(ndim + 1, ndim + 1) = 1/m%shear_12
+      if (ndim > 2) then
+         s(ndim, ndim) = 1/m%young(3)
+         s(:2, ndim) = -[m%poisson_13/m%young(1), m%poisson_23/m%young(2)]
+         s(ndim, :2) = s(:2, ndim)
+         s(n_voigt - 1, n_voigt - 1) = 1/m%shear(1)
+         s(n_voigt, n_voigt) = 1/m%shear(2)
+      end if
+      if (plane_stress .or. ndim > 2) return
       across = -[m%poisson_13/m%young(1), m%poisson_23/m%young(2)]
       do i = 1, 2
          s(:2, i) = s(:2, i) - across*across(i)*m%young(3)
@@ -133,7 +156,15 @@ contains
    pure function inverse_of(a) result(inverse)
       real(dp), intent(in) :: a(n_voigt, n_voigt)
       real(dp) :: inverse(n_voigt, n_voigt)
+      integer :: k
       inverse = 0
+      if (ndim > 2) then
+         inverse(:ndim, :ndim) = inverse_transpose(a(:ndim, :ndim))
+         do k = ndim + 1, n_voigt
+            inverse(k, k) = 1/a(k, k)
+         end do
+         return
+      end if
       inverse(1, 1) = a(2, 2)
       inverse(2, 2) = a(1, 1)
       inverse(1, 2) = -a(1, 2)
@@ -196,6 +227,80 @@ contains
       r = strain_in_turned(-angle)
       turned = symmetric(matmul(r, matmul(s, transpose(r))))
    end function turned_compliance
+
+   !> Stiffness, or with `is_compliance` compliance, of a solid in x, y and z, from that in the axes of its material, which are turned [Pa], [1/Pa].
+   pure function stiffness_of_solid(c, turns, is_compliance) result(turned)
+      real(dp), intent(in) :: c(n_voigt, n_voigt)
+      real(dp), intent(in) :: turns(3)           !! around x, then y, then z [degrees]
+      logical, intent(in) :: is_compliance
+      real(dp) :: turned(n_voigt, n_voigt)
+      real(dp) :: r(n_voigt, n_voigt), axes(ndim, ndim), of_turn(ndim, ndim), strain(ndim, ndim), d(ndim)
+      integer :: a, b, i, j
+      axes = identity
+      do a = 1, ndim                             ! columns are the axes of the material
+         d = direction_of(turns(a))
+         i = 1 + mod(a, ndim)
+         j = 1 + mod(a + 1, ndim)
+         of_turn = identity
+         of_turn(i, [i, j]) = [d(1), -d(2)]
+         of_turn(j, [i, j]) = [d(2), d(1)]
+         axes = matmul(of_turn, axes)
+      end do
+      do b = 1, ndim                             ! of stress for stiffness, of strain for compliance, from the axes of the material to x, y and z
+         do a = 1, b
+            do j = 1, ndim
+               strain(:, j) = (axes(:, a)*axes(j, b) + axes(:, b)*axes(j, a))/2
+            end do
+            do j = 1, ndim
+               do i = 1, j
+                  r(voigt(i, j), voigt(a, b)) = strain(i, j)*merge(1, 2, a == b .or. is_compliance) &
+                                                *merge(2, 1, i /= j .and. is_compliance)
+               end do
+            end do
+         end do
+      end do
+      turned = symmetric(matmul(r, matmul(c, transpose(r))))
+   end function stiffness_of_solid
+
+   !> rho c**2 of the fastest plane wave in a solid [Pa]: the largest value of m.C(n, n).m over unit vectors n and m. That for a given n is an eigenvalue, and
+   !> n and m may change places: from many directions on each is found by the other in turn, which never makes it less.
+   pure real(dp) function acoustic_modulus_of_solid(c) result(largest)
+      real(dp), intent(in) :: c(n_voigt, n_voigt) !! [Pa]
+      integer, parameter :: passes = 60
+      real(dp) :: n(ndim), m(ndim)
+      integer :: start, pass, i
+      largest = 0
+      do start = 0, (3**ndim - 3)/2                  ! along axes, diagonals of sides, diagonals
+         n = [(real(mod(start/3**(i - 1), 3) - 1, dp), i=1, ndim)]
+         n = n/norm2(n)
+         m = n
+         do pass = 1, passes
+            n = next(m, n)
+            m = next(n, m)
+         end do
+         largest = max(largest, norm2(matmul(acoustic(n), m)))
+      end do
+
+   contains
+
+      !> The tensor C(n, n) [Pa].
+      pure function acoustic(n) result(a)
+         real(dp), intent(in) :: n(ndim)
+         real(dp) :: a(ndim, ndim)
+         integer :: k
+         do k = 1, ndim
+            a(:, k) = matmul(voigt_stress(c, spread(identity(:, k), 2, ndim)*spread(n, 1, ndim)), n)
+         end do
+      end function acoustic
+
+      !> A better m for an n.
+      pure function next(n, m) result(better)
+         real(dp), intent(in) :: n(ndim), m(ndim)
+         real(dp) :: better(ndim)
+         better = matmul(acoustic(n), m)
+         better = better/norm2(better)
+      end function next
+   end function acoustic_modulus_of_solid
 
    !> A matrix without what rounding has left of its antisymmetric part.
    pure function symmetric(a)

@@ -12,13 +12,12 @@
 !> Source: Badia, Verdugo & Martin, The aggregated unfitted finite element method for elliptic problems, Computer Methods in Applied Mechanics
 !> and Engineering 336 (2018) 533-553.
 module hampm_aggregated_nodes
-   use hampm_kinds, only: dp, ndim, plane, corners, long
+   use hampm_kinds, only: dp, ndim, corners, neighbours, long
    use hampm_basis, only: shape_functions
    use hampm_cut_cells, only: cut_cells_t
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
    use hampm_outline, only: outline_t, least_part
    use hampm_place_table, only: place_table_t
-   use hampm_tensors, only: in_plane
    use hampm_tolerance, only: part_of_cell
    implicit none
    private
@@ -26,7 +25,11 @@ module hampm_aggregated_nodes
 
    !> Part of a cell that has to be filled for its nodes to be free.
    real(dp), parameter :: least_fill = 0.25_dp
-   integer, parameter :: sides(plane, 4) = reshape([0, -1, -1, 0, 1, 0, 0, 1], [plane, 4])
+   integer :: k, d
+   real(dp), parameter :: longer(ndim) = [(1 + merge(0.0_dp, 1e-6_dp*(d - 1), ndim == 2), d=1, ndim)]
+   !> Steps to the cells beside the sides of one: in the plane down, left, right and up.
+   integer, parameter :: sides(ndim, 2*ndim) = reshape([((merge(merge(-1, 1, k <= ndim), 0, &
+      d == merge(ndim + 1 - k, k - ndim, k <= ndim)), d=1, ndim), k=1, 2*ndim)], [ndim, 2*ndim])
 
    !> Which places are aggregated nodes, and the leaf on whose nodes each hangs.
    type :: aggregated_nodes_t
@@ -91,7 +94,7 @@ contains
       root_cells = 0
       may_hang = [(fill(leaf) > 0 .and. fill(leaf) < least_fill, leaf=1, size(fill))]
       do leaf = 1, size(fill)
-         if (may_hang(leaf)) may_hang(leaf) = is_among_alike(forest, cut_cells, leaf)
+         if (may_hang(leaf)) may_hang(leaf) = is_among_alike(forest, cut_cells, fill, leaf)
          if (may_hang(leaf)) root_cells(leaf) = root_cell_of(forest, cut_cells, fill, centre(:, leaf), leaf)
       end do
       do
@@ -138,23 +141,23 @@ contains
       if (fill < least_part*0.1_dp) fill = 0
    end subroutine find_root_cell
 
-   !> Whether all leaves around one are of its size, and no crack cuts them.
-   pure logical function is_among_alike(forest, cut_cells, leaf) result(is)
+   !> Whether all leaves around one are of its size, in solids those with material, and no crack cuts them.
+   pure logical function is_among_alike(forest, cut_cells, fill, leaf) result(is)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
+      real(dp), intent(in) :: fill(:)
       integer, intent(in) :: leaf
-      integer :: next, i, j
+      integer :: next, i, d
       is = .true.
-      do j = -1, 1
-         do i = -1, 1
-            next = neighbour(forest, leaf, [i, j])
-            if (next == outside) cycle
-            is = is .and. forest%level_of(next) == forest%level_of(leaf) .and. cut_cells%pieces_of(next) == 1
-         end do
+      do i = 0, neighbours - 1
+         next = neighbour(forest, leaf, [(mod(i/3**(d - 1), 3) - 1, d=1, ndim)])
+         if (next == outside) cycle
+         if (ndim > 2 .and. .not. fill(next) > 0) cycle
+         is = is .and. forest%level_of(next) == forest%level_of(leaf) .and. cut_cells%pieces_of(next) == 1
       end do
    end function is_among_alike
 
-   !> The leaf beside one of the four sides of a nearly empty one that is fullest, and full enough; 0 for none.
+   !> The leaf beside one of the sides of a nearly empty one that is fullest, and full enough; 0 for none.
    pure integer function root_cell_of(forest, cut_cells, fill, centre, leaf) result(root_cell)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
@@ -176,7 +179,7 @@ contains
       if (is_across(forest, cut_cells, leaf, root_cell)) root_cell = 0
    end function root_cell_of
 
-   !> The root cell of a leaf beside one of the four sides of a nearly empty one, the nearest of them; 0 for none.
+   !> The root cell of a leaf beside one of the sides of a nearly empty one, the nearest of them; 0 for none.
    pure integer function root_cell_of_next(forest, cut_cells, root_cells, centre, leaf) result(root_cell)
       type(forest_t), intent(in) :: forest
       type(cut_cells_t), intent(in) :: cut_cells
@@ -209,12 +212,13 @@ contains
       if (abs(one - other) <= same*abs(other)) is_first = one_else < other_else - same*abs(other_else)
    end function is_first
 
-   !> Distance of the middle of a leaf from a place [m].
+   !> Distance of the middle of a leaf from a place [m], in solids a little longer in y and in z than along x: so of two that are as near in two
+   !> directions a mirror image takes the same one.
    pure real(dp) function distance_to(forest, leaf, x) result(distance)
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
       real(dp), intent(in) :: x(ndim)            !! [m]
-      distance = norm2(forest%middle_of(leaf) - x)
+      distance = norm2((forest%middle_of(leaf) - x)*longer)
    end function distance_to
 
    !> Whether a crack is between two leaves.
@@ -229,8 +233,8 @@ contains
    !> The leaf that is, counted in leaves of the same size, so many away; `outside` where there is none.
    pure integer function neighbour(forest, leaf, steps) result(next)
       type(forest_t), intent(in) :: forest
-      integer, intent(in) :: leaf, steps(plane)
-      next = forest%leaf_at(forest%middle_of(leaf) + in_plane(real(steps(1), dp), real(steps(2), dp))*forest%size_of(leaf))
+      integer, intent(in) :: leaf, steps(ndim)
+      next = forest%leaf_at(forest%middle_of(leaf) + steps*forest%size_of(leaf))
    end function neighbour
 
    !> Note a corner of a nearly empty leaf, if all leaves around it are nearly empty or empty, with the nearest of the root cells of these.

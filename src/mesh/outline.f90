@@ -3,13 +3,17 @@
 !> A box cuts an outline into a piece whose area and first moments are found without approximation: of a polygon by clipping it with the
 !> box (Sutherland & Hodgman 1974) and Green's theorem, of a circle by integrating between its arcs and the sides of the box in closed form.
 !> Holes, which lie inside the outer ring and apart from each other, are subtracted.
+!>
+!> In solids rings are boxes, cylinders along an axis and spheres. Holes may go through the box around the outer ring.
 module hampm_outline
+   use hampm_edge_parts, only: edge_part_t, rectangles_of_side, parts_of_mantle, parts_of_sphere
    use hampm_kinds, only: dp, ndim
-   use hampm_ring_moments, only: clip, moments_of_circle, moments_of_polygon, sort_few
+   use hampm_ring_moments, only: clip, moments_of_circle, moments_of_polygon, moments_of_box, moments_of_cylinder, &
+                                  moments_of_sphere, sort_few
    use hampm_tensors, only: in_plane, quarter_turn
    implicit none
    private
-   public :: outline_t, ring_t, edge_part_t, polygon_ring, circle_ring, least_part
+   public :: outline_t, ring_t, polygon_ring, circle_ring, box_ring, cylinder_ring, least_part
 
    real(dp), parameter :: pi = acos(-1.0_dp)
 
@@ -19,9 +23,11 @@ module hampm_outline
    !> A closed line without crossings.
    type :: ring_t
       logical :: is_circle = .false.
-      real(dp), allocatable :: points(:, :)      !! of a polygon, in either sense [m], (ndim, 3 or more)
-      real(dp) :: center(ndim) = 0               !! of a circle [m]
-      real(dp) :: radius = 0                     !! of a circle [m]
+      real(dp), allocatable :: points(:, :)      !! of a polygon, in either sense [m], (ndim, 3 or more); of a box its two ends
+      real(dp) :: center(ndim) = 0               !! of a circle, a cylinder or a sphere [m]
+      real(dp) :: radius = 0                     !! of these [m]
+      integer :: axis = 0                        !! the direction of a cylinder; 0: none
+      real(dp) :: ends(2) = 0                    !! of it [m]
    contains
       procedure :: area => area_of_ring
       procedure :: lower => lower_of_ring
@@ -46,13 +52,6 @@ module hampm_outline
       procedure :: parts_in_box
    end type outline_t
 
-   !> A straight part of an edge, or a short one of an arc.
-   type :: edge_part_t
-      real(dp) :: middle(ndim) = 0               !! [m]
-      real(dp) :: half(ndim) = 0                 !! from there to its end, along it [m]
-      real(dp) :: normal(ndim) = 0               !! unit vector out of the material
-   end type edge_part_t
-
 contains
 
    !> The ring of a polygon.
@@ -69,11 +68,53 @@ contains
       ring%radius = radius
    end function circle_ring
 
-   !> Area inside a ring, of a polygon with a sign: above 0 where its points go around anticlockwise [m2].
+   !> A box in space.
+   pure type(ring_t) function box_ring(lower, upper) result(ring)
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
+      allocate (ring%points(ndim, 2))
+      ring%points(:, 1) = lower
+      ring%points(:, 2) = upper
+   end function box_ring
+
+   !> A cylinder in space.
+   pure type(ring_t) function cylinder_ring(lower, upper, radius) result(ring)
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! ends of its axis, which is a direction of the grid [m]
+      real(dp), intent(in) :: radius             !! [m]
+      ring = circle_ring((lower + upper)/2, radius)
+      ring%axis = maxloc(upper - lower, dim=1)
+      ring%ends = [lower(ring%axis), upper(ring%axis)]
+   end function cylinder_ring
+
+   !> How far a place is beyond the sides of a ring in space, below 0 inside [m].
+   pure function beyond(self, x)
+      class(ring_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: beyond(ndim)
+      real(dp) :: across(ndim)
+      beyond = -huge(beyond)
+      if (self%is_circle) then
+         across = x - self%center
+         if (self%axis > 0) then
+            beyond(ndim) = abs(across(self%axis)) - (self%ends(2) - self%ends(1))/2
+            across(self%axis) = 0
+         end if
+         beyond(1) = norm2(across) - self%radius
+      else
+         beyond = abs(x - (self%points(:, 1) + self%points(:, 2))/2) - (self%points(:, 2) - self%points(:, 1))/2
+      end if
+   end function beyond
+
+   !> Area inside a ring, of a polygon with a sign: above 0 where its points go around anticlockwise [m2]; in solids the volume [m3].
    pure real(dp) function area_of_ring(self) result(area)
       class(ring_t), intent(in) :: self
       real(dp) :: m(0:ndim)
-      if (self%is_circle) then
+      if (ndim > 2 .and. self%axis > 0) then
+         area = pi*self%radius**2*(self%ends(2) - self%ends(1))
+      else if (ndim > 2 .and. self%is_circle) then
+         area = 4*pi/3*self%radius**3
+      else if (ndim > 2) then
+         area = product(self%points(:, 2) - self%points(:, 1))
+      else if (self%is_circle) then
          area = pi*self%radius**2
       else
          m = moments_of_polygon(self%points - spread(self%points(:, 1), 2, size(self%points, 2)))
@@ -87,6 +128,7 @@ contains
       real(dp) :: lower(ndim)
       if (self%is_circle) then
          lower = self%center - self%radius
+         if (self%axis > 0) lower(self%axis) = self%ends(1)
       else
          lower = minval(self%points, dim=2)
       end if
@@ -98,6 +140,7 @@ contains
       real(dp) :: upper(ndim)
       if (self%is_circle) then
          upper = self%center + self%radius
+         if (self%axis > 0) upper(self%axis) = self%ends(2)
       else
          upper = maxval(self%points, dim=2)
       end if
@@ -108,7 +151,10 @@ contains
       class(ring_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
       integer :: i, j
-      if (self%is_circle) then
+      if (ndim > 2) then
+         encloses = all(beyond(self, x) < 0)
+         return
+      else if (self%is_circle) then
          encloses = norm2(x - self%center) < self%radius
          return
       end if
@@ -130,7 +176,10 @@ contains
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp) :: t
       integer :: i, j
-      if (self%is_circle) then
+      if (ndim > 2) then
+         distance = max(norm2(max(beyond(self, x), 0.0_dp)), -maxval(beyond(self, x)))
+         return
+      else if (self%is_circle) then
          distance = abs(norm2(x - self%center) - self%radius)
          return
       end if
@@ -176,14 +225,24 @@ contains
       end do
    end function way_to_ring
 
-   !> Area inside a ring and a box, and its first moments around the lower corner of the box [m2, m3, m3].
+   !> Area, in solids volume, inside a ring and a box, and its first moments around the lower corner of the box [m2, m3, m3].
    pure function moments_of_ring(self, lower, upper) result(m)
       class(ring_t), intent(in) :: self
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
       real(dp) :: m(0:ndim)
       real(dp), allocatable :: points(:, :)
       integer :: d
-      if (self%is_circle) then
+      if (ndim > 2) then
+         if (self%axis > 0) then
+            m = moments_of_cylinder(lower - self%center, upper - self%center, self%radius, self%axis, &
+                                    self%ends - self%center(self%axis))
+         else if (self%is_circle) then
+            m = moments_of_sphere(lower - self%center, upper - self%center, self%radius)
+         else
+            m = moments_of_box(lower, upper, self%points(:, 1), self%points(:, 2))
+         end if
+         return
+      else if (self%is_circle) then
          m = moments_of_circle(lower - self%center, upper - self%center, self%radius)
          return
       end if
@@ -196,13 +255,18 @@ contains
       if (self%area() < 0) m = -m
    end function moments_of_ring
 
-   !> Corners of a ring, as one walks around it anticlockwise; of a circle so many of a polygon in it [m].
+   !> Corners of a ring, as one walks around it anticlockwise; of a circle so many of a polygon in it; in solids places all over the surface [m].
    pure function corners_of_ring(self, of_circle) result(points)
       class(ring_t), intent(in) :: self
       integer, intent(in) :: of_circle
       real(dp), allocatable :: points(:, :)
+      type(edge_part_t), allocatable :: parts(:)
       integer :: k
-      if (self%is_circle) then
+      if (ndim > 2) then
+         allocate (parts, source=parts_of_surface(self, self%lower(), self%upper(), self%lower(), &
+                                                  maxval(self%upper() - self%lower())/sqrt(of_circle/6.0_dp)))
+         points = reshape([(parts(k)%middle, k=1, size(parts))], [ndim, size(parts)])
+      else if (self%is_circle) then
          allocate (points(ndim, of_circle))
          do k = 1, of_circle
             points(:, k) = self%center + self%radius*in_plane(cos(2*pi*k/of_circle), sin(2*pi*k/of_circle))
@@ -266,7 +330,7 @@ contains
       class(outline_t), intent(in) :: self
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
       real(dp) :: m(0:ndim)
-      real(dp) :: whole
+      real(dp) :: whole, from(ndim), to(ndim)
       integer :: k
       whole = product(upper - lower)
       m = 0
@@ -274,10 +338,18 @@ contains
          if (self%covers((lower + upper)/2)) m = whole*[1.0_dp, (upper - lower)/2]
          return
       end if
-      m = self%rings(1)%moments(lower, upper)
+      from = lower
+      to = upper
+      if (ndim > 2) then                         ! holes may go on outside
+         from = max(from, self%rings(1)%lower())
+         to = min(to, self%rings(1)%upper())
+         if (any(to <= from)) return
+      end if
+      m = self%rings(1)%moments(from, to)
       do k = 2, size(self%rings)
-         m = m - self%rings(k)%moments(lower, upper)
+         m = m - self%rings(k)%moments(from, to)
       end do
+      if (ndim > 2) m(1:) = m(1:) + m(0)*(from - lower)
    end function moments
 
    !> The parts of the edges of an outline whose middle is in a box, each within one cell of a lattice: what a traction acts on.
@@ -291,7 +363,11 @@ contains
       integer :: k
       allocate (parts(0))
       do k = 1, size(self%rings)
-         if (self%rings(k)%is_circle) then
+         if (ndim > 2) then
+            parts = [parts, parts_with_material(self, parts_of_surface(self%rings(k), max(lower, self%rings(1)%lower()), &
+                                                                       min(upper, self%rings(1)%upper()), origin, spacing), &
+                                                k > 1, lower - tolerance, upper + tolerance, spacing)]
+         else if (self%rings(k)%is_circle) then
             call add_arcs(self%rings(k), k > 1, lower - tolerance, upper + tolerance, spacing, parts)
          else
             call add_sides(self%rings(k), k > 1, lower, upper, tolerance, origin, spacing, parts)
@@ -363,4 +439,69 @@ contains
       end do
       parts = [parts, pack(arcs, is_in)]
    end subroutine add_arcs
+
+   !> The parts of the surface of a ring in space, flat and round ones as far as they are in a box.
+   pure function parts_of_surface(ring, lower, upper, origin, spacing) result(parts)
+      type(ring_t), intent(in) :: ring
+      real(dp), intent(in) :: lower(ndim), upper(ndim), origin(ndim), spacing
+      type(edge_part_t), allocatable :: parts(:)
+      real(dp), dimension(ndim) :: from, to, first, last
+      integer :: d
+      if (ring%is_circle .and. ring%axis == 0) then
+         allocate (parts, source=parts_of_sphere(ring%center, ring%radius, spacing))
+         return
+      end if
+      first = ring%lower()
+      last = ring%upper()
+      allocate (parts(0))
+      do d = 1, ndim
+         from = max(lower, first)
+         to = min(upper, last)
+         if (ring%axis == d) parts = [parts, parts_of_mantle(ring%center, ring%radius, d, [from(d), to(d)], spacing)]
+         if (ring%axis > 0 .and. ring%axis /= d) cycle
+         from(d) = first(d)
+         to(d) = last(d)
+         parts = [parts, rectangles_of_side(from, to, d, .false., origin, spacing), &
+                  rectangles_of_side(from, to, d, .true., origin, spacing)]
+      end do
+   end function parts_of_surface
+
+   !> Those of them in a box that are next to material of a body, with what of rectangles is, which is found in a thin slab beside them.
+   pure function parts_with_material(body, all_parts, is_hole, lower, upper, spacing) result(parts)
+      class(outline_t), intent(in) :: body
+      type(edge_part_t), intent(in) :: all_parts(:)
+      logical, intent(in) :: is_hole
+      real(dp), intent(in) :: lower(ndim), upper(ndim), spacing
+      type(edge_part_t), allocatable :: parts(:)
+      real(dp), parameter :: thin = 1e-5_dp, full = 1 - 1e-9_dp
+      real(dp) :: m(0:ndim), inward(ndim), from(ndim), to(ndim)
+      logical :: has(size(all_parts))
+      integer :: k, d
+      parts = all_parts
+      do k = 1, size(parts)
+         associate (part => parts(k))
+            has(k) = all(part%middle >= lower .and. part%middle <= upper)
+            if (.not. has(k)) cycle
+            if (.not. is_hole) part%normal = -part%normal
+            inward = part%normal*thin*spacing
+            part%normal = -part%normal
+            if (all(part%half <= 0)) then
+               has(k) = body%covers(part%middle + inward)
+               cycle
+            end if
+            d = maxloc(abs(inward), dim=1)
+            from = part%middle - part%half + min(inward, 0.0_dp)
+            to = part%middle + part%half + max(inward, 0.0_dp)
+            m = body%moments(from, to)/(to(d) - from(d))
+            has(k) = m(0) > least_part*part%area
+            if (m(0) >= full*part%area .or. .not. has(k)) cycle
+            from = from + m(1:)/m(0)
+            from(d) = part%middle(d)
+            part%middle = from
+            part%half = 0
+            part%area = m(0)
+         end associate
+      end do
+      parts = pack(parts, has)
+   end function parts_with_material
 end module hampm_outline

@@ -4,7 +4,7 @@ module hampm_bodies
    use hampm_domains, only: reference_corners
    use hampm_outline, only: outline_t, least_part
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: in_plane, quarter_turn
+   use hampm_tensors, only: quarter_turn
    use hampm_thickness, only: thickness_t
    implicit none
    private
@@ -13,7 +13,7 @@ module hampm_bodies
    !> What the boxes of a lattice have of a body.
    type :: pieces_t
       integer :: n = 0
-      real(dp), allocatable :: area(:)           !! [m2], (n and more)
+      real(dp), allocatable :: area(:)           !! [m2], in solids volume [m3]; (n and more)
       real(dp), allocatable :: centroid(:, :)    !! [m], (ndim, n and more)
       real(dp) :: spacing = 0                    !! of the lattice [m]
    end type pieces_t
@@ -106,22 +106,21 @@ contains
       integer, intent(in) :: points_per_cell     !! boxes of the lattice in a cell and direction
       type(pieces_t), intent(out) :: pieces
       real(dp) :: m(0:ndim), lower(ndim)
-      integer :: first(ndim), last(ndim), i, j, room
+      integer :: first(ndim), last(ndim), along(ndim), i, d, room
       pieces%spacing = cell/points_per_cell
       associate (spacing => pieces%spacing, outer => outline%rings(1))
          first = floor((outer%lower() - origin)/spacing)
          last = ceiling((outer%upper() - origin)/spacing) - 1
-         room = product(last - first + 1)
+         along = last - first + 1
+         room = product(along)
          allocate (pieces%area(room), pieces%centroid(ndim, room))
-         do j = first(2), last(2)
-            do i = first(1), last(1)
-               lower = origin + in_plane(real(i, dp), real(j, dp))*spacing
-               m = outline%moments(lower, lower + spacing)
-               if (m(0) <= least_part*spacing**2) cycle
-               pieces%n = pieces%n + 1
-               pieces%area(pieces%n) = m(0)
-               pieces%centroid(:, pieces%n) = lower + m(1:)/m(0)
-            end do
+         do i = 0, room - 1
+            lower = origin + [(real(first(d) + mod(i/product(along(:d - 1)), along(d)), dp), d=1, ndim)]*spacing
+            m = outline%moments(lower, lower + spacing)
+            if (m(0) <= least_part*spacing**ndim) cycle
+            pieces%n = pieces%n + 1
+            pieces%area(pieces%n) = m(0)
+            pieces%centroid(:, pieces%n) = lower + m(1:)/m(0)
          end do
       end associate
    end subroutine cut_into_pieces
@@ -153,7 +152,7 @@ contains
    pure subroutine add_spin(p, body, spin)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: body
-      real(dp), intent(in) :: spin               !! anticlockwise [rad/s]
+      real(dp), intent(in) :: spin(:)            !! anticlockwise, of a solid around each axis [rad/s]
       real(dp) :: centre(ndim), mass, arm(ndim), arms(ndim, corners)
       integer :: i
       centre = 0
@@ -167,11 +166,15 @@ contains
       do i = 1, p%n
          if (p%body(i) /= body) cycle
          arm = p%reference(i, :) - centre
-         p%velocity(i, :) = p%velocity(i, :) + spin*quarter_turn(arm)
+         if (ndim > 2) then
+            p%velocity(i, :) = p%velocity(i, :) + cshift(spin, 1)*cshift(arm, -1) - cshift(spin, -1)*cshift(arm, 1)
+            cycle
+         end if
+         p%velocity(i, :) = p%velocity(i, :) + spin(1)*quarter_turn(arm)
          if (.not. allocated(p%corner_velocity)) cycle
          arms = reference_corners(p, i) - spread(centre, 2, corners)
-         p%corner_velocity(i, 1, :) = p%corner_velocity(i, 1, :) - spin*arms(2, :)
-         p%corner_velocity(i, 2, :) = p%corner_velocity(i, 2, :) + spin*arms(1, :)
+         p%corner_velocity(i, 1, :) = p%corner_velocity(i, 1, :) - spin(1)*arms(2, :)
+         p%corner_velocity(i, 2, :) = p%corner_velocity(i, 2, :) + spin(1)*arms(1, :)
       end do
    end subroutine add_spin
 

@@ -2,7 +2,7 @@
 !> material for waves normal to the edge. In isotropic material that is rho c_p v_n across and rho c_s v_t along the edge. A plane wave that comes at
 !> right angles leaves the body without reflection, others with little (docs/explanation/absorbing_edges.md).
 !>
-!> An edge is three loads without a force (`hampm_loads`), whose points have the components xx, yy and xy of the area times Z as their parts: so its points
+!> An edge is three loads, a side of a solid six without a force (`hampm_loads`), whose points have the components of the area times Z as their parts, xx, yy and xy in the plane: so its points
 !> follow particles, cells and checkpoints as those of other loads do. What they give to the nodes is lumped, D = sum of N_i Z A, a matrix of
 !> two components at each node. In explicit steps D acts on the mean of the velocities at both ends of the step,
 !>
@@ -18,14 +18,14 @@ module hampm_absorbing_edges
    use hampm_mass_matrix, only: mass_matrix_t
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: in_plane, identity
+   use hampm_tensors, only: in_plane, identity, inverse_transpose, n_voigt, voigt, trace
    implicit none
    private
    public :: absorbing_edges_t, components, impedance, nodes_of_dashpots
 
    real(dp), parameter :: rounding = 1e-9_dp     !! part of a point that a node may have by rounding, or below 0 as the edge moves out of its cells [-]
 
-   integer, parameter :: components = 3          !! of a symmetric tensor in the plane: xx, yy, xy
+   integer, parameter :: components = n_voigt    !! of a symmetric tensor, in the order of `voigt`
 
    !> The dashpots at the nodes of a grid.
    type :: absorbing_edges_t
@@ -41,21 +41,32 @@ module hampm_absorbing_edges
 
 contains
 
-   !> Z of an edge with a normal: xx, yy, xy [kg/(m2 s)].
+   !> Z of an edge with a normal [kg/(m2 s)].
    pure function impedance(material, normal) result(z)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: normal(ndim)       !! unit vector
       real(dp) :: z(components)
-      real(dp) :: a(ndim, ndim), root, dh(ndim, ndim), state(material%columns)
+      real(dp) :: a(ndim, ndim), root, dh(ndim, ndim), state(material%columns), x(ndim, ndim)
+      integer, parameter :: passes = 20          ! half of what is wrong is left by each of the first, the square of it by the last
       integer :: k
       state = 0
       do k = 1, ndim
          dh = spread(identity(:, k), 2, ndim)*spread(normal, 1, ndim)
          a(:, k) = material%density*matmul(material%first_piola_change(0*dh, dh, state, 0.0_dp, 0.0_dp), normal)
       end do
+      if (ndim > 2) then
+         x = sqrt(trace(a))*identity
+         do k = 1, passes                        ! Newton; all of them have the axes of A
+            x = (x + matmul(a, inverse_transpose(x)))/2
+         end do
+         do k = 1, ndim
+            z(voigt(:, k)) = (x(:, k) + x(k, :))/2
+         end do
+         return
+      end if
       root = sqrt(a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1))
       a = (a + root*identity)/sqrt(a(1, 1) + a(2, 2) + 2*root) ! the square root of a tensor of two dimensions
-      z = [a(1, 1), a(2, 2), a(1, 2)]
+      z(:3) = [a(1, 1), a(2, 2), a(1, 2)]
    end function impedance
 
    !> Nodes that get a part of dashpots, those that may hang among them.
@@ -105,7 +116,9 @@ contains
       if (allocated(self%d)) deallocate (self%d)
       allocate (self%d(ndim, ndim, self%n))
       do k = 1, self%n
-         self%d(:2, :2, k) = reshape(by_node([1, 3, 3, 2], self%node(k)), [2, 2])
+         do c = 1, ndim
+            self%d(:, c, k) = by_node(voigt(:, c), self%node(k))
+         end do
       end do
       self%layout = layout
    end subroutine renew
@@ -134,8 +147,12 @@ contains
                m(d, d) = 1
                v(d) = after(d, i)
             end do
-            determinant = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
-            v = in_plane(m(2, 2)*v(1) - m(1, 2)*v(2), m(1, 1)*v(2) - m(2, 1)*v(1))/determinant
+            if (ndim > 2) then
+               v = matmul(v, inverse_transpose(m))
+            else
+               determinant = m(1, 1)*m(2, 2) - m(1, 2)*m(2, 1)
+               v = in_plane(m(2, 2)*v(1) - m(1, 2)*v(2), m(1, 1)*v(2) - m(2, 1)*v(1))/determinant
+            end if
             acceleration(:, i) = acceleration(:, i) + (v - after(:, i))/dt
             after(:, i) = v
             mean = (before(:, i) + v)/2

@@ -11,7 +11,7 @@ module hampm_loads
    use hampm_grid, only: grid_t
    use hampm_matter, only: matter_t
    use hampm_time_history, only: time_history_t
-   use hampm_outline, only: edge_part_t
+   use hampm_edge_parts, only: edge_part_t
    use hampm_particles, only: particles_t
    use hampm_text, only: to_text
    use hampm_load_sharing, only: nearest_particles, share_by_cell, share_by_corners
@@ -88,7 +88,7 @@ contains
       real(dp), allocatable :: at(:), weight(:)
       real(dp) :: x(ndim)
       integer :: k, i, n
-      if (m%grid%is_quadratic()) then
+      if (m%grid%is_quadratic() .or. ndim > 2) then
          at = [0.0_dp]
          weight = [1.0_dp]
       else

@@ -20,11 +20,11 @@ module hampm_point_values
    private
    public :: view_t, surroundings_t, new_view, look_around, weights_of, weights_of_cells, quadratic_fit
 
-   integer, parameter :: linear_fit = 3, quadratic_fit = 6 !! numbers of terms
+   integer, parameter :: linear_fit = 1 + ndim, quadratic_fit = linear_fit + ndim*(ndim + 1)/2 !! numbers of terms
 
    real(dp), parameter :: radius = 2 + 1e-6_dp   !! of the weights, of linear cells, by a little more than round numbers [cells]
    real(dp), parameter :: radius_quadratic = 1 + 1e-6_dp !! the same of quadratic ones, which have more particles
-   integer, parameter :: fewest = 9              !! particles within it: it grows until there are so many, or
+   integer, parameter :: fewest = 3**ndim        !! particles within it: it grows until there are so many, or
    real(dp), parameter :: farthest = 3           !! is as large [cells],
    real(dp), parameter :: growth = 1.26_dp       !! by this factor each time
 
@@ -70,8 +70,7 @@ contains
          do pass = 1, 2
             n = 0
             do i = 1, m%particles%n
-               if (x(i, 1) < lower(1) - far .or. x(i, 1) > upper(1) + far .or. x(i, 2) < lower(2) - far .or. &
-                   x(i, 2) > upper(2) + far) cycle
+               if (any(x(i, :) < lower - far .or. x(i, :) > upper + far)) cycle
                n = n + 1
                if (pass == 2) view%particle(n) = i
             end do
@@ -139,6 +138,7 @@ contains
       pure real(dp) function distance(i)
          integer, intent(in) :: i
          distance = hypot(m%particles%reference(i, 1) - x(1), m%particles%reference(i, 2) - x(2))
+         if (ndim > 2) distance = hypot(distance, m%particles%reference(i, ndim) - x(ndim))
       end function distance
 
       !> Whether two particles are of one material and of bodies that are one.
@@ -239,28 +239,30 @@ contains
       real(dp), parameter :: no_more = 1e-3_dp   ! of a term is left where it is others
       real(dp), allocatable :: q(:, :), root(:), term(:)
       real(dp) :: r(terms, terms), z(terms), size_of_term, part
-      integer :: i, j, again
-      associate (x => around%from_point(1, :), y => around%from_point(2, :))
-         allocate (q(size(x), terms), root(size(x)), term(size(x)), weights(size(x)))
-         root = max(0.0_dp, 1 - x**2 - y**2)
+      integer :: i, j, a, b, again
+      associate (x => around%from_point, n => size(around%from_point, 2))
+         allocate (q(n, terms), root(n), term(n), weights(n))
+         root = 1
+         do a = 1, ndim
+            root = root - x(a, :)**2
+         end do
+         root = max(0.0_dp, root)
+         a = 1
+         b = 0
          weights = 0
          r = 0
          z = 0
          do j = 1, terms
-            select case (j)
-             case (1)
+            if (j == 1) then
                term = root
-             case (2)
-               term = root*x
-             case (3)
-               term = root*y
-             case (4)
-               term = root*x**2
-             case (5)
-               term = root*x*y
-             case default
-               term = root*y**2
-            end select
+            else if (j <= linear_fit) then
+               term = root*x(j - 1, :)
+            else                                 ! products of directions a and b
+               b = b + 1
+               if (b > ndim) a = a + 1
+               if (b > ndim) b = a
+               term = merge(root*x(a, :)**2, root*x(a, :)*x(b, :), a == b)
+            end if
             size_of_term = norm2(term)
             do again = 1, 2
                do i = 1, j - 1

@@ -12,12 +12,13 @@ module hampm_probes
    use hampm_point_values, only: view_t, surroundings_t, new_view, look_around, weights_of, weights_of_cells, &
                                    quadratic_fit
    use hampm_problem, only: problem_t
-   use hampm_tensors, only: in_plane, quarter_turn
+   use hampm_tensors, only: in_plane, quarter_turn, n_symmetric, components_of, space
    implicit none
    private
    public :: record_probes, add_means
 
-   character(2), parameter :: components(4) = ['xx', 'yy', 'xy', 'zz']
+   character(2), parameter :: of_both(10) = ['xx', 'yy', 'xy', 'zz', 'xx', 'yy', 'xy', 'xz', 'yz', 'zz'] ! of a plane and of space
+   character(2), parameter :: components(n_symmetric) = of_both(4*ndim - 7:6*ndim - 8)
 
 contains
 
@@ -51,7 +52,7 @@ contains
       integer, parameter :: points_in_cell = 2, most_points = 200
       type(surroundings_t) :: around
       type(view_t) :: view
-      real(dp) :: strain(4), stress(4), u(ndim), v(ndim), along, toward(ndim)
+      real(dp) :: strain(n_symmetric), stress(n_symmetric), u(ndim), v(ndim), along, toward(ndim)
       integer :: n, k
       character(:), allocatable :: of, name
       name = trim(probe%name)
@@ -83,11 +84,11 @@ contains
       if (probe%gives('displacement')) call history%record_vector('displacement_'//name, 'm', 'displacement'//of, u)
       if (probe%gives('velocity')) call history%record_vector('velocity_'//name, 'm/s', 'velocity'//of, v)
       if (probe%gives('strain') .and. n > 1) call history%record('strain_'//name, '1', 'mean strain along the line'//of, along)
-      do k = 1, merge(4, 3, problem%particles%thickness%is_ring)
+      do k = 1, merge(n_symmetric, 3, problem%particles%thickness%is_ring .or. ndim > 2)
          if (probe%gives('strain') .and. n == 1) &
             call history%record('strain_'//name//'_'//components(k), '1', 'strain'//of//', '//components(k), strain(k))
       end do
-      do k = 1, merge(4, 3, problem%particles%thickness%is_ring)
+      do k = 1, merge(n_symmetric, 3, problem%particles%thickness%is_ring .or. ndim > 2)
          if (probe%gives('stress')) &
             call history%record('stress_'//name//'_'//components(k), 'Pa', 'stress'//of//', '//components(k), stress(k))
       end do
@@ -116,7 +117,7 @@ contains
       normal = quarter_turn(to - from)/norm2(to - from)
    end function left_of
 
-   !> Add parts of what the particles around a point tell of it: displacement, velocity, and the components xx, yy, xy and zz of strain
+   !> Add parts of what the particles around a point tell of it: displacement, velocity, and the components of strain
    !> and stress. The strain is the symmetric part of the displacement gradient or, of laws for any rotation, that of Green and Lagrange;
    !> the stress is that of snapshots, Kirchhoff's.
    pure subroutine add_means(problem, around, part, u, v, strain, stress)
@@ -124,7 +125,7 @@ contains
       type(surroundings_t), intent(in) :: around
       real(dp), intent(in) :: part
       real(dp), intent(inout) :: u(ndim), v(ndim) !! [m], [m/s]
-      real(dp), intent(inout) :: strain(4), stress(4) !! [-], [Pa]
+      real(dp), intent(inout) :: strain(n_symmetric), stress(n_symmetric) !! [-], [Pa]
       real(dp), allocatable :: weights(:)
       real(dp) :: h(ndim, ndim), t(ndim, ndim), hoop, hoop_stress
       integer :: k
@@ -145,12 +146,22 @@ contains
                   h = h + matmul(transpose(h), h)/2
                   hoop = hoop + hoop**2/2
                end if
-               strain = strain + weights(k)*[h(1, 1), h(2, 2), (h(1, 2) + h(2, 1))/2, hoop]
-               stress = stress + weights(k)*[t(1, 1), t(2, 2), t(1, 2), hoop_stress]
+               strain = strain + weights(k)*components_in_space((h + transpose(h))/2, hoop)
+               stress = stress + weights(k)*components_in_space(t, hoop_stress)
             end associate
          end do
       end associate
    end subroutine add_means
+
+   !> Components of a symmetric tensor of the model, in a plane with the one across it.
+   pure function components_in_space(t, across) result(c)
+      real(dp), intent(in) :: t(ndim, ndim), across
+      real(dp) :: c(n_symmetric), in_space(space, space)
+      in_space = 0
+      in_space(space, space) = across
+      in_space(:ndim, :ndim) = t
+      c = [components_of(in_space), in_space(space, space)]
+   end function components_in_space
 
    !> Displacement of a point [m].
    pure function displacement_at(problem, view, x, toward) result(u)

@@ -7,7 +7,7 @@ module hampm_load_assembly
    use hampm_failure, only: failure_t, exit_input
    use hampm_load_placement, only: is_on_faces, find_edge_normal, into_half
    use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles
-   use hampm_outline, only: edge_part_t
+   use hampm_edge_parts, only: edge_part_t
    use hampm_problem, only: problem_t
    use hampm_placement, only: tolerance
    use hampm_pressed_faces, only: press_faces
@@ -62,6 +62,25 @@ contains
       end do
    end function loaded_parts
 
+   !> Area of a part of a surface [m2].
+   pure real(dp) function area_of(model, part)
+      type(model_t), intent(in) :: model
+      type(edge_part_t), intent(in) :: part
+      area_of = part%area
+      if (ndim == 2) area_of = 2*norm2(part%half)*model%run%thickness%at(part%middle)
+   end function area_of
+
+   !> Area of a straight part of an edge, or of a rectangle between two corners along the grid [m2].
+   pure real(dp) function area_between(model, from, to) result(area)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
+      if (ndim == 2) then
+         area = norm2(to - from)*model%run%thickness%at((from + to)/2)
+      else
+         area = product(pack(abs(to - from), abs(to - from) > tolerance(model%grid)))
+      end if
+   end function area_between
+
    !> How many loads of the motion a load of the model is.
    pure integer function parts_of(model, spec)
       type(model_t), intent(in) :: model
@@ -110,7 +129,7 @@ contains
          case default
             edge = loaded_parts(spec, model)
             if (spec%kind == 'traction' .and. size(edge) > 0) then
-               area = [(norm2(edge(k)%half)*model%run%thickness%at(edge(k)%middle), k=1, size(edge))]
+               area = [(area_of(model, edge(k)), k=1, size(edge))]
                call load_on_parts(m%matter_t, edge, area/sum(area), load)
             else
                call load_on_segment(model, m, spec%lower, spec%upper, face_normal(model, spec), load)
@@ -131,8 +150,7 @@ contains
       do d = 1, ndim
          loads(d)%force = 0
          loads(d)%force(d) = -spec%pressure
-         call load_on_parts(m%matter_t, edge, [(2*norm2(edge(k)%half)*model%run%thickness%at(edge(k)%middle)*edge(k)%normal(d), &
-                                                k=1, size(edge))], loads(d))
+         call load_on_parts(m%matter_t, edge, [(area_of(model, edge(k))*edge(k)%normal(d), k=1, size(edge))], loads(d))
       end do
    end subroutine press_parts
 
@@ -148,12 +166,11 @@ contains
       integer :: k, c, sides
       allocate (edge, source=loaded_parts(spec, model))
       if (size(edge) > 0) then
-         call load_on_parts(m%matter_t, edge, [(2*norm2(edge(k)%half)*model%run%thickness%at(edge(k)%middle), k=1, size(edge))], &
-                            points)
+         call load_on_parts(m%matter_t, edge, [(area_of(model, edge(k)), k=1, size(edge))], points)
       else
          call find_edge_normal(model, spec, normal, sides)
          call load_on_segment(model, m, spec%lower, spec%upper, 0*normal, points)
-         points%fraction = points%fraction*norm2(spec%upper - spec%lower)*model%run%thickness%at((spec%lower + spec%upper)/2)
+         points%fraction = points%fraction*area_between(model, spec%lower, spec%upper)
       end if
       do c = 1, components
          points%absorbs = c
@@ -196,7 +213,7 @@ contains
       real(dp), intent(in) :: into(ndim)
       real(dp), intent(in) :: pressure           !! [Pa]
       type(load_t), intent(inout) :: load
-      load%force = pressure*norm2(to - from)*model%run%thickness%at((from + to)/2)*into
+      load%force = pressure*area_between(model, from, to)*into
       call load_on_segment(model, m, from, to, into, load)
    end subroutine press_segment
 

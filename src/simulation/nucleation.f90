@@ -18,6 +18,7 @@ module hampm_nucleation
    use hampm_problem, only: stored_energy
    use hampm_simulation, only: simulation_t
    use hampm_static_growth, only: has_held_drive, has_scaled_drive, book_work
+   use hampm_tensors, only: n_symmetric
    use hampm_text, only: to_text
    implicit none
    private
@@ -134,7 +135,7 @@ contains
       type(view_t) :: view
       type(surroundings_t) :: around
       real(dp), parameter :: nowhere(ndim) = 0, step = 1e-6_dp
-      real(dp) :: along(ndim), u(ndim), v(ndim), strain(4), tensor(4)
+      real(dp) :: along(ndim), u(ndim), v(ndim), strain(n_symmetric), tensor(n_symmetric)
       integer :: i
       call new_view(s%problem%matter_t, s%cracks, groups_of_bodies(s%model), minval(points, dim=2), maxval(points, dim=2), view)
       do i = 1, size(part)

@@ -79,7 +79,7 @@ contains
       call refine_at_start(s%refinement, s%problem, s%cracks%tip_places(), failure)
       if (failure%failed()) return
       do k = 1, size(model%bodies)               ! with the particles as they now are: rigid motions to the last digit
-         if (abs(model%bodies(k)%spin) > 0) call add_spin(s%problem%particles, k, model%bodies(k)%spin)
+         if (any(abs(model%bodies(k)%spin) > 0)) call add_spin(s%problem%particles, k, model%bodies(k)%spin)
       end do
       call use_threads(threads, s%problem%particles%n)
       call rebuild_on_mesh(s, failure)

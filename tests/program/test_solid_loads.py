@@ -1,0 +1,184 @@
+"""Solids: orthotropic material, pressure and absorbing sides, spin and probes."""
+
+import itertools
+
+import numpy as np
+import pytest
+from paths import PROGRAM, SOLID_PROGRAM
+from test_solid import IN_PLANE, IN_SPACE, run, vector
+
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+
+YOUNG, NUS, SHEARS = (140.0e9, 10.0e9, 12.0e9), {(0, 1): 0.3, (0, 2): 0.28, (1, 2): 0.45}, {(0, 1): 5.0e9, (0, 2): 4.0e9, (1, 2): 3.0e9}
+
+
+def compliance():
+    """Of the material, by pairs of directions."""
+    s = np.zeros((3, 3, 3, 3))
+    for a in range(3):
+        s[a, a, a, a] = 1 / YOUNG[a]
+    for (a, b), nu in NUS.items():
+        s[a, a, b, b] = s[b, b, a, a] = -nu / YOUNG[a]
+    for (a, b), g in SHEARS.items():
+        for i, j in itertools.product(((a, b), (b, a)), repeat=2):
+            s[(*i, *j)] = 1 / (4 * g)
+    return s
+
+
+def exchanged(axes):
+    """Keys of the material whose axes 1, 2, 3 are those of this one in another order."""
+    keys = [f"young_{k + 1} = {YOUNG[a]}" for k, a in enumerate(axes)]
+    for k, m in ((0, 1), (0, 2), (1, 2)):
+        a, b = axes[k], axes[m]
+        nu = NUS[a, b] if a < b else NUS[b, a] * YOUNG[a] / YOUNG[b]
+        keys += [f"poisson_{k + 1}{m + 1} = {nu}", f"shear_{k + 1}{m + 1} = {SHEARS[min(a, b), max(a, b)]}"]
+    return "  ".join(keys)
+
+
+def rotation(angles):
+    """Columns are the axes of the material."""
+    axes = np.eye(3)
+    for a, angle in enumerate(np.radians(angles)):
+        turn = np.eye(3)
+        i, j = (a + 1) % 3, (a + 2) % 3
+        turn[i, i] = turn[j, j] = np.cos(angle)
+        turn[j, i], turn[i, j] = np.sin(angle), -np.sin(angle)
+        axes = turn @ axes
+    return axes
+
+
+BLOCK = """
+&run end_time = {end} /
+&grid lower = -0.05, -0.05, -0.05  cell = 0.05  cells = 6, 5, 4 /
+&material name = 'a'  law = 'orthotropic'  {material}  density = 1600.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.2, 0.1, 0.1{body} /
+{rest}
+&method {method} /
+&output file = 'case.h5'  snapshot_interval = {end}  history_interval = {end} /
+"""
+HELD = """
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.0, 0.0, 0.0  fix = 'xyz' /
+&constraint lower = 0.2, 0.0, 0.0  upper = 0.2, 0.0, 0.0  fix = 'yz' /
+&constraint lower = 0.0, 0.1, 0.0  upper = 0.0, 0.1, 0.0  fix = 'z' /
+&load kind = 'pressure'  lower = 0.0, 0.0, 0.0  upper = 0.0, 0.1, 0.1  pressure = 1.0e6 /
+&load kind = 'pressure'  lower = 0.2, 0.0, 0.0  upper = 0.2, 0.1, 0.1  pressure = 1.0e6 /
+&load kind = 'pressure'  lower = 0.0, 0.0, 0.0  upper = 0.2, 0.0, 0.1  pressure = 2.0e6 /
+&load kind = 'pressure'  lower = 0.0, 0.1, 0.0  upper = 0.2, 0.1, 0.1  pressure = 2.0e6 /
+&load kind = 'traction'  lower = 0.0, 0.0, 0.1  upper = 0.2, 0.1, 0.1  force = 1.0e4, 0.0, 6.0e4 /
+&load kind = 'traction'  lower = 0.0, 0.0, 0.0  upper = 0.2, 0.1, 0.0  force = -1.0e4, 0.0, -6.0e4 /
+&load kind = 'traction'  lower = 0.2, 0.0, 0.0  upper = 0.2, 0.1, 0.1  force = 0.0, 0.0, 0.5e4 /
+&load kind = 'traction'  lower = 0.0, 0.0, 0.0  upper = 0.0, 0.1, 0.1  force = 0.0, 0.0, -0.5e4 /
+&probe name = 'p'  quantity = 'strain', 'stress', 'displacement'  at = 0.07, 0.06, 0.02 /
+&probe name = 'l'  quantity = 'strain'  at = 0.01, 0.02, 0.03, 0.17, 0.09, 0.08 /
+"""
+AT_REST = "time = 'static'  frame = 'total'"
+STRESS = np.array([[-1.0e6, 0, 0.5e6], [0, -2.0e6, 0], [0.5e6, 0, 3.0e6]])
+REFINED = """&refine indicator = 'gradient'  field = 'energy_density'  r_crit = 1e-17  max_level = 1
+  region_lower = 0.05, 0.0, 0.0  region_upper = 0.1, 0.05, 0.05 /"""
+
+
+@pytest.mark.parametrize(("angles", "rest"), [((0, 0, 0), ""), ((20, -35, 70), ""), ((110, 15, -50), REFINED)])
+def test_an_orthotropic_block_strains_by_its_compliance(tmp_path, angles, rest):
+    """Uniform stress by pressure and tractions on all sides, axes in any direction: what probes record of stress and strain, and the energy."""
+    material = f"{exchanged((0, 1, 2))}  angle = {vector(angles)}"
+    history = run(tmp_path / "case", SOLID_PROGRAM, BLOCK.format(end=1.0, material=material, body="", rest=HELD + rest, method=AT_REST))["history"]
+    axes = rotation(angles)
+    turned = np.einsum("ia,jb,kc,ld,abcd->ijkl", axes, axes, axes, axes, compliance())
+    strain = np.einsum("ijkl,kl", turned, STRESS)
+    for a, b in itertools.combinations_with_replacement(range(3), 2):
+        name = "xyz"[a] + "xyz"[b]
+        assert abs(history[f"stress_p_{name}"][-1] - STRESS[a, b]) < 1e-2, name
+        assert abs(history[f"strain_p_{name}"][-1] - strain[a, b]) < 1e-9 * np.max(np.abs(strain)), name
+    line = np.array([0.16, 0.07, 0.05])
+    assert history["strain_l"][-1] == pytest.approx(line @ strain @ line / (line @ line), rel=1e-9)
+    assert history["strain_energy"][-1] == pytest.approx(0.5 * np.sum(STRESS * strain) * 0.2 * 0.1 * 0.1, rel=1e-9)
+
+
+@pytest.mark.parametrize(("angles", "axes"), [((90, 0, 0), (0, 2, 1)), ((0, 90, 0), (2, 1, 0)), ((0, 0, 90), (1, 0, 2)), ((90, 0, 90), (2, 0, 1))])
+def test_a_quarter_turn_exchanges_constants(tmp_path, angles, axes):
+    """In motion in the updated frame, too: a bent bar with turned axes, and with their constants exchanged."""
+    rest = """&constraint lower = 0.0, 0.0, 0.0  upper = 0.0, 0.1, 0.1  fix = 'xyz' /
+&load kind = 'traction'  lower = 0.2, 0.0, 0.0  upper = 0.2, 0.1, 0.1  force = 1.0e5, 2.0e5, 3.0e5 /"""
+    files = [run(tmp_path / name, SOLID_PROGRAM, BLOCK.format(end=3e-5, material=material, body="", rest=rest, method="frame = 'updated'  courant = 0.2  wave_speed = 'dilatational'"))
+             for name, material in (("turned", f"{exchanged((0, 1, 2))}  angle = {vector(angles)}"), ("exchanged", exchanged(axes)))]
+    for name in ("strain_energy", "kinetic_energy", "external_work"):
+        turned, asked = (file[f"history/{name}"][-1] for file in files)
+        assert asked > 0 and turned == pytest.approx(asked, rel=1e-11), name
+
+
+WAVE = """
+&run end_time = {end} /
+&grid lower = 0.0, 0.0, 0.0  cell = 0.01  cells = {cells} /
+&material name = 'a'  young = 200.0e9  poisson = 0.3  density = 7800.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = {upper} /
+{rollers}
+&load kind = 'absorbing'  lower = {far}  upper = {upper} /
+&load kind = 'traction'  lower = 0.0, 0.0, 0.0  upper = {near}  force = {force}  history = 'table'  {pulse} /
+&method frame = 'total'  courant = 0.5 /
+&output file = 'case.h5'  history_interval = {interval} /
+"""
+
+
+@pytest.mark.parametrize("axis", [0, 2])
+@pytest.mark.parametrize("across", [0, 1, 2])
+def test_a_side_absorbs_plane_waves(tmp_path, axis, across):
+    """Waves along a bar between rollers, dilatational and shear ones in both directions, leave it at its end."""
+    def along(value, other):
+        values = [other] * 3
+        values[axis] = value
+        return vector(values)
+
+    length, width = 0.4, 0.01
+    moved = (axis + across) % 3
+    count = [1, 1, 1]
+    count[axis] = 40
+    force = [0.0, 0.0, 0.0]
+    force[moved] = 1.0e3
+    held = "".join(sorted("xyz"[d] for d in range(3) if d != moved))
+    end = 3.0e-4
+    times = np.linspace(0, 6.0e-5, 13)
+    text = WAVE.format(end=end, pulse=f"times = {vector(times)}  factors = {vector(np.sin(np.pi * times / times[-1]) ** 2)}", cells=", ".join(map(str, count)), upper=along(length, width), far=along(length, 0.0), near=along(0.0, width),
+                       force=vector(force), interval=end / 40, rollers=f"&constraint lower = 0.0, 0.0, 0.0  upper = {along(length, width)}  fix = '{held}' /")
+    history = run(tmp_path / "case", SOLID_PROGRAM, text)["history"]
+    energy = history["strain_energy"][:] + history["kinetic_energy"][:]
+    assert np.max(energy) > 0 and energy[-1] < 1e-3 * np.max(energy), (energy[-1] / np.max(energy))
+
+
+def test_an_absorbing_slab_between_rollers_is_plane_strain(tmp_path):
+    """Waves in all directions of the plane, which meet the sides at any angle: energies of the plane program."""
+    text = """
+&run end_time = 8e-5  plane = 'strain'{thickness} /
+&grid lower = -0.05, -0.05{z0}  cell = 0.05  cells = 8, 6{n} /
+&material name = 'a'  young = 200.0e9  poisson = 0.3  density = 7800.0 /
+&body material = 'a'  lower = 0.0, 0.0{z0}  upper = 0.3, 0.2{z1} /
+{rollers}
+&load kind = 'absorbing'  lower = 0.3, 0.0{z0}  upper = 0.3, 0.2{z1} /
+&load kind = 'absorbing'  lower = 0.0, 0.0{z0}  upper = 0.3, 0.0{z1} /
+&load kind = 'pressure'  lower = 0.1, 0.2{z0}  upper = 0.2, 0.2{z1}  pressure = 1.0e6 /
+&load kind = 'traction'  lower = 0.0, 0.1{z0}  upper = 0.0, 0.2{z1}  force = 1.0e4, 2.0e4{z0} /
+&method frame = 'total'  courant = 0.2 /
+&output file = 'case.h5'  history_interval = 8e-6 /
+"""
+    plane = run(tmp_path / "plane", PROGRAM, text.format(**IN_PLANE))["history"]
+    rollers = "&constraint lower = 0.0, 0.0, 0.0  upper = 0.3, 0.2, 0.05  fix = 'z' /"
+    solid = run(tmp_path / "solid", SOLID_PROGRAM, text.format(**{**IN_SPACE, "rollers": rollers}))["history"]
+    scale = np.max(plane["external_work"])
+    for column in ("strain_energy", "kinetic_energy", "external_work"):
+        assert np.max(np.abs(solid[column][:] - plane[column][:])) < 1e-11 * scale, column
+
+
+def test_a_body_spins_around_any_axis(tmp_path):
+    """Free rotation of a cube: its kinetic energy is I w**2/2, stays, and its momentum is 0."""
+    spin = np.array([300.0, -200.0, 500.0])
+    text = BLOCK.format(end=2e-5, material=exchanged((0, 1, 2)).replace("140000000000.0", "14e9"), rest="", method="frame = 'updated'  courant = 0.1",
+                        body=f"  spin = {vector(spin)}").replace("upper = 0.2, 0.1, 0.1", "upper = 0.1, 0.1, 0.1").replace("snapshot_interval = 2e-05", "")
+    file = run(tmp_path / "case", SOLID_PROGRAM, text)
+    mass, edge = 1600.0e-3, 0.1
+    asked = 0.5 * mass * edge**2 / 6 * np.sum(spin**2) * (1 - (0.025 / edge) ** 2)  # of points in the middle of particles
+    history = {name: values[:] for name, values in file["history"].items()}
+    assert history["kinetic_energy"][0] == pytest.approx(asked, rel=1e-9)
+    total = history["kinetic_energy"] + history["strain_energy"]
+    assert total[-1] == pytest.approx(asked, rel=0.02)
+    for k, d in enumerate("xyz"):
+        assert np.max(np.abs(history[f"momentum_{d}"])) < 1e-9 * mass * edge * np.linalg.norm(spin)
+        assert history[f"angular_momentum_{d}"] == pytest.approx(2 * asked * spin[k] / np.sum(spin**2), rel=1e-3)

@@ -1,0 +1,172 @@
+"""Solids that are cylinders and spheres, with holes, and what presses on them: beside closed forms."""
+
+import subprocess
+
+import numpy as np
+import pytest
+from paths import SOLID_PROGRAM
+from test_solid import run, vector
+
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+
+E, NU, DENSITY = 200.0e9, 0.3, 7800.0
+STEEL = f"&material name = 'a'  young = {E}  poisson = {NU}  density = {DENSITY} /"
+AT_REST = "time = 'static'  frame = 'total'"
+
+
+def in_axes(axis, across, along):
+    """A vector of two components across an axis and one along it."""
+    values = [0.0, 0.0, 0.0]
+    values[(axis + 1) % 3], values[(axis + 2) % 3], values[axis] = *across, along
+    return vector(values)
+
+
+def planes(reach):
+    """Planes of symmetry through the origin."""
+    return "\n".join(f"&constraint lower = {vector(0 if d == k else -reach for d in range(3))}  upper = "
+                     f"{vector(0 if d == k else reach for d in range(3))}  fix = '{'xyz'[k]}' /" for k in range(3))
+
+
+def particles(file):
+    """Places in the undeformed body, and fields, of the last snapshot."""
+    group = file["VTKHDF/particles"]
+    n = int(group["NumberOfPoints"][-1])
+    fields = {name: values[-n:] for name, values in group["PointData"].items()}
+    return group["Points"][-n:] - fields["displacement"], fields
+
+
+def cylinder(axis=2, cells=4, middle=(0.0, 0.0), method=AT_REST, end=1.0):
+    """A cylinder of 40 mm, 60 mm long, under 1 MPa of tension, held in its middle only but for sliding ends."""
+    radius, length = 0.02, 0.06
+    h = radius / cells
+    counts = [2 * cells + 4] * 3
+    counts[axis] = round(length / h) + 2
+    x, y = middle
+    across = "".join(sorted("xyz"[d] for d in range(3) if d != axis))
+    return f"""
+&run end_time = {end} /
+&grid lower = {in_axes(axis, (-radius - 2 * h,) * 2, -h)}  cell = {h}  cells = {', '.join(map(str, counts))} /
+{STEEL}
+&body material = 'a'  shape = 'cylinder'  lower = {in_axes(axis, middle, 0)}  upper = {in_axes(axis, middle, length)}  radius = {radius} /
+&constraint lower = {in_axes(axis, (-radius - 2 * h,) * 2, 0)}  upper = {in_axes(axis, (radius + 2 * h,) * 2, 0)}  fix = '{'xyz'[axis]}' /
+&constraint lower = {in_axes(axis, (0, 0), 0)}  upper = {in_axes(axis, (0, 0), length)}  fix = '{across}' /
+&constraint lower = {in_axes(axis, (0, 0), 0)}  upper = {in_axes(axis, (radius / 2, 0), 0)}  fix = '{'xyz'[(axis + 2) % 3]}' /
+&load kind = 'traction'  lower = {in_axes(axis, (x - radius, y - radius), length)}  upper = {in_axes(axis, (x + radius, y + radius), length)}
+  force = {in_axes(axis, (0, 0), 1e6 * np.pi * radius**2)} /
+&method {method} /
+&output file = 'case.h5'  snapshot_interval = {end} /
+"""
+
+
+@pytest.mark.parametrize(("axis", "middle"), [(2, (0.0, 0.0)), (0, (0.0, 0.0)), (1, (0.0017, -0.0008))])
+def test_tension_of_a_cylinder_is_exact(tmp_path, axis, middle):
+    """The stress is the same in all of it, however cells are cut: linear fields are exact, and so are the volume and the force."""
+    file = run(tmp_path / "case", SOLID_PROGRAM, cylinder(axis, middle=middle))
+    fields = particles(file)[1]
+    for a in range(3):
+        for b in range(a, 3):
+            asked = 1e6 if a == b == axis else 0.0
+            assert np.max(np.abs(fields["stress_" + "xyz"[a] + "xyz"[b]] - asked)) < 1e-3, (a, b)
+    assert file["history/strain_energy"][-1] == pytest.approx(1e12 / (2 * E) * np.pi * 0.02**2 * 0.06, rel=1e-10)
+
+
+INNER, OUTER = 0.01, 0.02
+
+
+def sphere(cells, method=AT_REST, end=1.0, law="", interval=None, more=""):
+    """A thick-walled sphere under 1 MPa inside."""
+    h = OUTER / cells
+    return f"""
+&run end_time = {end} /
+&grid lower = {vector([-OUTER - 2 * h] * 3)}  cell = {h}  cells = {', '.join([str(2 * cells + 4)] * 3)} /
+{STEEL.replace(' /', law + ' /')}
+&body material = 'a'  shape = 'sphere'  center = 0.0, 0.0, 0.0  radius = {OUTER} /
+&body hole = .true.  shape = 'sphere'  center = 0.0, 0.0, 0.0  radius = {INNER} /
+{planes(OUTER + h)}
+&load kind = 'pressure'  lower = {vector([-INNER] * 3)}  upper = {vector([INNER] * 3)}  pressure = 1.0e6 /
+&method {method} /
+&output file = 'case.h5'  snapshot_interval = {end}  history_interval = {interval or end} /
+{more}
+"""
+
+
+def widening(radius):
+    """Displacement of the thick-walled sphere (Lame) [m]."""
+    unit = 1e6 * INNER**3 / (OUTER**3 - INNER**3)
+    return unit * radius / E * (1 - 2 * NU + (1 + NU) * OUTER**3 / (2 * radius**3))
+
+
+def test_a_sphere_under_pressure(tmp_path):
+    """Lame: the energy and the displacement converge by the second order."""
+    off = []
+    for cells in (4, 6):
+        file = run(tmp_path / str(cells), SOLID_PROGRAM, sphere(cells))
+        x, fields = particles(file)
+        radius = np.linalg.norm(x, axis=1)
+        outward = np.sum(fields["displacement"] * x, axis=1) / radius
+        energy = file["history/strain_energy"][-1] / (0.5e6 * 4 * np.pi * INNER**2 * widening(INNER))
+        off.append([abs(1 - energy), np.sqrt(np.mean((outward - widening(radius)) ** 2)) / widening(INNER)])
+        for d in range(3):      # mirror images
+            values = np.sort(fields["displacement"][:, d])
+            assert np.max(np.abs(values + values[::-1])) < 1e-9 * widening(INNER)
+    ratio = np.divide(*off)
+    assert off[1][0] < 0.025 and off[1][1] < 0.012 and np.all(ratio > 1.5**1.9), (off, ratio)
+
+
+def test_finer_cells_at_a_cavity(tmp_path):
+    """Cells refined around the cavity of the sphere are worth finer ones everywhere."""
+    reach = vector([1.3 * INNER] * 3)
+    finer = f"&refine indicator = 'gradient'  field = 'energy_density'  r_crit = 1e-17  max_level = 1  region_lower = -{reach.replace(', ', ', -')}  region_upper = {reach} /"
+    file = run(tmp_path / "case", SOLID_PROGRAM, sphere(4, more=finer))
+    assert file["history/strain_energy"][-1] == pytest.approx(0.5e6 * 4 * np.pi * INNER**2 * widening(INNER), rel=0.015)
+
+
+def test_a_sphere_in_motion(tmp_path):
+    """Pressure that grows: its work is in the body, in steps of either frame but for waves as short as cells, and in implicit ones."""
+    end = 1.0e-5
+    work = {}
+    for name, method, within in (("implicit", "time = 'implicit'  time_step = 2.5e-6", 1e-9), ("total", "frame = 'total'  courant = 0.4", 0.02),
+                                 ("reference", "frame = 'total'  courant = 0.4  path = 'reference'", 0.02),
+                                 ("updated", "frame = 'updated'  courant = 0.4", 0.02)):
+        text = sphere(4, method, end=end, interval=end / 4).replace("1.0e6 /", "1.0e6  history = 'ramp'  rise_time = 1.0e-5 /")
+        history = run(tmp_path / name, SOLID_PROGRAM, text)["history"]
+        work[name] = history["external_work"][:]
+        energy = history["strain_energy"][:] + history["kinetic_energy"][:]
+        assert work[name][-1] > 0 and np.max(np.abs(work[name] - energy)) < within * np.max(work[name]), (name, work[name], energy)
+    assert work["total"] == pytest.approx(work["reference"], rel=1e-9) and work["updated"][-1] == pytest.approx(work["total"][-1], rel=0.01)
+
+
+def test_an_octree_in_motion_steps_like_plain_loops(tmp_path):
+    """Cells of two sizes have matrices in proportion to these: energies of the path of plain loops."""
+    text = """
+&run end_time = 4e-5 /
+&grid lower = -0.05, -0.05, -0.05  cell = 0.05  cells = 8, 4, 5 /
+&material name = 'a'  young = 200.0e9  poisson = 0.3  density = 7800.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.3, 0.1, 0.15 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.0, 0.1, 0.15  fix = 'xyz' /
+&load kind = 'traction'  lower = 0.3, 0.0, 0.0  upper = 0.3, 0.1, 0.15  force = 1e4, 2e4, 1e4 /
+&refine indicator = 'gradient'  field = 'energy_density'  r_crit = 1e-30  max_level = 1  interval = 2
+  region_lower = 0.1, 0.0, 0.0  region_upper = 0.15, 0.1, 0.1 /
+&method frame = 'total'  courant = 0.1  path = '{}' /
+&output file = 'case.h5'  history_interval = 1e-5 /
+"""
+    fast, plain = (run(tmp_path / path, SOLID_PROGRAM, text.format(path))["history"] for path in ("fastest", "reference"))
+    for name in ("strain_energy", "kinetic_energy"):
+        assert np.max(np.abs(fast[name][:] - plain[name][:])) < 1e-9 * np.max(plain[name][:])
+
+
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ("radius = 0.01 ", "radius = 0.021 ", "must be inside one body"),
+    ("center = 0.0, 0.0, 0.0  radius = 0.01 ", "center = 0.015, 0.0, 0.0  radius = 0.01 ", "must be inside one body"),
+    ("shape = 'sphere'  center = 0.0, 0.0, 0.0  radius = 0.02 ", "shape = 'circle'  center = 0.0, 0.0, 0.0  radius = 0.02 ",
+     "solids are boxes, cylinders and spheres"),
+    ("shape = 'sphere'  center = 0.0, 0.0, 0.0  radius = 0.02 ",
+     "shape = 'cylinder'  lower = 0.0, 0.0, 0.0  upper = 0.01, 0.0, 0.01  radius = 0.02 ", "in one direction"),
+    ("lower = -0.01, -0.01, -0.01  upper = 0.01, 0.01, 0.01  pressure", "lower = -0.001, -0.001, -0.001  upper = 0.001, 0.001, 0.001  pressure",
+     "must contain a segment of the edge")])
+def test_wrong_shapes_are_told(tmp_path, old, new, message):
+    text = sphere(4)
+    assert old in text
+    (tmp_path / "case.nml").write_text(text.replace(old, new))
+    result = subprocess.run([SOLID_PROGRAM, "case.nml", "--quiet"], cwd=tmp_path, capture_output=True, text=True)
+    assert result.returncode == 2 and message in result.stderr, result.stderr
