@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""Energy release rate along the straight front of a crack on a plane of symmetry, in snapshots of the program for solids.
+"""Energy release rate and stress intensity factors along the front of a crack in a solid.
 
-The crack is what a constraint leaves free of that plane: a box without thickness, named by --ligament, that holds the direction normal
-to it. One of its edges is the front, the others are on surfaces. G comes from a domain integral whose test functions are hats along the front,
+A model with &crack has them in its result, at every row of the history: the script shows those of the last, or with --csv of all. --quantity names
+what is drawn over the way along the front or --over a coordinate, --number the front where there are several. With error bars as they were estimated.
+
+Without &crack, in snapshots: the crack is what a constraint leaves free of a plane of symmetry: a box without thickness, named by --ligament, that holds
+the direction normal to it. One of its edges is the front, the others are on surfaces. G comes from a domain integral whose test functions are hats along the front,
 and for comparison from the forces on the nodes of the front and the opening one cell behind them. Cells at the front have to be of one size, as
 many cells around as the domain is wide; it is as wide as they allow unless --cells says less.
 
-Prints the table of the last snapshot, or with --csv of all of them, and draws G along the front where --output is given.
+Prints the table of the last row or snapshot, or with --csv of all of them, and draws along the front where --output is given.
 """
 
 import argparse
@@ -34,11 +37,59 @@ Curve.__doc__ = "A time [s], places along the front from its end [m], G by domai
 
 def main(arguments=None):
     options = parse(arguments)
+    if options.ligament is None:
+        return show_measured(options)
     curves = curves_of(options)
     tell_all(curves, options.csv)
     if options.output:
         with plt.rc_context(STYLE):
             save(draw(curves[-1], options), Path(options.output), options.dpi)
+
+
+def show_measured(options):
+    """What the program has measured along a front: as a table, as values with every digit, as a picture."""
+    times, columns = measured(options)
+    if options.quantity not in columns:
+        raise ResultError(f"{options.file}: the front has no '{options.quantity}'; it has {', '.join(name for name in columns if name[0] in 'GK')}")
+    shown = ["arc", *(name for name in columns if name[0] in "GK")]
+    if options.csv:
+        print(",".join(["time", *columns]))
+        for row, time in enumerate(times):
+            for values in zip(*(column[row] for column in columns.values())):
+                print(",".join(f"{value:.17g}" for value in (time, *values)))
+    else:
+        print(f"time {times[-1]:.6g} s\n" + " ".join(f"{name + ' [mm]' if name == 'arc' else name:>12}" for name in shown))
+        for values in zip(*(columns[name][-1] * (MM if name == "arc" else 1) for name in shown)):
+            print(" ".join(f"{value:12.6g}" for value in values))
+    if options.output:
+        with plt.rc_context(STYLE):
+            save(draw_measured(columns, options), Path(options.output), options.dpi)
+
+
+def measured(options):
+    """Times of the rows, and columns of the front by their names, each (rows, places)."""
+    ending = "" if options.number == 1 else f"_front{options.number}"
+    with opened(options.file) as stored:
+        if not stored.has(f"front/arc{ending}"):
+            raise ResultError(f"{stored.path}: has no values along a front {options.number}; a crack of a solid has them, others need --ligament")
+        times = stored.numbers("history/time", finite=True)
+        names = [name for name in stored.names("front") if name.endswith(ending) and "_front" not in name.removesuffix(ending)]
+        return times, {name.removesuffix(ending): stored.numbers(f"front/{name}", dims=2) for name in names}
+
+
+def draw_measured(columns, options):
+    """One quantity along the front, over what it is divided by."""
+    figure, axes = plt.subplots(figsize=(6.5, 3.6), layout="constrained")
+    values = columns[options.quantity][-1] / options.scale
+    error = columns.get(f"{options.quantity}_error")
+    axes.errorbar(MM * columns[options.over][-1], values, yerr=None if error is None else error[-1] / options.scale, fmt="o-", color=COLOURS[0], markersize=3,
+                  linewidth=1, capsize=2, label=options.quantity.replace("_", " "))
+    if options.reference:
+        axes.plot(*(factor * values for factor, values in zip((MM, 1), read_curve(options.reference))), color=COLOURS[6], linewidth=1, label="reference")
+    unit = "" if options.scale != 1 else " [J/m²]" if options.quantity[0] == "G" else " [Pa m$^{0.5}$]"
+    axes.set(xlabel="way along the front [mm]" if options.over == "arc" else f"{options.over} [mm]", ylabel=options.quantity.replace("_", " ") + unit, title=options.title or "")
+    name_curves(figure, [axes])
+    return figure
 
 
 def curves_of(options):
@@ -56,10 +107,13 @@ def curves_of(options):
 def parse(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", metavar="FILE.h5", help="result file with snapshots")
-    parser.add_argument("--ligament", required=True, metavar="NAME", help="the &constraint whose edge is the front")
+    parser.add_argument("--quantity", default="G", metavar="NAME", help="G, K_I, K_II or K_III (default: G)")
+    parser.add_argument("--over", default="arc", choices=("arc", "x", "y", "z"), help="way along the front, or coordinate, over which it is drawn")
+    parser.add_argument("--number", type=int, default=1, metavar="N", help="of the front, where there are several (default: 1)")
+    parser.add_argument("--ligament", metavar="NAME", help="without &crack: the &constraint whose edge is the front")
     parser.add_argument("--segments", type=int, metavar="N", help="parts of the front between hats (default: one a cell)")
     parser.add_argument("--cells", type=int, default=MOST, metavar="N", help="cells by which the domain reaches around the front, at most")
-    parser.add_argument("--scale", type=positive, default=1.0, metavar="G", help="what G is divided by [J/m2]")
+    parser.add_argument("--scale", type=positive, default=1.0, metavar="G", help="what the values are divided by")
     parser.add_argument("--reference", metavar="FILE.csv", help="reference curve: rows of place [m], value")
     parser.add_argument("--csv", action="store_true", help="write comma-separated values of all snapshots with every digit")
     add_picture_options(parser, "_front")

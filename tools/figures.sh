@@ -170,6 +170,8 @@ draw_solid_front() {
     sed -n '/^&run  /,/^```$/p' docs/tutorials/solids.md | sed '$d' >$out/solid/beam.nml
     build/release3d/hampm3d $out/solid/beam.nml --output $out/solid --force --quiet
     "$python" postprocess/plot_field.py $out/solid/beam.h5 --field von_mises --scale 500 --width 5 --dpi 100 --output $out/solid_beam.png
+    build/release3d/hampm3d input/solid/plate.nml --output $out/solid --force --quiet
+    "$python" postprocess/plot_front.py $out/solid/plate.h5 --over z --scale 0.5293609 --reference tests/reference/solid/plate.csv --output $out/solid_plate.png
 }
 draw_mixed_mode() {
     run input/mixed_mode.nml mixed_mode

@@ -29,6 +29,8 @@ contains
             call check_shape(model, model%planes(k), settings, entry)
             if (settings%errors%count > before) cycle
             call check_place(model, model%planes(k), settings, entry)
+            if (settings%errors%count == before .and. any(model%energy_release%chosen%name == 'domain_integral')) &
+               call check_domain(model, model%planes(k), settings)
          end associate
       end do
    end subroutine check_planes
@@ -125,6 +127,31 @@ contains
                                 ' by a &constraint, for kind = ''symmetry'': the crack frees those that it opens')
       end if
    end subroutine check_place
+
+   !> What the domain integral along a front takes for granted: no loads on its plane, and one material along it.
+   pure subroutine check_domain(model, plane, settings)
+      type(model_t), intent(in) :: model
+      type(plane_spec_t), intent(in) :: plane
+      type(settings_t), intent(inout) :: settings
+      character(:), allocatable :: why
+      integer :: k, first
+      why = ''
+      associate (x => plane%center(plane%axis), tol => tolerance(model%grid))
+         do k = 1, size(model%loads)
+            associate (load => model%loads(k))
+               if (any(load%kind == ['traction', 'point   ', 'pressure']) .and. &
+                   all(abs([load%lower(plane%axis), load%upper(plane%axis)] - x) < tol)) why = 'no load in the plane of the crack'
+            end associate
+         end do
+         first = 0
+         do k = 1, size(model%bodies)
+            if (x < model%bodies(k)%lower(plane%axis) - tol .or. x > model%bodies(k)%upper(plane%axis) + tol) cycle
+            if (first == 0) first = k
+            if (model%bodies(k)%material /= model%bodies(first)%material) why = 'one material in the plane of the crack'
+         end do
+      end associate
+      if (why /= '') call settings%complain(settings%find('energy_release', 1), 'estimators', "with 'domain_integral' needs "//why)
+   end subroutine check_domain
 
    !> Whether constraints hold a plane of symmetry at its fronts and half a cell ahead of them.
    pure logical function is_held(model, fronts, axis)

@@ -16,6 +16,9 @@ module hampm_history
       character(:), allocatable :: unit          !! SI unit, '1' for a pure number
       character(:), allocatable :: meaning       !! what a plot writes at the axis
       logical :: integer_valued = .false.
+      integer :: first = 0                       !! where its values begin in a row
+      integer :: n = 1                           !! how many they are: along a front as many as it has nodes
+      logical :: is_along_front = .false.        !! whether it is one of those
    end type column_t
 
    !> The columns, and the row that is being filled.
@@ -32,6 +35,7 @@ module hampm_history
       procedure :: record_modes
       procedure :: record_vector
       procedure :: record_radii
+      procedure :: record_along_front
    end type history_t
 
 contains
@@ -51,7 +55,7 @@ contains
       latest = ieee_value(0.0_dp, ieee_quiet_nan)
       if (.not. allocated(self%columns)) return
       do k = 1, size(self%columns)
-         if (self%columns(k)%name == name) latest = self%row(k)
+         if (self%columns(k)%name == name) latest = self%row(self%columns(k)%first)
       end do
    end function latest
 
@@ -127,11 +131,28 @@ contains
       end do
    end subroutine record_radii
 
+   !> A column with a value of each node of a front, always as many.
+   subroutine record_along_front(self, name, unit, meaning, values)
+      class(history_t), intent(inout) :: self
+      character(*), intent(in) :: name, unit, meaning
+      real(dp), intent(in) :: values(:)          !! by node
+      integer :: i
+      if (is_new(self)) then
+         call add_column(self, name, unit, meaning, integer_valued=.false.)
+         self%columns(size(self%columns))%n = size(values)
+         self%columns(size(self%columns))%is_along_front = .true.
+         self%row = [self%row, values(2:)]
+      end if
+      do i = 1, size(values)
+         call put(self, values(i))
+      end do
+   end subroutine record_along_front
+
    !> Whether the next value is that of a column that has not been met before. Names and meanings that are put together of parts
    !> are so only then: this takes longer than many a value.
    pure logical function is_new(self)
       type(history_t), intent(in) :: self
-      is_new = self%filled == size(self%columns)
+      is_new = self%filled == size(self%row)
    end function is_new
 
    !> Add a column behind the others.
@@ -146,6 +167,7 @@ contains
       column%integer_valued = integer_valued
       self%columns = [self%columns, column]
       self%row = [self%row, 0.0_dp]
+      self%columns(size(self%columns))%first = size(self%row)
    end subroutine add_column
 
    !> Put the next value into the row.

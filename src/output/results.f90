@@ -131,24 +131,31 @@ contains
    end function lengths
 
    !> Declare the next column of the history, before the first sample. The first one, the time, is the dimension of all.
-   subroutine add_column(self, name, unit, long_name, failure, integer_valued)
+   subroutine add_column(self, name, unit, long_name, failure, integer_valued, along_front)
       class(results_t), intent(inout) :: self
-      character(*), intent(in) :: name           !! the dataset is /history/<name>
+      character(*), intent(in) :: name           !! the dataset is /history/<name>, or /front/<name>
       character(*), intent(in) :: unit           !! SI unit, '1' for a pure number
       character(*), intent(in) :: long_name      !! what a plot writes at the axis
       type(failure_t), intent(inout) :: failure
       logical, intent(in), optional :: integer_valued
+      integer, intent(in), optional :: along_front !! how many values of nodes of a front it has a sample
       type(hdf5_series_t) :: column
-      integer :: stored
+      integer :: stored, rows
       type(failure_t) :: fault
       character(:), allocatable :: path
       logical :: is_new
       if (self%broken) return
       path = '/history/'//name
+      rows = 1
+      if (present(along_front)) then
+         path = '/front/'//name
+         rows = along_front
+         call self%file%make_group('/front', fault)
+      end if
       is_new = .not. self%file%holds(path)
       stored = real_values
       if (present(integer_valued)) stored = merge(long_values, real_values, integer_valued)
-      call column%create(self%file, path, stored, 1, chunk, fault)
+      call column%create(self%file, path, stored, rows, max(1, chunk/rows), fault)
       if (self%kept >= 0 .and. .not. fault%failed()) call column%shorten(self%file, int(self%kept, long), fault)
       call self%file%put_attribute(path, 'units', unit, fault)
       call self%file%put_attribute(path, 'long_name', long_name, fault)
@@ -183,11 +190,11 @@ contains
    !> Take a sample of the history.
    subroutine append(self, values, failure)
       class(results_t), intent(inout) :: self
-      real(dp), intent(in) :: values(:)          !! one value a column, in the order of their declaration
+      real(dp), intent(in) :: values(:)          !! of the columns, in the order of their declaration
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: fault
       if (self%broken) return
-      if (.not. allocated(self%samples)) allocate (self%samples(capacity, size(self%columns)))
+      if (.not. allocated(self%samples)) allocate (self%samples(capacity, size(values)))
       self%waiting = self%waiting + 1
       self%samples(self%waiting, :) = values
       if (self%waiting == capacity) call write_samples(self, fault)
@@ -307,10 +314,17 @@ contains
    subroutine write_samples(self, fault)
       class(results_t), intent(inout) :: self
       type(failure_t), intent(inout) :: fault
-      integer :: i
+      integer :: i, first, last
       if (self%waiting == 0) return
+      last = 0
       do i = 1, size(self%columns)
-         call self%columns(i)%append(self%file, self%samples(:self%waiting, i), fault) ! HDF5 makes integers of whole numbers
+         first = last + 1
+         last = last + int(self%columns(i)%rows)
+         if (last == first) then
+            call self%columns(i)%append(self%file, self%samples(:self%waiting, first), fault) ! HDF5 makes integers of whole numbers
+         else
+            call self%columns(i)%append(self%file, transpose(self%samples(:self%waiting, first:last)), fault)
+         end if
          if (fault%failed()) return
       end do
       self%waiting = 0

@@ -19,6 +19,7 @@ module hampm_measurements
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
+   use hampm_front_values, only: front_values_t, new_front_values, measure_front, record_front
    use hampm_history, only: history_t
    use hampm_joints, only: groups_of_bodies, velocity_fields_of
    use hampm_loads, only: load_t
@@ -75,6 +76,7 @@ module hampm_measurements
       type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without fixed components
       real(dp) :: indicator = 0                  !! its value when the mesh was last looked at [-]
       type(crack_values_t), allocatable :: crack(:) !! what was measured at each tip
+      type(front_values_t), allocatable :: fronts(:) !! and along the front of each plane crack of a solid
       type(face_overlap_t), allocatable :: overlap(:) !! of the faces of each crack
       real(dp) :: reaction(ndim) = 0             !! force of all constraints on the bodies, where there is a crack [N]
       real(dp), allocatable :: reactions(:, :)   !! of the constraints, where one has a name [N], (ndim, constraints)
@@ -100,6 +102,7 @@ contains
       if (size(model%probes) > 0) m%joined = groups_of_bodies(model) + size(model%bodies)*(velocity_fields_of(model) - 1)
       call angular_momentum(problem%particles, m%initial_angular_momentum, largest)
       allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
+      call new_fronts(model, problem, cracks, m%fronts)
       do k = 1, size(m%crack)
          call new_crack_values(model%energy_release%chosen, model%energy_release%t_stress, cracks%tips(k), &
                                model%method%time /= 'static' .and. model%refine%looks_at_motion(), m%crack(k))
@@ -116,6 +119,23 @@ contains
          end associate
       end select
    end subroutine new_measurements
+
+   !> What is measured along the fronts of cracks of solids, where the domain integral is chosen.
+   pure subroutine new_fronts(model, problem, cracks, fronts)
+      type(model_t), intent(in) :: model
+      type(problem_t), intent(in) :: problem
+      type(cracks_t), intent(in) :: cracks
+      type(front_values_t), allocatable, intent(out) :: fronts(:)
+      integer :: k
+      if (allocated(cracks%fronts) .and. any(model%energy_release%chosen%name == 'domain_integral')) then
+         allocate (fronts(size(cracks%fronts)))
+         do k = 1, size(fronts)
+            call new_front_values(cracks%fronts, k, problem, fronts(k))
+         end do
+      else
+         allocate (fronts(0))
+      end if
+   end subroutine new_fronts
 
    !> Take the energy as that at the start of the run: the kinetic one, and what eigenstrains have stored. Where a run begins at rest, with what
    !> the loads had not put there.
@@ -194,7 +214,11 @@ contains
       call take_row(model, problem, cracks, growing, 0.0_dp, m)
       do i = 1, size(m%history%columns)
          associate (column => m%history%columns(i))
-            call results%add_column(column%name, column%unit, column%meaning, failure, column%integer_valued)
+            if (column%is_along_front) then
+               call results%add_column(column%name, column%unit, column%meaning, failure, along_front=column%n)
+            else
+               call results%add_column(column%name, column%unit, column%meaning, failure, column%integer_valued)
+            end if
          end associate
       end do
       if (m%g_ref > 0) call results%add_attribute('/history', 'G_ref', m%g_ref, failure)
@@ -248,6 +272,9 @@ contains
       if (has_domain .or. any(model%constraints%name /= '') .or. (size(model%paths) > 0 .and. size(model%constraints) > 0)) &
          call find_nodal_state(problem, state, failure, reactions_only=.not. has_domain)
       if (failure%failed()) return
+      do k = 1, size(m%fronts)
+         call measure_front(problem, state, m%fronts(k))
+      end do
       m%reaction = state%reaction
       if (any(model%constraints%name /= '')) m%reactions = state%reactions
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
@@ -334,6 +361,10 @@ contains
                call history%record('root_opening', 'm', 'opening of the faces where cohesion begins', &
                                    root_opening(problem%interfaces, cracks%tips(k)%crack))
             end if
+         end do
+         do k = 1, size(m%fronts)
+            if (k > 1) history%of_tip = '_front'//to_text(k)
+            call record_front(m%fronts(k), history)
          end do
          history%of_tip = ''
          if (size(m%crack) > 0 .and. size(model%constraints) > 0) &

@@ -1,0 +1,355 @@
+!> Energy release rate and stress intensity factors along the front of a plane crack, by domain integrals, of solids only.
+!>
+!> For an extension q(X) of the crack along its plane, which is f(r) N_k(s) times the outward normal e_1(s) of the front there,
+!>
+!>    G_k int N_k ds = sum_p V [ E_mJ q_m,J + (div P)_i u_i,m q_m ],                                   E_mJ = u_i,m P_iJ - W d_mJ,
+!>    2 K_k/E' int N_k ds = sum_p V [ I_mJ q_m,J + (div P)_i A_im q_m + (div s)_i u_i,m q_m + P_ij (A_im,j - A_ij,m) q_m ],
+!>    I_mJ = P_iJ A_im + s_iJ u_i,m - P_kl A_kl d_mJ,
+!>
+!> with the slope A of the plane field of a unit K in the axes e_1, n, t = e_1 x n of the nearest place of the front, and its stress s. Both have
+!> no curvature in them. So s leaves faces free, but along a front of curvature c, at the distance d ahead of it, with g = c/(1 + c d),
+!>
+!>    div s = g [ (s_11 - s_tt) e_1 + s_n1 n + 2 s_t1 t ],       t-derivative of A = g [ (A_i1 e_i)' + ... ], e_1' = t, t' = -e_1,
+!>
+!> do not vanish (Gosz & Moran 2002). Bonds just ahead of a curved front (`hampm_plane_points`) become longer with it: what they store, w for each area,
+!> is taken off G, -sum w g q. In mode III 2/E' is 1/mu. Between the nodes of the grid q has the functions of the grid, by which particles
+!> integrate as they integrate forces: what they bring to the nodes does not depend on q, and serves all hats and all domains. The grid is that of the
+!> reference configuration.
+module hampm_front_integral
+   use hampm_kinds, only: dp, ndim
+   use hampm_basis, only: inside_cell
+   use hampm_front, only: front_t
+   use hampm_interface_points, only: bonded, energy_of
+   use hampm_material, only: material_t
+   use hampm_nodal_state, only: nodal_state_t
+   use hampm_particles, only: particles_t
+   use hampm_problem, only: problem_t
+   use hampm_tensors, only: identity
+   implicit none
+   private
+   public :: front_domain_t, front_place_t, front_integrals, front_modes, hat_lengths, locate
+
+   integer, parameter :: front_modes = 3         !! opening, sliding across the front and along it
+   real(dp), parameter :: pi = acos(-1.0_dp)
+   real(dp), parameter :: plateau = 0.5_dp       !! part of the radius within which f is 1
+   real(dp), parameter :: singular = 1e-3_dp     !! part of a cell within which of the front a particle counts as on it
+
+   !> A front, and the domains around it.
+   type :: front_domain_t
+      type(front_t) :: front
+      real(dp), allocatable :: radius(:)         !! of the domains, in planes normal to the front, ascending [m]
+      integer :: material = 0                    !! number of the material at it
+      logical :: has_modes = .false.             !! whether K have a meaning there: by isotropic laws of small strain
+   end type front_domain_t
+
+   !> A place as seen from the nearest place of a front.
+   type :: front_place_t
+      integer :: node = 0                        !! after which that is, 0: far away
+      real(dp) :: part = 0                       !! how far it is on the way to the next node [-]
+      real(dp) :: ahead = 0                      !! along e_1 [m]
+      real(dp) :: above = 0                      !! along the normal of the plane [m]
+      real(dp) :: curvature = 0                  !! of the front, above 0 where the crack is convex [1/m]
+      real(dp) :: outward(ndim) = 0              !! e_1
+   end type front_place_t
+
+contains
+
+   !> G of each node of the front, [J/m2], (nodes, radii), and K_I, K_II and K_III there [Pa sqrt(m)], (modes, nodes, radii): means over hats.
+   subroutine front_integrals(domain, problem, state, g, k)
+      type(front_domain_t), intent(in) :: domain
+      type(problem_t), intent(in) :: problem
+      type(nodal_state_t), intent(in) :: state   !! of its particles
+      real(dp), allocatable, intent(out) :: g(:, :), k(:, :, :)
+      real(dp), allocatable :: of_node(:, :, :)  ! material forces, and those of the interaction, (ndim, 0:modes, n_points)
+      real(dp), allocatable :: length(:)
+      real(dp) :: at(0:front_modes), of_unit
+      integer :: i, mode, r
+      type(front_place_t) :: place
+      associate (grid => problem%grid, front => domain%front, material => problem%materials(domain%material))
+         allocate (of_node(ndim, 0:front_modes, grid%n_points), source=0.0_dp)
+         call sum_particles(domain, problem, state, of_node)
+         call grid%dofs%condense(grid%dofs%every_node(), ndim*(front_modes + 1), of_node)
+         allocate (g(front%n(), size(domain%radius)), k(front_modes, front%n(), size(domain%radius)), source=0.0_dp)
+         do i = 1, grid%n_nodes
+            if (.not. any(abs(of_node(:, 0, i)) > 0)) cycle
+            place = locate(front, grid%node_position(:, i), maxval(domain%radius))
+            if (place%node == 0) cycle
+            at = matmul(place%outward, of_node(:, :, i))
+            call add_to_hats(at)
+         end do
+         do i = 1, problem%interfaces%n          ! bonds whose area grows with the front, as it is curved
+            associate (bond => problem%interfaces%list(i))
+               if (bond%law /= bonded) cycle
+               place = locate(front, bond%middle, maxval(domain%radius))
+               if (place%node == 0) cycle
+               at = 0
+               at(0) = -energy_of(bond)*place%curvature/(1 + place%curvature*place%ahead)
+               call add_to_hats(at)
+            end associate
+         end do
+         allocate (length, source=hat_lengths(front))
+         if (front%is_symmetry) then
+            g = 2*g
+            k(1, :, :) = 2*k(1, :, :)
+            k(2:, :, :) = 0
+         end if
+         do r = 1, size(domain%radius)
+            g(:, r) = g(:, r)/length
+            do mode = 1, front_modes
+               of_unit = material%mu/(1 - material%poisson)
+               if (mode == front_modes) of_unit = material%mu
+               k(mode, :, r) = of_unit*k(mode, :, r)/length
+            end do
+         end do
+      end associate
+
+   contains
+
+      !> Add what a place has of each sum to the hats there.
+      subroutine add_to_hats(of_place)
+         real(dp), intent(in) :: of_place(0:front_modes)
+         real(dp) :: f(size(domain%radius)), part
+         integer :: side, node, r
+         f = weight(domain, place)
+         do side = 0, 1
+            node = modulo(place%node + side - 1, domain%front%n()) + 1
+            part = merge(1 - place%part, place%part, side == 0)
+            do r = 1, size(f)
+               g(node, r) = g(node, r) + part*f(r)*of_place(0)
+               k(:, node, r) = k(:, node, r) + part*f(r)*of_place(1:)
+            end do
+         end do
+      end subroutine add_to_hats
+   end subroutine front_integrals
+
+   !> The length of front that belongs to each node: the integral of its hat [m].
+   pure function hat_lengths(front) result(length)
+      type(front_t), intent(in) :: front
+      real(dp) :: length(front%n()), way
+      integer :: i
+      length = 0
+      do i = 1, front%n() - merge(0, 1, front%is_closed)
+         if (i < front%n()) then
+            way = front%arc(i + 1) - front%arc(i)
+         else
+            way = front%length - front%arc(i)
+         end if
+         length(i) = length(i) + way/2
+         associate (next => modulo(i, front%n()) + 1)
+            length(next) = length(next) + way/2
+         end associate
+      end do
+   end function hat_lengths
+
+   !> Sum what the particles bring to the nodes.
+   pure subroutine sum_particles(domain, problem, state, of_node)
+      type(front_domain_t), intent(in) :: domain
+      type(problem_t), intent(in) :: problem
+      type(nodal_state_t), intent(in) :: state
+      real(dp), intent(inout) :: of_node(:, 0:, :)
+      logical, allocatable :: is_near(:)
+      type(front_place_t) :: place
+      real(dp) :: reach
+      integer :: n, i
+      associate (grid => problem%grid, blocks => problem%blocks)
+         allocate (is_near(grid%n_points), source=.false.)
+         do i = 1, grid%n_points                 ! those that hang are among nodes that do not, two cells away or less
+            place = locate(domain%front, grid%node_position(:, i), maxval(domain%radius) + 2*grid%finest_cell)
+            is_near(i) = place%node > 0
+         end do
+         do n = 1, blocks%n_occupied
+            associate (e => blocks%occupied(n))
+               if (.not. any(is_near(grid%element_nodes(:, e))) .or. .not. grid%is_in_first_field(e)) cycle
+               reach = maxval(domain%radius) + 4*grid%element_size(e)
+               do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
+                  call add_particle(domain, problem, state, i, reach, of_node)
+               end do
+            end associate
+         end do
+      end associate
+   end subroutine sum_particles
+
+   !> Add what a particle brings to the nodes of its cell.
+   pure subroutine add_particle(domain, problem, state, i, reach, of_node)
+      type(front_domain_t), intent(in) :: domain
+      type(problem_t), intent(in) :: problem
+      type(nodal_state_t), intent(in) :: state
+      integer, intent(in) :: i
+      real(dp), intent(in) :: reach              !! from the front, no less than the particle's distance [m]
+      real(dp), intent(inout) :: of_node(:, 0:, :)
+      real(dp), dimension(ndim, ndim) :: h, stress, a, s
+      real(dp) :: flux(ndim, ndim, 0:front_modes), source(ndim, 0:front_modes)
+      real(dp) :: gradient(problem%grid%n_functions, ndim), shape(problem%grid%n_functions), xi(ndim)
+      real(dp), dimension(ndim) :: divergence, of_s, of_a
+      integer :: nodes(problem%grid%n_functions), last, j, k
+      real(dp) :: energy, hoop
+      type(front_place_t) :: place
+      associate (grid => problem%grid, p => problem%particles, e => problem%particles%cell(i), &
+                 material => problem%materials(problem%particles%material(i)))
+         h = p%gradient_of(i)
+         hoop = p%hoop_of(i)
+         xi = inside_cell(grid%local_coordinate(e, p%place_in_grid(i)))
+         nodes = grid%element_nodes(:, e)
+         shape = grid%functions_in(e, xi)
+         gradient = grid%gradients_in(e, xi)
+         stress = material%first_piola_stress(h, p%history_of(i), hoop)
+         energy = material%energy_density(h, p%history_of(i), hoop)
+         if (material%has_history) energy = energy + material%dissipation(h, p%history_of(i), hoop)
+         if (material%has_eigenstrain) energy = energy - material%idle_energy
+         divergence = material%density*matmul(state%divergence(:, nodes), shape)
+         flux(:, :, 0) = matmul(transpose(h), stress) - energy*identity
+         source(:, 0) = matmul(divergence, h)
+         if (material%is_graded()) source(:, 0) = source(:, 0) - material%slice%direction &
+                                                  *(material%slice%rate*energy - sum(stress*material%slice%free_rate))
+         last = 0
+         if (domain%has_modes) then
+            place = locate(domain%front, p%reference(i, :), reach)
+            if (place%node > 0 .and. hypot(place%ahead, place%above) > singular*grid%element_size(e)) &
+               last = merge(1, front_modes, domain%front%is_symmetry)
+         end if
+         do k = 1, last
+            call find_unit_field(domain, material, place, k, a, s, of_s, of_a)
+            flux(:, :, k) = matmul(transpose(a), stress) + matmul(transpose(h), s) - sum(stress*a)*identity
+            source(:, k) = matmul(divergence, a) + matmul(of_s, h) &
+                           + dot_product(matmul(stress, along(domain%front, place)), of_a)*place%outward
+         end do
+         do j = 1, size(nodes)
+            do k = 0, last
+               associate (at => of_node(:, k, nodes(j)))
+                  at = at + p%volume(i)*(matmul(flux(:, :, k), gradient(j, :)) + source(:, k)*shape(j))
+               end associate
+            end do
+         end do
+      end associate
+   end subroutine add_particle
+
+   !> f of each domain: 1 up to a part of the radius, then a cubic with level ends, 0 from the radius on.
+   pure function weight(domain, place) result(f)
+      type(front_domain_t), intent(in) :: domain
+      type(front_place_t), intent(in) :: place
+      real(dp) :: f(size(domain%radius)), t(size(domain%radius))
+      t = (hypot(place%ahead, place%above)/domain%radius - plateau)/(1 - plateau)
+      t = min(max(t, 0.0_dp), 1.0_dp)
+      f = 1 - t**2*(3 - 2*t)
+   end function weight
+
+   !> t = e_1 x n.
+   pure function along(front, place) result(t)
+      type(front_t), intent(in) :: front
+      type(front_place_t), intent(in) :: place
+      real(dp) :: t(ndim)
+      t = 0
+      t(front%along) = [place%outward(front%along(2)), -place%outward(front%along(1))]
+   end function along
+
+   !> The slope and the stress of a unit K of a mode, the divergence of that stress, and what the curl of the slope brings.
+   pure subroutine find_unit_field(domain, material, place, mode, a, s, of_s, of_a)
+      type(front_domain_t), intent(in) :: domain
+      type(material_t), intent(in) :: material
+      type(front_place_t), intent(in) :: place
+      integer, intent(in) :: mode
+      real(dp), intent(out) :: a(ndim, ndim)     !! A [1/(Pa sqrt(m))]
+      real(dp), intent(out) :: s(ndim, ndim)     !! s [1/sqrt(m)]
+      real(dp), intent(out) :: of_s(ndim)        !! div s
+      real(dp), intent(out) :: of_a(ndim)        !! D e_1, of the derivative D of A along t
+      real(dp) :: axes(ndim, front_modes), local(front_modes, front_modes), stress(front_modes, front_modes), u(front_modes), &
+                  turned(front_modes), r, angle, half, kolosov, g
+      integer :: i
+      r = hypot(place%ahead, place%above)
+      angle = atan2(place%above, place%ahead)
+      half = angle/2
+      kolosov = 3 - 4*material%poisson
+      u = 0
+      turned = 0                                 ! derivative of u with respect to the angle
+      select case (mode)
+      case (1)
+         u(:2) = [cos(half), sin(half)]*(kolosov - cos(angle))
+         turned(:2) = [-sin(half), cos(half)]*(kolosov - cos(angle))/2 + [cos(half), sin(half)]*sin(angle)
+      case (2)
+         u(:2) = [sin(half)*(kolosov + 2 + cos(angle)), -cos(half)*(kolosov - 2 + cos(angle))]
+         turned(:2) = [cos(half)*(kolosov + 2 + cos(angle)), sin(half)*(kolosov - 2 + cos(angle))]/2 &
+                      + [-sin(half), cos(half)]*sin(angle)
+      case default
+         u(3) = 4*sin(half)
+         turned(3) = 2*cos(half)
+      end select
+      local = 0
+      local(:, 1) = (u*cos(angle)/2 - turned*sin(angle))/(2*material%mu*sqrt(2*pi*r))
+      local(:, 2) = (u*sin(angle)/2 + turned*cos(angle))/(2*material%mu*sqrt(2*pi*r))
+      stress = material%mu*(local + transpose(local))
+      do i = 1, front_modes
+         stress(i, i) = stress(i, i) + material%small_strain_lambda()*(local(1, 1) + local(2, 2))
+      end do
+      axes = 0
+      axes(:, 1) = place%outward
+      axes(domain%front%axis, 2) = 1
+      axes(:, 3) = along(domain%front, place)
+      a = matmul(axes, matmul(local, transpose(axes)))
+      s = matmul(axes, matmul(stress, transpose(axes)))
+      g = place%curvature/(1 + place%curvature*place%ahead)
+      of_s = g*matmul(axes, [stress(1, 1) - stress(3, 3), stress(2, 1), 2*stress(3, 1)])
+      of_a = g*matmul(axes, [-local(3, 1), 0.0_dp, local(1, 1)])
+   end subroutine find_unit_field
+
+   !> A place as seen from the front: from that place of it through whose normal plane it lies. Between nodes the normal turns evenly.
+   pure function locate(front, x, reach) result(place)
+      type(front_t), intent(in) :: front
+      real(dp), intent(in) :: x(ndim)            !! in the reference configuration [m]
+      real(dp), intent(in) :: reach              !! beyond which it is far away [m]
+      type(front_place_t) :: place
+      real(dp), parameter :: beyond = 1e-9_dp    ! of a way between nodes
+      real(dp), dimension(2) :: way, turn, from, outward
+      real(dp) :: t, ahead, distance, best, above, roots(2)
+      integer :: k, next, i
+      above = x(front%axis) - front%plane
+      best = reach
+      if (abs(above) >= reach) return
+      do k = 1, front%n() - merge(0, 1, front%is_closed)
+         from = x(front%along) - front%at(front%along, k)
+         if (sum(from**2) > (2*reach + front%length/(front%n() - 1))**2) cycle
+         next = modulo(k, front%n()) + 1
+         way = front%at(front%along, next) - front%at(front%along, k)
+         outward = front%outward(front%along, k)
+         turn = front%outward(front%along, next) - outward
+         roots = roots_of(cross(from, outward), cross(from, turn) - cross(way, outward), -cross(way, turn))
+         do i = 1, 2
+            t = roots(i)
+            if (.not. front%is_closed) then      ! beside its ends
+               if (k == 1) t = max(t, 0.0_dp)
+               if (next == front%n()) t = min(t, 1.0_dp)
+            end if
+            if (t < -beyond .or. t > 1 + beyond) cycle
+            associate (e => (outward + t*turn)/norm2(outward + t*turn))
+               ahead = dot_product(from - t*way, e)
+               distance = hypot(norm2(from - t*way), above)
+               if (distance >= best) cycle
+               best = distance
+               place%node = k
+               place%part = min(max(t, 0.0_dp), 1.0_dp)
+               place%ahead = ahead
+               place%above = above
+               place%curvature = dot_product(turn, way)/sum(way**2)
+               place%outward(front%along) = e
+            end associate
+         end do
+      end do
+   end function locate
+
+   !> Roots of c + b t + a t**2, both the same where there is one only, far away where there is none.
+   pure function roots_of(c, b, a) result(t)
+      real(dp), intent(in) :: c, b, a
+      real(dp) :: t(2), q
+      t = huge(q)
+      if (b**2 < 4*a*c) return
+      q = -(b + sign(sqrt(b**2 - 4*a*c), b))/2
+      if (.not. abs(q) > 0) return
+      t = c/q
+      if (abs(a)*1e9_dp > abs(q)) t(2) = q/a
+   end function roots_of
+
+   !> Of two vectors of the plane.
+   pure real(dp) function cross(a, b)
+      real(dp), intent(in) :: a(2), b(2)
+      cross = a(1)*b(2) - a(2)*b(1)
+   end function cross
+end module hampm_front_integral

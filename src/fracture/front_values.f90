@@ -1,0 +1,201 @@
+!> What is measured along the front of a plane crack, and what results hold of it, of solids only.
+!>
+!> G is the mean over the domains, and so are K. Its estimated error is what the domains differ by and what K, which the cells resolve in another way, has
+!> of G. Where a front ends on a side, K of plane strain has no meaning: there the modes share G as at the next node.
+!>
+!> Values are means over hats. Along a front that runs with the lattice these reach over a cell to each side. Other fronts cut the cells now here, now there:
+!> what acts as the front is a polygon of the lattice, and means over three cells leave little of that.
+module hampm_front_values
+   use hampm_kinds, only: dp, ndim
+   use hampm_front, only: front_t
+   use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, hat_lengths
+   use hampm_history, only: history_t
+   use hampm_nodal_state, only: nodal_state_t
+   use hampm_problem, only: problem_t
+   implicit none
+   private
+   public :: front_values_t, new_front_values, measure_front, record_front
+
+   real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
+   real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
+
+   real(dp), parameter :: cells_of_hats = 3      !! to each side, of fronts that do not run with the lattice
+
+   !> What was measured last, by hat, with its errors.
+   type :: front_values_t
+      type(front_domain_t) :: domain
+      real(dp), allocatable :: arc(:), at(:, :)  !! of the middles of the hats: way along the front, and place [m]
+      real(dp), allocatable :: mean_of(:, :)     !! part of each node of the front in each hat, (hats, nodes)
+      real(dp), allocatable :: g(:), g_error(:)  !! [J/m2]
+      real(dp), allocatable :: k(:, :), k_error(:, :) !! [Pa sqrt(m)], (modes, nodes)
+      real(dp) :: mean_error = 0                 !! of the mean of G [J/m2]
+   end type front_values_t
+
+contains
+
+   !> Nothing measured yet of one of the fronts.
+   pure subroutine new_front_values(fronts, number, problem, values)
+      type(front_t), intent(in) :: fronts(:)
+      integer, intent(in) :: number
+      type(problem_t), intent(in) :: problem
+      type(front_values_t), intent(out) :: values
+      real(dp) :: room
+      integer :: i, k
+      associate (front => fronts(number), domain => values%domain, p => problem%particles)
+         call place_hats(front, values)
+         allocate (values%g(size(values%arc)), values%g_error(size(values%arc)), source=0.0_dp)
+         allocate (values%k(front_modes, size(values%arc)), values%k_error(front_modes, size(values%arc)), source=0.0_dp)
+         domain%front = front
+         room = room_of(front, problem)
+         do k = 1, size(fronts)
+            if (k == number .or. fronts(k)%axis /= front%axis) cycle
+            do i = 1, fronts(k)%n()
+               room = min(room, minval(norm2(front%at - spread(fronts(k)%at(:, i), 2, front%n()), dim=1)))
+            end do
+         end do
+         domain%radius = default_radii*min(problem%grid%finest_cell, of_room*room/maxval(default_radii))
+         i = minloc(sum((p%reference(:p%n, :) - spread(front%at(:, front%n()/2 + 1), 1, p%n))**2, dim=2), dim=1)
+         domain%material = p%material(i)
+         associate (material => problem%materials(domain%material))
+            domain%has_modes = material%linear .and. material%isotropic .and. .not. any(p%material(:p%n) /= domain%material) &
+                               .and. .not. (material%has_history .or. material%is_graded())
+         end associate
+      end associate
+   end subroutine new_front_values
+
+   !> Place the hats evenly along a front.
+   pure subroutine place_hats(front, values)
+      type(front_t), intent(in) :: front
+      type(front_values_t), intent(inout) :: values
+      real(dp) :: step, along, length(front%n())
+      integer :: parts, n, i, j, from, next
+      parts = front%n() - merge(0, 1, front%is_closed)
+      n = parts
+      if (.not. all(maxval(abs(front%outward), dim=1) > 1 - 1e-9_dp)) n = 4*max(1, nint(parts/(4*cells_of_hats)))
+      step = front%length/n
+      allocate (values%arc(n + merge(0, 1, front%is_closed)), values%at(ndim, n + merge(0, 1, front%is_closed)))
+      allocate (values%mean_of(size(values%arc), front%n()))
+      length = hat_lengths(front)
+      do j = 1, size(values%arc)
+         values%arc(j) = (j - 1)*step
+         along = real((j - 1)*parts, dp)/n
+         from = min(int(along), parts - 1) + 1
+         next = modulo(from, front%n()) + 1
+         values%at(:, j) = front%at(:, from) + (along - from + 1)*(front%at(:, next) - front%at(:, from))
+         do i = 1, front%n()
+            along = abs(front%arc(i) - values%arc(j))
+            if (front%is_closed) along = min(along, front%length - along)
+            values%mean_of(j, i) = max(1 - along/step, 0.0_dp)*length(i)
+         end do
+         values%mean_of(j, :) = values%mean_of(j, :)/sum(values%mean_of(j, :))
+      end do
+   end subroutine place_hats
+
+   !> How far normals of a front run in the box of the material, ahead and behind, and from where they meet [m].
+   pure real(dp) function room_of(front, problem) result(room)
+      type(front_t), intent(in) :: front
+      type(problem_t), intent(in) :: problem
+      real(dp), parameter :: along_side = 1e-6_dp ! component of a normal that is rounding
+      real(dp) :: side(ndim, 2), turn
+      integer :: k, d, way, next
+      associate (p => problem%particles, beyond => problem%grid%finest_cell/4)
+         side(:, 1) = minval(p%reference(:p%n, :), dim=1) - beyond
+         side(:, 2) = maxval(p%reference(:p%n, :), dim=1) + beyond
+      end associate
+      room = maxval(abs(side(front%axis, :) - front%plane))
+      if (.not. front%is_symmetry) room = minval(abs(side(front%axis, :) - front%plane))
+      do k = 1, front%n()
+         do d = 1, ndim
+            if (abs(front%outward(d, k)) < along_side) cycle
+            do way = 1, 2
+               room = min(room, abs((side(d, way) - front%at(d, k))/front%outward(d, k)))
+            end do
+         end do
+         if (k == front%n() .and. .not. front%is_closed) cycle
+         next = modulo(k, front%n()) + 1
+         turn = norm2(front%outward(:, next) - front%outward(:, k))
+         room = min(room, norm2(front%at(:, next) - front%at(:, k))/max(turn, along_side))
+      end do
+   end function room_of
+
+   !> Measure.
+   subroutine measure_front(problem, state, values)
+      type(problem_t), intent(in) :: problem
+      type(nodal_state_t), intent(in) :: state
+      type(front_values_t), intent(inout) :: values
+      real(dp), allocatable :: g(:, :), k(:, :, :)
+      real(dp) :: of_k(size(values%arc))         ! G that goes with K
+      integer :: mode
+      call front_integrals(values%domain, problem, state, g, k)
+      associate (front => values%domain%front, material => problem%materials(values%domain%material), radii => size(g, 2))
+         if (.not. front%is_closed) then
+            call share_as_next(1, 2)
+            call share_as_next(front%n(), front%n() - 1)
+         end if
+         values%mean_error = spread_of(matmul(hat_lengths(front), g)/front%length)
+         g = matmul(values%mean_of, g)
+         values%g = sum(g, dim=2)/radii
+         values%g_error = maxval(g, dim=2) - minval(g, dim=2)
+         if (.not. values%domain%has_modes) return
+         do mode = 1, front_modes
+            associate (of_mode => matmul(values%mean_of, k(mode, :, :)))
+               values%k(mode, :) = sum(of_mode, dim=2)/radii
+               values%k_error(mode, :) = maxval(of_mode, dim=2) - minval(of_mode, dim=2)
+            end associate
+         end do
+         of_k = (sum(values%k(:2, :)**2, dim=1)*(1 - material%poisson) + values%k(3, :)**2)/(2*material%mu)
+         values%mean_error = values%mean_error + abs(sum(values%g - of_k))/size(of_k)
+         values%g_error = values%g_error + abs(values%g - of_k)
+         do mode = 1, front_modes
+            where (of_k > 0) values%k_error(mode, :) = values%k_error(mode, :) &
+                                                       + abs(values%k(mode, :))*abs(values%g - of_k)/(2*of_k)
+         end do
+      end associate
+
+   contains
+
+      !> Largest less smallest value.
+      pure real(dp) function spread_of(list)
+         real(dp), intent(in) :: list(:)
+         spread_of = maxval(list) - minval(list)
+      end function spread_of
+
+      !> Let the modes share G at the end of a front as at the node next to it.
+      subroutine share_as_next(end, next)
+         integer, intent(in) :: end, next
+         integer :: r
+         do r = 1, size(g, 2)
+            if (g(next, r) > 0) k(:, end, r) = k(:, next, r)*sqrt(max(g(end, r), 0.0_dp)/g(next, r))
+         end do
+      end subroutine share_as_next
+   end subroutine measure_front
+
+   !> Record it: means in the history, and all values along the front.
+   subroutine record_front(values, history)
+      type(front_values_t), intent(in) :: values
+      type(history_t), intent(inout) :: history
+      real(dp) :: part(size(values%arc))         ! of the front
+      integer :: d, last
+      last = 0
+      if (values%domain%has_modes) last = merge(1, front_modes, values%domain%front%is_symmetry)
+      part = 1
+      if (.not. values%domain%front%is_closed) part([1, size(part)]) = 0.5_dp
+      part = part/sum(part)
+      call history%record('G', 'J/m2', 'energy release rate, mean along the front', dot_product(part, values%g))
+      call history%record('G_error', 'J/m2', 'estimated error of it', values%mean_error)
+      call history%record('G_largest', 'J/m2', 'largest energy release rate along the front', maxval(values%g))
+      call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, mean along the front', matmul(values%k(:last, :), part))
+      call history%record_along_front('arc', 'm', 'way along the front', values%arc)
+      do d = 1, ndim
+         call history%record_along_front('xyz'(d:d), 'm', 'place on the front', values%at(d, :))
+      end do
+      call history%record_along_front('G', 'J/m2', 'energy release rate', values%g)
+      call history%record_along_front('G_error', 'J/m2', 'estimated error of it', values%g_error)
+      do d = 1, last
+         associate (name => 'K_'//repeat('I', d))
+            call history%record_along_front(name, 'Pa m^0.5', 'stress intensity factor, mode '//repeat('I', d), values%k(d, :))
+            call history%record_along_front(name//'_error', 'Pa m^0.5', 'estimated error of it', values%k_error(d, :))
+         end associate
+      end do
+   end subroutine record_front
+end module hampm_front_values

@@ -1,0 +1,200 @@
+"""G and K along fronts of cracks in solids, by the program: beside finite elements of high degree, closed forms and integral equations, at rest and in motion."""
+
+import re
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+import pytest
+from history import read_curve
+from paths import INPUT, REFERENCE, SCRIPTS, SOLID_PROGRAM
+from test_solid import G_REF, beam, run
+from test_solid_cracks import NU, TIP, disc, part, reference
+
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+
+MEASURED = "&energy_release estimators = 'domain_integral' /\n"
+UNIT = 2 / np.sqrt(np.pi)   # K of a penny crack of radius 1 under tension 1
+
+
+def front(folder, text, ending=""):
+    """What a run has measured: columns along its front, the history."""
+    with run(folder, SOLID_PROGRAM, text + ("" if "&energy_release" in text else MEASURED)) as file:
+        return ({name.removesuffix(ending): values[()] for name, values in file["front"].items()},
+                {name: values[()] for name, values in file["history"].items()})
+
+
+def k_of(g, young=1.0):
+    return np.sqrt(g * young / (1 - NU**2))
+
+
+def over_hats(arc, at, values):
+    """Means over hats of a curve, as values along a front are."""
+    fine = np.linspace(arc[0], arc[-1], 20001)
+    hats = np.maximum(0, 1 - np.abs(fine - arc[:, None]) / (arc[1] - arc[0]))
+    return hats @ np.interp(fine, at, values) / hats.sum(axis=1)
+
+
+def penny(cells, side=2.5, refine=TIP, **options):
+    return part((side, side, side), cells, disc(1.0), refine=refine, **options)
+
+
+def test_a_penny_in_a_cube(tmp_path):
+    """Finite elements of degree 4: K 1.0590 of that of an endless body along the whole front; 6 cells to the radius."""
+    along, history = front(tmp_path / "penny", penny(3.2))
+    error = k_of(along["G"][-1]) / (1.0590 * UNIT) - 1
+    mean = k_of(history["G"][-1]) / (1.0590 * UNIT) - 1
+    print("mean", mean, "local", error, "K", along["K_I"][-1] / (1.0590 * UNIT) - 1, "estimated", history["G_error"][-1] / history["G"][-1] / 2)
+    assert abs(mean) < 0.01 and np.max(np.abs(error[1:-1])) < 0.01 and np.max(np.abs(error)) < 0.025
+    assert np.max(np.abs(along["G"][-1] - along["G"][-1][::-1])) < 1e-9 * history["G"][-1]      # the mirror image
+    assert abs(mean) < history["G_error"][-1] / history["G"][-1] / 2 < 0.02                     # the estimated error is one
+    assert history["K_I"][-1] == pytest.approx(1.0590 * UNIT, rel=0.02)
+    assert along["arc"].shape == along["G"].shape == (len(history["time"]), 5) and along["arc"][-1, -1] == pytest.approx(np.pi / 2, rel=1e-3)
+    assert np.max(np.abs(np.hypot(along["x"], along["y"]) - 1)) < 0.01 and np.ptp(along["z"]) == 0
+    weights = np.array([0.5, 1, 1, 1, 0.5]) / 4
+    assert weights @ along["G"][-1] == pytest.approx(history["G"][-1], rel=1e-12) and np.max(along["G"][-1]) == history["G_largest"][-1]
+
+
+SHEARED = """
+&run end_time = 1.0 /
+&grid lower = 0.0, 0.0, {low}  cell = {h}  cells = {n}, {n}, {m} /
+&material name = 'a'  young = 1.0  poisson = 0.3  density = 1.0 /
+&body material = 'a'  lower = 0.0, 0.0, -2.5  upper = 2.5, 2.5, 2.5 /
+&constraint lower = 0.0, 0.0, -2.5  upper = 0.0, 2.5, 2.5  fix = 'yz' /
+&constraint lower = 0.0, 0.0, -2.5  upper = 2.5, 0.0, 2.5  fix = 'y' /
+&constraint lower = 2.5, 0.0, 0.0  upper = 2.5, 2.5, 0.0  fix = 'x' /
+&load kind = 'traction'  lower = 0.0, 0.0, 2.5  upper = 2.5, 2.5, 2.5  force = 6.25, 0.0, 0.0 /
+&load kind = 'traction'  lower = 0.0, 0.0, -2.5  upper = 2.5, 2.5, -2.5  force = -6.25, 0.0, 0.0 /
+&load kind = 'traction'  lower = 2.5, 0.0, -2.5  upper = 2.5, 2.5, 2.5  force = 0.0, 0.0, 12.5 /
+&crack kind = 'plane'  normal = 'z'  front = 'disc'  center = 0.0, 0.0, 0.0  radii = 1.0 /
+{refine}
+&method time = 'static'  frame = 'total' /
+&output file = 'case.h5' /
+"""
+
+
+def test_a_sheared_penny(tmp_path):
+    """Sliding across the front goes with the cosine of the angle, along it with (1 - nu) times the sine, as in an endless body (Segedin 1951); G is that
+    of the three K, which no cell knows of."""
+    h = 2.5 / 8
+    along, history = front(tmp_path / "penny", SHEARED.format(h=h, n=8, m=18, low=-2.5 - h, refine=TIP))
+    angle = np.arctan2(along["y"][-1], along["x"][-1])
+    unit = 4 / (2 - NU) / np.sqrt(np.pi)
+    expected = unit * np.array([np.zeros(angle.size), np.cos(angle), (1 - NU) * np.sin(angle)])
+    found = np.array([along[f"K_{'I' * n}"][-1] for n in (1, 2, 3)])
+    scale = np.sum(found[1:, 1:-1] * expected[1:, 1:-1]) / np.sum(expected[1:, 1:-1]**2)        # of the cube
+    g = ((found[0]**2 + found[1]**2) * (1 - NU**2) + found[2]**2 * (1 + NU))
+    print("cube", scale, "off by", (found - scale * expected) / unit, "G of K", g / along["G"][-1])
+    assert 1 < scale < 1.05 and np.max(np.abs(found - scale * expected)[:, 1:-1]) < 0.03 * unit
+    assert np.max(np.abs(g / along["G"][-1] - 1)) < 0.04 and np.max(np.abs(found[0])) < 1e-6 * unit
+
+
+PLATE = """
+&run end_time = 1.0 /
+&grid lower = 0.0, 0.0, 0.0  cell = 2.5e-3  cells = 16, 17, 2 /
+&material name = 'a'  young = 70.0e9  poisson = 0.3  density = 2700.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.04, 0.04, 0.005 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.0, 0.04, 0.005  fix = 'x' /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.04, 0.0, 0.005  fix = 'y' /
+&constraint lower = 0.0, 0.0, 0.005  upper = 0.04, 0.04, 0.005  fix = 'z' /
+&load kind = 'traction'  lower = 0.0, 0.04, 0.0  upper = 0.04, 0.04, 0.005  force = 0.0, 200.0, 0.0 /
+&crack kind = 'symmetry'  normal = 'y'  front = 'straight'  tip = 0.01, 0.0, 0.0  direction = 1.0, 0.0, 0.0 /
+&refine indicator = 'tip'  max_level = 1  rings = 4 /
+&method time = 'static'  frame = 'total' /
+&output file = 'case.h5' /
+"""
+
+
+def plate(folder, text):
+    """G over that of plane stress by the place from the side face, and its mean."""
+    along, history = front(folder, text)
+    order = np.argsort(along["z"][-1])
+    return along["z"][-1][order], along["G"][-1][order] / 0.5293609, history["G"][-1] / 0.5293609
+
+
+def test_a_plate_of_finite_thickness(tmp_path):
+    """Finite elements of degree 5, with the layer where the front meets the side: two cells to half of the thickness, and finer ones around the front."""
+    place, found, mean = plate(tmp_path / "plate", PLATE)
+    asked = over_hats(place, *read_curve(REFERENCE / "solid/plate.csv"))
+    error = np.sqrt(found / asked) - 1
+    print("mean", mean / 0.99262 - 1, "K", error)
+    assert mean == pytest.approx(0.99262, rel=0.01) and np.max(np.abs(error)) < 0.015
+
+
+@pytest.mark.verify
+def test_a_plate_of_finer_cells(tmp_path):
+    text = (INPUT / "solid/plate.nml").read_text().replace("'plate.h5'", "'case.h5'")
+    place, found, mean = plate(tmp_path / "plate", text)
+    asked = over_hats(place, *read_curve(REFERENCE / "solid/plate.csv"))
+    error = np.sqrt(found / asked) - 1
+    dense = np.linspace(0, 0.005, 4001)
+    parts = [np.interp(dense[k:k + 1001], place, found).mean() for k in range(0, 4000, 1000)]
+    print("mean", mean / 0.99262 - 1, "K", error, "parts", np.array(parts) / (0.94856, 1.00418, 1.00884, 1.00889) - 1)
+    assert mean == pytest.approx(0.99262, rel=0.003) and np.max(np.abs(error[1:])) < 0.005
+    assert parts == pytest.approx((0.94856, 1.00418, 1.00884, 1.00889), rel=0.015)
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize(("side", "cells", "factor"), [(2.5, 4.0, 1.0590), (4.0, 4.0, 1.0159)])
+def test_pennies_of_finer_cells(tmp_path, side, cells, factor):
+    along, history = front(tmp_path / "penny", penny(cells, side, TIP.replace("max_level = 1", "max_level = 2").replace("rings = 2", "rings = 4")))
+    error = k_of(along["G"][-1]) / (factor * UNIT) - 1
+    mean = k_of(history["G"][-1]) / (factor * UNIT) - 1
+    print("mean", mean, "local", error)
+    assert abs(mean) < 0.005 and np.max(np.abs(error)) < 0.01
+
+
+def cracked_beam(cell, refine=""):
+    """The double cantilever beam of test_solid, its crack given as one."""
+    text = re.sub(r"&constraint lower = 0.05, 0.0, 0.0", "&constraint lower = 0.0, 0.0, 0.0", beam(cell))
+    return text + f"&crack kind = 'symmetry'  normal = 'y'  tip = 0.05, 0.0, 0.0  direction = 1.0, 0.0, 0.0 /\n{refine}\n"
+
+
+@pytest.mark.parametrize("cell", [1.25e-3, pytest.param(0.625e-3, marks=pytest.mark.verify)])
+def test_a_beam(tmp_path, cell):
+    """Double cantilever beam of square arms, by finite elements of degree 5: mean 1.28321, 1.48079 in the middle, means over four parts of the width."""
+    fine = cell < 1e-3
+    region = "&refine indicator = 'gradient'  r_crit = 1e-9  max_level = 1  region_lower = 0.04, 0.0, 0.0  region_upper = 0.06, 0.005, 0.005 /"
+    along, history = front(tmp_path / "beam", cracked_beam(cell, region if fine else ""))
+    place, found = along["z"][-1], along["G"][-1] / G_REF
+    if place[0] > place[-1]:
+        place, found = place[::-1], found[::-1]
+    mean = history["G"][-1] / G_REF / 1.28321 - 1
+    dense = np.linspace(0, 0.005, 4001)
+    parts = np.array([np.interp(dense[k:k + 1001], place, found).mean() for k in range(0, 4000, 1000)]) / (0.97767, 1.27389, 1.41026, 1.47104) - 1
+    print("mean", mean, "middle", found[-1] / 1.48079 - 1, "parts", parts, "estimated", history["G_error"][-1] / history["G"][-1])
+    assert abs(mean) < (0.005 if fine else 0.015) and abs(found[-1] / 1.48079 - 1) < (0.01 if fine else 0.025)
+    assert not fine or np.max(np.abs(parts)) < 0.015
+
+
+@pytest.mark.verify
+def test_an_ellipse_in_a_block(tmp_path):
+    """Half axes 2 and 1, 16 cells to the smaller one: K along the front is that of finite elements of degree 4."""
+    tip = TIP.replace("max_level = 1", "max_level = 3").replace("rings = 2", "rings = 4")
+    along, history = front(tmp_path / "ellipse", part((6.0, 4.0, 5.0), 2, {"front": "'ellipse'", "center": (0.0, 0.0, 0.0), "radii": [2.0, 1.0]}, refine=tip))
+    angle, k = reference("ellipse_block.csv")
+    turn = np.linspace(0, np.pi / 2, 20001)
+    way = np.hypot(2 * np.sin(turn), np.cos(turn))
+    arc = np.concatenate([[0], np.cumsum((way[1:] + way[:-1]) / 2) * turn[1]])
+    g = np.interp(turn, angle, k)**2 * (1 - NU**2)
+    mean = np.sqrt(history["G"][-1] * arc[-1] / np.trapezoid(g, arc)) - 1
+    error = np.sqrt(along["G"][-1] / over_hats(along["arc"][-1], arc, g)) - 1
+    print("mean", mean, "local", error)
+    assert abs(mean) < 0.005 and np.max(np.abs(error[1:-1])) < 0.01 and np.max(np.abs(error)) < 0.015
+
+
+def test_the_script_shows_what_was_measured(tmp_path):
+    """The last row as a table and as a picture, all rows with every digit; what is not there is refused."""
+    along, _ = front(tmp_path / "plate", PLATE)
+
+    def script(*options):
+        return subprocess.run([sys.executable, SCRIPTS / "plot_front.py", "case.h5", *options], cwd=tmp_path / "plate", capture_output=True, text=True)
+
+    table = script("-o", "front.png", "--dpi", "40", "--quantity", "K_I", "--over", "z").stdout.splitlines()
+    assert (tmp_path / "plate/front.png").stat().st_size > 1000
+    assert [float(line.split()[1]) for line in table[2:2 + along["G"].shape[1]]] == pytest.approx(along["G"][-1], rel=1e-5)
+    rows = script("--csv").stdout.splitlines()
+    assert rows[0].startswith("time,arc,x,y,z,G,G_error,K_I,K_I_error") and len(rows) == 1 + along["G"].size
+    assert float(rows[-1].split(",")[5]) == along["G"][-1, -1]
+    assert "has no values along a front 2" in script("--number", "2").stderr and "has no 'K_II'" in script("--quantity", "K_II").stderr
