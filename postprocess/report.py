@@ -31,7 +31,7 @@ from hampm.stored_model import StoredModel
 PART = 0.1      # last part of the run that the means are taken over
 SPREAD = 0.05   # of J over its domains, above which it is worth a notice
 LOSS = 0.1      # of the energy to the method, likewise
-OF_CRACK = re.compile(r"(J|J_domain_dependence|K_I|K_II)(_tip\d+)?$")  # columns that are tabulated beside G
+OF_CRACK = re.compile(r"(J|J_domain_dependence|K_I{1,3})(_(tip|front)\d+)?$")  # columns that are tabulated beside G
 WINDOW = 5      # half width of what is shown around a crack tip, in root cells
 PAGE = """<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
@@ -191,7 +191,7 @@ def release_rates(item):
     for name in [*item.rates(), *filter(OF_CRACK.match, history.columns)]:
         values, error, peak = history.columns[name], history.error_of(name), item.peak(name)
         errors = history.columns[error] if error else [None] * values.size
-        tip = OF_TIP.search(name)[0].replace("_tip", ", tip ")
+        tip = re.sub(r"_(tip|front)", r", \1 ", OF_TIP.search(name)[0])
         yield (f"{history.long_names[name]}{tip} [{history.units[name]}]", with_error(values[-1], errors[-1]),
                with_error(item.mean(name), item.mean(error) if error else None),
                value_of(item, name) if g_ref and not name.startswith("K") else "–",

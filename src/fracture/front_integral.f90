@@ -12,14 +12,14 @@
 !>    div s = g [ (s_11 - s_tt) e_1 + s_n1 n + 2 s_t1 t ],       t-derivative of A = g [ (A_i1 e_i)' + ... ], e_1' = t, t' = -e_1,
 !>
 !> do not vanish (Gosz & Moran 2002). Bonds just ahead of a curved front (`hampm_plane_points`) become longer with it: what they store, w for each area,
-!> is taken off G, -sum w g q. In mode III 2/E' is 1/mu. Between the nodes of the grid q has the functions of the grid, by which particles
+!> is taken off G, -sum w g q. Faces that press on each other with a force f bring f . [A e_1] q to the interaction. In mode III 2/E' is 1/mu. Between the nodes of the grid q has the functions of the grid, by which particles
 !> integrate as they integrate forces: what they bring to the nodes does not depend on q, and serves all hats and all domains. The grid is that of the
 !> reference configuration.
 module hampm_front_integral
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: inside_cell
    use hampm_front, only: front_t
-   use hampm_interface_points, only: bonded, energy_of
+   use hampm_interface_points, only: bonded, energy_of, face_force, is_pressed
    use hampm_material, only: material_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
@@ -62,7 +62,7 @@ contains
       real(dp), allocatable, intent(out) :: g(:, :), k(:, :, :)
       real(dp), allocatable :: of_node(:, :, :)  ! material forces, and those of the interaction, (ndim, 0:modes, n_points)
       real(dp), allocatable :: length(:)
-      real(dp) :: at(0:front_modes), of_unit
+      real(dp) :: at(0:front_modes), of_unit, a(ndim, ndim), s(ndim, ndim), of_s(ndim), of_a(ndim)
       integer :: i, mode, r
       type(front_place_t) :: place
       associate (grid => problem%grid, front => domain%front, material => problem%materials(domain%material))
@@ -77,13 +77,18 @@ contains
             at = matmul(place%outward, of_node(:, :, i))
             call add_to_hats(at)
          end do
-         do i = 1, problem%interfaces%n          ! bonds whose area grows with the front, as it is curved
-            associate (bond => problem%interfaces%list(i))
-               if (bond%law /= bonded) cycle
-               place = locate(front, bond%middle, maxval(domain%radius))
+         do i = 1, problem%interfaces%n
+            associate (point => problem%interfaces%list(i))
+               if (point%law /= bonded .and. .not. is_pressed(point)) cycle
+               place = locate(front, point%middle, maxval(domain%radius))
                if (place%node == 0) cycle
                at = 0
-               at(0) = -energy_of(bond)*place%curvature/(1 + place%curvature*place%ahead)
+               if (point%law == bonded) at(0) = -energy_of(point)*place%curvature/(1 + place%curvature*place%ahead)
+               place%above = 0
+               do mode = 1, merge(front_modes, 0, domain%has_modes .and. point%law /= bonded .and. place%ahead < 0)
+                  call find_unit_field(domain, material, place, mode, a, s, of_s, of_a)
+                  at(mode) = 2*sign(1.0_dp, point%normal(front%axis))*dot_product(face_force(point), matmul(a, place%outward))
+               end do
                call add_to_hats(at)
             end associate
          end do

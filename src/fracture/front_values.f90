@@ -14,7 +14,7 @@ module hampm_front_values
    use hampm_problem, only: problem_t
    implicit none
    private
-   public :: front_values_t, new_front_values, measure_front, record_front
+   public :: front_values_t, new_front_values, measure_front, record_front, mean_rate
 
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
@@ -144,7 +144,7 @@ contains
             end associate
          end do
          of_k = (sum(values%k(:2, :)**2, dim=1)*(1 - material%poisson) + values%k(3, :)**2)/(2*material%mu)
-         values%mean_error = values%mean_error + abs(sum(values%g - of_k))/size(of_k)
+         values%mean_error = values%mean_error + abs(dot_product(parts_of(values), values%g - of_k))
          values%g_error = values%g_error + abs(values%g - of_k)
          do mode = 1, front_modes
             where (of_k > 0) values%k_error(mode, :) = values%k_error(mode, :) &
@@ -170,21 +170,33 @@ contains
       end subroutine share_as_next
    end subroutine measure_front
 
+   !> Mean of G along the front [J/m2].
+   pure real(dp) function mean_rate(values)
+      type(front_values_t), intent(in) :: values
+      mean_rate = dot_product(parts_of(values), values%g)
+   end function mean_rate
+
+   !> The part of the front that each hat stands for.
+   pure function parts_of(values) result(part)
+      type(front_values_t), intent(in) :: values
+      real(dp) :: part(size(values%arc))
+      part = 1
+      if (.not. values%domain%front%is_closed) part([1, size(part)]) = 0.5_dp
+      part = part/sum(part)
+   end function parts_of
+
    !> Record it: means in the history, and all values along the front.
    subroutine record_front(values, history)
       type(front_values_t), intent(in) :: values
       type(history_t), intent(inout) :: history
-      real(dp) :: part(size(values%arc))         ! of the front
       integer :: d, last
       last = 0
       if (values%domain%has_modes) last = merge(1, front_modes, values%domain%front%is_symmetry)
-      part = 1
-      if (.not. values%domain%front%is_closed) part([1, size(part)]) = 0.5_dp
-      part = part/sum(part)
-      call history%record('G', 'J/m2', 'energy release rate, mean along the front', dot_product(part, values%g))
-      call history%record('G_error', 'J/m2', 'estimated error of it', values%mean_error)
+      call history%record('G_mean', 'J/m2', 'energy release rate, mean along the front', mean_rate(values))
+      call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%mean_error)
       call history%record('G_largest', 'J/m2', 'largest energy release rate along the front', maxval(values%g))
-      call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, mean along the front', matmul(values%k(:last, :), part))
+      call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor, mean along the front', &
+                                matmul(values%k(:last, :), parts_of(values)))
       call history%record_along_front('arc', 'm', 'way along the front', values%arc)
       do d = 1, ndim
          call history%record_along_front('xyz'(d:d), 'm', 'place on the front', values%at(d, :))

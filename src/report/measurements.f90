@@ -19,7 +19,7 @@ module hampm_measurements
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
-   use hampm_front_values, only: front_values_t, new_front_values, measure_front, record_front
+   use hampm_front_values, only: front_values_t, new_front_values, measure_front, record_front, mean_rate
    use hampm_history, only: history_t
    use hampm_joints, only: groups_of_bodies, velocity_fields_of
    use hampm_loads, only: load_t
@@ -275,6 +275,7 @@ contains
       do k = 1, size(m%fronts)
          call measure_front(problem, state, m%fronts(k))
       end do
+      if (size(m%fronts) > 0) m%rate = mean_rate(m%fronts(1))
       m%reaction = state%reaction
       if (any(model%constraints%name /= '')) m%reactions = state%reactions
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown

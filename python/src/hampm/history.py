@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray
 
 ERROR = "_error"          # what the name of a column ends in, but for its tip, that holds the estimated error of another one
-OF_TIP = re.compile(r"(_tip\d+)?$")
+OF_TIP = re.compile(r"(_(?:tip|front)\d+)?$")
 OF_DOMAIN = re.compile(r"J_\d+(_tip\d+)?$")   # J of one domain
 STATIC = re.compile(r"^\s*time = 'static'", re.MULTILINE)
 REST = 0.01               # distance from rest above which last values are not taken for those at rest
