@@ -88,6 +88,8 @@ module hampm_rules
       (rule_t("&material "//of_space(k), requires, "a solid", mechanics, "a plane has no shear across it"), k=1, 2), &
       rule_t("&body shape = 'polygon' | 'circle'", not_with, "a solid", not_built, "solids are boxes, cylinders and spheres", &
              use="&body shape = 'cylinder'"), &
+      rule_t("&body points_per_cell < 2", not_with, "a solid and &method start = 'static' and &method time = 'explicit'", &
+             mechanics, "explicit steps do not hold how cells with one point are bent", use="&body points_per_cell = 2"), &
       rule_t("&constraint unilateral = .true.", not_with, "a solid", not_built, use="&constraint unilateral = .false."), &
       rule_t("&constraint turns = .true.", not_with, "a solid", not_built, "a pin turns in a plane"), &
       rule_t("&crack kind = 'line' | 'path'", not_with, "a solid", not_built, "cracks of solids are in planes of the grid", &
@@ -207,8 +209,8 @@ module hampm_rules
              "the closed form is of uniform material"), &
       rule_t("&body profile_eigenstrain", not_with, "&body held = .false.", not_built, &
              "a load factor does not reach how an eigenstrain changes", use="&body held = .true."), &
-      rule_t("&body eigenstrain and a fourth value of the eigenstrain", warned_with, "&run plane = 'stress'", mechanics, &
-             "the fourth value has no effect, as the thickness is free")]
+      rule_t("&body eigenstrain and a fourth value of the eigenstrain", warned_with, "&run plane = 'stress' and a plane", &
+             mechanics, "the fourth value has no effect, as the thickness is free")]
 
    type(rule_t), parameter :: of_ends(*) = [ &
       rule_t("&run stop_when = 'separated'", requires, "&growth", not_built, &

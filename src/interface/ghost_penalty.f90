@@ -186,6 +186,7 @@ contains
                   call add_shares(point, m%grid, e, hourglass_functions(k, spread(0.5_dp, 1, ndim)))
                   point%n_left = count(point%node > 0)
                   point%place = at + h/2
+                  point%origin = point%place
                   point%length = h
                   point%cell = h
                   associate (material => m%materials(m%particles%material(i)))

@@ -767,6 +767,7 @@ def another_end(case):
     """Begun with a later end, stopped and resumed with that of the scene."""
     steps, end, output = int(case.base.row["step"][-1]), group(case.scene, "run")["end_time"], groups(case.scene, "output")
     case.need(case.base.code == 0 and steps > 1 and output and output[0].get("history_interval"))
+    case.need(case.time != "implicit" or case.method.get("time_step"))    # by default it is a part of the end
     scene, changes = copy_of(case.scene), [f"run.end_time={end!r}"]
     group(scene, "run")["end_time"] = 1.5 * end
     if case.time == "static":
