@@ -25,11 +25,12 @@
 module hampm_crack_tip_field
    use hampm_kinds, only: dp, ndim
    use hampm_material, only: material_t
+   use hampm_moving_tip, only: energy_factors
    use hampm_orthotropic, only: turned_stiffness, turned_compliance, voigt_stress
    use hampm_tensors, only: n_voigt
    implicit none
    private
-   public :: modes, tip_field_t, new_tip_field, new_interface_fields
+   public :: modes, tip_field_t, new_tip_field, new_interface_fields, let_run
 
    integer, parameter :: modes = 2               !! opening (I) and in-plane shear (II)
    real(dp), parameter :: pi = acos(-1.0_dp)
@@ -50,6 +51,12 @@ module hampm_crack_tip_field
       real(dp) :: compliance(n_voigt, n_voigt) = 0 !! a in the axes of the crack [1/Pa]
       real(dp) :: stiffness(n_voigt, n_voigt) = 0 !! its inverse [Pa]
       real(dp) :: rate(modes, modes) = 0         !! Y [1/Pa]
+      ! Of a tip that runs in isotropic material
+      logical, public :: is_running = .false.
+      real(dp) :: speed = 0                      !! [m/s]
+      real(dp) :: density = 0                    !! [kg/m3]
+      real(dp) :: a(2) = 1                       !! a_d and a_s [-]
+      real(dp) :: over = 0                       !! sqrt(2 pi) mu D [Pa]
       ! Of a tip between two materials: on one side of it
       logical, public :: is_at_interface = .false.
       real(dp), public :: oscillation = 0        !! eps [-]
@@ -60,6 +67,7 @@ module hampm_crack_tip_field
       real(dp) :: mu = 0                         !! [Pa]
    contains
       procedure :: gradient
+      procedure :: inertia
       procedure :: gradient_of_force
       procedure :: stress
       procedure :: opening_of_force
@@ -94,6 +102,24 @@ contains
       end associate
       call find_factors(field)
    end function new_tip_field
+
+   !> Let a tip in isotropic material run, at less than the speed of Rayleigh waves.
+   pure subroutine let_run(field, material, speed)
+      type(tip_field_t), intent(inout) :: field
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: speed              !! [m/s]
+      real(dp) :: factors(modes)
+      factors = energy_factors(material, speed)
+      field%is_running = material%isotropic .and. .not. field%is_at_interface .and. any(factors > 1) &
+                         .and. .not. any(factors >= huge(speed))
+      if (.not. field%is_running) return
+      field%speed = speed
+      field%density = material%density
+      field%a = sqrt(1 - (speed/[material%dilatational_wave_speed(), material%shear_wave_speed()])**2)
+      field%over = sqrt(2*pi)*material%mu*(4*product(field%a) - (1 + field%a(2)**2)**2)
+      field%rate(1, 1) = factors(1)*field%rate(1, 1)
+      field%rate(2, 2) = factors(2)*field%rate(2, 2)
+   end subroutine let_run
 
    !> The fields above and below a tip between two isotropic materials.
    pure function new_interface_fields(above, below, direction, length) result(fields)
@@ -171,7 +197,10 @@ contains
       real(dp) :: gradient(ndim, ndim)
       complex(dp) :: z, over_root(2), f(ndim), difference(ndim)
       integer :: k
-      if (self%is_at_interface) then
+      if (self%is_running) then
+         gradient = of_running(self, mode, -0.5_dp, x)
+         return
+      else if (self%is_at_interface) then
          gradient = gradient_at_interface(self, mode, x)
          return
       end if
@@ -190,6 +219,43 @@ contains
          gradient(:, 2) = real(self%root(1)*difference - f, dp)
       end if
    end function gradient
+
+   !> Displacement gradient of a unit K of a mode of a tip that runs, of f = z**(-1/2) with z_k = x + i a_k y; with another power of z that of a field that is
+   !> its derivative, but for a factor.
+   pure function of_running(self, mode, power, x) result(gradient)
+      class(tip_field_t), intent(in) :: self
+      integer, intent(in) :: mode
+      real(dp), intent(in) :: power, x(ndim)     !! [-], [m]
+      real(dp) :: gradient(ndim, ndim)
+      complex(dp) :: f(2)
+      integer :: k
+      do k = 1, 2
+         f(k) = exp(power*log(cmplx(x(1), self%a(k)*x(2), dp))) ! with the sign of a zero, which tells the face of the crack
+      end do
+      gradient = 0
+      associate (d => self%a(1), s => self%a(2), re => real(f, dp), im => aimag(f))
+         associate (both => 1 + s**2)
+            if (mode == 1) then
+               gradient(1, :2) = [both*re(1) - 2*d*s*re(2), 2*d*s**2*im(2) - both*d*im(1)]
+               gradient(2, :2) = -d*[both*im(1) - 2*im(2), both*d*re(1) - 2*s*re(2)]
+            else
+               gradient(1, :2) = s*[2*im(1) - both*im(2), 2*d*re(1) - both*s*re(2)]
+               gradient(2, :2) = [2*d*s*re(1) - both*re(2), both*s*im(2) - 2*d**2*s*im(1)]
+            end if
+         end associate
+      end associate
+      gradient = gradient/self%over
+   end function of_running
+
+   !> Its density times acceleration, rho v**2 u,11: the divergence of its stress [1/(m**2 sqrt(m))].
+   pure function inertia(self, mode, x)
+      class(tip_field_t), intent(in) :: self
+      integer, intent(in) :: mode
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: inertia(ndim), change(ndim, ndim)
+      change = of_running(self, mode, -1.5_dp, x)
+      inertia = -self%density*self%speed**2/2*change(:, 1)
+   end function inertia
 
    !> The same on one side of an interface.
    pure function gradient_at_interface(self, mode, x) result(gradient)

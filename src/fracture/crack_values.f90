@@ -18,6 +18,7 @@ module hampm_crack_values
       logical :: cells_divide = .false.          !! whether cells are divided in motion
       real(dp) :: domain(modes) = 0              !! energy release rates, the parts of J [J/m2]
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
+      real(dp) :: by_fields(modes) = 0           !! the same by the interaction integral alone; at a tip that grows it is beside that by J [Pa sqrt(m)]
       real(dp) :: oscillation = 0                !! epsilon at an interface [-]
       real(dp) :: g_of_k = 0                     !! energy release rate that goes with these [J/m2]
       real(dp) :: spread_of_k(modes) = 0         !! largest less smallest of the domains; of closed tips with all uncertainties [Pa sqrt(m)]

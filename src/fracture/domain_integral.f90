@@ -62,6 +62,13 @@ contains
    !> the first as J is the derivative of the energy by the places of the rings, whose H_33 is u_R/r, where c q, as any displacement, does no work with stress in
    !> balance; the second with the fields of plane strain for a and s, H_33 of a being 0, which are in balance in the plane, but in a ring are not.
    !>
+   !> A tip that runs at v has the fields of such a tip (Freund 1990), whose stress is in balance with rho v**2 a,11. With m = min(1, r/r_0), r_0 where q is 1,
+   !>
+   !>    K = E'/(2 A B) sum_p V { (P_iJ a_i,1 + s_iJ w_i) q,J - P_iJ a_i,J q,1 + m (rho d_i a_i,1 + rho v**2 a_i,11 w_i) q - rho v v_i a_i,1 m,1 },
+   !>
+   !> v_i without its mean over the discs: within r_0 the terms of q are what is left where v_i = -v w_i, in which they cancel each other at every
+   !> place. At the tip each of them alone is as r**-2.
+   !>
    !> The terms (rho v**2/2) q,1 + rho v_i v_i,1 q of Nakamura, Shih & Freund are the derivative of rho v**2 q/2 along the crack: as long as
    !> its tip rests their integral is 0, and what the sums leave of it is an error, in a body that flies one larger than J. They are left out.
    subroutine domain_integrals(unturned, problem, factors, p, state, closed, places, j, k, k_uncertainty)
@@ -76,15 +83,20 @@ contains
       real(dp), intent(out) :: j(:)              !! [J/m2], by radius
       real(dp), intent(out) :: k(:, :)           !! [Pa sqrt(m)], (modes, by radius); K_II is 0 in a half model
       real(dp), intent(out) :: k_uncertainty(:, :) !! by how much tractions behind a closed tip leave it uncertain, (modes, by radius)
-      real(dp) :: by_closed(modes, size(unturned%radius)), c(ndim)
+      real(dp) :: by_closed(modes, size(unturned%radius)), c(ndim), carried(ndim), x(ndim), velocity(ndim)
       type(sample_t) :: s
       type(tip_domain_t) :: domain
       integer :: n
       domain = unturned
-      if (.not. domain%field%is_at_interface) domain%field = new_tip_field(domain%material, domain%direction)
+      if (.not. (domain%field%is_at_interface .or. domain%field%is_running)) &
+         domain%field = new_tip_field(domain%material, domain%direction)
       associate (grid => problem%grid, blocks => problem%blocks)
          call list_places(domain, grid, blocks, p, places)
          call find_mean_slope(domain, p, places, c)
+         x = 0
+         velocity = 0
+         carried = 0
+         if (domain%field%is_running) carried = mean_velocity(domain, p, places)
          call fill_places(domain, grid, blocks, p, places)
          j = 0
          k = 0
@@ -94,8 +106,12 @@ contains
             associate (place => places%list(n))
                call take_sample(domain, grid, p, place, problem%materials(p%material(place%particle)), state, c, s)
                call add_to_j(s, domain, size(j), places%q(1, n), places%dq(1, 1, n), j)
+               if (domain%field%is_running) then
+                  x = domain%from_tip(p%place_in_grid(place%particle), p%total_frame)
+                  velocity = domain%in_axes(p%velocity(place%particle, :)) - carried
+               end if
                call add_to_interaction(s, domain, problem%materials(p%material(place%particle)), place, size(j), places%q(1, n), &
-                                       places%dq(1, 1, n), k)
+                                       places%dq(1, 1, n), x, velocity, k)
             end associate
          end do
          call add_faces_on_interfaces(domain, problem%interfaces, closed, p%total_frame, places%nodal, j, k, by_closed, &
@@ -158,6 +174,26 @@ contains
       c = matmul(turned_back(domain, matmul(mean, domain%direction), domain%direction), frame_along(domain%direction))
       if (domain%half) c(2) = 0
    end subroutine find_mean_slope
+
+   !> The velocity with which the material around a tip is carried along, the mean over the discs as c is that of u,1, in the axes of the crack [m/s].
+   pure function mean_velocity(domain, p, places) result(mean)
+      type(tip_domain_t), intent(in) :: domain
+      type(particles_t), intent(in) :: p
+      type(places_t), intent(in) :: places
+      real(dp) :: mean(ndim), total, weight
+      integer :: n
+      mean = 0
+      total = 0
+      do n = 1, size(places%list)
+         associate (i => places%list(n)%particle)
+            weight = p%volume(i)*places%list(n)%weight
+            mean = mean + weight*domain%in_axes(p%velocity(i, :))
+            total = total + weight
+         end associate
+      end do
+      mean = mean/max(total, tiny(total))
+      if (domain%half) mean(2) = 0
+   end function mean_velocity
 
    !> The change u,d of the displacement along a direction d without the turn of the material: R**T (d + u,d) - d [-].
    pure function turned_back(domain, slope, along)
@@ -269,7 +305,7 @@ contains
 
    !> Add what a particle contributes to the interaction with the tip fields of unit K: 2 B/E' K of each disc, in an anisotropic material
    !> 2 B sum_n Y_mn K_n.
-   pure subroutine add_to_interaction(s, domain, material, place, radii, q, dq, k)
+   pure subroutine add_to_interaction(s, domain, material, place, radii, q, dq, x, velocity, k)
       type(sample_t), intent(in) :: s
       type(tip_domain_t), intent(in) :: domain
       type(material_t), intent(in) :: material   !! of the particle
@@ -277,11 +313,19 @@ contains
       integer, intent(in) :: radii
       real(dp), intent(in) :: q(radii)           !! at the particle, by radius
       real(dp), intent(in) :: dq(ndim, radii)    !! its gradient [1/m]
+      real(dp), intent(in) :: x(ndim), velocity(ndim) !! of a tip that runs: from the tip [m], and less that with which all is carried along [m/s]
       real(dp), intent(inout) :: k(modes, radii)
       real(dp) :: flux(ndim), source             ! factors of q,J and of q
       integer :: mode, r
       do mode = 1, modes
          call interact(s, domain, material, place%unit(:, :, mode), place%unit_stress(:, :, mode), flux, source)
+         if (domain%field%is_running) then
+            source = min(1.0_dp, norm2(x)/domain%inner_radius()) &
+                     *(source + material%mu/domain%material%mu*dot_product(domain%field%inertia(mode, x), s%slope))
+            if (norm2(x) < domain%inner_radius()) &
+               source = source - material%density*domain%speed*dot_product(velocity, place%unit(:, 1, mode)) &
+                                 *x(1)/(norm2(x)*domain%inner_radius())
+         end if
          flux = s%volume*flux
          source = s%volume*source
          do r = 1, radii

@@ -36,8 +36,6 @@ module hampm_t_stress
    private
    public :: t_stresses
 
-   real(dp), parameter :: inner = 4              !! cells around the tip
-
 contains
 
    !> T of each disc [Pa].
@@ -71,7 +69,7 @@ contains
             call add_interaction(s, domain, problem%materials(p%material(place%particle)), x + from_force, places%q(:, n), &
                                  places%dq(:, :, n), t)
             if (.not. domain%is_ring) cycle
-            s%volume = s%volume*max(0.0_dp, 1 - norm2(x)/inner_radius(domain))
+            s%volume = s%volume*max(0.0_dp, 1 - norm2(x)/domain%inner_radius())
             total = total + s%volume
             outward = outward + s%volume*(s%hoop*s%radius - dot_product(axes(1, :), domain%displacement_of(place, x, k)))
          end associate
@@ -105,18 +103,12 @@ contains
       if (.not. norm2(x) > 0) return
       a = domain%field%gradient_of_force(x)
       call interact(s, domain, material, a, domain%field%stress(a), flux, source)
-      if (domain%is_ring .or. s%is_graded) source = source*min(1.0_dp, norm2(x)/inner_radius(domain))
+      if (domain%is_ring .or. s%is_graded) source = source*min(1.0_dp, norm2(x)/domain%inner_radius())
       sums = sums + s%volume*(matmul(flux, dq) + source*q)
    end subroutine add_interaction
 
-   !> Distance from the tip within which the product of K and the force, with the curvature of rings or the change of the material, is not left to particles:
-   !> it is as r**(-3/2), and cells do not resolve that: some cells, at most half of the least radius, where q is 1 [m].
-   pure real(dp) function inner_radius(domain)
-      type(tip_domain_t), intent(in) :: domain
-      inner_radius = min(minval(domain%radius)/2, inner*domain%spacing)
-   end function inner_radius
-
-   !> That product within this distance, weighted by what is left of `min(1, r/inner_radius)`: 4/3 of the square of the distance times what it is there.
+   !> The product of K and the force, with the curvature of rings or the change of the material, within the inner radius, weighted by what is left of
+   !> `min(1, r/inner_radius)`: it is as r**(-3/2), and so 4/3 of the square of that radius times what it is there.
    pure real(dp) function singular_part(domain, k) result(part)
       type(tip_domain_t), intent(in) :: domain
       real(dp), intent(in) :: k(modes)           !! [Pa sqrt(m)]
@@ -136,7 +128,7 @@ contains
       part = 0
       do n = 1, steps
          angle = widest*(merge(n, 2*n - steps, domain%half) - merge(0.5_dp, 1.0_dp, domain%half))/steps
-         x = inner_radius(domain)*in_plane(cos(angle), sin(angle))
+         x = domain%inner_radius()*in_plane(cos(angle), sin(angle))
          h = 0
          do mode = 1, modes
             h = h + k(mode)*domain%field%gradient(mode, x)
@@ -148,7 +140,7 @@ contains
          s%radial_slope = dot_product(s%outward, s%slope)
          a = domain%field%gradient_of_force(x)
          call interact(s, domain, domain%material, a, domain%field%stress(a), flux, source)
-         part = part + 4*inner_radius(domain)**2/3*source*merge(1, 2, domain%half)*widest/steps
+         part = part + 4*domain%inner_radius()**2/3*source*merge(1, 2, domain%half)*widest/steps
       end do
    end function singular_part
 

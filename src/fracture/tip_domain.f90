@@ -19,6 +19,8 @@ module hampm_tip_domain
    real(dp), parameter :: on_line = 1.0e-9_dp    !! part of an element within which of the crack's line a particle counts as on it
    real(dp), parameter :: singular = 1.0e-3_dp   !! part of an element within which of a tip a particle counts as at the tip
 
+   real(dp), parameter :: inner = 4              !! cells around a tip
+
    !> How far behind its node the tip of a crack acts, in cells there, in each mode. Around a node bilinear cells resolve the field
    !> of a crack that is a little shorter; how much is the same at every size, as the field is. docs/explanation/energy_release_rate.md has the
    !> measurements, `bench/effective_tip.py` makes them.
@@ -42,6 +44,7 @@ module hampm_tip_domain
       real(dp) :: spacing = 0                    !! of these cells, of any tip [m]
       type(tip_field_t) :: field                 !! the singular fields, which follow from material and direction; at an interface those above it
       type(tip_field_t) :: below                 !! and those below it
+      real(dp) :: speed = 0                      !! of the tip, with the fields of which it runs [m/s]
       real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, as they were at first [Pa]
       logical :: quadratic = .false.             !! whether cells are quadratic
       real(dp) :: tip_offset(modes) = 0          !! of these, else 0 [cells]
@@ -50,6 +53,7 @@ module hampm_tip_domain
       procedure :: tip_offset_of
       procedure :: from_tip
       procedure :: displacement_of
+      procedure :: inner_radius
    end type tip_domain_t
 
 
@@ -253,7 +257,7 @@ contains
       type(tip_domain_t), intent(in) :: domain
       real(dp), allocatable :: key(:)
       key = [domain%tip, domain%direction, domain%cell, domain%tip_offset, domain%face_of_line, &
-             merge(1.0_dp, 0.0_dp, domain%is_beside), domain%radius]
+             merge(1.0_dp, 0.0_dp, domain%is_beside), domain%speed, domain%radius]
    end function key_of
 
    !> How far behind its node the tip acts in a mode [m].
@@ -301,4 +305,11 @@ contains
          displacement_of = displacement_of + 2*k(mode)*matmul(place%unit(:, :, mode), x + self%tip_offset_of(mode)*identity(:, 1))
       end do
    end function displacement_of
+
+   !> Distance from the tip within which products of singular fields that cells do not resolve are not left to particles: some cells, at most half of the
+   !> least radius, where q is 1 [m].
+   pure real(dp) function inner_radius(self)
+      class(tip_domain_t), intent(in) :: self
+      inner_radius = min(minval(self%radius)/2, inner*self%spacing)
+   end function inner_radius
 end module hampm_tip_domain

@@ -14,7 +14,7 @@ module hampm_tip_measurements
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_quadratic_tip_offset, only: quadratic_tip_offset
-   use hampm_crack_tip_field, only: modes, tip_field_t
+   use hampm_crack_tip_field, only: modes, tip_field_t, let_run
    use hampm_t_stress, only: t_stresses
    use hampm_tip_domain, only: tip_domain_t, fields_at
    implicit none
@@ -65,6 +65,8 @@ contains
       integer :: i
       domain%tip = tip%now
       fields = fields_at(problem%materials, tip)
+      if (tip%grown > 0) call let_run(fields(1), problem%materials(tip%material_in(problem%materials)), tip%speed)
+      if (fields(1)%is_running) domain%speed = tip%speed
       field = fields(1)
       domain%field = fields(1)
       domain%below = fields(2)
@@ -114,7 +116,9 @@ contains
       if (closed%are_closed) values%uncertainty_of_j = hypot(sum(values%j)/size(values%j) - values%g_of_k, &
                                                              error_of_rate(field, values%intensity, values%spread_of_k))
       values%domain = shares_of_modes(field, sum(values%j)/size(values%j), values%intensity)
-      if (tip%grown > 0) then                    ! the fields of the interaction integral are those of a tip at rest
+      values%by_fields = values%intensity
+      if (tip%grown > 0) then                    ! J sees no origin of the fields
+         if (any(energy_factors(domain%material, tip%speed) >= huge(tip%speed))) values%by_fields = 0
          values%intensity = sign(sqrt(domain%material%plane_modulus()*abs(values%domain) &
                                       /energy_factors(domain%material, tip%speed)), values%domain)
          values%g_of_k = sum(values%j)/size(values%j)

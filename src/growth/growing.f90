@@ -417,6 +417,8 @@ contains
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
                                 next%toughness)
          history%is_of_none = .not. of%is_measured()
+         if (allocated(values%j) .and. material%isotropic .and. &
+             .not. (growing%is_static .or. material%has_history .or. of%has_layers)) call record_by_fields(of, values, history)
          if (growing%is_cyclic) call record_cycle(growing%fatigue, model, tip, history)
          history%is_of_none = .false.
          if (.not. growing%is_static) call record_branching(branching_of(growing, model, material, cracks, tip, values, law), &
@@ -427,6 +429,20 @@ contains
          call history%record('kink_angle', 'deg', 'angle of that kink, to the left', next%kink*180/acos(-1.0_dp))
       end associate
    end subroutine record_growth
+
+   !> Record K by the interaction with the fields of a tip that runs, beside that by J. Its error is what both differ by, and the domains among them.
+   subroutine record_by_fields(tip, values, history)
+      type(crack_tip_t), intent(in) :: tip
+      type(crack_values_t), intent(in) :: values
+      type(history_t), intent(inout) :: history
+      integer :: n
+      n = merge(1, modes, tip%is_half())
+      call history%record_modes('K_', 'Pa m^0.5', 'stress intensity factor by the fields of a tip that runs', &
+                                values%by_fields(:n), '_by_fields')
+      associate (error => abs(values%by_fields - values%intensity) + values%spread_of_k)
+         call history%record_modes('K_', 'Pa m^0.5', 'estimated error of that', error(:n), '_by_fields_error')
+      end associate
+   end subroutine record_by_fields
 
    !> The criteria of branching of a tip in motion; none while no &growth applies.
    pure type(branching_t) function branching_of(growing, model, material, cracks, tip, values, law) result(criteria)

@@ -36,6 +36,12 @@ def test_a_crack_that_runs(hampm, part, levels):
     assert np.all(np.abs(means) < (0.02 if part < 0.5 else 0.025))
     assert abs(np.mean(error)) < 0.011
     assert np.std(error) < 0.015
+    # by the fields of a tip that runs: what the tip acts ahead or behind in its cells is of the first order in these, and told as error
+    own, _ = bench.running({**row, "K_I": row["K_I_by_fields"]}, speed, 0.2e-3, skip=5 if part > 0.5 else 3)
+    told = np.mean((row["K_I_by_fields_error"] / row["K_I_by_fields"])[-len(own):])
+    print("by fields", np.mean(own), np.std(own), "told", told)
+    assert abs(np.mean(own)) < 0.025 and np.std(own) < 0.015 and told < 0.06
+    assert np.max(np.abs(row["K_II_by_fields"])) < 1e-6 * np.max(row["K_I"])
     assert row["tip_x"][-1] == pytest.approx(speed * 1.4 * bench.ARRIVAL, rel=0.02)
     assert "growth" not in said
     if part == 0.33:
@@ -209,7 +215,9 @@ def test_a_crack_that_runs_in_mixed_mode(hampm):
     text, met = bench.slanted_scene(0.25e-3, speed)
     row, _ = run_told(hampm, text)
     opening, sliding = bench.slanted_errors(row, met, speed, 0.25e-3)
-    print(np.mean(opening), np.std(opening), np.mean(sliding), np.std(sliding))
+    own = bench.slanted_errors({**row, **{k: row[f"{k}_by_fields"] for k in ("K_I", "K_II")}}, met, speed, 0.25e-3)
+    print(np.mean(opening), np.std(opening), np.mean(sliding), np.std(sliding), "by fields", [(np.mean(one), np.std(one)) for one in own])
+    assert all(abs(np.mean(one)) < 0.045 for one in own)
     assert len(opening) > 10
     assert abs(np.mean(opening)) < 0.02 and np.std(opening) < 0.05
     assert abs(np.mean(sliding)) < 0.045 and np.std(sliding) < 0.05

@@ -2,7 +2,7 @@
 !> material moves.
 program test_domain_integral
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
+   use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field, let_run
    use hampm_closed_faces, only: closed_faces_t
    use hampm_crack_lines, only: line_t
    use hampm_domain_integral, only: domain_integrals, shares_of_modes
@@ -35,6 +35,8 @@ program test_domain_integral
    call stress_of_the_tip_field(stress)
    call stress_of_the_tip_field(strain)
    call tip_field_of_the_other_law()
+   call field_of_a_tip_that_runs(stress)
+   call field_of_a_tip_that_runs(strain)
    do d = 1, size(directions, 2)
       call known_factors(stress, directions(:, d), .false.)
       call known_factors(strain, directions(:, d), .false.)
@@ -93,6 +95,45 @@ contains
                           'the stress of the tip field is that of a neo-Hookean material at small strain')
       end do
    end subroutine tip_field_of_the_other_law
+
+   !> A tip that runs: its faces are free and open as its factor A has it, its stress is in balance with its inertia and has the K ahead that it is for, and at a low speed
+   !> the field is that of a tip at rest.
+   subroutine field_of_a_tip_that_runs(material)
+      type(material_t), intent(in) :: material
+      real(dp), parameter :: x(ndim) = [-0.21_dp, 0.34_dp], dx = 1.0e-4_dp, behind = 0.4_dp
+      real(dp) :: stresses(ndim, ndim, -1:1, ndim), balance(ndim), at(ndim), h(ndim, ndim)
+      type(tip_field_t) :: rest, slow, field
+      integer :: mode, n, d
+      rest = new_tip_field(material, [1.0_dp, 0.0_dp])
+      slow = rest
+      field = rest
+      call let_run(slow, material, 0.01_dp*material%shear_wave_speed())
+      call let_run(field, material, 0.6_dp*material%shear_wave_speed())
+      call check(slow%is_running .and. field%is_running, 'a tip runs')
+      do mode = 1, modes
+         call check(maxval(abs(slow%gradient(mode, x) - rest%gradient(mode, x))) < 1.0e-3_dp*maxval(abs(rest%gradient(mode, x))), &
+                    'a slow tip has the field of one at rest')
+         do d = 1, ndim
+            do n = -1, 1, 2
+               at = x + n*dx*identity(:, d)
+               stresses(:, :, n, d) = field%stress(field%gradient(mode, at))
+            end do
+         end do
+         balance = (stresses(:, 1, 1, 1) - stresses(:, 1, -1, 1) + stresses(:, 2, 1, 2) - stresses(:, 2, -1, 2))/(2*dx)
+         call check(maxval(abs(balance - field%inertia(mode, x))) < 1.0e-5_dp*maxval(abs(balance)), &
+                    'its stress is in balance with its inertia')
+         h = field%stress(field%gradient(mode, [-behind, 0.0_dp]))
+         call check(maxval(abs(h(:, 2))) < 1.0e-12_dp, 'its faces are free')
+         h = field%stress(field%gradient(mode, [behind, 0.0_dp]))
+         call check_close(h(3 - mode, 2)*sqrt(2*pi*behind), 1.0_dp, 1.0e-12_dp, 'and it has a unit K ahead')
+         h = field%gradient(mode, [-behind, 0.0_dp])
+         call check_close(-h(3 - mode, 1)*4*behind/field%opening(mode, mode, behind), 1.0_dp, 1.0e-12_dp, &
+                          'and they open as the energy release rate has it')
+      end do
+      field = rest
+      call let_run(field, material, 0.95_dp*material%shear_wave_speed())
+      call check(.not. field%is_running, 'no tip of K runs faster than Rayleigh waves')
+   end subroutine field_of_a_tip_that_runs
 
    !> A square of `cells` by `cells`, or that half of it to the left of the crack, 2 by 2 particles a cell.
    subroutine place_square(material, cells, direction, half, m, lines)
