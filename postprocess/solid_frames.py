@@ -1,12 +1,13 @@
 """Snapshots of solids: the cubes of their material and of their cells, the sides of these that nothing covers, and what a plane cuts.
 
 Each particle is the cube of which it is the middle where the material is undeformed. Corners of cubes move with the mean of what the
-particles around them say, each by its displacement and its deformation gradient; so surfaces are closed, and cracks in a plane of symmetry open.
+particles around them say, on their side of a crack, each by its displacement and its deformation gradient; so surfaces are closed, and cracks open.
 """
 
 from functools import lru_cache
 
 import numpy as np
+from matplotlib.path import Path
 
 from frames import Frames
 from history import ResultError, opened
@@ -16,6 +17,7 @@ CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, 0
 AROUND = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])     # corners of a side, by the two axes along it
 OFF = 0.05      # of half the width of a cube: how far a particle may be from the middle of one
 PIECES = 32     # of the edge of a constraint
+AROUND_FRONT = 128   # pieces of the edge of a crack
 KEPT = 4        # snapshots whose cubes are remembered
 
 
@@ -37,11 +39,16 @@ class SolidFrames(Frames):
         if ligament:
             front = front_of(self.scene, ligament)
             return [front.origin + np.outer(np.linspace(0, front.length, PIECES + 1), np.eye(3)[front.axes[2]])]
+        found = self._measured_front(number)
+        return [found] if found is not None else [line for crack in cracks_of(self.scene) for line in crack.fronts(*self.scene.bodies())]
+
+    def _measured_front(self, number):
+        """Nodes of the front at which it was measured at the time of a snapshot; None where it was not."""
         with opened(self.path) as stored:
             if not all(stored.has(f"front/{name}") for name in "xyz"):
-                return []
+                return None
             sample = int(np.argmin(np.abs(stored.numbers("history/time", finite=True) - self.times[number])))
-            return [np.column_stack([stored.numbers(f"front/{name}", dims=2, finite=True, first=sample, count=1)[0] for name in "xyz"])]
+            return np.column_stack([stored.numbers(f"front/{name}", dims=2, finite=True, first=sample, count=1)[0] for name in "xyz"])
 
     def _cubes(self, number):
         """The cubes of the particles of a snapshot."""
@@ -57,15 +64,76 @@ class SolidFrames(Frames):
         return Cubes(np.rint((leaves.lower[holds] - lower) / unit).astype(int), size, lower, unit), leaves, holds
 
 
+class Crack:
+    """A crack in a plane of the grid, by the stored namelist.
+
+    axis, at    normal of the plane, and where it is on that [m]
+    is_inside   whether it is inside a body, with two faces, and not on a plane of symmetry
+    outline     corners of what is cracked in the plane, by the other axes in cyclic order [m] (n, 2); a half plane is cracked far from the bodies too
+    """
+
+    def __init__(self, scene, number):
+        def numbers(key, count=None):
+            return np.array(scene.numbers("crack", key, number, count))
+        self.is_inside = scene.text("crack", "kind", number) == "plane"
+        self.axis = max(0, "xyz".find(scene.text("crack", "normal", number) or "z"))
+        self.along = [(self.axis + 1) % 3, (self.axis + 2) % 3]
+        shape = scene.text("crack", "front", number)
+        self.is_curve = shape in ("disc", "ellipse")
+        if shape == "polygon":
+            points = numbers("points").reshape(-1, 3)
+            self.at, self.outline = points[0, self.axis], points[:, self.along]
+            return
+        middle = numbers("center" if self.is_curve else "tip", 3)
+        self.at, middle = middle[self.axis], middle[self.along]
+        if self.is_curve:
+            angle = 2 * np.pi * np.arange(AROUND_FRONT) / AROUND_FRONT
+            self.outline = middle + numbers("radii") * np.column_stack([np.cos(angle), np.sin(angle)])
+            return
+        ahead = numbers("direction", 3)[self.along]
+        ahead = ahead / np.linalg.norm(ahead)
+        lower, upper = scene.bodies()
+        reach = 4 * np.linalg.norm(upper.max(axis=0) - lower.min(axis=0))
+        aside = reach * np.array([-ahead[1], ahead[0]])
+        self.outline = np.array([middle - aside, middle + aside, middle + aside - reach * ahead, middle - aside - reach * ahead])
+
+    def holds(self, places):
+        """Whether the material at places in the plane (n, 3) is cracked; at the edge it is not."""
+        return Path(self.outline).contains_points(places[:, self.along], radius=0)
+
+    def fronts(self, lower, upper):
+        """The parts of its edge that are inside of bodies with these corners, nodes (n, 3) of each [m]."""
+        corners = np.concatenate([self.outline, self.outline[:1]])
+        pieces = 1 if self.is_curve else 8 * AROUND_FRONT
+        nodes = np.concatenate([np.linspace(start, end, pieces, endpoint=False) for start, end in zip(corners, corners[1:])] + [corners[-1:]])
+        near = 1e-9 * (upper.max(axis=0) - lower.min(axis=0))
+        nodes = np.insert(nodes, 0, self.at, axis=1)[:, np.argsort([self.axis, *self.along])]
+        middle = (nodes[1:] + nodes[:-1]) / 2
+        strict = np.eye(3)[self.axis] == 0     # on an edge of a body that is in the plane of the crack there is no front
+        inside = np.any([np.all((middle > low + near * np.where(strict, 1, -1)) & (middle < high - near * np.where(strict, 1, -1)), axis=1)
+                         for low, high in zip(lower, upper)], axis=0)
+        if inside.all():
+            return [nodes]
+        ends = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
+        return [nodes[first:last + 1] for first, last in ends.reshape(-1, 2)]
+
+
+def cracks_of(scene):
+    """The cracks of a solid."""
+    return [Crack(scene, number) for number in range(1, scene.count("crack") + 1)]
+
+
 class Cubes:
     """Cubes on one lattice, each some powers of two as wide as its cells.
 
     corner, size    lower corner (n, 3) and width (n) in cells of the lattice
     origin, unit    where the lattice begins, and the size of its cells [m]
     part            number of what each belongs to (n): cubes of other parts cover nothing, and share no corners
+    cracks          those inside of the material, across which cubes do not cover each other
     """
 
-    def __init__(self, corner, size, origin, unit, part=None):
+    def __init__(self, corner, size, origin, unit, part=None, cracks=()):
+        self.cracks = cracks
         self.corner, self.size, self.origin, self.unit = corner, size, origin, unit
         self.part = np.zeros(len(size), dtype=int) if part is None else part
         self._shape = (self.part.max(initial=0) + 1, *(corner.max(axis=0) + size.max() + 2))
@@ -102,9 +170,28 @@ class Cubes:
                     point[:, along] += self.size[rest, None] * (0.26 + 0.47 * quarter)
                     point[:, axis] += np.where(side, self.size[rest] + 0.25, -0.25)
                     probes &= self.hold(point, self.part[rest])
-                rest = rest[~probes]
+                covered[rest] = probes
+                for crack in self.cracks:
+                    if axis == crack.axis:
+                        for offset in CORNERS[CORNERS[:, axis] == side]:
+                            covered[self._are_in(crack, self.corner + offset * self.size[:, None])] = False
+                rest = np.flatnonzero(~covered)
                 found.append((rest, np.full(len(rest), axis), np.full(len(rest), side)))
         return [np.concatenate(parts) for parts in zip(*found)]
+
+    def _are_in(self, crack, corners):
+        """Whether corners, in cells of the lattice, are in the faces of a crack."""
+        places = self.places(corners)
+        found = np.abs(places[:, crack.axis] - crack.at) < self.unit / 4
+        found[found] = crack.holds(places[found])
+        return found
+
+    def _side(self, corners, number):
+        """1 for corners (n, 3) in the faces of a crack of cubes above it, by their numbers, else 0."""
+        found = np.zeros(len(corners), dtype=int)
+        for crack in self.cracks:
+            found[self._are_in(crack, corners) & (self.places(self.corner[number] + self.size[number, None] / 2)[:, crack.axis] > crack.at)] = 1
+        return found
 
     def sides(self, number, axis, side):
         """Corners of sides in cells of the lattice, shape (n, 4, 3); seen from outside they are in one order."""
@@ -124,14 +211,17 @@ class Cubes:
         """Where corners are [m]."""
         return self.origin + self.unit * corners
 
-    def moved(self, corners, part, displacement, gradient):
-        """The displacements of corners (n, ..., 3) of parts (n): means of those that the cubes around them say by their own, (k, 3), and by
-        their gradients, (k, 3, 3) [m]."""
-        keys = self._keys(corners, np.broadcast_to(part.reshape(-1, *[1] * (corners.ndim - 2)), corners.shape[:-1]))
+    def moved(self, corners, number, displacement, gradient):
+        """The displacements of corners (n, k, 3) of cubes (n): means of those that the cubes around them say by their own, (m, 3), and by
+        their gradients, (m, 3, 3) [m]."""
+        number = np.repeat(number, corners.shape[1])
+        flat = corners.reshape(-1, 3)
+        keys = 2 * self._keys(flat, self.part[number]) + self._side(flat, number)
         known, where = np.unique(keys, return_inverse=True)
-        total, number = np.zeros((len(known), 3)), np.zeros(len(known))
+        total, number, every = np.zeros((len(known), 3)), np.zeros(len(known)), np.arange(len(self.size))
         for offset in CORNERS:
-            own = self._keys(self.corner + offset * self.size[:, None], self.part)
+            own = self.corner + offset * self.size[:, None]
+            own = 2 * self._keys(own, self.part) + self._side(own, every)
             place = np.minimum(np.searchsorted(known, own), len(known) - 1)
             chosen = known[place] == own
             arm = (offset - 0.5) * (self.unit * self.size[chosen, None])
@@ -154,6 +244,14 @@ def is_among(keys, known):
     return known[np.minimum(np.searchsorted(known, keys), len(known) - 1)] == keys
 
 
+def on_lattice(places, origin, half, depth):
+    """Places in halves of the width of cubes, odd numbers near them, the powers of two in these, and whether they are the middles of cubes."""
+    at = (places - origin) / half
+    odd = np.rint(at).astype(int)
+    power = np.min(odd & -odd, axis=1, initial=2**depth, where=odd != 0)
+    return origin, at, odd, power, np.all(np.abs(at - odd) < OFF, axis=1) & np.all((odd // power[:, None]) % 2 == 1, axis=1)
+
+
 def cubes_of_particles(result, particles, leaves):
     """The cubes of particles where they are undeformed. A place in the middle of a cube is an odd number of halves of its width from where
     its body begins, or the grid; others have the cube of the lattice of their cells in which they are."""
@@ -172,17 +270,12 @@ def cubes_of_particles(result, particles, leaves):
     of_cell = np.where(cell >= 0, leaves.width[cell], scene.cell())
     for k, own in enumerate(halves):
         chosen = body == k
-        for origin in (grid, lower[k]):
-            at = (places[chosen] - origin) / own
-            odd = np.rint(at).astype(int)
-            power = np.min(odd & -odd, axis=1, initial=2**depth, where=odd != 0)
-            fits = np.all(np.abs(at - odd) < OFF, axis=1) & np.all((odd // power[:, None]) % 2 == 1, axis=1)
-            if fits.all():
-                break
+        origin, at, odd, power, fits = max((on_lattice(places[chosen], origin, own, depth) for origin in (grid, lower[k])), key=lambda found: found[-1].sum())
         width = np.where(fits, 2 * power, np.maximum(1, np.rint(of_cell[chosen] / scene.cell() * 2**depth).astype(int)) * 2)
         first = np.where(fits[:, None], odd - power[:, None], np.floor(at / width[:, None]).astype(int) * width[:, None])
         shift = np.rint((origin - grid) / half).astype(int)
         number[chosen] = (first * round(own / half) + shift)
         size[chosen] = width * round(own / half)
     apart = scene.text("contact", "bodies") not in ("", "bonded")
-    return Cubes(number - number.min(axis=0), size, grid + half * number.min(axis=0), half, body if apart else None)
+    return Cubes(number - number.min(axis=0), size, grid + half * number.min(axis=0), half, body if apart else None,
+                 [crack for crack in cracks_of(scene) if crack.is_inside])

@@ -24,6 +24,7 @@ LAMP = np.array([0.35, 0.8, 0.5])       # where it is: to the right, above and t
 SHADE = 0.25                            # what of the colour a side that is turned away from it loses
 PALE = 150                              # of 256 colours: lines are seen on them
 EDGE = {"linewidths": 0.35, "edgecolors": (0, 0, 0, 0.45)}
+NEAREST = 8                             # particles whose mean displacement is that of a node of a front
 ARROW, MARGIN, CORNER = 24, 8, 0.2      # length of the arrows of the axes, how far they are from the edges [points], and the part of the picture they take
 HALO = [withStroke(linewidth=3.2, foreground="white")]
 OF_PLANES = {"window": None, "axes": None, "tip": 1, "size": None}   # options of pictures of planes, and what they are where not given
@@ -34,7 +35,7 @@ def add_solid_options(parser):
     """Options of pictures of solids."""
     parser.add_argument("--slice", type=plane, metavar="AXIS=M", help="of a solid: what a plane across an axis cuts, such as y=0.005 (default: its surface)")
     parser.add_argument("--view", type=angles, metavar="AZIMUTH,ELEVATION",
-                        help="of a solid: from where it is seen, around the axis that is up and above the plane across it [deg] (default: -50,28)")
+                        help="of a solid: from where it is seen, around the axis that is up and above the plane across it [deg] (default: --view=-50,28)")
     parser.add_argument("--up", choices=NAMES, help="of a solid: the axis that is up (default: z)")
     parser.add_argument("--mirror", type=plane, action="append", default=[], metavar="AXIS=M",
                         help="of a solid: add its image in this plane, such as y=0; may be repeated")
@@ -107,7 +108,7 @@ def particle_polygons(result, field, number, view, scale):
     gradient = particles.point_fields["deformation_gradient"].reshape(-1, 3, 3) - np.eye(3)
     values = field.values(particles, result.leaves(number))
     chosen, corners, part = polygons_of(cubes, view)
-    moved = cubes.moved(corners, cubes.part[chosen], displacement, gradient)
+    moved = cubes.moved(corners, chosen, displacement, gradient)
     return view.whole(part(cubes.places(corners) + scale * moved), values[chosen], field.is_odd_across)
 
 
@@ -249,13 +250,13 @@ def cell_polygons(result, number, view):
 
 
 def draw_fronts(axes, result, number, view, scale):
-    """The fronts of cracks as lines, which move with the particle nearest to each of their nodes, and where a slice meets them."""
+    """The fronts of cracks as lines, which move with the particles nearest to each of their nodes, and where a slice meets them."""
     for front in result.fronts(number, view.ligament):
         if scale:
             particles = result.block("particles", number)
             moved = particles.point_fields["displacement"][:, :3]
             places = particles.points - moved
-            front = front + scale * moved[[np.argmin(np.sum((places - node) ** 2, axis=1)) for node in front]]
+            front = front + scale * np.array([moved[np.argpartition(np.sum((places - node) ** 2, axis=1), NEAREST)[:NEAREST]].mean(axis=0) for node in front])
         nodes, _ = view.whole(front[:, None], np.zeros(len(front)), lambda axis: False)
         for line in np.split(nodes[:, 0], 2 ** len(view.mirrors)):
             drawn = view.of(line) * MM

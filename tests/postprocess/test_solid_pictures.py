@@ -16,6 +16,8 @@ from history import ResultError
 from paths import SOLID_PROGRAM
 from pictures import MM
 
+from hampm.stored_model import StoredModel
+
 pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
 
 SIZE = np.array([0.3, 0.1, 0.15])
@@ -84,7 +86,7 @@ def test_corners_move_with_the_material(bar):
     number, axis, side = cubes.exposed()
     corners = cubes.sides(number, axis, side)
     gradient = particles.point_fields["deformation_gradient"].reshape(-1, 3, 3) - np.eye(3)
-    moved = cubes.moved(corners, cubes.part[number], particles.point_fields["displacement"], gradient)
+    moved = cubes.moved(corners, number, particles.point_fields["displacement"], gradient)
     strain = FORCE / (YOUNG * SIZE[1] * SIZE[2]) * np.array([1, -POISSON, -POISSON])
     np.testing.assert_allclose(moved, strain * cubes.places(corners), atol=1e-9 * strain[0] * SIZE[0])
 
@@ -124,6 +126,46 @@ def test_fields_are_those_of_space(bar):
     stress = FORCE / (SIZE[1] * SIZE[2])
     for name, value in (("von_mises", stress), ("mean_stress", stress / 3)):
         np.testing.assert_allclose(plot_field.ParticleField(result, name).values(particles, leaves), value, rtol=1e-9)
+
+
+CRACKED = """
+&run end_time = 1.0 /
+&grid lower = -0.02, -0.02, -0.02  cell = 5e-3  cells = 8, 8, 8 /
+&material name = 'steel'  young = 200e9  poisson = 0.3  density = 7800 /
+&body material = 'steel'  lower = -0.015, -0.015, -0.015  upper = 0.015, 0.015, 0.015 /
+&load kind = 'traction'  lower = -0.015, -0.015, 0.015  upper = 0.015, 0.015, 0.015  force = 0.0, 0.0, 1e5 /
+&load kind = 'traction'  lower = -0.015, -0.015, -0.015  upper = 0.015, 0.015, -0.015  force = 0.0, 0.0, -1e5 /
+&crack kind = 'plane'  normal = 'z'  front = 'disc'  center = 0.0, 0.015, 0.0  radii = 0.0101 /
+&method time = 'static'  frame = 'total' /
+&output snapshot_interval = 1.0 /
+"""
+
+
+def test_a_crack_inside_a_body_opens(tmp_path):
+    """Its faces are surfaces, which move apart; its front is half a circle, as the centre of the disc is on a side."""
+    (tmp_path / "cracked.nml").write_text(CRACKED)
+    subprocess.run([SOLID_PROGRAM, "cracked.nml", "--quiet"], cwd=tmp_path, check=True, capture_output=True)
+    result = frames_of(tmp_path / "cracked.h5")
+    cubes, particles = result.cubes(1), result.block("particles", 1)
+    number, axis, side = cubes.exposed()
+    corners = cubes.sides(number, axis, side)
+    within = (axis == 2) & (np.abs(cubes.places(corners)[..., 2]).max(axis=1) < 1e-9)
+    area = {of: np.sum((cubes.size[number[within & (side == of)]] * cubes.unit) ** 2) for of in (0, 1)}
+    assert area[0] == area[1] and area[0] == pytest.approx(np.pi * 0.0101**2 / 2, rel=0.35)     # by whole cubes
+    gradient = particles.point_fields["deformation_gradient"].reshape(-1, 3, 3) - np.eye(3)
+    moved = cubes.moved(corners, number, particles.point_fields["displacement"], gradient)[..., 2]
+    at = np.all(np.isclose(cubes.places(corners), [0, 0.015, 0], atol=1e-9), axis=2) & within[:, None]
+    upper, lower = (np.unique(moved[at & (side == of)[:, None]]) for of in (0, 1))
+    assert np.ptp(upper) < 1e-15 and np.ptp(lower) < 1e-15 and upper[0] - lower[0] > 1e-7
+    front, = result.fronts(1)
+    np.testing.assert_allclose(np.linalg.norm(front - [0, 0.015, 0], axis=1), 0.0101, rtol=1e-9)
+    assert front[:, 1].max() < 0.0151 and np.ptp(front[:, 0]) == pytest.approx(0.0202, rel=1e-2)
+
+
+def test_boxes_around_bodies_of_any_shape():
+    text = "&grid\n   cells = 9, 9, 9\n/\n&body\n   shape = '{}'\n   lower = 0, 0, 0\n   upper = 0, 0, 4\n   center = 1, 2, 3\n   radius = 1\n/\n"
+    for shape, box in (("cylinder", [[-1, -1, 0], [1, 1, 4]]), ("sphere", [[0, 1, 2], [2, 3, 4]]), ("rectangle", [[0, 0, 0], [0, 0, 4]])):
+        np.testing.assert_allclose(np.array(StoredModel(text.format(shape), "").bodies())[:, 0], box)
 
 
 def test_films_and_reports_have_solids(bar, tmp_path):

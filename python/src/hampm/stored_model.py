@@ -71,9 +71,13 @@ class StoredModel:
                     raise ResultError(f"{self.path}: 'points' in &body of the stored namelist are no polygon")
                 points = np.reshape(numbers, (-1, 2))
                 return [points.min(axis=0), points.max(axis=0)]
-            case "circle":
-                center, radius = np.array(self.numbers("body", "center", number, 2)), self.numbers("body", "radius", number, 1)[0]
+            case "circle" | "sphere":
+                center, radius = np.array(self.numbers("body", "center", number, self.dimensions())), self.numbers("body", "radius", number, 1)[0]
                 return [center - radius, center + radius]
+            case "cylinder":
+                ends, radius = np.array([self.numbers("body", key, number, 3) for key in ("lower", "upper")]), self.numbers("body", "radius", number, 1)[0]
+                aside = radius * (np.abs(ends[1] - ends[0]) < 1e-9 * np.abs(ends[1] - ends[0]).max())
+                return [ends[0] - aside, ends[1] + aside]
         return [self.numbers("body", key, number, self.dimensions()) for key in ("lower", "upper")]
 
     def bodies(self) -> tuple[Any, Any]:
