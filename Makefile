@@ -87,7 +87,7 @@ help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z_]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' Makefile
 	@echo 'make -C bench    list what there is to measure'
 
-run:  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_ref; with dim=3 run the program for solids
+run:  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_ref; with dim=3 build the program for solids, run and draw a beam
 	@tools/setup.sh run
 	@$(MAKE) --no-print-directory program
 ifeq ($(solid),)
@@ -97,7 +97,8 @@ ifeq ($(solid),)
 	@echo "results/dcb.h5: the results; results/dcb_G.png, results/dcb_G_gnuplot.png: G(t)/G_ref"
 else
 	$(PROGRAM) input/solid/beam.nml --output results --force
-	@echo "results/beam.h5: the results"
+	$(PYTHON) postprocess/plot_field.py results/beam.h5 --field displacement --scale 500 --output results/beam.png
+	@echo "results/beam.h5: the results; results/beam.png: the bent beam"
 endif
 
 # Where hampm is installed; what `packages` may be is in tools/install.sh

@@ -18,6 +18,7 @@ import numpy as np
 
 import plot_energy
 import plot_field
+import plot_front
 import plot_g
 import plot_mesh
 import plot_path
@@ -152,7 +153,7 @@ def section(item, name, dpi):
     lines = [f"<h2>{escape(name)}: {escape(item.title)}</h2>",
              *(f'<p class="notice">{escape(text)}.</p>' for text in notices(item)), table(extent(item))]
     if item.rates():
-        lines += ["<h3>Energy release rate</h3>", table(release_rates(item)), *curves([item.history], dpi)]
+        lines += ["<h3>Energy release rate</h3>", table(release_rates(item)), *curves([item.history], dpi), *along_fronts(item, dpi)]
     if item.tips:
         lines += ["<h3>Growth</h3>", table(growth(item)), table(price(item)), *growth_pictures(item, dpi)]
     lines += ["<h3>Energy</h3>", table(energies(item)),
@@ -276,6 +277,15 @@ def notices(item):
 def curves(histories, dpi):
     options = plot_g.parse(["--errors", *(str(history.path) for history in histories)])
     return [picture(lambda: plot_g.draw(histories, options), "G over time", dpi)]
+
+
+def along_fronts(item, dpi):
+    """G along each crack front of a solid, at the end."""
+    with opened(item.path) as stored:
+        fronts = sum(name.startswith("arc") for name in stored.names("front"))
+    for number in range(1, fronts + 1):
+        options = plot_front.parse([str(item.path), "--number", str(number)])
+        yield picture(lambda: plot_front.draw_measured(plot_front.measured(options)[1], options), "G along the front", dpi)
 
 
 def last_snapshot(item, dpi):

@@ -39,16 +39,15 @@ class SolidFrames(Frames):
         if ligament:
             front = front_of(self.scene, ligament)
             return [front.origin + np.outer(np.linspace(0, front.length, PIECES + 1), np.eye(3)[front.axes[2]])]
-        found = self._measured_front(number)
-        return [found] if found is not None else [line for crack in cracks_of(self.scene) for line in crack.fronts(*self.scene.bodies())]
+        return self._measured_fronts(number) or [line for crack in cracks_of(self.scene) for line in crack.fronts(*self.scene.bodies())]
 
-    def _measured_front(self, number):
-        """Nodes of the front at which it was measured at the time of a snapshot; None where it was not."""
+    def _measured_fronts(self, number):
+        """Nodes of the fronts at which these were measured at the time of a snapshot."""
         with opened(self.path) as stored:
-            if not all(stored.has(f"front/{name}") for name in "xyz"):
-                return None
+            endings = [name.removeprefix("arc") for name in stored.names("front") if name.startswith("arc")]
             sample = int(np.argmin(np.abs(stored.numbers("history/time", finite=True) - self.times[number])))
-            return np.column_stack([stored.numbers(f"front/{name}", dims=2, finite=True, first=sample, count=1)[0] for name in "xyz"])
+            return [np.column_stack([stored.numbers(f"front/{axis}{ending}", dims=2, finite=True, first=sample, count=1)[0] for axis in "xyz"])
+                    for ending in endings]
 
     def _cubes(self, number):
         """The cubes of the particles of a snapshot."""

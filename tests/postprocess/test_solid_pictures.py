@@ -44,7 +44,7 @@ def bar(tmp_path_factory):
     (folder / "bar.nml").write_text(BAR)
     subprocess.run([SOLID_PROGRAM, "bar.nml", "--quiet"], cwd=folder, check=True, capture_output=True)
     with h5py.File(folder / "bar.h5", "a") as result:
-        for name, places in (("x", [0.1, 0.1, 0.2]), ("y", [0.0, 0.05, 0.1]), ("z", [0.1, 0.1, 0.1])):
+        for name, places in (("arc", [0.0, 0.05, 0.16]), ("x", [0.1, 0.1, 0.2]), ("y", [0.0, 0.05, 0.1]), ("z", [0.1, 0.1, 0.1])):
             result[f"front/{name}"] = np.tile(places, (result["history/time"].size, 1))
     return folder / "bar.h5"
 
@@ -89,6 +89,22 @@ def test_corners_move_with_the_material(bar):
     moved = cubes.moved(corners, number, particles.point_fields["displacement"], gradient)
     strain = FORCE / (YOUNG * SIZE[1] * SIZE[2]) * np.array([1, -POISSON, -POISSON])
     np.testing.assert_allclose(moved, strain * cubes.places(corners), atol=1e-9 * strain[0] * SIZE[0])
+
+
+def test_values_along_a_front_are_in_tables_and_reports(bar, tmp_path, script):
+    """Of a file that says so."""
+    with h5py.File(bar) as old, h5py.File(tmp_path / "front.h5", "w") as new:
+        for name in old:
+            old.copy(name, new)
+        count = new["history/time"].size
+        for name, unit, values in (("history/G_mean", "J/m2", np.full(count, 2.5)), ("history/G_largest", "J/m2", np.full(count, 3.0)),
+                                   ("front/G", "J/m2", np.tile([2.0, 3.0, 2.5], (count, 1)))):
+            new[name] = values
+            new[name].attrs["units"] = unit
+    assert script("tabulate.py", tmp_path / "front.h5", "--csv").stdout.splitlines() == ["file,G_mean,G_largest", "front,2.5,3"]
+    report.main([str(tmp_path / "front.h5"), "--dpi", "20", "-o", str(tmp_path / "front.html")])
+    page = (tmp_path / "front.html").read_text()
+    assert 'alt="G along the front"' in page and "2.5" in page and 'alt="G over time"' in page
 
 
 def test_a_slice_is_as_large_as_the_body_is_there(bar):
