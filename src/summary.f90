@@ -35,7 +35,51 @@ contains
       end associate
    end function solver_report
 
-   !> The last values at all tips as a table, a row each, with their estimated errors, and what these are worth; '' without a crack.
+   !> The last means along the fronts of cracks of a solid, a row each; '' where none is measured.
+   function front_report(s) result(text)
+      type(simulation_t), intent(in) :: s
+      character(:), allocatable :: text, ending
+      character(*), parameter :: names(*) = ['G_mean   ', 'G_largest', 'K_I      ', 'K_II     ', 'K_III    ']
+      character(*), parameter :: headings(*) = [character(16) :: 'front', 'mean G [J/m2]', 'error', 'largest G', 'K_I [Pa m^0.5]', &
+                                                'K_II [Pa m^0.5]', 'K_III [Pa m^0.5]']
+      type(string_t), allocatable :: table(:, :)
+      real(dp) :: value
+      integer :: front, fronts, n
+      fronts = 0
+      do while (.not. ieee_is_nan(s%measurements%history%latest('G_mean'//ending_of(fronts + 1))))
+         fronts = fronts + 1
+      end do
+      text = ''
+      if (fronts == 0) return
+      allocate (table(0:fronts, size(headings)))
+      do n = 1, size(headings)
+         table(0, n)%text = trim(headings(n))
+      end do
+      do front = 1, fronts
+         ending = ending_of(front)
+         associate (history => s%measurements%history)
+            table(front, 1)%text = to_text(front)
+            do n = 1, size(names)
+               table(front, n + merge(1, 2, n == 1))%text = known(history%latest(trim(names(n))//ending), 5)
+            end do
+            value = history%latest('G_mean_error'//ending)/history%latest('G_mean'//ending)
+            table(front, 3)%text = '-'
+            if (value >= 0) table(front, 3)%text = percent(value)
+         end associate
+      end do
+      text = aligned(table)
+      text = text(:len(text) - 1)
+   contains
+      !> What the names of the columns of a front end with.
+      pure function ending_of(front) result(ending)
+         integer, intent(in) :: front
+         character(:), allocatable :: ending
+         ending = ''
+         if (front > 1) ending = '_front'//to_text(front)
+      end function ending_of
+   end function front_report
+
+   !> The last values at all tips as a table, a row each, with their estimated errors, and what these are worth, else those along fronts.
    function tip_report(s) result(text)
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text
@@ -52,7 +96,7 @@ contains
       character(:), allocatable :: ending
       real(dp) :: value, error
       integer :: k, n
-      text = ''
+      text = front_report(s)
       if (size(s%cracks%tips) == 0) return
       do n = 1, size(headings)
          table(0, n)%text = trim(headings(n))

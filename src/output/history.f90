@@ -55,7 +55,7 @@ contains
       latest = ieee_value(0.0_dp, ieee_quiet_nan)
       if (.not. allocated(self%columns)) return
       do k = 1, size(self%columns)
-         if (self%columns(k)%name == name) latest = self%row(self%columns(k)%first)
+         if (self%columns(k)%name == name .and. .not. self%columns(k)%is_along_front) latest = self%row(self%columns(k)%first)
       end do
    end function latest
 

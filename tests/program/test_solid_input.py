@@ -55,3 +55,16 @@ def test_a_body_under_balanced_loads_needs_nothing_to_hold_it(tmp_path):
     with h5py.File(tmp_path / "bar.h5") as result:
         assert result["history/strain_energy"][-1] == pytest.approx(1e5**2 * 0.4 / (2 * 200e9 * 0.04), rel=1e-9)
         assert np.isfinite(result["history/external_work"][-1])
+
+
+def test_a_run_ends_with_a_table_of_fronts(tmp_path):
+    """As one of tips ends that of a plane: the means of the last row, and the error in percent."""
+    done = subprocess.run([SOLID_PROGRAM, INPUT / "solid/plate.nml", "--set", "grid.cell=2.5e-3", "--set", "grid.cells=16,17,2", "--set", "refine.max_level=1"],
+                          cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    heading = next(n for n, line in enumerate(lines) if line.split()[:3] == ["front", "mean", "G"])
+    with h5py.File(tmp_path / "plate.h5") as result:
+        mean, error, largest, k = (result[f"history/{name}"][-1] for name in ("G_mean", "G_mean_error", "G_largest", "K_I"))
+    front, *shown = lines[heading + 1].replace(" %", "").split()
+    assert front == "1" and list(map(float, shown)) == pytest.approx([mean, 100 * error / mean, largest, k], rel=1e-4, abs=0.05)
