@@ -42,6 +42,7 @@ contains
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry
       real(dp) :: tol, in_plane(ndim)
+      type(region_t) :: region
       tol = tolerance(model%grid)
       select case (plane%front)
        case ('straight')
@@ -66,6 +67,11 @@ contains
                                    ', that of the plane across the normal')
          else if (crosses_itself(plane%points(plane_axes(plane%axis), :))) then
             call settings%complain(entry, 'points', 'must go around the crack: edges that are no neighbours must not meet')
+         else
+            region = region_of(plane%crack_shape_t, 0*plane%center, 0*plane%center, finest_cell(model))
+            if (region%is_narrow(finest_cell(model)/2)) call settings%complain(entry, 'points', &
+               'must be those of a wider crack: within half of the finest cells, '//to_text(finest_cell(model)/2)// &
+               ' m, from its edges it must not lose any of them')
          end if
       end select
    end subroutine check_shape

@@ -43,6 +43,7 @@ module hampm_front
       procedure :: contains => holds
       procedure :: uncracked
       procedure :: shrunk
+      procedure :: is_narrow
    end type region_t
 
    !> A front of such a crack: a polyline of nodes. As one walks along it, as seen against the normal, the crack is to the left.
@@ -324,6 +325,23 @@ contains
          end associate
       end do
    end function shrunk
+
+   !> Whether less than all edges are left without such a margin: the region is hardly wider somewhere, or an edge hardly longer.
+   pure logical function is_narrow(self, by)
+      class(region_t), intent(in) :: self
+      real(dp), intent(in) :: by                 !! [m]
+      type(region_t) :: rest
+      integer :: n, k
+      rest = self%shrunk(by)
+      n = size(self%outline, 2)
+      is_narrow = .false.
+      do k = 1, n
+         associate (next => modulo(k, n) + 1)
+            is_narrow = is_narrow .or. .not. dot_product(rest%outline(:, next) - rest%outline(:, k), &
+                                                         self%outline(:, next) - self%outline(:, k)) > 0
+         end associate
+      end do
+   end function is_narrow
 
    !> The part of a rectangle in the plane that is not cracked: its area and middle, that of the rectangle where there is none.
    pure subroutine uncracked(self, low, high, area, middle)

@@ -425,7 +425,7 @@ def resultant(case, time):
             area[0] -= sum(outline_area(one) for one in holes)
             force = np.array(keys["acceleration"]) * sum(a * density[one["material"]] for a, one in zip(area, solid)) * thickness
         elif keys["kind"] == "pressure" and keys.get("on") == "crack":
-            force = np.zeros(2)
+            force = np.zeros(case.n)
         elif keys["kind"] == "pressure":
             case.need(len(solid) == 1 and not holes and solid[0].get("shape", "rectangle") == "rectangle")
             body, low, high = solid[0], np.array(keys["lower"]), np.array(keys["upper"])
@@ -446,7 +446,7 @@ def forces(case):
     row, scene = case.base.row, case.scene
     case.need(not case.absorbs)
     case.need(not is_ring(scene))                                          # forces along the radius have no sum
-    case.need(not (case.cohesion and any(keys.get("kind") == "symmetry" for keys in groups(scene, "crack")))) # the mirror image holds the plane, too
+    case.need(not ((case.cohesion or case.n == 3) and any(keys.get("kind") == "symmetry" for keys in groups(scene, "crack")))) # the mirror image holds the plane, too
     time = row["time"]
     if case.time == "static":
         held = groups(scene, "constraint")

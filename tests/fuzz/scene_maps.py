@@ -20,7 +20,7 @@ DIMENSIONS = {
     "constraint": {"lower": LENGTH, "upper": LENGTH, "displacement": LENGTH, "velocity": SPEED},
     "load": {"lower": LENGTH, "upper": LENGTH, "force": FORCE, "pressure": PRESSURE, "acceleration": (0, 1, -2)},
     "damping": {"rate": RATE}, "contact": {"distance": LENGTH}, "method": {"time_step": TIME, "consistent_lower": LENGTH, "consistent_upper": LENGTH},
-    "refine": {"region_lower": LENGTH, "region_upper": LENGTH, "start": TIME}, "crack": {"tip": LENGTH, "length": LENGTH, "points": LENGTH},
+    "refine": {"region_lower": LENGTH, "region_upper": LENGTH, "start": TIME}, "crack": dict.fromkeys(("tip", "length", "points", "center", "radii"), LENGTH),
     "cohesive": dict.fromkeys(("from", "opening", "openings"), LENGTH) | dict.fromkeys(("strength", "tractions", "strength_shear"), PRESSURE)
     | dict.fromkeys(("toughness", "toughness_shear"), TOUGHNESS),
     "growth": {"points": LENGTH, "toughness": TOUGHNESS, "limit_speed": SPEED, "speed": SPEED, "start": TIME, "end": TIME, "increment": LENGTH, "max_length": LENGTH,
@@ -81,8 +81,14 @@ def isometric(scene, q):
         for key in ("points", "center", "velocity", "force", "acceleration", "displacement", "tip", "direction", "profile_direction", "at"):
             if key in keys and isinstance(keys[key], (list, tuple)):
                 keys[key] = moved(q, keys[key])
-        if name == "crack" and keys.get("kind", "symmetry") != "path" and "direction" not in keys:
-            keys["direction"] = moved(q, [1.0, 0.0])
+        if name == "crack" and keys.get("kind", "symmetry") != "path" and keys.get("front", "straight") == "straight" and "direction" not in keys:
+            keys["direction"] = moved(q, [1.0, *(n - 1) * [0.0]])
+        if name == "crack" and n == 3:
+            across = "xyz".index(keys.get("normal", "z"))
+            if len(keys.get("radii", ())) == 2:
+                radii = dict(zip([d for d in range(3) if d != across], keys["radii"]))
+                keys["radii"] = [radii[axis_of(q, d)] for d in range(3) if axis_of(q, d) != across]
+            keys["normal"] = next("xyz"[d] for d in range(3) if axis_of(q, d) == across)
         if name == "material" and "angle" in keys:
             keys["angle"] = math.degrees(math.atan2(*(q @ [math.cos(math.radians(keys["angle"])), math.sin(math.radians(keys["angle"]))])[::-1]))
             keys["angle"] = round(keys["angle"], 9)

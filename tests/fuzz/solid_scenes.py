@@ -166,15 +166,44 @@ class Solid(Drawing):
             found.append(["load", keys | self.history()])
         return found
 
+    def cracks(self, constraints):
+        """The groups of a crack in a plane of the grid and a pressure on its faces, or none."""
+        chance, across = self.chance, self.chance.randrange(3)
+        if self.slab or self.frame != "total" or chance.random() < 0.6:
+            return []
+        symmetry = len(constraints) > 2 and constraints[0][1]["fix"] == "x" and chance.random() < 0.7     # on one of three planes
+        if not symmetry and self.size[across] < 2:
+            return []
+        plane = 0 if symmetry else chance.randint(1, self.size[across] - 1)
+        at = lambda reach=0.0: [float(plane) if d == across else chance.choice([0.0, chance.uniform(-reach, n + reach), chance.uniform(0, n)]) for d, n in enumerate(self.size)]
+        keys = {"kind": "symmetry" if symmetry else "plane", "normal": "xyz"[across], "front": chance.choice(["straight", "disc", "ellipse", "polygon"])}
+        if keys["front"] == "straight":
+            angle = chance.choice([0.0, 0.5, 1.0, 1.5, chance.uniform(0, 2)]) * np.pi
+            ahead = [d for d in range(3) if d != across]
+            keys |= {"tip": self.place(*at()), "direction": [0.0 if d == across else float([np.cos(angle), np.sin(angle)][ahead.index(d)]) for d in range(3)]}
+        elif keys["front"] == "polygon":
+            keys["points"] = [x for _ in range(chance.choice([3, 3, 4])) for x in self.place(*at(1.0))]
+        else:
+            keys |= {"center": self.place(*at()), "radii": [chance.uniform(1.5, 3) * self.cell for _ in range(1 if keys["front"] == "disc" else 2)]}
+        if not symmetry and chance.random() < 0.3:
+            keys["contact"] = "frictionless"
+        self.crack = keys["kind"]
+        found = [["crack", keys]]
+        if chance.random() < 0.3:
+            found.append(["load", {"kind": "pressure", "on": "crack", "pressure": chance.uniform(-1, 1) * self.strain * self.young} | self.history()])
+        return found
+
     def refine(self):
         """The group of refinement, or none."""
         chance = self.chance
         if chance.random() < 0.55:
             return []
-        keys = {"indicator": chance.choice(["zz", "gradient", "gradient"]), "max_level": chance.choice([1, 1, 2]), "max_particles": 4000}
+        keys = {"indicator": chance.choice(["zz", "gradient", "gradient", *(["tip", "tip"] if self.crack != "none" else [])]), "max_level": chance.choice([1, 1, 2]), "max_particles": 4000}
         if self.time != "static":
             keys["interval"] = chance.choice([5, 20])
-        if keys["indicator"] == "zz":
+        if keys["indicator"] == "tip":
+            keys["rings"] = chance.choice([1, 2])
+        elif keys["indicator"] == "zz":
             keys["tolerance"] = chance.choice([0.05, 0.1, 0.2])
         else:
             keys |= {"field": chance.choice(["energy_density", "stress_norm", "speed"]), "r_crit": chance.choice([1e-12, 0.03, 0.1]), "r_coarsen": chance.choice([0.0, 0.0, 0.02])}
@@ -189,13 +218,14 @@ class Solid(Drawing):
         """The whole scene."""
         chance, bodies = self.chance, self.bodies()
         constraints = self.constraints()
+        cracks = self.cracks(constraints)
         grid = {"lower": self.place(*(-m for m in self.margin)), "cell": self.cell, "cells": [n + 2 * m for n, m in zip(self.whole, self.margin)]}
         output = {"file": "case.h5"}
         if self.time != "static":
             output["history_interval"] = self.end / chance.choice([4, 7, 10])
         if chance.random() < 0.5:
             output["snapshot_interval"] = self.end / 2
-        scene = [["run", {"end_time": self.end}], ["grid", grid], *bodies, *constraints, *self.loads(), ["method", self.method()], *self.refine(),
+        scene = [["run", {"end_time": self.end}], ["grid", grid], *bodies, *constraints, *cracks, *self.loads(), ["method", self.method()], *self.refine(),
                  ["energy_release", self.energy_release()], ["output", output]]
         if self.time != "static" and chance.random() < 0.25:
             scene.append(["damping", {"rate": chance.choice([0.01, 0.1]) / self.tick}])
