@@ -15,7 +15,7 @@
 !>
 !> Lumped masses of the nodes that interface points between the faces of cracks hang on, and the forces on these.
 module hampm_interface_placement
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, plane
    use hampm_crack_lines, only: left_face, right_face, both_faces
    use hampm_cut_cells, only: end_leaf_t
    use hampm_dofs, only: most_nodes_of_leaf
@@ -220,7 +220,7 @@ contains
    end subroutine go_on
 
    !> Let a point between faces go on as the nearest of the old ones on either side of it did, by a line between these; as the mean of several that are as near.
-   !> Beside all of them it is as the last, no further than that stands for.
+   !> Beside all of them it is as the last, no further than that stands for. In space it is as the nearest.
    pure subroutine go_on_between(point, old)
       type(interface_point_t), intent(inout) :: point
       type(interfaces_t), intent(in) :: old
@@ -234,7 +234,7 @@ contains
       do k = 1, old%n
          if (.not. is_before(old%list(k), point)) cycle
          distance = norm2(old%list(k)%origin - point%origin)
-         side = merge(1, 2, dot_product(along(point), old%list(k)%place - point%place) < 0)
+         side = merge(1, 2, ndim > plane .or. dot_product(along(point), old%list(k)%place - point%place) < 0)
          if (distance > least(side) + same*point%cell) cycle
          if (distance < least(side) - same*point%cell) n(side) = 0
          one = point
@@ -306,7 +306,7 @@ contains
       if (holds(point)) return
       strain = turned(face_force(before)/before%stiffness, before, point)
       if (keep_slip) strain = dot_product(strain, point%normal)*point%normal + sliding_of(before)*along(point)
-      felt = point%length/before%length*before%stiffness/point%stiffness*strain
+      felt = merge(point%length/before%length, point%area/before%area, ndim == plane)*before%stiffness/point%stiffness*strain
       if (point%law == contact) then
          if (before%law == contact) strain = strain + turned(before%start, before, point)
          point%start = strain - felt

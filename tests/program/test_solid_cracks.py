@@ -205,6 +205,7 @@ def test_stress_along_a_crack_is_uniform(tmp_path):
     ({"front": "'disc'", "center": (0.0, 0.0, 0.0), "radii": [0.5, 0.4]}, "1 value"),
     ({"front": "'ellipse'", "center": (0.0, 0.0, 0.0), "radii": [0.5, 0.1]}, "of the finest cells"),
     ({"front": "'polygon'", "points": [0, 0, 0, 1, 1, 0, 1, 0, 0, 0, 1, 0]}, "go around the crack"),
+    ({"front": "'polygon'", "points": [0, 0, 0, 1, 0, 0, 1, 0.1, 0]}, "wider crack"),
     ({"front": "'straight'", "tip": (0.5, 0, 0), "direction": (0, 0, 1)}, "in the plane across z"),
     ({"kind": "'plane'", "front": "'disc'", "center": (0.0, 0.0, 0.0), "radii": [0.5]}, "both sides"),
     ({"front": "'disc'", "radii": [0.5]}, "center")])
