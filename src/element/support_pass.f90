@@ -48,6 +48,13 @@ module hampm_support_pass
 
 contains
 
+   !> Points of a cell; of a solid a constant, for which the compiler unrolls.
+   pure integer function points_in(cell)
+      type(support_t), intent(in) :: cell
+      points_in = corners
+      if (ndim == 2) points_in = cell%n
+   end function points_in
+
    !> Do a pass over some cells by given fields at the points.
    subroutine pass_by_supports(pass, dt, m, f, listed, acceleration, new_velocity, strain_velocity, audit)
       type(pass_t), intent(in) :: pass
@@ -87,9 +94,10 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       real(dp), intent(out) :: audit(2)          !! [J]
       logical, intent(out) :: has_left           !! whether a particle is no longer in the cell
-      real(dp), dimension(ndim, cell%n) :: kick_by, move_by, strain_by ! of the points [m/s, m, m]
-      real(dp) :: mass(lanes, cell%n), momentum(lanes, cell%n, ndim), force(lanes, cell%n, ndim) ! sums [kg, kg m/s, N]
-      real(dp) :: mean(cell%n, ndim)
+      real(dp), dimension(ndim, points_in(cell)) :: kick_by, move_by, strain_by ! of the points [m/s, m, m]
+      real(dp) :: mass(lanes, points_in(cell)) ! sums [kg, kg m/s, N]
+      real(dp), dimension(lanes, points_in(cell), ndim) :: momentum, force
+      real(dp) :: mean(points_in(cell), ndim)
       integer :: particles(sum(m%blocks%count_in(cell%first:cell%last))), k
       logical :: all_updated_first
       type(group_t) :: group
@@ -99,9 +107,9 @@ contains
       force = 0
       audit = 0
       has_left = .false.
-      if (pass%kick) kick_by = dt*acceleration(:, cell%points(:cell%n))
-      if (pass%move) move_by = dt*new_velocity(:, cell%points(:cell%n))
-      if (pass%strain_fraction > 0) strain_by = pass%strain_fraction*dt*strain_velocity(:, cell%points(:cell%n))
+      if (pass%kick) kick_by = dt*acceleration(:, cell%points(:points_in(cell)))
+      if (pass%move) move_by = dt*new_velocity(:, cell%points(:points_in(cell)))
+      if (pass%strain_fraction > 0) strain_by = pass%strain_fraction*dt*strain_velocity(:, cell%points(:points_in(cell)))
       all_updated_first = any(m%materials%mean_dilatation)
       if (all_updated_first) all_updated_first = any(m%materials(m%particles%material(particles))%mean_dilatation)
       if (all_updated_first) mean = mean_gradients(m, cell, particles)
@@ -127,7 +135,7 @@ contains
          real(dp) :: change(lanes, ndim, ndim), x(lanes, ndim), xi(ndim)
          integer :: l
          if (pass%kick) then
-            call interpolate(cell%n, group%functions, kick_by, x)
+            call interpolate(points_in(cell), group%functions, kick_by, x)
             do l = 1, group%n
                associate (i => group%particle(l), v => m%particles%velocity)
                   if (pass%audit) audit(1) = audit(1) + 0.5_dp*m%particles%mass(i)*sum(x(l, :)**2)
@@ -136,7 +144,7 @@ contains
             end do
          end if
          if (pass%move) then
-            call interpolate(cell%n, group%functions, move_by, x)
+            call interpolate(points_in(cell), group%functions, move_by, x)
             do l = 1, group%n
                associate (i => group%particle(l), u => m%particles%displacement)
                   u(i, :) = u(i, :) + x(l, :)
@@ -147,9 +155,9 @@ contains
             end do
          end if
          if (.not. pass%strain_fraction > 0) return
-         call interpolate(cell%n, group%functions, strain_by, x)
+         call interpolate(points_in(cell), group%functions, strain_by, x)
          do l = 1, ndim
-            call interpolate(cell%n, group%gradients(:, :, l), strain_by, change(:, :, l))
+            call interpolate(points_in(cell), group%gradients(:, :, l), strain_by, change(:, :, l))
          end do
          do l = 1, group%n
             call strain_particle(m%materials(m%particles%material(group%particle(l))), group%particle(l), x(l, 1), change(l, :, :))
@@ -193,10 +201,10 @@ contains
             if (pass%map_mass .or. pass%map_momentum) then
                m_p = 0
                m_p(:n) = p%mass(particle(:n))
-               if (pass%map_mass) call add_to_points(cell%n, group%functions, m_p, mass)
+               if (pass%map_mass) call add_to_points(points_in(cell), group%functions, m_p, mass)
                if (pass%map_momentum) then
                   do d = 1, ndim
-                     call add_to_points(cell%n, group%functions, m_p*p%velocity(particle, d), momentum(:, :, d))
+                     call add_to_points(points_in(cell), group%functions, m_p*p%velocity(particle, d), momentum(:, :, d))
                   end do
                end if
             end if
@@ -204,7 +212,7 @@ contains
             call find_forces(m, group, t)
             do c = 1, ndim
                do d = 1, ndim
-                  call add_to_points(cell%n, group%gradients(:, :, c), -t(:, d, c), force(:, :, d))
+                  call add_to_points(points_in(cell), group%gradients(:, :, c), -t(:, d, c), force(:, :, d))
                end do
             end do
             if (p%thickness%is_ring) then
@@ -213,7 +221,7 @@ contains
                   if (m%materials(p%material(particle(l)))%is_ring) &
                      hoop(l) = -p%volume(particle(l))*hoop_resistance(m%materials(p%material(particle(l))), p, particle(l))
                end do
-               call add_to_points(cell%n, group%functions, hoop, force(:, :, 1))
+               call add_to_points(points_in(cell), group%functions, hoop, force(:, :, 1))
             end if
             if (.not. all_updated_first) return
             half = 0
@@ -226,12 +234,12 @@ contains
                end associate
             end do
             do d = 1, ndim
-               do c = 1, cell%n
+               do c = 1, points_in(cell)
                   force(:, c, d) = force(:, c, d) - half*(mean(c, d) - group%gradients(:, c, d))
                end do
             end do
             if (.not. p%thickness%is_ring) return
-            call add_to_points(cell%n, group%functions, half/radius, force(:, :, 1))
+            call add_to_points(points_in(cell), group%functions, half/radius, force(:, :, 1))
          end associate
       end subroutine give
    end subroutine pass_cell
@@ -271,7 +279,8 @@ contains
       do l = 1, group%n
          associate (i => group%particle(l), g => group%gradients)
             if (is_by_place(m%materials(m%particles%material(i)), m%particles)) &
-               g(l, :cell%n, :) = matmul(g(l, :cell%n, :), transpose(inverse_transpose(identity + m%particles%gradient_of(i))))
+               g(l, :points_in(cell), :) = matmul(g(l, :points_in(cell), :), &
+                                                  transpose(inverse_transpose(identity + m%particles%gradient_of(i))))
          end associate
       end do
    end subroutine take_group
@@ -354,7 +363,7 @@ contains
       type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
       integer, intent(in) :: particles(:)        !! those of the cell
-      real(dp) :: mean(cell%n, ndim), weight, total
+      real(dp) :: mean(points_in(cell), ndim), weight, total
       type(group_t) :: group
       integer :: k, l
       mean = 0
@@ -367,9 +376,9 @@ contains
                weight = m%particles%volume(i)
                if (material%is_finite) &
                   weight = weight*determinant(identity + m%particles%gradient_of(i))*(1 + m%particles%hoop_of(i))
-               mean = mean + weight*group%gradients(l, :cell%n, :)
+               mean = mean + weight*group%gradients(l, :points_in(cell), :)
                if (material%is_ring) &
-                  mean(:, 1) = mean(:, 1) + weight*group%functions(l, :cell%n)/radius_of(material, m%particles, i)
+                  mean(:, 1) = mean(:, 1) + weight*group%functions(l, :points_in(cell))/radius_of(material, m%particles, i)
                total = total + weight
             end associate
          end do
@@ -381,7 +390,7 @@ contains
    pure function mass_of_cell(m, cell) result(own)
       type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
-      real(dp) :: own(cell%n, cell%n)
+      real(dp) :: own(points_in(cell), points_in(cell))
       type(group_t) :: group
       integer :: particles(sum(m%blocks%count_in(cell%first:cell%last))), k, l, c
       particles = particles_of(m, cell, size(particles))
@@ -389,8 +398,9 @@ contains
       do k = 1, size(particles), lanes
          call take_group(m, cell, particles(k:), group)
          do l = 1, group%n
-            do c = 1, cell%n
-               own(:, c) = own(:, c) + m%particles%mass(group%particle(l))*group%functions(l, c)*group%functions(l, :cell%n)
+            do c = 1, points_in(cell)
+               own(:, c) = own(:, c) + m%particles%mass(group%particle(l))*group%functions(l, c) &
+                           *group%functions(l, :points_in(cell))
             end do
          end do
       end do
@@ -401,14 +411,15 @@ contains
       type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
       type(mass_matrix_t), intent(inout) :: matrix
-      real(dp) :: own(cell%n, cell%n)
+      real(dp) :: own(points_in(cell), points_in(cell))
       own = mass_of_cell(m, cell)
       associate (k => matrix%cell_of(cell%first))
          matrix%cell_lumped(:, k) = sum(own, dim=2)
-         if (cell%n == corners) then
+         if (points_in(cell) == corners) then
             call prepare_cell(corners, matrix%lumped_fraction(k), matrix%is_solved, matrix%may_hang(k), own)
          else if (.not. allocated(matrix%diagonal)) then
-            call prepare_cell(cell%n, matrix%lumped_fraction(k), matrix%is_solved, matrix%may_hang(k), own, floor_of_quadratic)
+            call prepare_cell(points_in(cell), matrix%lumped_fraction(k), matrix%is_solved, matrix%may_hang(k), own, &
+                              floor_of_quadratic)
          end if
          matrix%cell(:, :, k) = own
       end associate
@@ -430,11 +441,11 @@ contains
             if (pass%map_force) given(:, of_force:of_force + ndim - 1) = 0
          end associate
       end do
-      do k = 1, cell%n
+      do k = 1, points_in(cell)
          associate (given => f%contribution(cell%lane(cell%element_of(k)), cell%corner_of(k), :, cell%block(cell%element_of(k))))
             if (pass%map_mass) then
                of_point = sum(mass(:, k))
-               if (is_ring .and. cell%n > corners) of_point = merge(0.0_dp, of_point, abs(of_point) <= rounding*sum(mass))
+               if (is_ring .and. points_in(cell) > corners) of_point = merge(0.0_dp, of_point, abs(of_point) <= rounding*sum(mass))
                given(of_mass) = of_point
             end if
             do d = 1, ndim

@@ -344,9 +344,13 @@ contains
       real(dp), intent(in) :: xi(lanes, ndim)           !! places in the cell, 0 to 1
       real(dp), intent(out) :: n(lanes, points_of_quadratic), gradient(lanes, points_of_quadratic, ndim) !! [1/m]
       real(dp) :: along(lanes, 3, ndim), slope(lanes, 3, ndim)
-      integer :: i, j, k, c, d, n_along
+      integer :: i, j, k, c, d, n_along, n_points
+      n_points = corners                         ! constants of a solid, for which the compiler unrolls
+      if (ndim == 2) n_points = self%n
+      n_along = 2
+      if (n_points > corners) n_along = 3
       do d = 1, ndim
-         if (self%n == corners) then
+         if (n_points == corners) then
             along(:, 1, d) = 1 - xi(:, d)
             along(:, 2, d) = xi(:, d)
             slope(:, 1, d) = -1
@@ -360,8 +364,7 @@ contains
             slope(:, 3, d) = 4*xi(:, d) - 1
          end if
       end do
-      n_along = merge(2, 3, self%n == corners)
-      do c = 1, self%n
+      do c = 1, n_points
          i = c - 1
          n(:, c) = 1
          gradient(:, c, :) = 1
