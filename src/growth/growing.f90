@@ -181,8 +181,10 @@ contains
       type(advance_t) :: advance
       type(kink_t) :: kink
       advance = self%advance_of(model, cracks, tip)
-      if (self%is_static) advance%shear = share_of_shear(values)
-      if (.not. cracks%tips(tip)%has_ended) next%rate = best_rate(values, cracks%tips(tip))
+      if (.not. cracks%tips(tip)%has_ended) then ! else there are values of before it has
+         if (self%is_static) advance%shear = share_of_shear(values)
+         next%rate = best_rate(values, cracks%tips(tip))
+      end if
       if (.not. (cracks%tips(tip)%has_ended .or. self%tips(tip)%is_running)) then
          kink = self%kink_of(model, cracks, tip, growth, values%intensity, t_stress_of(values))
          next%kink = kink%angle

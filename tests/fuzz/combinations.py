@@ -831,8 +831,8 @@ def parts_of(scene):
     return [name for name, has in PARTS.items() if has(scene)]
 
 
-def accept(bench, chance, scene=None):
-    """A scene that is not refused, its run, and how often it was drawn anew; None where it is refused to the end."""
+def accept(bench, chance, scene=None, wanted=()):
+    """A scene that is not refused, its run, and how often it was drawn anew; None where it is refused to the end, or has lost all parts that are wanted."""
     scene = scene or bench.drawing(chance, bench.exact)
     for attempt in range(REPAIRS):
         try:
@@ -843,6 +843,8 @@ def accept(bench, chance, scene=None):
             return scene, run, attempt
         messages = [line.removeprefix("hampm: ") for line in run.said.splitlines() if line.startswith("hampm: ")]
         scene = repair(scene, messages, chance)
+        if wanted and not set(wanted) & set(parts_of(scene)):
+            break
     return scene, None, REPAIRS
 
 
@@ -905,13 +907,13 @@ def try_cases(bench, seed, numbers, oracles, asked=ASKED, tell=print, reduce=Fal
 
     for number in numbers:
         chance = random.Random(f"{seed} {number}")
-        scene = draw(chance, bench.exact)
+        scene, wanted = draw(chance, bench.exact), ()
         if fewest:
             wanted = [part for part in parts_of(scene) if counts[part, "accepted"] < fewest]
             if not wanted:
                 continue
             counts.update((part, "drawn") for part in parts_of(scene))
-        scene, base, attempt = accept(bench, chance, scene)
+        scene, base, attempt = accept(bench, chance, scene, wanted)
         ends["drawn"] += 1
         if base is None:
             ends["refused"] += 1

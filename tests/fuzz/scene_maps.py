@@ -171,7 +171,9 @@ def in_units(scene, mass, length, time):
         if "rate_constant" in keys:                                          # the rate where the range of K is one unit of the old ones
             unit = mass * length**-0.5 * time**-2
             keys["rate_constant"] *= length * unit ** (float(keys.get("rate") == "forman") - keys["rate_exponent"])
-        if name == "run" and "thickness" not in keys and keys.get("plane") != "axisymmetric" and dimensions(scene) == 2:
+        if name == "run" and keys.get("plane") == "axisymmetric":           # where the default may be given
+            keys.pop("thickness", None)
+        elif name == "run" and "thickness" not in keys and dimensions(scene) == 2:
             keys["thickness"] = length
     return scene
 
