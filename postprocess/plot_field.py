@@ -9,11 +9,12 @@ Of a solid the surface is shown, in a parallel projection, or what a plane acros
 """
 
 import argparse
+from pathlib import Path
 
 import particle_pictures
 import solid_pictures
 from frames import frames_of
-from history import run
+from history import ResultError, run
 from particle_fields import ParticleField
 from particle_pictures import FLAT, add_colour_bar, add_field_options, colours, extent, is_in_scene, joined
 from pictures import add_picture_options, picture_names, plt, positive, write
@@ -28,7 +29,19 @@ LOWEST = 1.3   # of a panel with its label
 def main(arguments=None):
     options = parse(arguments)
     results = [frames_of(path) for path in options.files]
+    if options.pyvista and solid_pictures.check_options(results, options):
+        return by_pyvista(results, options)
     write(lambda: draw(results, options), options, f"_{options.field}")
+
+
+def by_pyvista(results, options):
+    """The picture of one solid at one time by PyVista."""
+    views = [(result, number) for result in results for number in numbers(result, options)]
+    output = Path(options.output or results[0].path.with_name(f"{results[0].path.stem}_{options.field}.png"))
+    if len(views) > 1 or output.suffix != ".png":
+        raise ResultError("--pyvista draws one file and snapshot, as a .png")
+    (result, number), = views
+    solid_pictures.write_with_pyvista(result, ParticleField(result, options.field), number, options, output)
 
 
 def parse(arguments):
@@ -36,6 +49,7 @@ def parse(arguments):
     parser.add_argument("files", nargs="+", metavar="FILE.h5", help="result file with snapshots")
     add_field_options(parser)
     solid_pictures.add_solid_options(parser)
+    parser.add_argument("--pyvista", action="store_true", help="of a solid: let PyVista draw, one file and snapshot as a .png")
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--time", type=float, action="append", metavar="S",
                        help="show the snapshot nearest to this time [s]; may be repeated")

@@ -15,7 +15,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.transforms import ScaledTranslation
 
 from history import ResultError
-from particle_pictures import Survey, time_words
+from particle_pictures import Survey, colours, time_words
 from pictures import COLOURS, MM, verbatim
 from solid_frames import CORNERS
 
@@ -28,7 +28,7 @@ NEAREST = 8                             # particles whose mean displacement is t
 ARROW, MARGIN, CORNER = 24, 8, 0.2      # length of the arrows of the axes, how far they are from the edges [points], and the part of the picture they take
 HALO = [withStroke(linewidth=3.2, foreground="white")]
 OF_PLANES = {"window": None, "axes": None, "tip": 1, "size": None}   # options of pictures of planes, and what they are where not given
-OF_SOLIDS = {"slice": None, "view": None, "up": None, "mirror": [], "ligament": None}
+OF_SOLIDS = {"slice": None, "view": None, "up": None, "mirror": [], "ligament": None, "pyvista": False}
 
 
 def add_solid_options(parser):
@@ -249,8 +249,8 @@ def cell_polygons(result, number, view):
     return view.whole(part(cubes.places(corners)), leaves.level[holds][chosen], lambda axis: False)
 
 
-def draw_fronts(axes, result, number, view, scale):
-    """The fronts of cracks as lines, which move with the particles nearest to each of their nodes, and where a slice meets them."""
+def front_lines(result, number, view, scale):
+    """The fronts of cracks as lines (n, 3) with their images [m], which move with the particles nearest to each of their nodes."""
     for front in result.fronts(number, view.ligament):
         if scale:
             particles = result.block("particles", number)
@@ -258,13 +258,48 @@ def draw_fronts(axes, result, number, view, scale):
             places = particles.points - moved
             front = front + scale * np.array([moved[np.argpartition(np.sum((places - node) ** 2, axis=1), NEAREST)[:NEAREST]].mean(axis=0) for node in front])
         nodes, _ = view.whole(front[:, None], np.zeros(len(front)), lambda axis: False)
-        for line in np.split(nodes[:, 0], 2 ** len(view.mirrors)):
-            drawn = view.of(line) * MM
-            if view.slice is None:
-                axes.plot(*drawn[:, :2].T, color=COLOURS[5], linewidth=1.8, path_effects=HALO, solid_capstyle="butt")
-                continue
-            height = drawn[:, 2] - view.slice[1] * MM
-            before = np.flatnonzero((height[:-1] <= 0) != (height[1:] <= 0)) if len(line) > 1 else np.empty(0, dtype=int)
-            part = height[before] / (height[before] - height[before + 1])
-            axes.plot(*(drawn[before] + part[:, None] * (drawn[before + 1] - drawn[before]))[:, :2].T, "o", color=COLOURS[5], markersize=4,
-                      path_effects=HALO)
+        yield from np.split(nodes[:, 0], 2 ** len(view.mirrors))
+
+
+def draw_fronts(axes, result, number, view, scale):
+    """The fronts of cracks as lines, or where a slice meets them."""
+    for line in front_lines(result, number, view, scale):
+        drawn = view.of(line) * MM
+        if view.slice is None:
+            axes.plot(*drawn[:, :2].T, color=COLOURS[5], linewidth=1.8, path_effects=HALO, solid_capstyle="butt")
+            continue
+        height = drawn[:, 2] - view.slice[1] * MM
+        before = np.flatnonzero((height[:-1] <= 0) != (height[1:] <= 0))
+        part = height[before] / (height[before] - height[before + 1])
+        axes.plot(*(drawn[before] + part[:, None] * (drawn[before + 1] - drawn[before]))[:, :2].T, "o", color=COLOURS[5], markersize=4,
+                  path_effects=HALO)
+
+
+def write_with_pyvista(result, field, number, options, output):
+    """The picture of a snapshot by PyVista, which hides what is behind exactly, in place of one by matplotlib."""
+    try:
+        import pyvista
+    except ImportError as missing:
+        raise ResultError(f"--pyvista: {missing}; without it matplotlib draws") from missing
+    view = View(options)
+    polygons, values = particle_polygons(result, field, number, view, options.scale)
+    shades = colours(field, values, options.log)
+    surface = pyvista.PolyData.from_regular_faces(polygons.reshape(-1, 3) * MM, np.arange(4 * len(polygons)).reshape(-1, 4))
+    title = re.sub(r"[$\\{}]|_(?={)", "", f"{field.words} [{shades.unit}]").replace("sigma", "")
+    surface.cell_data[title] = shades.factor * values
+    width = round((options.width or 7.0) * options.dpi)
+    plotter = pyvista.Plotter(off_screen=True, window_size=(width, round(0.65 * width)))
+    plotter.set_background("white")
+    plotter.add_mesh(surface, cmap=shades.map, clim=(shades.norm.vmin, shades.norm.vmax), log_scale=options.log,
+                     scalar_bar_args={"title": title, "color": "black", "vertical": False}, ambient=0.35)
+    for line in front_lines(result, number, view, options.scale):
+        plotter.add_mesh(pyvista.MultipleLines(line * MM), color=COLOURS[5], line_width=4)
+    if options.title:
+        plotter.add_title(options.title, color="black")
+    plotter.add_axes(color="black")
+    plotter.enable_parallel_projection()
+    plotter.view_vector(view.turn[2], viewup=view.turn[1])
+    plotter.camera.zoom(0.85)          # room for the scale of colours
+    plotter.screenshot(output)
+    plotter.close()
+    print(output)

@@ -136,6 +136,17 @@ def test_what_is_seen_from_along_an_axis(bar):
     assert f"{np.count_nonzero((leaves.level == 2) & (leaves.particles > 0))} of level 2" in figure.axes[0].get_title()
 
 
+def test_pyvista_draws_the_same_surface(bar, tmp_path, capfd):
+    pyvista = pytest.importorskip("pyvista")
+    words = [str(bar), "--pyvista", "--field", "von_mises", "--dpi", "30"]
+    plot_field.main([*words, "-o", str(tmp_path / "bar.png")])
+    picture = pyvista.read(tmp_path / "bar.png")
+    assert picture.dimensions[:2] == (210, 136) and len(np.unique(np.asarray(picture.active_scalars), axis=0)) > 20
+    for more, says in ((["-o", str(tmp_path / "bar.svg")], "as a .png"), (["--snapshot", "0", "--snapshot", "1"], "one file and snapshot")):
+        with pytest.raises(ResultError, match=says):
+            plot_field.main([*words, *more])
+
+
 def test_fields_are_those_of_space(bar):
     result = frames_of(bar)
     particles, leaves = result.block("particles", 1), result.leaves(1)
