@@ -12,9 +12,10 @@ module hampm_front_values
    use hampm_history, only: history_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_problem, only: problem_t
+   use hampm_snapshots, only: piece_t, add_field, vtk_line
    implicit none
    private
-   public :: front_values_t, new_front_values, measure_front, record_front, mean_rate
+   public :: front_values_t, new_front_values, measure_front, record_front, mean_rate, front_fields
 
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
@@ -176,6 +177,45 @@ contains
       mean_rate = dot_product(parts_of(values), values%g)
    end function mean_rate
 
+   !> How many modes there are.
+   pure integer function modes_of(values)
+      type(front_values_t), intent(in) :: values
+      modes_of = 0
+      if (values%domain%has_modes) modes_of = merge(1, front_modes, values%domain%front%is_symmetry)
+   end function modes_of
+
+   !> The fronts as lines between the middles of the hats, with the number of the front, G and K: those of modes that there are not are 0.
+   subroutine front_fields(fronts, output)
+      type(front_values_t), intent(in) :: fronts(:)
+      type(piece_t), intent(out) :: output
+      real(dp), allocatable :: number(:), g(:), k(:, :)
+      integer :: f, i, n, before, mode
+      n = sum([(size(fronts(f)%arc), f=1, size(fronts))])
+      allocate (output%points(ndim, n), output%connectivity(0), number(n), g(n), k(front_modes, n))
+      output%name = 'fronts'
+      before = 0
+      do f = 1, size(fronts)
+         associate (front => fronts(f))
+            n = size(front%arc)
+            number(before + 1:before + n) = f
+            output%points(:, before + 1:before + n) = front%at
+            g(before + 1:before + n) = front%g
+            k(:, before + 1:before + n) = front%k
+            do i = 1, n - merge(0, 1, front%domain%front%is_closed)
+               output%connectivity = [output%connectivity, before + i - 1, before + modulo(i, n)]
+            end do
+            before = before + n
+         end associate
+      end do
+      output%offsets = [(i, i=0, size(output%connectivity), 2)]
+      output%cell_types = spread(vtk_line, 1, size(output%connectivity)/2)
+      call add_field(output%point_fields, 'front', reshape(number, [1, before]))
+      call add_field(output%point_fields, 'G', reshape(g, [1, before]), 'J/m2')
+      do mode = 1, maxval([(modes_of(fronts(f)), f=1, size(fronts))])
+         call add_field(output%point_fields, 'K_'//repeat('I', mode), k(mode:mode, :), 'Pa m^0.5')
+      end do
+   end subroutine front_fields
+
    !> The part of the front that each hat stands for.
    pure function parts_of(values) result(part)
       type(front_values_t), intent(in) :: values
@@ -190,8 +230,7 @@ contains
       type(front_values_t), intent(in) :: values
       type(history_t), intent(inout) :: history
       integer :: d, last
-      last = 0
-      if (values%domain%has_modes) last = merge(1, front_modes, values%domain%front%is_symmetry)
+      last = modes_of(values)
       call history%record('G_mean', 'J/m2', 'energy release rate, mean along the front', mean_rate(values))
       call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%mean_error)
       call history%record('G_largest', 'J/m2', 'largest energy release rate along the front', maxval(values%g))

@@ -6,6 +6,7 @@ module hampm_recording
    use hampm_cohesive_zone, only: check_zones
    use hampm_crack_groups, only: path_spec_t
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
+   use hampm_front_values, only: front_fields
    use hampm_folders, only: ensure_folder
    use hampm_growing, only: note_branching
    use hampm_dynamic_growth, only: book_rate
@@ -157,7 +158,7 @@ contains
       end if
    end subroutine record
 
-   !> Write a snapshot of particles and mesh, and of cracks.
+   !> Write a snapshot of particles and mesh, and of cracks or fronts.
    subroutine write_snapshot(s, after_failure, failure)
       type(simulation_t), intent(inout) :: s
       logical, intent(in) :: after_failure
@@ -165,10 +166,11 @@ contains
       type(piece_t), allocatable :: pieces(:)    ! an array of what functions return would leak in gfortran 12
       logical :: with_cracks
       with_cracks = shows_cracks(s%cracks)
-      allocate (pieces(merge(3, 2, with_cracks)))
+      allocate (pieces(count([.true., .true., with_cracks, size(s%measurements%fronts) > 0])))
       call particle_fields(s%problem, with_cracks, pieces(1))
       call mesh_fields(s%problem, s%refinement, with_cracks, after_failure, pieces(2))
       if (with_cracks) call crack_fields(s%cracks, pieces(3))
+      if (size(s%measurements%fronts) > 0) call front_fields(s%measurements%fronts, pieces(size(pieces)))
       call s%results%write_snapshot(s%problem%state%time, pieces, failure)
    end subroutine write_snapshot
 

@@ -239,7 +239,13 @@ def test_two_fronts_and_what_they_need(tmp_path):
         .replace("lower = 0.0, 0.04, 0.0  upper = 0.04, 0.04, 0.005  force = 0.0, 200.0", "lower = -0.04, 0.04, 0.0  upper = 0.04, 0.04, 0.005  force = 0.0, 400.0") \
         .replace("front = 'straight'  tip = 0.01, 0.0, 0.0  direction = 1.0, 0.0, 0.0", "front = 'polygon'  points = -0.01, 0.0, -0.01,  0.01, 0.0, -0.01,  "
                  "0.01, 0.0, 0.01,  -0.01, 0.0, 0.01")
-    along, history = front(tmp_path / "whole", text)
+    along, history = front(tmp_path / "whole", text.replace("file = 'case.h5'", "file = 'case.h5'  snapshot_interval = 1.0"))
+    with h5py.File(tmp_path / "whole/case.h5") as file:
+        lines = file["VTKHDF/fronts"]
+        last = int(lines["NumberOfPoints"][-1])
+        assert last == 2 * along["arc"].shape[1] and int(lines["NumberOfCells"][-1]) == last - 2
+        assert np.array_equal(lines["PointData/G"][-last:], np.concatenate([along["G"][-1], along["G_front2"][-1]]))
+        assert np.array_equal(lines["Points"][-last:, 0], np.concatenate([along["x"][-1], along["x_front2"][-1]]))
     _, half = front(tmp_path / "half", PLATE)
     assert history["G_mean"][-1] == pytest.approx(history["G_mean_front2"][-1], rel=1e-7) and history["G_mean"][-1] == pytest.approx(half["G_mean"][-1], rel=2e-3)
     assert along["G"][-1] == pytest.approx(along["G_front2"][-1][::-1], rel=1e-7)
