@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.path import Path
 
 from frames import Frames
-from history import ResultError, opened
+from history import ResultError
 from plot_front import front_of
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]])
@@ -42,12 +42,14 @@ class SolidFrames(Frames):
         return self._measured_fronts(number) or [line for crack in cracks_of(self.scene) for line in crack.fronts(*self.scene.bodies())]
 
     def _measured_fronts(self, number):
-        """Nodes of the fronts at which these were measured at the time of a snapshot."""
-        with opened(self.path) as stored:
-            endings = [name.removeprefix("arc") for name in stored.names("front") if name.startswith("arc")]
-            sample = int(np.argmin(np.abs(stored.numbers("history/time", finite=True) - self.times[number])))
-            return [np.column_stack([stored.numbers(f"front/{axis}{ending}", dims=2, finite=True, first=sample, count=1)[0] for axis in "xyz"])
-                    for ending in endings]
+        """Nodes of the fronts at which these were measured in a snapshot."""
+        if "fronts" not in self.blocks:
+            return []
+        block = self.block("fronts", number)
+        of = block.point_fields["front"]
+        parts = [np.flatnonzero(of == front) for front in np.unique(of)]
+        is_closed = [np.count_nonzero(of[block.cells[:, 0]] == of[part[0]]) == len(part) for part in parts]
+        return [block.points[[*part, *part[:1]] if closed else part] for part, closed in zip(parts, is_closed)]
 
     def _cubes(self, number):
         """The cubes of the particles of a snapshot."""

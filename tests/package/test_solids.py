@@ -49,6 +49,9 @@ def test_runs_sweeps_and_snapshots(bar, tmp_path):
     assert block.points.shape[1] == 3 and block.cells.shape[1] == 8
     found = snapshots.to_xarray()
     assert found.displacement.dims == ("point", "axis") and list(found.axis.values) == ["x", "y", "z"] and found.z.max() < 0.2
+    pytest.importorskip("pyvista")
+    mesh = snapshots.to_pyvista()["mesh"]                   # hexahedra, whose corners are in the order of VTK
+    assert mesh.compute_cell_sizes()["Volume"][mesh["particles"] > 0].sum() == pytest.approx(0.4 * 0.2 * 0.2, rel=1e-9)
     sweep = package.Sweep(bar, {"material.young": [100e9, 200e9]}, output=tmp_path / "sweep")
     sweep.run()
     energies = [history["strain_energy"][-1] for history in map(package.History, sorted((tmp_path / "sweep").rglob("*.h5")))]

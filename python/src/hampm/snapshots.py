@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     import xarray
 
 POINTS = {"particles": (1,), "mesh": (4, 9), "cracks": (2,)}   # of a cell
-OF_SOLIDS = {"particles": (1,), "mesh": (8,), "cracks": (2, 4)}
+OF_SOLIDS = {"particles": (1,), "mesh": (8,), "fronts": (2,)}
 COMPONENTS = {"displacement": 1, "velocity": 1, "deformation_gradient": 2}   # powers of the dimensions, at least
-COUNTED = ("id", "body", "level", "particles", "crack", "tip", "piece")   # fields of whole numbers from 0 on
+COUNTED = ("id", "body", "level", "particles", "crack", "tip", "piece", "front")   # fields of whole numbers from 0 on
 DEEPEST = 40    # level of a cell
 
 
@@ -37,7 +37,7 @@ class Snapshots:
 
     path             of the file
     times            of all snapshots [s], shape (n)
-    blocks           names of what they show: particles, mesh and perhaps cracks
+    blocks           names of what they show: particles, mesh and perhaps cracks, of a solid fronts
     model            the namelist of the run
     dimensions       3 for a solid, else 2
     has_crack_lines  whether the snapshots hold the cracks as they are then: all but one on a symmetry plane that stays
@@ -53,7 +53,8 @@ class Snapshots:
             if not all(stored.has(f"VTKHDF/{block}/Steps/Values") for block in ("mesh", "particles")):
                 raise ResultError(f"{path}: holds no snapshots (set `snapshot_interval` in &output)")
             self.has_crack_lines = stored.has("VTKHDF/cracks/Points")
-            self.blocks = tuple(block for block in POINTS if block != "cracks" or self.has_crack_lines)
+            self._points = OF_SOLIDS if self.dimensions == 3 else POINTS
+            self.blocks = tuple(block for block in self._points if block in ("particles", "mesh") or stored.has(f"VTKHDF/{block}/Points"))
             self.times: NDArray[np.float64] = stored.numbers("VTKHDF/mesh/Steps/Values", finite=True)
         if self.times.size == 0:
             raise ResultError(f"{path}: holds no snapshots yet")
@@ -82,7 +83,7 @@ class Snapshots:
         if name not in self.blocks:
             raise ResultError(f"{self.path}: has no {printable(name)} in its snapshots; they have {', '.join(self.blocks)}")
         with opened(self.path) as stored:
-            return StoredBlock(stored, f"VTKHDF/{name}", number, self.model).read((OF_SOLIDS if self.dimensions == 3 else POINTS)[name])
+            return StoredBlock(stored, f"VTKHDF/{name}", number, self.model).read(self._points[name])
 
     def to_xarray(self, block: str = "particles", snapshot: int | None = None, time: float | None = None) -> xarray.Dataset:
         """A block of a snapshot as an `xarray.Dataset`: positions `x`, `y` and of a solid `z` [m], and fields of its points over `point`, fields of its cells over
@@ -104,7 +105,7 @@ class Snapshots:
                               attrs={"block": block, "snapshot": number})
 
     def to_pyvista(self, snapshot: int | None = None, time: float | None = None) -> pyvista.MultiBlock:
-        """A snapshot as a `pyvista.MultiBlock` of `particles`, `mesh` and perhaps `cracks`, as ParaView shows it."""
+        """A snapshot as a `pyvista.MultiBlock` of `particles`, `mesh` and perhaps `cracks` or `fronts`, as ParaView shows it."""
         import pyvista
         reader = pyvista.HDFReader(str(self.path))
         reader.reader.UpdateInformation()
