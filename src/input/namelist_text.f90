@@ -1,5 +1,6 @@
 !> Models as namelist text: the template with every key, and the canonical text of what was set.
 module hampm_namelist_text
+   use hampm_kinds, only: ndim
    use hampm_key_rows, only: group_t, key_t, type_integer, type_logical, is_required
    use hampm_keys, only: groups, keys, first_key, key_count, allowed_text, default_count, default_value, is_text
    use hampm_settings, only: settings_t, setting_t, group_entry_t
@@ -86,6 +87,7 @@ contains
             if (settings%entries(entry)%group /= g) cycle
             group_text = '&'//trim(groups(g)%name)//line_feed
             do k = 1, key_count(g)
+               if (ndim > 2 .and. any(keys(first_key(g) + k - 1)%name == [character(9) :: 'plane', 'thickness'])) cycle ! of planes
                group_text = group_text//canonical_line(keys(first_key(g) + k - 1), settings%entries(entry)%settings(k))// &
                             line_feed
             end do

@@ -27,6 +27,15 @@ def test_a_model_of_the_other_program_is_one_error(tmp_path):
     assert "must have 3 values, not 2" in done.stderr        # one mistake in a solid
 
 
+def test_the_model_as_it_is_used_has_no_plane(tmp_path):
+    """And reads back as the same."""
+    first = run(tmp_path, SOLID_PROGRAM, "--check", BEAM).stdout
+    assert " plane =" not in first and " thickness =" not in first
+    (tmp_path / "again.nml").write_text(first)
+    again = run(tmp_path, SOLID_PROGRAM, "--check", "again.nml").stdout
+    assert [line for line in again.splitlines() if line[:1] != "!"] == [line for line in first.splitlines() if line[:1] != "!"]
+
+
 @pytest.mark.parametrize(("setting", "code", "says"), [
     ("body.upper=0.2,0.04", 2, "&body upper = 0.2, 0.04: must have 3 values, or none, not 2"),
     ("load.lower=0.2,0,0.04", 2, "must equal lower = (0.2, 0.0, 0.04) in exactly one direction: a traction acts on a side"),
