@@ -1,10 +1,10 @@
 !> Element operators (`hampm_element_operators`) of cells that are passed by supports: how the contributions of a cell to momentum and
 !> internal force change with the motion of its points.
 !>
-!> In two dimensions the stiffness of a square does not depend on its size, and its mass matrix over its mass does not either. So all
-!> cells of one material with as many particles share them, as the particles stand at the same places in each: those of quadratic
-!> cells do, and of bilinear ones the mass matrix tells.
-!> Of cells that are cut each has its own. In solids the stiffness is in proportion to the size, and cells that are cut have none.
+!> In two dimensions the stiffness of a square does not depend on its size, in three it goes with the size of a cube, and the mass matrix over the
+!> mass depends on neither. So all cells of one material, in space of one size, with as many particles share them, as the particles stand at the same
+!> places in each: those of quadratic cells do, and of bilinear ones the mass matrix tells. Of cells that are cut each has its own; those of solids
+!> have none.
 module hampm_support_operators
    use hampm_kinds, only: dp, ndim, plane, corners
    use hampm_basis, only: points_of_quadratic

@@ -167,7 +167,7 @@ def test_cells_with_one_point_bend(tmp_path):
     energy = [run(tmp_path, ONE_POINT.format(points=points, force=force, method="time = 'static'"))["history/strain_energy"][-1]
               for points, force in ((1, "-1000.0, 0.0"), (1, "0.0, -1000.0"), (2, "0.0, -1000.0"))]
     print(theory, energy)
-    assert energy[0] == pytest.approx(energy[1], rel=1e-9) and energy[0] == pytest.approx(theory, rel=0.02) and energy[2] == pytest.approx(theory, rel=0.03)
+    assert energy[0] == pytest.approx(energy[1], rel=1e-9) and energy[0] == pytest.approx(theory, rel=0.03) and energy[2] == pytest.approx(theory, rel=0.03)
     row = run(tmp_path, ONE_POINT.format(points=1, force="0.0, -1000.0", method="time = 'implicit'  time_step = 0.05  start = 'static'"))["history"]
     assert np.max(row["kinetic_energy"]) < 1e-15 * energy[0] and row["strain_energy"][:] == pytest.approx(energy[0], rel=1e-9)
     (tmp_path / "case.nml").write_text(ONE_POINT.format(points=1, force="0.0, -1000.0", method="start = 'static'"))
