@@ -11,6 +11,7 @@ module hampm_constraints
    use hampm_kinds, only: dp, ndim, corners
    use hampm_forest, only: corner_offset
    use hampm_grid, only: grid_t
+   use hampm_tensors, only: identity
    use hampm_time_history, only: time_history_t
    use hampm_tolerance, only: position_tolerance
    implicit none
@@ -137,7 +138,8 @@ contains
       type(grid_t), intent(in) :: grid
       logical, intent(in) :: has_material(:)     !! by node
       real(dp), parameter :: rounding = 1e-9_dp  ! of a lever
-      integer :: i, k
+      real(dp) :: across(ndim)
+      integer :: i, k, a
       if (.not. any(c%boxes%motion%turns)) return
       allocate (c%turning, mold=c%box)
       allocate (c%lever(ndim, grid%n_nodes), source=0.0_dp)
@@ -148,6 +150,12 @@ contains
             if (.not. has_material(i)) cycle
             where (c%box(:, i) == k) c%turning(:, i) = k
             associate (arm => grid%node_position(:, i) - (c%boxes(k)%lower + c%boxes(k)%upper)/2)
+               if (ndim > 2) then                ! around the direction that is free
+                  a = findloc(c%boxes(k)%components, .false., dim=1)
+                  across = cshift(identity(:, a), 1)*cshift(arm, -1) - cshift(identity(:, a), -1)*cshift(arm, 1)
+                  where (c%box(:, i) == k) c%lever(:, i) = across
+                  cycle
+               end if
                where (c%box(:, i) == k) c%lever(:, i) = [-arm(2), arm(1)]
             end associate
          end do
@@ -260,7 +268,8 @@ contains
       x = grid%node_position(:, node)
       if (.not. allocated(self%turning)) return
       associate (k => self%turning(component, node))
-         if (k > 0) x = (self%boxes(k)%lower + self%boxes(k)%upper)/2
+         if (k == 0) return
+         where (self%boxes(k)%components .or. ndim == 2) x = (self%boxes(k)%lower + self%boxes(k)%upper)/2
       end associate
    end function held_at
 

@@ -1,6 +1,7 @@
 """Solids: orthotropic material, pressure and absorbing sides, spin and probes."""
 
 import itertools
+import subprocess
 
 import numpy as np
 import pytest
@@ -182,3 +183,53 @@ def test_a_body_spins_around_any_axis(tmp_path):
     for k, d in enumerate("xyz"):
         assert np.max(np.abs(history[f"momentum_{d}"])) < 1e-9 * mass * edge * np.linalg.norm(spin)
         assert history[f"angular_momentum_{d}"] == pytest.approx(2 * asked * spin[k] / np.sum(spin**2), rel=1e-3)
+
+
+SLAB = """
+&run end_time = {end}  plane = 'strain'{thickness} /
+&grid lower = -0.05, -0.05{z0}  cell = 0.05  cells = 10, 4{n} /
+&material name = 'a'  young = 200.0e9  poisson = 0.3  density = 7800.0 /
+&body material = 'a'  lower = 0.0, 0.0{z0}  upper = 0.4, 0.1{z1} /
+{rollers}
+{rest}
+&method {method} /
+&output file = 'case.h5'  history_interval = {end} /
+"""
+ON_SUPPORTS = """&constraint lower = 0.0, 0.0{z0}  upper = 0.0, 0.0{z1}  fix = 'xy' /
+&constraint lower = 0.1, 0.0{z0}  upper = 0.4, 0.0{z1}  fix = 'y'  unilateral = .true. /
+&load kind = 'traction'  lower = 0.0, 0.1{z0}  upper = 0.2, 0.1{z1}  force = 0.0, -1.0e5{z0} /
+&load kind = 'traction'  lower = 0.3, 0.1{z0}  upper = 0.4, 0.1{z1}  force = 0.0, 2.0e4{z0} /"""
+BY_PINS = """&constraint lower = 0.0, 0.0{z0}  upper = 0.0, 0.1{z1}  fix = 'xy'  turns = .true. /
+&constraint lower = 0.4, 0.0{z0}  upper = 0.4, 0.1{z1}  fix = 'xy'  turns = .true.  displacement = 1e-6, 0.0{z0} /
+&load kind = 'traction'  lower = 0.0, 0.1{z0}  upper = 0.4, 0.1{z1}  force = 0.0, -1.0e5{z0}  history = 'smooth_ramp'  rise_time = 1e-4 /"""
+
+
+@pytest.mark.parametrize(("rest", "method"), [
+    (ON_SUPPORTS, "time = 'static'"), (ON_SUPPORTS, "time = 'implicit'  time_step = 1e-5"), (BY_PINS, "time = 'static'"),
+    (BY_PINS.replace("displacement", "history = 'smooth_ramp'  rise_time = 1e-4  displacement"), "time = 'explicit'  frame = 'total'  courant = 0.2")])
+def test_supports_and_pins_of_a_slab_are_those_of_the_plane(tmp_path, rest, method):
+    """A beam lifts off supports that only push, and turns with pins at its ends: energies of the plane program."""
+    end = 1e-4
+    plane = run(tmp_path / "plane", PROGRAM, SLAB.format(end=end, method=method, rest=rest.format(**IN_PLANE), **IN_PLANE))["history"]
+    rollers = "&constraint lower = 0.0, 0.0, 0.0  upper = 0.4, 0.1, 0.05  fix = 'z' /"
+    solid = run(tmp_path / "solid", SOLID_PROGRAM, SLAB.format(end=end, method=method, rest=rest.format(**IN_SPACE),
+                                                              **{**IN_SPACE, "rollers": rollers}))["history"]
+    for column in ("strain_energy", "kinetic_energy"):
+        assert solid[column][-1] == pytest.approx(plane[column][-1], rel=1e-9), column
+    assert plane["strain_energy"][-1] > 0
+
+
+@pytest.mark.parametrize("direction", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.3, -0.2, 1.0)])
+def test_a_block_that_nothing_holds(tmp_path, direction):
+    """Pressure on all sides needs no constraint, nor does it with one held node; a force on one side alone has no equilibrium."""
+    sides = "\n".join(f"&load kind = 'pressure'  lower = {vector(upper[d] * side if d == k else 0 for d in range(3))}  upper = "
+                      f"{vector(upper[d] * side if d == k else upper[d] for d in range(3))}  pressure = 3.0e6 /"
+                      for upper in [(0.2, 0.1, 0.1)] for k in range(3) for side in (0, 1))
+    free = BLOCK.replace("law = 'orthotropic'  {material}", "young = 200.0e9  poisson = 0.3")
+    for name, held in (("free", ""), ("held", "\n&constraint lower = 0.2, 0.1, 0.0  upper = 0.2, 0.1, 0.0  fix = 'xz' /")):
+        history = run(tmp_path / name, SOLID_PROGRAM, free.format(end=1.0, body="", rest=sides + held, method=AT_REST))["history"]
+        assert history["strain_energy"][-1] == pytest.approx(0.5 * 9.0e12 * 3 * (1 - 0.6) / 200.0e9 * 0.002, rel=1e-9)
+    (tmp_path / "pushed.nml").write_text(free.format(end=1.0, body="", method=AT_REST, rest="&load kind = 'traction'  lower = 0.2, 0.0, 0.0  "
+                                                     f"upper = 0.2, 0.1, 0.1  force = {vector(1e3 * x for x in direction)} /"))
+    result = subprocess.run([SOLID_PROGRAM, "pushed.nml", "--quiet"], cwd=tmp_path, capture_output=True, text=True)
+    assert result.returncode == 3 and "has no equilibrium" in result.stderr, result.stderr

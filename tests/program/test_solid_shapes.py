@@ -1,10 +1,12 @@
 """Solids that are cylinders and spheres, with holes, and what presses on them: beside closed forms."""
 
+import os
 import subprocess
 
 import numpy as np
 import pytest
-from paths import SOLID_PROGRAM
+from harness import differing
+from paths import PROGRAM, SOLID_PROGRAM
 from test_solid import run, vector
 
 pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
@@ -134,6 +136,72 @@ def test_a_sphere_in_motion(tmp_path):
         energy = history["strain_energy"][:] + history["kinetic_energy"][:]
         assert work[name][-1] > 0 and np.max(np.abs(work[name] - energy)) < within * np.max(work[name]), (name, work[name], energy)
     assert work["total"] == pytest.approx(work["reference"], rel=1e-9) and work["updated"][-1] == pytest.approx(work["total"][-1], rel=0.01)
+
+
+@pytest.mark.parametrize("frame", ["total", "updated"])
+def test_a_resumed_sphere_has_the_bytes_of_an_unbroken_one(tmp_path, frame):
+    """Stopped in the middle, with finer cells at the cavity by then, and gone on with on two threads."""
+    finer = "&refine indicator = 'gradient'  field = 'energy_density'  r_crit = 1e-17  max_level = 1  interval = 2  " \
+            "region_lower = -0.013, -0.013, -0.013  region_upper = 0.013, 0.013, 0.013 /"
+    text = sphere(4, f"frame = '{frame}'  courant = 0.3", end=2e-6, interval=4e-7, more=finer)
+    whole = tmp_path / "whole"
+    run(whole, SOLID_PROGRAM, text).close()
+    broken = tmp_path / "broken"
+    broken.mkdir()
+    (broken / "case.nml").write_text(text)
+    for arguments, code in ((["case.nml", "--quiet", "--steps", "4"], 5), (["--resume", "case.h5.checkpoint", "--quiet"], 0)):
+        result = subprocess.run([SOLID_PROGRAM, *arguments], cwd=broken, capture_output=True, text=True, env={**os.environ, "OMP_NUM_THREADS": str(2 - code % 2)})
+        assert result.returncode == code, result.stderr
+    assert differing(whole / "case.h5", broken / "case.h5") == []
+
+
+@pytest.mark.parametrize("frame", ["total", "updated"])
+def test_a_drilled_slab_between_rollers_is_plane_strain(tmp_path, frame):
+    """A cylinder that goes through, at any place of the cells: energies of a hole of the plane program; in the updated frame, where nodes of slivers have
+    next to no mass, with less digits."""
+    text = """
+&run end_time = 2e-5  plane = 'strain'{thickness} /
+&grid lower = -0.05, -0.05{z0}  cell = 0.01  cells = 12, 12{n} /
+&material name = 'a'  young = 200.0e9  poisson = 0.3  density = 7800.0 /
+&body material = 'a'  lower = -0.05, -0.05{z0}  upper = 0.05, 0.05{z1} /
+&body hole = .true.  {hole}  radius = 0.0213 /
+{rollers}
+&constraint lower = -0.05, -0.05{z0}  upper = -0.05, 0.05{z1}  fix = 'xy' /
+&load kind = 'traction'  lower = 0.05, -0.05{z0}  upper = 0.05, 0.05{z1}  force = 1.0e4, 2.0e4{z0} /
+&method frame = '{frame}'  courant = 0.2 /
+&output file = 'case.h5'  history_interval = 4e-6 /
+"""
+    plane = run(tmp_path / "plane", PROGRAM, text.format(frame=frame, z0="", z1="", n="", thickness="  thickness = 0.01", rollers="",
+                                                         hole="shape = 'circle'  center = 0.0031, 0.0012"))["history"]
+    solid = run(tmp_path / "solid", SOLID_PROGRAM, text.format(
+        frame=frame, z0=", 0.0", z1=", 0.01", n=", 1", thickness="", rollers="&constraint lower = -0.05, -0.05, 0.0  upper = 0.05, 0.05, 0.01  fix = 'z' /",
+        hole="shape = 'cylinder'  lower = 0.0031, 0.0012, -0.01  upper = 0.0031, 0.0012, 0.03"))["history"]
+    for column in ("strain_energy", "kinetic_energy", "external_work"):
+        assert solid[column][:] == pytest.approx(plane[column][:], rel=1e-11 if frame == "total" else 1e-5), column
+
+
+@pytest.mark.parametrize(("shape", "volume", "moments"), [
+    ("shape = 'sphere'  center = 0.0, 0.0, 0.0", 4 / 3 * np.pi, (0.4, 0.4, 0.4)),
+    ("shape = 'cylinder'  lower = -0.02, 0.0, 0.0  upper = 0.02, 0.0, 0.0", 2 * np.pi, (0.5, 7 / 12, 7 / 12))])
+def test_mass_and_second_moments(tmp_path, shape, volume, moments):
+    """Kinetic energies of a body of 20 mm that flies and of one that spins: the mass is exact, moments are those of points, by the second order."""
+    radius, mass = 0.02, DENSITY * volume * 0.02**3
+
+    def energy(cells, motion):
+        h = radius / cells
+        text = f"""
+&run end_time = 1e-9 /
+&grid lower = {vector([-radius - 2 * h] * 3)}  cell = {h}  cells = {', '.join([str(2 * cells + 4)] * 3)} /
+{STEEL}
+&body material = 'a'  {shape}  radius = {radius}  {motion} /
+&method frame = 'total' /
+&output file = 'case.h5'  history_interval = 1e-9 /
+"""
+        return run(tmp_path / f"{cells}{motion[:3]}{len(list(tmp_path.iterdir()))}", SOLID_PROGRAM, text)["history/kinetic_energy"][0]
+
+    assert energy(4, "velocity = 1.0, 2.0, -2.0") == pytest.approx(4.5 * mass, rel=1e-12)
+    off = [1 - energy(cells, "spin = 100.0, 0.0, -50.0") / (0.5 * mass * (moments[0] * 1e4 + moments[2] * 2500) * radius**2) for cells in (4, 8)]
+    assert 0 < off[0] < 0.007 and off[0] / off[1] > 2**1.9, off
 
 
 def test_an_octree_in_motion_steps_like_plain_loops(tmp_path):
