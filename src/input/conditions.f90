@@ -6,7 +6,7 @@
 module hampm_conditions
    use hampm_choice_sets, only: expanded
    use hampm_keys, only: keys, find_key, first_key, default_count, default_value, is_text
-   use hampm_kinds, only: ndim, dp
+   use hampm_kinds, only: ndim, plane, dp
    use hampm_model, only: model_t, cuts_cells, has_shapes, cracks_cut_cells, mass_acts, path_of
    use hampm_settings, only: row_of, settings_t, setting_t
    use hampm_values, only: parse_real
@@ -245,7 +245,7 @@ contains
        case ('several bodies')
          has = size(model%bodies) > 1
        case ('edges that are no grid lines')
-         has = has_shapes(model)
+         has = has_shapes(model) .and. ndim == plane
        case ('growth by laws of both kinds')
          has = any(model%growth%law%is_static) .and. .not. all(model%growth%law%is_static) .or. &
                any(model%growth%law%is_cyclic()) .and. .not. all(model%growth%law%is_cyclic())

@@ -165,6 +165,28 @@ def test_energy_released_by_a_disc(tmp_path):
         assert np.sqrt(g / expected("penny_cube2.5.csv", 1.0)) == pytest.approx(1.0, abs=0.01)
 
 
+CYLINDER = """
+&run end_time = 1.0 /
+&grid lower = -2.75, -2.75, 0.0  cell = 0.25  cells = 22, 22, 11 /
+&material name = 'a'  young = 1.0  poisson = 0.3  density = 1.0 /
+&body material = 'a'  shape = 'cylinder'  lower = 0.0, 0.0, 0.0  upper = 0.0, 0.0, 2.5  radius = 2.5 /
+&constraint lower = -2.5, -2.5, 0.0  upper = 2.5, 2.5, 0.0  fix = 'z' /
+&constraint lower = 0.0, 0.0, 2.5  upper = 0.0, 0.0, 2.5  fix = 'xy' /
+&constraint lower = 0.0, 1.0, 2.5  upper = 0.0, 1.0, 2.5  fix = 'x' /
+&crack kind = 'symmetry'  normal = 'z'  front = 'disc'  center = 0.0, 0.0, 0.0  radii = {radius} /
+&load kind = 'pressure'  on = 'crack'  pressure = 1.0 /
+&method time = 'static'  frame = 'total' /
+&output file = 'case.h5' /
+"""
+
+
+@pytest.mark.verify
+def test_a_disc_in_a_cylinder(tmp_path):
+    """K by the energy, of a crack under pressure in a cylinder as high and wide as 2.5 radii, by axisymmetric finite elements 1.06129 times that of the infinite body."""
+    low, high = (run(tmp_path, CYLINDER.format(radius=radius))["strain_energy"][-1] for radius in (0.95, 1.05))
+    assert np.sqrt((high - low) / (0.1 * np.pi * (1 - NU**2))) / (2 / np.sqrt(np.pi)) == pytest.approx(1.06129, rel=0.01)
+
+
 def test_pressure_on_the_faces_is_tension_less_that_of_the_block(tmp_path):
     """The energy of the crack in both, in the whole cube and its eighth, with finer cells and without: to rounding."""
     pressed = "&load kind = 'pressure'  on = 'crack'  pressure = 1.0 /\n&crack"
