@@ -141,6 +141,7 @@ class Solid(Drawing):
         if self.slab:
             for keys in found:
                 keys["fix"] = "".join(sorted({*keys["fix"], "z"}))          # where boxes overlap the last one holds
+                keys["lower"][2], keys["upper"][2] = self.place(0, 0, 0)[2], self.place(*self.whole)[2]
             found.insert(0, self.box(0, 0, 0, *self.whole) | {"fix": "z", "name": ROLLERS})
         return [["constraint", keys] for keys in found]
 
