@@ -23,7 +23,7 @@ module hampm_conditions
       'a shear of the eigenstrain', 'a fourth value of the eigenstrain', &
       'a pressed path that grows in motion', 'samples apart from load steps', 'a body of it', &
       'another body of that group', 'a mass matrix that acts', 'quadratic cells at an axis', 'cohesion all along it', &
-      'a load that is recorded', 'a solid', 'a plane']
+      'a load that is recorded', 'a solid', 'a plane', 'a pin without an axis']
 
    integer, parameter :: most_atoms = 6, most_choices = 8, word_len = 24
    integer, parameter :: is_present = 1, is_set = 2, is_one_of = 3, is_none_of = 4, is_above = 5, is_below = 6, is_named = 7
@@ -232,6 +232,9 @@ contains
          has = cracks_cut_cells(model)
        case ('a solid')                          ! which another build is for
          has = ndim > 2
+       case ('a pin without an axis')
+         has = ndim > 2 .and. any([(model%constraints(k)%motion%turns .and. count(model%constraints(k)%fixed) /= 2, &
+                                    k=1, size(model%constraints))])
        case ('a plane')
          has = ndim == 2
        case ('tips at no nodes')

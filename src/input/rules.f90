@@ -90,8 +90,8 @@ module hampm_rules
              use="&body shape = 'cylinder'"), &
       rule_t("&body points_per_cell < 2", not_with, "a solid and &method start = 'static' and &method time = 'explicit'", &
              mechanics, "explicit steps do not hold how cells with one point are bent", use="&body points_per_cell = 2"), &
-      rule_t("&constraint turns = .true. and a solid", requires, "&constraint fix = 'xy' | 'xz' | 'yz'", mechanics, &
-             "it turns around the direction that is free"), &
+      rule_t("&constraint turns = .true.", not_with, "a pin without an axis", mechanics, &
+             "that of a solid fixes two components, and turns around the third direction"), &
       rule_t("&crack kind = 'line' | 'path'", not_with, "a solid", not_built, "cracks of solids are in planes of the grid", &
              use="&crack kind = 'plane'"), &
       rule_t("&crack kind = 'plane'", requires, "a solid", mechanics, "in a plane a crack is a line", use="&crack kind = 'line'"), &

@@ -52,11 +52,11 @@ module hampm_orthotropic
    type :: orthotropic_t
       real(dp) :: young(3) = 0                   !! along the axes of the material [Pa]; the third counts in plane strain only
       real(dp) :: shear_12 = 0                   !! [Pa]
-      real(dp) :: shear(2) = 0                   !! of solids: between axes 1 and 3, and between 2 and 3 [Pa]
       real(dp) :: poisson_12 = 0                 !! -eps_2/eps_1 under s_1 alone [-]
       real(dp) :: poisson_13 = 0                 !! -eps_3/eps_1 under s_1 alone [-]; in plane strain only, as the next
       real(dp) :: poisson_23 = 0                 !! -eps_3/eps_2 under s_2 alone [-]
       real(dp) :: angle = 0                      !! of axis 1 from x, anticlockwise [degrees]
+      real(dp) :: shear(2) = 0                   !! of solids: between axes 1 and 3, and between 2 and 3 [Pa]
       real(dp) :: turns(3) = 0                   !! of solids: those around x, then y, then z [degrees]
    end type orthotropic_t
 

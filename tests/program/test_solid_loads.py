@@ -219,6 +219,13 @@ def test_supports_and_pins_of_a_slab_are_those_of_the_plane(tmp_path, rest, meth
     assert plane["strain_energy"][-1] > 0
 
 
+def test_a_pin_of_a_solid_has_an_axis(tmp_path):
+    (tmp_path / "case.nml").write_text(BLOCK.format(end=1.0, material=exchanged((0, 1, 2)), body="", method=AT_REST, rest=HELD.replace(
+        "fix = 'xyz' /", "fix = 'xyz'  turns = .true. /")))
+    result = subprocess.run([SOLID_PROGRAM, "case.nml", "--quiet"], cwd=tmp_path, capture_output=True, text=True)
+    assert result.returncode == 2 and "turns around the third direction" in result.stderr, result.stderr
+
+
 @pytest.mark.parametrize("direction", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.3, -0.2, 1.0)])
 def test_a_block_that_nothing_holds(tmp_path, direction):
     """Pressure on all sides needs no constraint, nor does it with one held node; a force on one side alone has no equilibrium."""

@@ -9,7 +9,7 @@ program test_load_following
    use hampm_material, only: new_material
    use hampm_problem, only: problem_t, sort_anew
    use hampm_node_list, only: node_list_t
-   use hampm_outline, only: edge_part_t
+   use hampm_edge_parts, only: edge_part_t
    use hampm_samples, only: rectangle_t, place_bodies, start
    use hampm_particles, only: spacing_of
    use hampm_splitting, only: start_families

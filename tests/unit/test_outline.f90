@@ -3,7 +3,8 @@
 program test_outline
    use hampm_kinds, only: dp, ndim
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_outline, only: outline_t, ring_t, edge_part_t, polygon_ring, circle_ring
+   use hampm_edge_parts, only: edge_part_t
+   use hampm_outline, only: outline_t, ring_t, polygon_ring, circle_ring
    implicit none
 
    real(dp), parameter :: pi = acos(-1.0_dp)
