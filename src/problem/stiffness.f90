@@ -218,7 +218,7 @@ contains
             end associate
          end do
          first(nodes + 1) = n + 1
-         call stiffness%multigrid%build(stiffness%matrix, first(:nodes + 1), motions, failure)
+         call stiffness%multigrid%make_levels(stiffness%matrix, first(:nodes + 1), motions, failure)
       end associate
    end subroutine build_multigrid
 

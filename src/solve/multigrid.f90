@@ -37,7 +37,7 @@ module hampm_multigrid
       integer, private :: n = 0                  !! levels that are smoothed
       type(factorisation_t), private :: coarsest
    contains
-      procedure :: build
+      procedure :: make_levels
       procedure :: precondition
       procedure :: release
    end type multigrid_t
@@ -45,7 +45,7 @@ module hampm_multigrid
 contains
 
    !> Make the levels of a symmetric positive definite matrix. Fails where it has a diagonal that is not positive, or the coarsest one no factor.
-   subroutine build(self, matrix, first, motions, failure)
+   subroutine make_levels(self, matrix, first, motions, failure)
       class(multigrid_t), intent(inout) :: self
       type(sparse_t), intent(in) :: matrix
       integer, intent(in) :: first(:)            !! first unknown of each node, and behind the last one; (nodes + 1)
@@ -60,9 +60,9 @@ contains
       allocate (b, source=motions)
       do while (self%n < most_levels .and. size(b, 2) > most_factorised)
          if (self%n == 0) then
-            call build_level(self%level(1), matrix, start, b, is_coarser, failure)
+            call add_level(self%level(1), matrix, start, b, is_coarser, failure)
          else
-            call build_level(self%level(self%n + 1), self%level(self%n)%coarse, start, b, is_coarser, failure)
+            call add_level(self%level(self%n + 1), self%level(self%n)%coarse, start, b, is_coarser, failure)
          end if
          if (failure%failed()) return
          if (.not. is_coarser) exit
@@ -72,10 +72,10 @@ contains
       if (self%n > 0) call self%coarsest%factorise(self%level(self%n)%coarse, failure)
       if (.not. failure%failed() .and. .not. self%coarsest%is_definite) &
          call failure%report(exit_computation, 'it is not positive definite')
-   end subroutine build
+   end subroutine make_levels
 
    !> Make a level, and what the next one is of: nodes and motions.
-   subroutine build_level(level, a, start, b, is_coarser, failure)
+   subroutine add_level(level, a, start, b, is_coarser, failure)
       type(level_t), intent(inout) :: level
       type(sparse_t), intent(in) :: a
       integer, allocatable, intent(inout) :: start(:)
@@ -101,7 +101,7 @@ contains
       end associate
       call move_alloc(next_start, start)
       call move_alloc(next_b, b)
-   end subroutine build_level
+   end subroutine add_level
 
    !> Invert the diagonal, and find the largest eigenvalue of D^-1 A by the power method.
    subroutine find_diagonal(a, level, failure)
