@@ -1,6 +1,7 @@
 !> Energy release rate and stress intensity factors along the front of a plane crack, by domain integrals, of solids only.
 !>
-!> For an extension q(X) of the crack along its plane, which is f(r) N_k(s) times the outward normal e_1(s) of the front there,
+!> For an extension q(X) of the crack along its plane, which is f(r) N_k(s) times the outward normal e_1(s) of the front there, turned along sides at which
+!> the front ends,
 !>
 !>    G_k int N_k ds = sum_p V [ E_mJ q_m,J + (div P)_i u_i,m q_m ],                                   E_mJ = u_i,m P_iJ - W d_mJ,
 !>    2 K_k/E' int N_k ds = sum_p V [ I_mJ q_m,J + (div P)_i A_im q_m + (div s)_i u_i,m q_m + P_ij (A_im,j - A_ij,m) q_m ],
@@ -39,6 +40,7 @@ module hampm_front_integral
       type(front_t) :: front
       real(dp), allocatable :: radius(:)         !! of the domains, in planes normal to the front, ascending [m]
       integer :: material = 0                    !! number of the material at it
+      real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! of all material [m]
       logical :: has_modes = .false.             !! whether K have a meaning there: by isotropic laws of small strain
    end type front_domain_t
 
@@ -74,7 +76,7 @@ contains
             if (.not. any(abs(of_node(:, 0, i)) > 0)) cycle
             place = locate(front, grid%node_position(:, i), maxval(domain%radius))
             if (place%node == 0) cycle
-            at = matmul(place%outward, of_node(:, :, i))
+            at = matmul(extension(domain, place, grid%node_position(:, i)), of_node(:, :, i))
             call add_to_hats(at)
          end do
          do i = 1, problem%interfaces%n
@@ -227,6 +229,19 @@ contains
          end do
       end associate
    end subroutine add_particle
+
+   !> The way of a node while the front advances by 1 [-]: along its normal, and on a side of the material along that.
+   pure function extension(domain, place, x) result(e)
+      type(front_domain_t), intent(in) :: domain
+      type(front_place_t), intent(in) :: place
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: e(ndim)
+      real(dp), parameter :: on_side = 1e-3_dp   ! of the radius
+      real(dp), parameter :: least = 0.25_dp     ! of sides that a front leaves along itself
+      e = place%outward
+      where (min(abs(x - domain%lower), abs(x - domain%upper)) < on_side*domain%radius(1)) e = 0
+      e = e/max(dot_product(e, place%outward), least)
+   end function extension
 
    !> f of each domain: 1 up to a part of the radius, then a cubic with level ends, 0 from the radius on.
    pure function weight(domain, place) result(f)

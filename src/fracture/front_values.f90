@@ -7,7 +7,7 @@
 !> what acts as the front is a polygon of the lattice, and means over three cells leave little of that.
 module hampm_front_values
    use hampm_kinds, only: dp, ndim
-   use hampm_front, only: front_t
+   use hampm_front, only: front_t, room_of
    use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, hat_lengths
    use hampm_history, only: history_t
    use hampm_nodal_state, only: nodal_state_t
@@ -41,19 +41,21 @@ contains
       type(problem_t), intent(in) :: problem
       type(front_values_t), intent(out) :: values
       real(dp) :: room
-      integer :: i, k
+      integer :: i
       associate (front => fronts(number), domain => values%domain, p => problem%particles)
          call place_hats(front, values)
          allocate (values%g(size(values%arc)), values%g_error(size(values%arc)), source=0.0_dp)
          allocate (values%k(front_modes, size(values%arc)), values%k_error(front_modes, size(values%arc)), source=0.0_dp)
          domain%front = front
-         room = room_of(front, problem)
-         do k = 1, size(fronts)
-            if (k == number .or. fronts(k)%axis /= front%axis) cycle
-            do i = 1, fronts(k)%n()
-               room = min(room, minval(norm2(front%at - spread(fronts(k)%at(:, i), 2, front%n()), dim=1)))
-            end do
+         domain%lower = minval(p%reference(:p%n, :), dim=1)
+         domain%upper = maxval(p%reference(:p%n, :), dim=1)
+         do i = 1, p%n                           ! particles are in the middle of what they stand for
+            associate (half => p%volume(i)**(1.0_dp/ndim)/2)
+               domain%lower = min(domain%lower, p%reference(i, :) - half)
+               domain%upper = max(domain%upper, p%reference(i, :) + half)
+            end associate
          end do
+         room = room_of(fronts, number, domain%lower, domain%upper)
          domain%radius = default_radii*min(problem%grid%finest_cell, of_room*room/maxval(default_radii))
          i = minloc(sum((p%reference(:p%n, :) - spread(front%at(:, front%n()/2 + 1), 1, p%n))**2, dim=2), dim=1)
          domain%material = p%material(i)
@@ -91,33 +93,6 @@ contains
          values%mean_of(j, :) = values%mean_of(j, :)/sum(values%mean_of(j, :))
       end do
    end subroutine place_hats
-
-   !> How far normals of a front run in the box of the material, ahead and behind, and from where they meet [m].
-   pure real(dp) function room_of(front, problem) result(room)
-      type(front_t), intent(in) :: front
-      type(problem_t), intent(in) :: problem
-      real(dp), parameter :: along_side = 1e-6_dp ! component of a normal that is rounding
-      real(dp) :: side(ndim, 2), turn
-      integer :: k, d, way, next
-      associate (p => problem%particles, beyond => problem%grid%finest_cell/4)
-         side(:, 1) = minval(p%reference(:p%n, :), dim=1) - beyond
-         side(:, 2) = maxval(p%reference(:p%n, :), dim=1) + beyond
-      end associate
-      room = maxval(abs(side(front%axis, :) - front%plane))
-      if (.not. front%is_symmetry) room = minval(abs(side(front%axis, :) - front%plane))
-      do k = 1, front%n()
-         do d = 1, ndim
-            if (abs(front%outward(d, k)) < along_side) cycle
-            do way = 1, 2
-               room = min(room, abs((side(d, way) - front%at(d, k))/front%outward(d, k)))
-            end do
-         end do
-         if (k == front%n() .and. .not. front%is_closed) cycle
-         next = modulo(k, front%n()) + 1
-         turn = norm2(front%outward(:, next) - front%outward(:, k))
-         room = min(room, norm2(front%at(:, next) - front%at(:, k))/max(turn, along_side))
-      end do
-   end function room_of
 
    !> Measure.
    subroutine measure_front(problem, state, values)

@@ -4,7 +4,7 @@ module hampm_plane_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_crack_groups, only: plane_spec_t
    use hampm_crack_placement, only: body_at, finest_cell, find_extents
-   use hampm_front, only: front_t, region_t, region_of, find_fronts, crosses_itself, plane_axes
+   use hampm_front, only: front_t, region_t, region_of, find_fronts, crosses_itself, plane_axes, room_of
    use hampm_model, only: model_t
    use hampm_placement, only: tolerance, within
    use hampm_settings, only: settings_t
@@ -134,21 +134,40 @@ contains
       end if
    end subroutine check_place
 
-   !> What the domain integral along a front takes for granted: no loads on its plane, and one material along it.
+   !> What the domain integral along a front takes for granted: no loads near it, one material along it, and room around it.
    pure subroutine check_domain(model, plane, settings)
       type(model_t), intent(in) :: model
       type(plane_spec_t), intent(in) :: plane
       type(settings_t), intent(inout) :: settings
+      real(dp), parameter :: least_room = 3.4_dp ! finest cells: two to the smallest radius
+      real(dp), parameter :: reach = 6           ! of the largest
       character(:), allocatable :: why
+      real(dp) :: lower(ndim), upper(ndim)
+      type(front_t), allocatable :: fronts(:)
       integer :: k, first
       why = ''
+      call find_extents(model, plane, lower, upper)
+      call find_fronts(region_of(plane%crack_shape_t, lower, upper, finest_cell(model)), lower, upper, finest_cell(model), fronts)
+      do k = 1, size(fronts)
+         associate (room => room_of(fronts, k, lower, upper))
+            if (room < least_room*finest_cell(model)) why = to_text(least_room)//' of the finest cells, '// &
+               to_text(least_room*finest_cell(model))//' m, between each front and sides, corners and other fronts, and front '// &
+               to_text(k)//' of a crack has '//to_text(room)//' m'
+         end associate
+      end do
+      do k = 1, size(model%loads)
+         associate (load => model%loads(k))
+            if (.not. any(load%kind == ['traction', 'point   ', 'pressure'])) cycle
+            do first = 1, size(fronts)
+               associate (at => fronts(first)%at)
+                  if (all(load%lower < maxval(at, dim=2) + reach*finest_cell(model) .and. &
+                          load%upper > minval(at, dim=2) - reach*finest_cell(model))) &
+                     why = 'no load within '//to_text(reach*finest_cell(model))//' m, six of the finest cells, of the fronts'
+               end associate
+            end do
+         end associate
+      end do
       associate (x => plane%center(plane%axis), tol => tolerance(model%grid))
-         do k = 1, size(model%loads)
-            associate (load => model%loads(k))
-               if (any(load%kind == ['traction', 'point   ', 'pressure']) .and. &
-                   all(abs([load%lower(plane%axis), load%upper(plane%axis)] - x) < tol)) why = 'no load in the plane of the crack'
-            end associate
-         end do
          first = 0
          do k = 1, size(model%bodies)
             if (x < model%bodies(k)%lower(plane%axis) - tol .or. x > model%bodies(k)%upper(plane%axis) + tol) cycle

@@ -10,7 +10,7 @@ module hampm_front
    use hampm_kinds, only: dp, ndim, name_len
    implicit none
    private
-   public :: region_t, front_t, crack_shape_t, region_of, find_fronts, crosses_itself, plane_axes
+   public :: region_t, front_t, crack_shape_t, region_of, find_fronts, crosses_itself, plane_axes, room_of
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: rounding = 1e-9_dp     !! of the box, within which an edge is that of the box
@@ -239,6 +239,35 @@ contains
          normal = normal/norm2(normal)
       end function normal_at
    end subroutine place_nodes
+
+   !> How far normals of a front run in a box of material, ahead and behind, up to where they meet each other or another front [m]. Sides to which they are
+   !> slanted are those at which a front ends, and no limit.
+   pure real(dp) function room_of(fronts, number, lower, upper) result(room)
+      type(front_t), intent(in) :: fronts(:)
+      integer, intent(in) :: number
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
+      real(dp), parameter :: along_side = 1e-6_dp ! difference of normals that is rounding
+      real(dp), parameter :: slanted = 0.8_dp
+      integer :: k, d, i, next
+      associate (front => fronts(number))
+         room = maxval(abs([lower(front%axis), upper(front%axis)] - front%plane))
+         if (.not. front%is_symmetry) room = minval(abs([lower(front%axis), upper(front%axis)] - front%plane))
+         do k = 1, front%n()
+            do d = 1, ndim
+               if (abs(front%outward(d, k)) < slanted) cycle
+               room = min(room, minval(abs(([lower(d), upper(d)] - front%at(d, k))/front%outward(d, k))))
+            end do
+            do i = 1, size(fronts)
+               if (i == number .or. fronts(i)%axis /= front%axis) cycle
+               room = min(room, sqrt(minval(sum((fronts(i)%at - spread(front%at(:, k), 2, fronts(i)%n()))**2, dim=1))))
+            end do
+            if (k == front%n() .and. .not. front%is_closed) cycle
+            next = modulo(k, front%n()) + 1
+            room = min(room, norm2(front%at(:, next) - front%at(:, k)) &
+                             /max(norm2(front%outward(:, next) - front%outward(:, k)), along_side))
+         end do
+      end associate
+   end function room_of
 
    !> How many nodes a front has.
    pure integer function number_of_nodes(self)
