@@ -79,6 +79,10 @@ class Material(Group):
     """The same across the plane; required in plane strain [Pa]; (0, inf); no default"""
     shear_12: float | None
     """Shear modulus in the plane, between axes 1 and 2 [Pa]; (0, inf); no default"""
+    shear_13: float | None
+    """Of solids: the same between axes 1 and 3 [Pa]; (0, inf); no default"""
+    shear_23: float | None
+    """Of solids: the same between axes 2 and 3 [Pa]; (0, inf); no default"""
     poisson_12: float | None
     """-(strain along 2)/(strain along 1) under stress along 1; poisson_21 follows; (-inf, inf); no default"""
     poisson_13: float | None
@@ -86,7 +90,7 @@ class Material(Group):
     poisson_23: float | None
     """-(strain across the plane)/(strain along 2) under stress along 2; required in plane strain; (-inf, inf); no default"""
     angle: float | None
-    """Of axis 1 of an orthotropic material from x, anticlockwise [degrees]; (-inf, inf); default 0.0"""
+    """Of axis 1 of an orthotropic material from x, anticlockwise; of solids around x, then y, then z [degrees]; (-inf, inf); default 0.0"""
 
 
 class Body(Group):
@@ -94,18 +98,18 @@ class Body(Group):
 
     material: str | None
     """Name of its material; none of a hole; default ''"""
-    shape: Literal['rectangle', 'polygon', 'circle'] | None
-    """A rectangle along the grid lines, a polygon or a circle; default 'rectangle'"""
+    shape: Literal['rectangle', 'polygon', 'circle', 'cylinder', 'sphere'] | None
+    """A rectangle along the grid lines, a polygon or a circle; a solid is a box, cylinder or sphere; default 'rectangle'"""
     lower: float | Sequence[float] | None
-    """Lower corner of a rectangle [m]; (-inf, inf); no default"""
+    """Lower corner of a rectangle or box; lower end of the axis of a cylinder [m]; (-inf, inf); no default"""
     upper: float | Sequence[float] | None
-    """Upper corner of a rectangle [m]; (-inf, inf); no default"""
+    """Upper corner of a rectangle or box; upper end of the axis of a cylinder [m]; (-inf, inf); no default"""
     points: float | Sequence[float] | None
     """Corners of a polygon: x1, y1, x2, y2, ..., as one walks around it [m]; (-inf, inf); no default"""
     center: float | Sequence[float] | None
-    """Center of a circle [m]; (-inf, inf); no default"""
+    """Center of a circle or sphere [m]; (-inf, inf); no default"""
     radius: float | None
-    """Radius of a circle [m]; [0, inf); default 0.0"""
+    """Radius of a circle, cylinder or sphere [m]; [0, inf); default 0.0"""
     hole: bool | None
     """Whether it is a hole, in the body that it lies in; holes come after all bodies; default False"""
     points_per_cell: int | None
@@ -113,7 +117,7 @@ class Body(Group):
     velocity: float | Sequence[float] | None
     """Initial velocity of its middle [m/s]; (-inf, inf); default [0.0, 0.0]"""
     spin: float | None
-    """Initial angular velocity around its middle, anticlockwise [rad/s]; (-inf, inf); default 0.0"""
+    """Initial angular velocity around its middle, anticlockwise; of a solid around x, y and z [rad/s]; (-inf, inf); default 0.0"""
     eigenstrain: float | Sequence[float] | None
     """Strain xx, yy, xy and zz (0) at which there is no stress; heat: alpha dT in xx, yy and zz; [-0.05, 0.05]; default [0.0, 0.0, 0.0]"""
     held: bool | None
@@ -266,7 +270,7 @@ class Method(Group):
     consistent_upper: float | Sequence[float] | None
     """Of consistent_region = 'box': upper corner of this box; needed there [m]; (-inf, inf); default [0.0, 0.0]"""
     solver: Literal['auto', 'cg', 'direct'] | None
-    """Of mass matrices that are not lumped and of equilibrium; auto: direct, but cg for masses on over a million cells; default 'auto'"""
+    """Of mass matrices that are not lumped and of equilibrium; auto: direct; cg for masses on 1e6 cells, solids of 3e4 or more; default 'auto'"""
 
 
 class Refine(Group):
