@@ -8,7 +8,7 @@ module hampm_plane_consistency
    use hampm_model, only: model_t
    use hampm_placement, only: tolerance, within
    use hampm_settings, only: settings_t
-   use hampm_text, only: to_text
+   use hampm_text, only: to_text, three_digits
    implicit none
    private
    public :: check_planes
@@ -152,7 +152,7 @@ contains
          associate (room => room_of(fronts, k, lower, upper))
             if (room < least_room*finest_cell(model)) why = to_text(least_room)//' of the finest cells, '// &
                to_text(least_room*finest_cell(model))//' m, between each front and sides, corners and other fronts, and front '// &
-               to_text(k)//' of a crack has '//to_text(room)//' m'
+               to_text(k)//' of a crack has '//three_digits(room)//' m'
          end associate
       end do
       do k = 1, size(model%loads)

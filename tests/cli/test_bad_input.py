@@ -209,7 +209,7 @@ REFINEMENT = [
 RADII, TIP = "radii = 4e-3, 6e-3, 8e-3", "tip = 0.05, 0.01"
 WITHIN = "must be in [0.0025, 0.01] [m] around the tip (0.05, 0.01): two of the finest cells at least, and nothing within them but material"
 CRACK_LINE = [
-    ("'line'", "'lines'", "kind = 'lines'", "kind = 'lines': must be 'symmetry', 'line' or 'path'; did you mean 'line'?"),
+    ("'line'", "'lines'", "kind = 'lines'", "kind = 'lines': must be 'symmetry', 'line', 'path' or 'plane'; did you mean 'line'?"),
     (TIP, "tip = 0.0501, 0.01", "estimators", "is not allowed with tips at no nodes: virtual crack closure needs a tip at a node"),
     (TIP, "tip = 0.05, 0.0103", "estimators", "is not allowed with tips at no nodes: virtual crack closure needs a tip at a node"),
     (TIP, "tip = 0.05, 0.02", "tip", "must be inside the material, and on no other crack"),
@@ -402,7 +402,7 @@ def test_what_only_a_crack_inside_a_body_has(hampm, tmp_path):
     (tmp_path / "case.nml").write_text(changed(("direction = 1.0, 0.0", new)))
     result = hampm("case.nml")
     assert_refused(result, 2, "&crack length = 0.01 requires kind = 'line'",
-                   "&crack contact = 'frictionless' requires kind = 'line' or 'path': a symmetry plane has one face")
+                   "&crack contact = 'frictionless' requires kind = 'line' or 'path' or 'plane': a symmetry plane has one face")
     assert len(result.stderr.splitlines()) == 2
 
 

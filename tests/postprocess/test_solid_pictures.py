@@ -190,7 +190,7 @@ def test_a_crack_inside_a_body_opens(tmp_path):
 def test_fronts_are_where_they_were_measured(tmp_path):
     """In snapshots of a crack with G along its front; one that is closed ends where it begins."""
     (tmp_path / "cracked.nml").write_text(CRACKED.replace("0.0, 0.015, 0.0", "0.0, 0.0, 0.0").replace("0.0101", "0.007").replace("5e-3  cells = 8, 8, 8", "2.5e-3  cells = 16, 16, 16") +
-                                          "&energy_release estimators = 'domain_integral' /\n")
+                                          "&energy_release estimators = 'domain_integral' /\n&refine indicator = 'tip'  max_level = 1 /\n")
     subprocess.run([SOLID_PROGRAM, "cracked.nml", "--quiet"], cwd=tmp_path, check=True, capture_output=True)
     result = frames_of(tmp_path / "cracked.h5")
     front, = result.fronts(1)
