@@ -70,16 +70,16 @@ contains
       if (ndim == 2) area_of = 2*norm2(part%half)*model%run%thickness%at(part%middle)
    end function area_of
 
-   !> Area of a straight part of an edge, or of a rectangle between two corners along the grid [m2].
-   pure real(dp) function area_between(model, from, to) result(area)
+   !> Length of a straight part of an edge [m], or area of a rectangle between two corners along the grid [m2].
+   pure real(dp) function size_between(model, from, to) result(size)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
       if (ndim == 2) then
-         area = norm2(to - from)*model%run%thickness%at((from + to)/2)
+         size = norm2(to - from)
       else
-         area = product(pack(abs(to - from), abs(to - from) > tolerance(model%grid)))
+         size = product(pack(abs(to - from), abs(to - from) > tolerance(model%grid)))
       end if
-   end function area_between
+   end function size_between
 
    !> How many loads of the motion a load of the model is.
    pure integer function parts_of(model, spec)
@@ -170,7 +170,8 @@ contains
       else
          call find_edge_normal(model, spec, normal, sides)
          call load_on_segment(model, m, spec%lower, spec%upper, 0*normal, points)
-         points%fraction = points%fraction*area_between(model, spec%lower, spec%upper)
+         points%fraction = points%fraction*size_between(model, spec%lower, spec%upper) &
+                           *model%run%thickness%at((spec%lower + spec%upper)/2)
       end if
       do c = 1, components
          points%absorbs = c
@@ -213,7 +214,7 @@ contains
       real(dp), intent(in) :: into(ndim)
       real(dp), intent(in) :: pressure           !! [Pa]
       type(load_t), intent(inout) :: load
-      load%force = pressure*area_between(model, from, to)*into
+      load%force = pressure*size_between(model, from, to)*model%run%thickness%at((from + to)/2)*into
       call load_on_segment(model, m, from, to, into, load)
    end subroutine press_segment
 
