@@ -60,6 +60,7 @@ STILL = {
     "moved consistent": {"more": MOVED, "method": "mass = 'consistent'"}, "moved implicit": {"more": MOVED, "method": IMPLICIT},
     "cohesion": {"crack": LEVEL, "more": "&cohesive strength = 20e6  toughness = 100.0  from = 10e-3 /"},
     "pressed crack": {"more": "&load kind = 'pressure'  on = 'crack'  pressure = 1e6 /"},
+    "one point implicit": {"points": 1, "method": IMPLICIT, "crack": LEVEL},
     "gravity": {"more": "&load kind = 'gravity'  acceleration = 0.0, -9.81 /"},
 }
 
