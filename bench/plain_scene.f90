@@ -29,8 +29,8 @@ contains
       model%grid%cells = cells
       model%method%scheme = 'musl'
       model%method%frame = 'updated'
-      allocate (model%materials(1), model%constraints(0), model%loads(0), model%paths(0), model%growth(0), model%cohesive(0), &
-                model%nucleations(0), &
+      allocate (model%materials(1), model%constraints(0), model%loads(0), model%paths(0), model%planes(0), model%growth(0), &
+                model%cohesive(0), model%nucleations(0), &
                 model%energy_release%chosen(0))
       model%materials(1)%law = 'linear_elastic'
       model%materials(1)%young = 70e9_dp

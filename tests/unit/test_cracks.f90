@@ -42,8 +42,8 @@ contains
       model%grid%cell = cell
       model%grid%cells = cells
       model%method%scheme = 'musl'
-      allocate (model%materials(2), model%bodies(1), model%constraints(0), model%loads(0), model%paths(0), model%growth(0), &
-                model%cohesive(0), model%nucleations(0), &
+      allocate (model%materials(2), model%bodies(1), model%constraints(0), model%loads(0), model%paths(0), model%planes(0), &
+                model%growth(0), model%cohesive(0), model%nucleations(0), &
                 model%energy_release%radii(0))
       model%materials%law = 'linear_elastic'
       model%materials%young = 1
