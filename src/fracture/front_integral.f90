@@ -187,6 +187,7 @@ contains
       real(dp), dimension(ndim, ndim) :: h, stress, a, s
       real(dp) :: flux(ndim, ndim, 0:front_modes), source(ndim, 0:front_modes)
       real(dp) :: gradient(problem%grid%n_functions, ndim), shape(problem%grid%n_functions), xi(ndim)
+      real(dp) :: at_nodes(ndim, problem%grid%n_functions)
       real(dp), dimension(ndim) :: divergence, of_s, of_a
       integer :: nodes(problem%grid%n_functions), last, j, k
       real(dp) :: energy, hoop
@@ -203,7 +204,8 @@ contains
          energy = material%energy_density(h, p%history_of(i), hoop)
          if (material%has_history) energy = energy + material%dissipation(h, p%history_of(i), hoop)
          if (material%has_eigenstrain) energy = energy - material%idle_energy
-         divergence = material%density*matmul(state%divergence(:, nodes), shape)
+         at_nodes = state%divergence(:, nodes)
+         divergence = material%density*matmul(at_nodes, shape)
          flux(:, :, 0) = matmul(transpose(h), stress) - energy*identity
          source(:, 0) = matmul(divergence, h)
          if (material%is_graded()) source(:, 0) = source(:, 0) - material%slice%direction &

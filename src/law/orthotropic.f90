@@ -296,8 +296,9 @@ contains
       !> A better m for an n.
       pure function next(n, m) result(better)
          real(dp), intent(in) :: n(ndim), m(ndim)
-         real(dp) :: better(ndim)
-         better = matmul(acoustic(n), m)
+         real(dp) :: better(ndim), a(ndim, ndim)
+         a = acoustic(n)
+         better = matmul(a, m)
          better = better/norm2(better)
       end function next
    end function acoustic_modulus_of_solid
