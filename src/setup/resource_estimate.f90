@@ -5,7 +5,9 @@
 module hampm_resource_estimate
    use hampm_kinds, only: dp, ndim
    use hampm_body_group, only: area_in_box
+   use hampm_crack_placement, only: find_extents, finest_cell
    use hampm_failure, only: failure_t, exit_input
+   use hampm_front, only: front_t, find_fronts, region_of
    use hampm_json, only: member
    use hampm_law, only: value_of
    use hampm_path_placement, only: path_tips
@@ -100,27 +102,46 @@ contains
                             of_snapshot_cell*(most_cells - resources%cells))
    end function estimate_resources
 
-   !> What refinement around the tips adds before the run: at each level the cells within so many cells of a tip, within the
+   !> What refinement around tips and fronts adds before the run: at each level the cells within so many cells of one, within the
    !> material, are divided.
    pure subroutine refine_around_tips(model, resources, occupied)
       type(model_t), intent(in) :: model
       type(resources_t), intent(inout) :: resources
       real(dp), intent(inout) :: occupied           !! cells with particles
-      real(dp) :: density, divided, fit, tips
+      real(dp) :: density, divided, fit, tips, front, more
       integer :: level, k
       density = resources%particles/occupied
       tips = count([(path_tips(model, k), k=1, size(model%paths))])
       if (model%is_half()) tips = tips/2
+      front = front_length(model)
       fit = occupied
       do level = 0, model%refine%max_level - 1
-         divided = min(fit, tips*(2*nint(value_of(model%refine%constants, model%refine%by%reach, 0.0_dp)) + 1.0_dp)**ndim)
-         if (resources%particles + 3*divided*density > model%refine%max_particles) exit
-         resources%particles = resources%particles + 3*divided*density
-         resources%cells = resources%cells + 3*divided
-         occupied = occupied + 3*divided
-         fit = 4*divided
+         divided = min(fit, (tips + front/scale(model%grid%cell, -level))* &
+                       (2*nint(value_of(model%refine%constants, model%refine%by%reach, 0.0_dp)) + 1.0_dp)**2)
+         more = (2**ndim - 1)*divided
+         if (resources%particles + more*density > model%refine%max_particles) exit
+         resources%particles = resources%particles + more*density
+         resources%cells = resources%cells + more
+         occupied = occupied + more
+         fit = 2**ndim*divided
       end do
    end subroutine refine_around_tips
+
+   !> How long the fronts of cracks in solids are; half of it on planes of symmetry, where there is material to one side only [m].
+   pure real(dp) function front_length(model)
+      type(model_t), intent(in) :: model
+      type(front_t), allocatable :: fronts(:)
+      real(dp) :: lower(ndim), upper(ndim)
+      integer :: k
+      front_length = 0
+      do k = 1, size(model%planes)
+         call find_extents(model, model%planes(k), lower, upper)
+         associate (shape => model%planes(k)%crack_shape_t)
+            call find_fronts(region_of(shape, lower, upper, finest_cell(model)), lower, upper, finest_cell(model), fronts)
+            front_length = front_length + sum(fronts%length)*merge(0.5_dp, 1.0_dp, shape%is_symmetry)
+         end associate
+      end do
+   end function front_length
 
    !> Memory of a run with so many particles, cells and cells with particles [bytes].
    pure real(dp) function memory_for(model, particles, cells, occupied) result(bytes)
