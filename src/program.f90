@@ -26,7 +26,7 @@ module hampm_program
    use hampm_summary, only: summary, summary_json, solver_report, tip_report, equilibrium_report, equilibrium_proposal
    use hampm_text, only: digits_text, string_t, to_text, three_digits
    use hampm_threads, only: check_threads, surplus_threads, use_threads, thread_count, thread_report
-   use hampm_version, only: version, release_of, commit_of
+   use hampm_version, only: program_name, version, release_of, commit_of
    implicit none
    private
    public :: act, run_and_report, end_program, check_report
@@ -211,7 +211,8 @@ contains
       call refuse_files_of_others(path, failure)
       if (failure%failed() .or. force) return
       if (file_exists(checkpoint)) then
-         call failure%report(exit_file, checkpoint//': there is a checkpoint of a run. To go on with it: hampm --resume '// &
+         call failure%report(exit_file, checkpoint//': there is a checkpoint of a run. To go on with it: '// &
+                             program_name//' --resume '// &
                              checkpoint//'. To begin it anew: --force. Or use another &output file or --output')
       else if (is_folder(path)) then
          return                                  ! to write the result will fail

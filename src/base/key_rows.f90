@@ -3,8 +3,9 @@ module hampm_key_rows
    use hampm_kinds, only: ndim, name_len
    implicit none
    private
-   public :: zeros, along_x, components, group_t, key_t, list_len, max_values, once, repeats, any_number, positive, not_negative, &
-             type_real, type_integer, type_name, type_text, type_logical, is_required, is_assumed, is_optional
+   public :: zeros, along_x, near_side, far_side, components, group_t, key_t, list_len, max_values, once, repeats, any_number, &
+             positive, not_negative, type_real, type_integer, type_name, type_text, type_logical, is_required, is_assumed, &
+             is_optional
 
    integer, parameter :: type_real = 1, type_integer = 2
    integer, parameter :: type_name = 3             !! text of at most `name_len` characters: a name or a choice
@@ -21,6 +22,7 @@ module hampm_key_rows
 
    character(*), parameter :: zeros = repeat('0.0, ', ndim - 1)//'0.0'     !! of a vector
    character(*), parameter :: along_x = '1.0'//repeat(', 0.0', ndim - 1)
+   character(*), parameter :: near_side = repeat(', 0.0', ndim - 2), far_side = repeat(', 0.01', ndim - 2) !! z in the template
    character(*), parameter :: components = 'x|y|xy|z|xz|yz|xyz'            !! of a vector: the first three are those in the plane
 
    !> A row of the table of groups.

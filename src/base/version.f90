@@ -2,10 +2,12 @@
 !>
 !> Only the main program knows it, and says it as it begins, so that nothing else is compiled and linked anew with each commit.
 module hampm_version
+   use hampm_kinds, only: ndim
    implicit none
    private
-   public :: version, identify, same_release, release_of, commit_of
+   public :: program_name, version, identify, same_release, release_of, commit_of
 
+   character(*), parameter :: program_name = 'hampm'//repeat('3d', ndim - 2)
    character(80), protected :: version = 'unknown'
 
 contains

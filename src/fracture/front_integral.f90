@@ -12,7 +12,7 @@
 !>
 !>    div s = g [ (s_11 - s_tt) e_1 + s_n1 n + 2 s_t1 t ],       t-derivative of A = g [ (A_i1 e_i)' + ... ], e_1' = t, t' = -e_1,
 !>
-!> do not vanish (Gosz & Moran 2002). Bonds just ahead of a curved front (`hampm_plane_points`) become longer with it: what they store, w for each area,
+!> do not vanish (Gosz & Moran 2002). The part just ahead of a curved front that interface points hold (`hampm_plane_points`) becomes longer with it: what they store, w for each area,
 !> is taken off G, -sum w g q. Faces that press on each other with a force f bring f . [A e_1] q to the interaction. In mode III 2/E' is 1/mu. Between the nodes of the grid q has the functions of the grid, by which particles
 !> integrate as they integrate forces: what they bring to the nodes does not depend on q, and serves all hats and all domains. The grid is that of the
 !> reference configuration.

@@ -1,7 +1,7 @@
 !> What is measured along the front of a plane crack, and what results hold of it, of solids only.
 !>
 !> G is the mean over the domains, and so are K. Its estimated error is what the domains differ by and what K, which the cells resolve in another way, has
-!> of G. Where a front ends on a side, K of plane strain has no meaning: there the modes share G as at the next node.
+!> of G. Where a front ends on a side, the field is not that of plane strain, and K is undefined: there the modes share G as at the next node.
 !>
 !> Values are means over hats. Along a front that runs with the lattice these reach over a cell to each side. Other fronts cut the cells now here, now there:
 !> what acts as the front is a polygon of the lattice, and means over three cells leave little of that.

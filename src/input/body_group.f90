@@ -1,7 +1,8 @@
 !> The group &body: its row in the table of groups, its keys, and their values in a model.
 module hampm_body_group
    use hampm_kinds, only: dp, ndim, name_len
-   use hampm_key_rows, only: zeros, along_x, group_t, key_t, type_real, type_integer, type_name, type_text, repeats, &
+   use hampm_key_rows, only: zeros, along_x, near_side, far_side, group_t, key_t, type_real, type_integer, type_name, &
+                             type_text, repeats, &
                              is_required, any_number, not_negative, positive, type_logical, max_values
    use hampm_outline, only: outline_t, ring_t, polygon_ring, circle_ring, box_ring, cylinder_ring
    use hampm_settings, only: settings_t
@@ -21,9 +22,9 @@ module hampm_body_group
       key_t('shape', type_name, 'a rectangle along the grid lines, a polygon or a circle; a solid is a box, cylinder or sphere', &
             default='rectangle', allowed='rectangle|polygon|circle|cylinder|sphere'), &
       key_t('lower', type_real, 'lower corner of a rectangle or box; lower end of the axis of a cylinder', unit='m', &
-            example='0.0, 0.0', allowed=any_number, fewest=0, most=ndim), &
+            example='0.0, 0.0'//near_side, allowed=any_number, fewest=0, most=ndim), &
       key_t('upper', type_real, 'upper corner of a rectangle or box; upper end of the axis of a cylinder', unit='m', &
-            example='0.1, 0.01', allowed=any_number, fewest=0, most=ndim), &
+            example='0.1, 0.01'//far_side, allowed=any_number, fewest=0, most=ndim), &
       key_t('points', type_real, 'corners of a polygon: x1, y1, x2, y2, ..., as one walks around it', unit='m', &
             allowed=any_number, fewest=0, most=max_values), &
       key_t('center', type_real, 'center of a circle or sphere', unit='m', allowed=any_number, fewest=0, most=ndim), &

@@ -5,6 +5,7 @@ module hampm_command_line
    use hampm_settings, only: input_errors_t
    use hampm_text, only: line, string_t, did_you_mean, lower_case, printable
    use hampm_values, only: parse_real, is_number
+   use hampm_version, only: program_name
    implicit none
    private
    public :: options_t, changes_model, command_arguments, parse_arguments, usage_text
@@ -104,7 +105,7 @@ contains
          '--json requires --check, --keys or --rules')
       if (options%input == '' .and. options%resume == '' .and. errors%count == 0 .and. &
           .not. (options%help .or. options%version .or. options%template .or. options%keys .or. options%rules)) &
-         call errors%add('which namelist file? Usage: hampm [options] case.nml; hampm --help explains')
+         call errors%add('which namelist file? Usage: '//program_name//' [options] case.nml; '//program_name//' --help explains')
       call errors%tell(failure)
    end subroutine parse_arguments
 
@@ -175,7 +176,7 @@ contains
       end do
       if (k == 0) then
          call errors%add('there is no option '//printable(name, 60)//did_you_mean(name, names)// &
-                         ' (hampm --help lists them)')
+                         ' ('//program_name//' --help lists them)')
          return
       end if
       if (has_value .and. .not. known(k)%takes_value) call errors%add(name//' takes no value')
@@ -248,15 +249,17 @@ contains
    pure function usage_text() result(text)
       character(:), allocatable :: text
       integer :: k
-      text = line('Usage: hampm [options] case.nml')//line('       hampm [options] --resume CHECKPOINT')//line('') &
+      text = line('Usage: '//program_name//' [options] case.nml')//line('       '//program_name//' [options] --resume CHECKPOINT') &
+             //line('') &
              //line('Computes the motion of the model that the namelist file describes and the energy release rate of') &
-             //line('its crack, by the material point method. hampm --template > case.nml gives a model to start from.') &
+             //line('its crack, by the material point method. '// &
+                  program_name//' --template > case.nml gives a model to start from.') &
              //line('')
       do k = 1, size(known)
          text = text//line('  '//known(k)%synopsis(:24)//trim(known(k)%meaning))
       end do
       text = text//line('')//line('Exit codes: 0 done; 2 an error on the command line or in the file; 3 the computation') &
              //line('failed; 4 a file could not be read or written, or an old result is there; 5 stopped before the end,') &
-             //line('with a checkpoint to go on from; 6 the processor lacks instructions for which hampm was built.')
+             //line('with a checkpoint to go on from; 6 the processor lacks instructions for which '//program_name//' was built.')
    end function usage_text
 end module hampm_command_line

@@ -6,7 +6,7 @@ module hampm_crack_groups
    use hampm_front, only: crack_shape_t, plane_axes
    use hampm_growth_laws, only: growth_law_t, growth_laws, growth_law_keys
    use hampm_key_rows, only: group_t, key_t, type_logical, type_real, type_name, type_text, repeats, is_optional, any_number, &
-                             not_negative, max_values, positive, once, is_assumed, along_x
+                             not_negative, max_values, positive, once, is_assumed, along_x, near_side
    use hampm_law, only: constant_t, value_of
    use hampm_settings, only: settings_t
    use hampm_toughness, only: advance_t, factors_t, table_t, toughness_keys
@@ -22,10 +22,11 @@ module hampm_crack_groups
       key_t('kind', type_name, 'along the constrained edge of a symmetric half, or straight to a tip, or along points; '// &
             'of solids also in a plane inside', default='symmetry', allowed='symmetry|line|path|plane'), &
       key_t('tip', type_real, 'crack tip, at a symmetry plane a node of the lattice; of two tips the one that direction '// &
-            'points out of', example='0.05, 0.0', unit='m', allowed=any_number, fewest=0, most=ndim), &
+            'points out of', example='0.05, 0.0'//near_side, unit='m', allowed=any_number, fewest=0, most=ndim), &
       key_t('direction', type_real, 'from the crack out of its tip; at a symmetry plane along it', default=along_x, &
             allowed=any_number, fewest=ndim, most=ndim), &
-      key_t('normal', type_name, 'of solids: axis across the plane of the crack', default='z', allowed='x|y|z'), &
+      key_t('normal', type_name, 'of solids: axis across the plane of the crack', default='z', allowed='x|y|z', &
+            example=merge('z', 'y', ndim == 2)), &
       key_t('front', type_name, 'of solids: of a half plane, through tip; of a disc, an ellipse or a polygon, which is cracked', &
             default='straight', allowed='straight|disc|ellipse|polygon'), &
       key_t('center', type_real, 'of a disc or an ellipse', unit='m', allowed=any_number, fewest=0, most=ndim), &
@@ -129,19 +130,21 @@ module hampm_crack_groups
 
    type(key_t), parameter :: energy_release_keys(*) = [ &
       key_t('estimators', type_name, 'of the energy release rate and of K, which the history records; none by default', &
-            example='vcct, stress_closure, domain_integral', allowed='{estimators}', fewest=0, most=most_estimators), &
+            example=merge('vcct, stress_closure, domain_integral', 'domain_integral                      ', ndim == 2), &
+            allowed='{estimators}', fewest=0, most=most_estimators), &
       key_t('energy_balance', type_logical, 'whether the history records the energy that the method itself loses, numerical_loss', &
             default='.false.', example='.true.'), &
       key_t('radii', type_real, 'of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more', &
-            example='4.0e-3, 6.0e-3, 8.0e-3', unit='m', allowed=positive, fewest=0, most=most_radii), &
+            example=merge('4.0e-3, 6.0e-3, 8.0e-3', '                      ', ndim == 2), unit='m', allowed=positive, &
+            fewest=0, most=most_radii), &
       key_t('t_stress', type_logical, 'whether the history records the T-stress, by domain_integral', default='.false.', &
-            example='.true.'), &
+            example=merge('.true. ', '.false.', ndim == 2)), &
       key_t('phase_length', type_real, &
             'of tips between two materials: distance ahead at which K_I and K_II are those of the stress; 0: no K there', &
             default='0.0', unit='m', allowed=not_negative), &
       key_t('reference', type_name, &
             'where the reference value G_ref comes from: nowhere, double cantilever beam theory, or a key', default='none', &
-            example='dcb', allowed='none|dcb|value'), &
+            example=merge('dcb ', 'none', ndim == 2), allowed='none|dcb|value'), &
       key_t('reference_value', type_real, 'G_ref where reference = ''value''; needed there', default='0.0', unit='J/m2', &
             allowed=not_negative)]
 

@@ -3,7 +3,8 @@
 module hampm_load_groups
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_constraints, only: given_motion_t
-   use hampm_key_rows, only: zeros, components, key_t, type_real, type_name, any_number, not_negative, max_values, group_t, &
+   use hampm_key_rows, only: zeros, near_side, far_side, components, key_t, type_real, type_name, any_number, &
+                             not_negative, max_values, group_t, &
                              type_text, type_logical, repeats, is_optional
    use hampm_settings, only: settings_t
    use hampm_text, only: to_text
@@ -33,9 +34,9 @@ module hampm_load_groups
       'displacement components of all grid nodes in a box that are held, or moved as prescribed')
 
    type(key_t), parameter :: constraint_keys(*) = [ &
-      key_t('lower', type_real, 'lower corner of the box whose nodes are held', example='0.05, 0.0', unit='m', allowed=any_number, &
-            fewest=ndim, most=ndim, required=.true.), &
-      key_t('upper', type_real, 'upper corner of the box, may equal the lower one', example='0.1, 0.0', unit='m', &
+      key_t('lower', type_real, 'lower corner of the box whose nodes are held', unit='m', allowed=any_number, &
+            example=merge('0.05, 0.0    ', '0.0, 0.0, 0.0', ndim == 2), fewest=ndim, most=ndim, required=.true.), &
+      key_t('upper', type_real, 'upper corner of the box, may equal the lower one', example='0.1, 0.0'//far_side, unit='m', &
             allowed=any_number, fewest=ndim, most=ndim, required=.true.), &
       key_t('fix', type_name, 'components that are held there, or moved', example='y', &
             allowed=components(:merge(6, 18, ndim == 2)), required=.true.), &
@@ -66,12 +67,12 @@ module hampm_load_groups
       key_t('kind', type_name, &
             'acts at a point, on an edge, in a box, normal to an edge or crack, on all material; or lets waves out of an edge', &
             example='traction', allowed='point|traction|body|pressure|gravity|absorbing', required=.true.), &
-      key_t('lower', type_real, 'lower corner of where it acts; none of gravity and of pressure on a crack', example='0.0, 0.0', &
-            unit='m', allowed=any_number, fewest=0, most=ndim), &
+      key_t('lower', type_real, 'lower corner of where it acts; none of gravity and of pressure on a crack', unit='m', &
+            example='0.0, 0.0'//near_side, allowed=any_number, fewest=0, most=ndim), &
       key_t('upper', type_real, 'upper corner of where it acts, for a point equal to the lower one; none where lower is none', &
-            example='0.0, 0.01', unit='m', allowed=any_number, fewest=0, most=ndim), &
+            example='0.0, 0.01'//far_side, unit='m', allowed=any_number, fewest=0, most=ndim), &
       key_t('force', type_real, 'of a point, traction or body: resultant of the whole load where its factor is 1', &
-            example='0.0, 1.0', unit='N', allowed=any_number, fewest=0, most=ndim), &
+            example='0.0, 1.0'//near_side, unit='N', allowed=any_number, fewest=0, most=ndim), &
       key_t('pressure', type_real, 'of a pressure: force on each area where its factor is 1, positive into the material', &
             default='0.0', unit='Pa', allowed=any_number), &
       key_t('on', type_name, 'of a pressure: whether on a part of a body''s edge or on all faces of a crack', default='edge', &

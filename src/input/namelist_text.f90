@@ -5,6 +5,7 @@ module hampm_namelist_text
    use hampm_keys, only: groups, keys, first_key, key_count, allowed_text, default_count, default_value, is_text
    use hampm_settings, only: settings_t, setting_t, group_entry_t
    use hampm_text, only: to_text
+   use hampm_version, only: program_name
    implicit none
    private
    public :: template_text, canonical_text, component_text, example_list
@@ -19,7 +20,8 @@ contains
    pure function template_text() result(text)
       character(:), allocatable :: text, start
       integer :: g, k
-      text = '! A model for hampm, with every group and key. Numbers are in SI units. A comment gives: meaning [unit];'//line_feed &
+      text = '! A model for '//program_name//', with every group and key. Numbers are in SI units. '// &
+             'A comment gives: meaning [unit];'//line_feed &
              //'! what is allowed; the default. Keys and groups may stand in any order.'//line_feed
       do g = 1, size(groups)
          start = ''

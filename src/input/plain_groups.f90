@@ -3,7 +3,8 @@
 module hampm_plain_groups
    use hampm_kinds, only: dp, ndim, name_len, path_len
    use hampm_indicators, only: indicator_keys
-   use hampm_key_rows, only: zeros, group_t, key_t, type_real, type_integer, once, is_required, any_number, positive, &
+   use hampm_key_rows, only: zeros, near_side, far_side, group_t, key_t, type_real, type_integer, once, is_required, &
+                             any_number, positive, &
                              type_name, type_text, is_assumed, not_negative, is_optional
    use hampm_thickness, only: thickness_t
    implicit none
@@ -72,7 +73,7 @@ module hampm_plain_groups
       key_t('plane', type_name, 'plane stress, plane strain, or material around the axis x = 0, where x is the radius', &
             default='stress', allowed='stress|strain|axisymmetric'), &
       key_t('thickness', type_real, 'thickness of the plane; forces and energies are those of all of it', default='1.0', &
-            example='0.01', unit='m', allowed=positive), &
+            example=merge('0.01', '    ', ndim == 2), unit='m', allowed=positive), &
       key_t('end_time', type_real, 'the run goes from time 0 to this time', example='1.5e-3', unit='s', allowed=positive, &
             required=.true.), &
       key_t('stop_when', type_name, 'what ends the run before that, at a sample; none by default', &
@@ -100,10 +101,10 @@ module hampm_plain_groups
    type(key_t), parameter :: grid_keys(*) = [ &
       key_t('lower', type_real, 'lower corner of the lattice', default=zeros, unit='m', allowed=any_number, fewest=ndim, &
             most=ndim), &
-      key_t('cell', type_real, 'size of a root cell, the same in both directions', example='1.25e-3', unit='m', allowed=positive, &
-            required=.true.), &
-      key_t('cells', type_integer, 'number of root cells in each direction', example='80, 9', allowed='[1, inf)', fewest=ndim, &
-            most=ndim, required=.true.), &
+      key_t('cell', type_real, 'size of a root cell, the same in both directions', unit='m', allowed=positive, &
+            example=merge('1.25e-3', '2.5e-3 ', ndim == 2), required=.true.), &
+      key_t('cells', type_integer, 'number of root cells in each direction', allowed='[1, inf)', fewest=ndim, &
+            example=merge('80, 9   ', '40, 5, 4', ndim == 2), most=ndim, required=.true.), &
       key_t('order', type_integer, 'of the shape functions: 1 bilinear, 2 biquadratic cells with nine nodes', default='1', &
             allowed='[1, 2]')]
 
@@ -202,11 +203,11 @@ module hampm_plain_groups
             allowed='energy_density|stress_norm|speed'), &
       indicator_keys, &
       key_t('max_level', type_integer, 'how often a root cell may be divided; its size is halved each time', default='4', &
-            example='2', allowed='[0, 20]'), &
+            example=merge('2', '1', ndim == 2), allowed='[0, 20]'), &
       key_t('region_lower', type_real, 'lower corner of the box in which cells may refine; without limit by default', &
-            example='0.04, 0.0', unit='m', allowed=any_number, fewest=0, most=ndim), &
+            example='0.04, 0.0'//near_side, unit='m', allowed=any_number, fewest=0, most=ndim), &
       key_t('region_upper', type_real, 'upper corner of the box in which cells may refine; without limit by default', &
-            example='0.06, 0.01', unit='m', allowed=any_number, fewest=0, most=ndim), &
+            example='0.06, 0.01'//far_side, unit='m', allowed=any_number, fewest=0, most=ndim), &
       key_t('start', type_real, 'time of the first look at gradient or zz: loads that begin make steep fronts', default='0.0', &
             unit='s', allowed=not_negative), &
       key_t('interval', type_integer, 'steps between looks at the indicator', default='100', allowed='[1, inf)'), &

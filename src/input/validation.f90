@@ -7,6 +7,7 @@ module hampm_validation
    use hampm_settings, only: settings_t, setting_t, group_entry_t, value_t
    use hampm_text, only: to_text, lower_case, did_you_mean, printable
    use hampm_values, only: parse_real, parse_integer, in_interval, is_number, is_extreme, is_no_number
+   use hampm_version, only: program_name
    implicit none
    private
    public :: validate, must_be
@@ -34,7 +35,8 @@ contains
       do g = 1, size(groups)
          if (settings%count_of(trim(groups(g)%name)) > 0) cycle
          if (groups(g)%presence == is_required) call settings%errors%add( &
-            'the group &'//trim(groups(g)%name)//' is missing: '//trim(groups(g)%meaning)//'; hampm --template shows one', &
+            'the group &'//trim(groups(g)%name)//' is missing: '//trim(groups(g)%meaning)//'; '// &
+            program_name//' --template shows one', &
             settings%file, trim(groups(g)%name), subject='')
          if (groups(g)%presence /= is_assumed) cycle
          assumed = new_entry(g, settings%file)

@@ -14,6 +14,7 @@ module hampm_continuation
    use hampm_simulation, only: simulation_t, rebuild_on_mesh
    use hampm_problem_checkpoint, only: keep_problem
    use hampm_threads, only: use_threads
+   use hampm_version, only: program_name
    implicit none
    private
    public :: check_interruption, rebuild
@@ -31,7 +32,7 @@ contains
       is_time = s%interruption%wants_checkpoint(s%problem%state%steps)
       if (reason /= '' .or. is_time) call write_checkpoint(s, reason /= '', failure)
       if (reason /= '' .and. .not. failure%failed()) call failure%report(exit_stopped, s%problem%state%when()// &
-         'stopped by '//reason//'. To go on: hampm --resume '//checkpoint_name(s%results%path))
+         'stopped by '//reason//'. To go on: '//program_name//' --resume '//checkpoint_name(s%results%path))
    end subroutine check_interruption
 
    !> Bring the result up to date, for the last time or not, and then write a checkpoint that continues it.

@@ -36,6 +36,17 @@ def test_the_model_as_it_is_used_has_no_plane(tmp_path):
     assert [line for line in again.splitlines() if line[:1] != "!"] == [line for line in first.splitlines() if line[:1] != "!"]
 
 
+def test_the_template_is_a_solid_that_runs(tmp_path):
+    """A beam with a crack, which the first steps move; the help and the way to go on have the name of the program."""
+    (tmp_path / "case.nml").write_text(run(tmp_path, SOLID_PROGRAM, "--template").stdout)
+    done = run(tmp_path, SOLID_PROGRAM, "case.nml", "--steps", "10")
+    assert done.returncode == 5 and done.stderr.endswith("To go on: hampm3d --resume ./dcb.h5.checkpoint\n") and "warning" not in done.stderr, done.stderr
+    with h5py.File(tmp_path / "dcb.h5") as file:
+        assert file["history/external_work"][-1] > 0 and "G_mean" in file["history"]
+    text = run(tmp_path, SOLID_PROGRAM, "--help").stdout
+    assert text.startswith("Usage: hampm3d [options] case.nml\n") and "hampm " not in text
+
+
 @pytest.mark.parametrize(("setting", "code", "says"), [
     ("body.upper=0.2,0.04", 2, "&body upper = 0.2, 0.04: must have 3 values, or none, not 2"),
     ("load.lower=0.2,0,0.04", 2, "must equal lower = (0.2, 0.0, 0.04) in exactly one direction: a traction acts on a side"),
