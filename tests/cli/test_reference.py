@@ -7,7 +7,7 @@ import h5py
 import pytest
 from base_case import GOOD, LINE, REFINE
 
-from paths import ROOT
+from paths import INPUT, ROOT, SOLID_PROGRAM
 
 DOCS = ROOT / "docs/reference"
 
@@ -150,6 +150,38 @@ def test_every_column_of_the_history_is_documented(choices, hampm, tmp_path):
                 column = re.sub("_grip(?=_|$)", "_<name>", column)
                 recorded.setdefault(column, (data.attrs["units"], re.sub("radius .* m$", "radius R m", data.attrs["long_name"].replace(" of grip", " of <name>"))))
     assert {column: texts for column, texts in recorded.items() if not re.fullmatch("J_[2-9]", column)} == documented
+
+
+SOLID = """
+&run end_time = 1e-7 /
+&grid lower = 0.0, 0.0, 0.0  cell = 0.05  cells = 4, 3, 3 /
+&material name = 'a'  young = 1e9  poisson = 0.3  density = 1e3 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.1, 0.1, 0.1 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.0, 0.1, 0.1  fix = 'xyz'  name = 'grip' /
+&load kind = 'traction'  lower = 0.1, 0.0, 0.0  upper = 0.1, 0.1, 0.1  force = 1.0, 1.0, 1.0 /
+&method frame = 'updated' /
+&probe name = 'grip'  {} /
+&output history_interval = 1e-7 /
+"""
+
+
+@pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+def test_every_column_of_solids_is_documented(hampm, tmp_path):
+    """What a plane does not have, in tables of its own; those along fronts among them."""
+    documented, of_solids = ({row[0]: (row[1], row[2]) for row in rows("results.md", head)} for head in ("| column |", "| column of solids |"))
+    along_fronts = {row[0]: (row[1], row[2]) for row in rows("results.md", "| of solids |") if "/history" in row[3]}
+    recorded = {}
+    for name, text in (("points", SOLID.format("quantity = 'displacement', 'velocity', 'strain', 'stress'  at = 0.03, 0.03, 0.03")),
+                       ("loads", SOLID.format("quantity = 'load_line'  of = 'grip'")), ("front", (INPUT / "solid/penny.nml").read_text())):
+        (tmp_path / f"{name}.nml").write_text(text)
+        result = hampm(f"{name}.nml", "--set", f"output.file={name}.h5", program=SOLID_PROGRAM)
+        assert result.returncode == 0, result.stderr
+        with h5py.File(tmp_path / f"{name}.h5") as file:
+            for column, data in file["history"].items():
+                recorded[re.sub("_grip(?=_|$)", "_<name>", column)] = (data.attrs["units"], data.attrs["long_name"].replace(" of grip", " of <name>"))
+    assert set(of_solids) <= set(recorded)
+    texts = documented | of_solids | along_fronts
+    assert recorded == {column: texts.get(column) for column in recorded}
 
 
 def test_every_exit_code_is_documented():
