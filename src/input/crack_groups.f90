@@ -26,7 +26,7 @@ module hampm_crack_groups
       key_t('direction', type_real, 'from the crack out of its tip; at a symmetry plane along it', default=along_x, &
             allowed=any_number, fewest=ndim, most=ndim), &
       key_t('normal', type_name, 'of solids: axis across the plane of the crack', default='z', allowed='x|y|z', &
-            example=merge('z', 'y', ndim == 2)), &
+            example=merge(' ', 'y', ndim == 2)), &
       key_t('front', type_name, 'of solids: of a half plane, through tip; of a disc, an ellipse or a polygon, which is cracked', &
             default='straight', allowed='straight|disc|ellipse|polygon'), &
       key_t('center', type_real, 'of a disc or an ellipse', unit='m', allowed=any_number, fewest=0, most=ndim), &
