@@ -39,6 +39,15 @@ def run(folder, program, text, *options):
     return h5py.File(folder / "case.h5")
 
 
+def difference(what, found, asked, scale=None):
+    """The largest difference from what is asked, each over its own value (zeros over the largest) or all over one scale; it is printed."""
+    found, asked = np.asarray(found), np.asarray(asked)
+    size = np.where(asked == 0, np.max(np.abs(asked)), np.abs(asked)) if scale is None else scale
+    value = np.max(np.abs(found - asked) / size)
+    print(f"{what}: {value:.1e}")
+    return value
+
+
 @pytest.mark.parametrize(("method", "law"), [
     ("time = 'static'", ""), ("time = 'implicit'  time_step = 4e-6", ""), (f"time = 'explicit'  frame = 'total'  {STEPS}", ""),
     (f"time = 'explicit'  frame = 'updated'  {STEPS}", ""), (f"scheme = 'usl'  {STEPS}", ""), (f"mass = 'consistent'  {STEPS}", ""),

@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 from paths import PROGRAM, SOLID_PROGRAM
-from test_solid import IN_PLANE, IN_SPACE, run, vector
+from test_solid import IN_PLANE, IN_SPACE, difference, run, vector
 
 pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
 
@@ -88,11 +88,11 @@ def test_an_orthotropic_block_strains_by_its_compliance(tmp_path, angles, rest):
     strain = np.einsum("ijkl,kl", turned, STRESS)
     for a, b in itertools.combinations_with_replacement(range(3), 2):
         name = "xyz"[a] + "xyz"[b]
-        assert abs(history[f"stress_p_{name}"][-1] - STRESS[a, b]) < 1e-2, name
-        assert abs(history[f"strain_p_{name}"][-1] - strain[a, b]) < 1e-9 * np.max(np.abs(strain)), name
+        assert difference(f"stress {name}", history[f"stress_p_{name}"][-1], STRESS[a, b], 3e6) < 1e-9
+        assert difference(f"strain {name}", history[f"strain_p_{name}"][-1], strain[a, b], np.max(np.abs(strain))) < 1e-9
     line = np.array([0.16, 0.07, 0.05])
-    assert history["strain_l"][-1] == pytest.approx(line @ strain @ line / (line @ line), rel=1e-9)
-    assert history["strain_energy"][-1] == pytest.approx(0.5 * np.sum(STRESS * strain) * 0.2 * 0.1 * 0.1, rel=1e-9)
+    assert difference("mean along a line", history["strain_l"][-1], line @ strain @ line / (line @ line)) < 1e-9
+    assert difference("energy", history["strain_energy"][-1], 0.5 * np.sum(STRESS * strain) * 0.2 * 0.1 * 0.1) < 1e-9
 
 
 @pytest.mark.parametrize(("angles", "axes"), [((90, 0, 0), (0, 2, 1)), ((0, 90, 0), (2, 1, 0)), ((0, 0, 90), (1, 0, 2)), ((90, 0, 90), (2, 0, 1))])
@@ -104,7 +104,7 @@ def test_a_quarter_turn_exchanges_constants(tmp_path, angles, axes):
              for name, material in (("turned", f"{exchanged((0, 1, 2))}  angle = {vector(angles)}"), ("exchanged", exchanged(axes)))]
     for name in ("strain_energy", "kinetic_energy", "external_work"):
         turned, asked = (file[f"history/{name}"][-1] for file in files)
-        assert asked > 0 and turned == pytest.approx(asked, rel=1e-11), name
+        assert asked > 0 and difference(name, turned, asked) < 1e-11
 
 
 WAVE = """
@@ -142,7 +142,8 @@ def test_a_side_absorbs_plane_waves(tmp_path, axis, across):
                        force=vector(force), interval=end / 40, rollers=f"&constraint lower = 0.0, 0.0, 0.0  upper = {along(length, width)}  fix = '{held}' /")
     history = run(tmp_path / "case", SOLID_PROGRAM, text)["history"]
     energy = history["strain_energy"][:] + history["kinetic_energy"][:]
-    assert np.max(energy) > 0 and energy[-1] < 1e-3 * np.max(energy), (energy[-1] / np.max(energy))
+    print(f"{'P' if across == 0 else 'S'} wave: energy left {energy[-1] / np.max(energy):.1e}")
+    assert np.max(energy) > 0 and energy[-1] < 1e-3 * np.max(energy)
 
 
 def test_an_absorbing_slab_between_rollers_is_plane_strain(tmp_path):
@@ -165,7 +166,7 @@ def test_an_absorbing_slab_between_rollers_is_plane_strain(tmp_path):
     solid = run(tmp_path / "solid", SOLID_PROGRAM, text.format(**{**IN_SPACE, "rollers": rollers}))["history"]
     scale = np.max(plane["external_work"])
     for column in ("strain_energy", "kinetic_energy", "external_work"):
-        assert np.max(np.abs(solid[column][:] - plane[column][:])) < 1e-11 * scale, column
+        assert difference(column, solid[column][:], plane[column][:], scale) < 1e-11
 
 
 def test_a_body_spins_around_any_axis(tmp_path):
@@ -177,12 +178,12 @@ def test_a_body_spins_around_any_axis(tmp_path):
     mass, edge = 1600.0e-3, 0.1
     asked = 0.5 * mass * edge**2 / 6 * np.sum(spin**2) * (1 - (0.025 / edge) ** 2)  # of points in the middle of particles
     history = {name: values[:] for name, values in file["history"].items()}
-    assert history["kinetic_energy"][0] == pytest.approx(asked, rel=1e-9)
+    assert difference("kinetic energy", history["kinetic_energy"][0], asked) < 1e-9
     total = history["kinetic_energy"] + history["strain_energy"]
-    assert total[-1] == pytest.approx(asked, rel=0.02)
+    assert difference("energy at the end", total[-1], asked) < 0.02
     for k, d in enumerate("xyz"):
         assert np.max(np.abs(history[f"momentum_{d}"])) < 1e-9 * mass * edge * np.linalg.norm(spin)
-        assert history[f"angular_momentum_{d}"] == pytest.approx(2 * asked * spin[k] / np.sum(spin**2), rel=1e-3)
+        assert difference(f"angular momentum {d}", history[f"angular_momentum_{d}"], 2 * asked * spin[k] / np.sum(spin**2)) < 1e-3
 
 
 SLAB = """
@@ -214,9 +215,8 @@ def test_supports_and_pins_of_a_slab_are_those_of_the_plane(tmp_path, rest, meth
     rollers = "&constraint lower = 0.0, 0.0, 0.0  upper = 0.4, 0.1, 0.05  fix = 'z' /"
     solid = run(tmp_path / "solid", SOLID_PROGRAM, SLAB.format(end=end, method=method, rest=rest.format(**IN_SPACE),
                                                               **{**IN_SPACE, "rollers": rollers}))["history"]
-    for column in ("strain_energy", "kinetic_energy"):
-        assert solid[column][-1] == pytest.approx(plane[column][-1], rel=1e-9), column
-    assert plane["strain_energy"][-1] > 0
+    for column in ("strain_energy",) if "static" in method else ("strain_energy", "kinetic_energy"):
+        assert plane[column][-1] > 0 and difference(column, solid[column][-1], plane[column][-1]) < 1e-9
 
 
 def test_a_pin_of_a_solid_has_an_axis(tmp_path):
@@ -235,7 +235,7 @@ def test_a_block_that_nothing_holds(tmp_path, direction):
     free = BLOCK.replace("law = 'orthotropic'  {material}", "young = 200.0e9  poisson = 0.3")
     for name, held in (("free", ""), ("held", "\n&constraint lower = 0.2, 0.1, 0.0  upper = 0.2, 0.1, 0.0  fix = 'xz' /")):
         history = run(tmp_path / name, SOLID_PROGRAM, free.format(end=1.0, body="", rest=sides + held, method=AT_REST))["history"]
-        assert history["strain_energy"][-1] == pytest.approx(0.5 * 9.0e12 * 3 * (1 - 0.6) / 200.0e9 * 0.002, rel=1e-9)
+        assert difference(f"{name}: energy", history["strain_energy"][-1], 0.5 * 9.0e12 * 3 * (1 - 0.6) / 200.0e9 * 0.002) < 1e-9
     (tmp_path / "pushed.nml").write_text(free.format(end=1.0, body="", method=AT_REST, rest="&load kind = 'traction'  lower = 0.2, 0.0, 0.0  "
                                                      f"upper = 0.2, 0.1, 0.1  force = {vector(1e3 * x for x in direction)} /"))
     result = subprocess.run([SOLID_PROGRAM, "pushed.nml", "--quiet"], cwd=tmp_path, capture_output=True, text=True)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from harness import differing
 from paths import PROGRAM, SOLID_PROGRAM
-from test_solid import run, vector
+from test_solid import difference, run, vector
 
 pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
 
@@ -68,8 +68,8 @@ def test_tension_of_a_cylinder_is_exact(tmp_path, axis, middle):
     for a in range(3):
         for b in range(a, 3):
             asked = 1e6 if a == b == axis else 0.0
-            assert np.max(np.abs(fields["stress_" + "xyz"[a] + "xyz"[b]] - asked)) < 1e-3, (a, b)
-    assert file["history/strain_energy"][-1] == pytest.approx(1e12 / (2 * E) * np.pi * 0.02**2 * 0.06, rel=1e-10)
+            assert difference(f"stress {'xyz'[a]}{'xyz'[b]}", fields["stress_" + "xyz"[a] + "xyz"[b]], asked, 1e6) < 1e-9
+    assert difference("energy", file["history/strain_energy"][-1], 1e12 / (2 * E) * np.pi * 0.02**2 * 0.06) < 1e-10
 
 
 INNER, OUTER = 0.01, 0.02
@@ -112,7 +112,23 @@ def test_a_sphere_under_pressure(tmp_path):
             values = np.sort(fields["displacement"][:, d])
             assert np.max(np.abs(values + values[::-1])) < 1e-9 * widening(INNER)
     ratio = np.divide(*off)
+    print("energy, displacement: off by", off, "order", np.log(ratio) / np.log(1.5))
     assert off[1][0] < 0.025 and off[1][1] < 0.012 and np.all(ratio > 1.5**1.9), (off, ratio)
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize(("cells", "within"), [(6, 0.22), (12, 0.035)])
+def test_stress_at_a_curved_surface(tmp_path, cells, within):
+    """Tangential stress by probes, at the inner surface of the sphere and inside: what a linear fit to cells on one side is worth."""
+    ways = np.array([[1.0, 0.0, 0.0], [0.5**0.5, 0.5**0.5, 0.0], [0.9**0.5, 0.1**0.5, 0.0]])
+    depths = np.array([1.0, 1.1, 1.25, 1.5])
+    probes = "".join(f"&probe name = 'p{k}_{n}'  quantity = 'stress'  at = {vector(INNER * depth * way)} /\n" for k, way in enumerate(ways)
+                     for n, depth in enumerate(depths))
+    history = run(tmp_path / "case", SOLID_PROGRAM, sphere(cells, more=probes))["history"]
+    off = np.array([[history[f"stress_p{k}_{n}_zz"][-1] for n in range(4)] for k in range(3)])
+    off = off / (1e6 / (OUTER**3 / INNER**3 - 1) * (1 + OUTER**3 / (2 * (INNER * depths) ** 3))) - 1
+    print("off by depth", np.min(off, axis=0), np.max(off, axis=0))
+    assert np.max(np.abs(off)) < within and np.max(np.abs(off[:, 2:])) < 0.04
 
 
 def test_finer_cells_at_a_cavity(tmp_path):
@@ -120,7 +136,7 @@ def test_finer_cells_at_a_cavity(tmp_path):
     reach = vector([1.3 * INNER] * 3)
     finer = f"&refine indicator = 'gradient'  field = 'energy_density'  r_crit = 1e-17  max_level = 1  region_lower = -{reach.replace(', ', ', -')}  region_upper = {reach} /"
     file = run(tmp_path / "case", SOLID_PROGRAM, sphere(4, more=finer))
-    assert file["history/strain_energy"][-1] == pytest.approx(0.5e6 * 4 * np.pi * INNER**2 * widening(INNER), rel=0.015)
+    assert difference("energy", file["history/strain_energy"][-1], 0.5e6 * 4 * np.pi * INNER**2 * widening(INNER)) < 0.015
 
 
 def test_a_sphere_in_motion(tmp_path):
@@ -134,8 +150,9 @@ def test_a_sphere_in_motion(tmp_path):
         history = run(tmp_path / name, SOLID_PROGRAM, text)["history"]
         work[name] = history["external_work"][:]
         energy = history["strain_energy"][:] + history["kinetic_energy"][:]
-        assert work[name][-1] > 0 and np.max(np.abs(work[name] - energy)) < within * np.max(work[name]), (name, work[name], energy)
-    assert work["total"] == pytest.approx(work["reference"], rel=1e-9) and work["updated"][-1] == pytest.approx(work["total"][-1], rel=0.01)
+        assert work[name][-1] > 0 and difference(f"{name}: energy beside work", energy, work[name], np.max(work[name])) < within
+    assert difference("work beside plain loops", work["total"], work["reference"]) < 1e-9
+    assert difference("work of the frames", work["updated"][-1], work["total"][-1]) < 0.01
 
 
 @pytest.mark.parametrize("frame", ["total", "updated"])
@@ -155,10 +172,12 @@ def test_a_resumed_sphere_has_the_bytes_of_an_unbroken_one(tmp_path, frame):
     assert differing(whole / "case.h5", broken / "case.h5") == []
 
 
-@pytest.mark.parametrize("frame", ["total", "updated"])
-def test_a_drilled_slab_between_rollers_is_plane_strain(tmp_path, frame):
-    """A cylinder that goes through, at any place of the cells: energies of a hole of the plane program; in the updated frame, where nodes of slivers have
-    next to no mass, with less digits."""
+@pytest.mark.parametrize(("frame", "load", "within"), [
+    ("total", "traction", 1e-11), ("updated", "gravity", 1e-11), ("updated", "traction", 1e-5)])
+def test_a_drilled_slab_between_rollers_is_plane_strain(tmp_path, frame, load, within):
+    """A cylinder that goes through, at any place of the cells: energies of a hole of the plane program. A traction on a side of a body with a hole acts at
+    two points of each part of the side in the plane (those of Gauss), at its middle in solids: the same forces until the side turns, in the updated frame. With
+    the middle in both programs the difference is 8e-16."""
     text = """
 &run end_time = 2e-5  plane = 'strain'{thickness} /
 &grid lower = -0.05, -0.05{z0}  cell = 0.01  cells = 12, 12{n} /
@@ -167,17 +186,19 @@ def test_a_drilled_slab_between_rollers_is_plane_strain(tmp_path, frame):
 &body hole = .true.  {hole}  radius = 0.0213 /
 {rollers}
 &constraint lower = -0.05, -0.05{z0}  upper = -0.05, 0.05{z1}  fix = 'xy' /
-&load kind = 'traction'  lower = 0.05, -0.05{z0}  upper = 0.05, 0.05{z1}  force = 1.0e4, 2.0e4{z0} /
+&load {load} /
 &method frame = '{frame}'  courant = 0.2 /
 &output file = 'case.h5'  history_interval = 4e-6 /
 """
+    text = text.replace("{load}", "kind = 'gravity'  acceleration = 1.0e4, 2.0e4{z0}" if load == "gravity" else
+                        "kind = 'traction'  lower = 0.05, -0.05{z0}  upper = 0.05, 0.05{z1}  force = 1.0e4, 2.0e4{z0}")
     plane = run(tmp_path / "plane", PROGRAM, text.format(frame=frame, z0="", z1="", n="", thickness="  thickness = 0.01", rollers="",
                                                          hole="shape = 'circle'  center = 0.0031, 0.0012"))["history"]
     solid = run(tmp_path / "solid", SOLID_PROGRAM, text.format(
         frame=frame, z0=", 0.0", z1=", 0.01", n=", 1", thickness="", rollers="&constraint lower = -0.05, -0.05, 0.0  upper = 0.05, 0.05, 0.01  fix = 'z' /",
         hole="shape = 'cylinder'  lower = 0.0031, 0.0012, -0.01  upper = 0.0031, 0.0012, 0.03"))["history"]
     for column in ("strain_energy", "kinetic_energy", "external_work"):
-        assert solid[column][:] == pytest.approx(plane[column][:], rel=1e-11 if frame == "total" else 1e-5), column
+        assert difference(f"{frame} frame, {load}, {column}", solid[column][:], plane[column][:]) < within
 
 
 @pytest.mark.parametrize(("shape", "volume", "moments"), [
@@ -199,8 +220,9 @@ def test_mass_and_second_moments(tmp_path, shape, volume, moments):
 """
         return run(tmp_path / f"{cells}{motion[:3]}{len(list(tmp_path.iterdir()))}", SOLID_PROGRAM, text)["history/kinetic_energy"][0]
 
-    assert energy(4, "velocity = 1.0, 2.0, -2.0") == pytest.approx(4.5 * mass, rel=1e-12)
+    assert difference("mass", energy(4, "velocity = 1.0, 2.0, -2.0"), 4.5 * mass) < 1e-12
     off = [1 - energy(cells, "spin = 100.0, 0.0, -50.0") / (0.5 * mass * (moments[0] * 1e4 + moments[2] * 2500) * radius**2) for cells in (4, 8)]
+    print("second moments: less by", off, "order", np.log2(off[0] / off[1]))
     assert 0 < off[0] < 0.007 and off[0] / off[1] > 2**1.9, off
 
 
@@ -220,7 +242,7 @@ def test_an_octree_in_motion_steps_like_plain_loops(tmp_path):
 """
     fast, plain = (run(tmp_path / path, SOLID_PROGRAM, text.format(path))["history"] for path in ("fastest", "reference"))
     for name in ("strain_energy", "kinetic_energy"):
-        assert np.max(np.abs(fast[name][:] - plain[name][:])) < 1e-9 * np.max(plain[name][:])
+        assert difference(f"{name} beside plain loops", fast[name][:], plain[name][:], np.max(plain[name][:])) < 1e-9
 
 
 @pytest.mark.parametrize(("old", "new", "message"), [
