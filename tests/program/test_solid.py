@@ -383,3 +383,14 @@ def test_memory_is_as_foretold(tmp_path, n, method, output):
     peak = 1024e-6 * int(peak.split()[-1])
     print(f"{peak:.0f} MB, foretold {foretold:.0f}")
     assert foretold == pytest.approx(peak, rel=0.3)
+
+
+def test_memory_of_cells_around_a_front_is_as_foretold(tmp_path):
+    """Refined twice around a front that runs through a plate: 4096 cells become 6784."""
+    case = str(INPUT / "solid/plate.nml")
+    check = subprocess.run([SOLID_PROGRAM, case, "--check"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    foretold = float(re.search(r"! memory +about (\S+) MB", check.stdout)[1])
+    peak = 1024e-6 * int(subprocess.run([sys.executable, "-c", PEAK, SOLID_PROGRAM, case, "--quiet", "--threads", "1"], cwd=tmp_path,
+                                        capture_output=True, text=True, check=True).stdout.split()[-1])
+    print(f"{peak:.0f} MB, foretold {foretold:.0f}")
+    assert foretold == pytest.approx(peak, rel=0.3)
