@@ -175,11 +175,14 @@ contains
    pure subroutine hold_lone_particles(interfaces, m)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
+      logical :: are_aggregated                  !! nodes of cells that are nearly empty, so that no cut cell has a penalty
       integer :: i, k
+      are_aggregated = ndim > 2 .and. allocated(m%grid%bodies)
       do i = 1, m%particles%n
          associate (e => m%particles%cell(i), at => m%grid%element_lower(:, m%particles%cell(i)), &
                     h => m%grid%leaf_size(m%particles%cell(i)), area => m%particles%area_of(i))
-            if (m%blocks%count_in(e) > 1 .or. m%grid%is_cut(m%grid%element_leaf(e)) .or. area < h**ndim/2) cycle
+            if (m%blocks%count_in(e) > 1 .or. area < h**ndim*merge(least_fill, 0.5_dp, are_aggregated)) cycle
+            if (m%grid%is_cut(m%grid%element_leaf(e)) .and. .not. are_aggregated) cycle
             do k = 1, n_hourglasses
                call add_interface_point(interfaces, ghost)
                associate (point => interfaces%list(interfaces%n), bends => popcnt(hourglass_directions(k)) - 1)

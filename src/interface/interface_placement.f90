@@ -101,8 +101,7 @@ contains
       if (interfaces%are_bounded) interfaces%n_at_end = interfaces%n
       if (m%grid%is_quadratic()) & ! where what holds small cut cells has a mass
          interfaces%n_at_end = min(interfaces%n_at_end, merge(faces, 0, interfaces%n_contact + interfaces%n_cohesive > 0))
-      if (.not. (interfaces%are_bounded .or. m%grid%is_quadratic() .or. ndim > 2 .and. allocated(m%grid%bodies))) &
-         call hold_lone_particles(interfaces, m)
+      if (.not. (interfaces%are_bounded .or. m%grid%is_quadratic())) call hold_lone_particles(interfaces, m)
       call go_on(interfaces, old)
       do k = 1, interfaces%n
          interfaces%list(k)%felt = interfaces%list(k)%opening

@@ -72,6 +72,27 @@ def test_tension_of_a_cylinder_is_exact(tmp_path, axis, middle):
     assert difference("energy", file["history/strain_energy"][-1], 1e12 / (2 * E) * np.pi * 0.02**2 * 0.06) < 1e-10
 
 
+HUNG = """
+&run end_time = 1.0 /
+&grid lower = 0.0, 0.0, 0.0  cell = 1.0  cells = 7, 7, 7 /
+&material name = 'm0'  young = 70e9  poisson = 0.3  density = 2700.0 /
+{bodies}
+&constraint lower = 0.0, 0.0, 0.0  upper = 7.0, 7.0, 1.2  fix = 'xyz' /
+&load kind = 'gravity'  acceleration = 10.0, 0.0, 20.0 /
+&method time = 'static' /
+&output file = 'case.h5' /
+"""
+
+
+@pytest.mark.parametrize("bodies", [
+    "&body material = 'm0'  points_per_cell = {n}  shape = 'sphere'  center = 3.5, 3.5, 3.5  radius = 3.3 /",
+    "&body material = 'm0'  points_per_cell = {n}  lower = 0.0, 0.0, 0.0  upper = 7.0, 7.0, 7.0 /\n&body hole = .true.  shape = 'sphere'  center = 3.5, 3.4, 3.5  radius = 1.8 /"])
+def test_cells_with_one_point_that_are_cut_are_held(tmp_path, bodies):
+    """A ball, and a block with a cavity, whose cells have one point: the energy of eight. It was 4 and 5 % more where nothing held how the cells were bent."""
+    one, eight = (run(tmp_path / str(n), SOLID_PROGRAM, HUNG.format(bodies=bodies.format(n=n)))["history/strain_energy"][-1] for n in (1, 2))
+    assert one == pytest.approx(eight, rel=1e-3)
+
+
 INNER, OUTER = 0.01, 0.02
 
 
