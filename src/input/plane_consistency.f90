@@ -5,10 +5,10 @@ module hampm_plane_consistency
    use hampm_crack_groups, only: plane_spec_t
    use hampm_crack_placement, only: body_at, finest_cell, find_extents
    use hampm_front, only: front_t, region_t, region_of, find_fronts, crosses_itself, plane_axes, room_of
-   use hampm_model, only: model_t
+   use hampm_model, only: model_t, has_shapes
    use hampm_placement, only: tolerance, within
    use hampm_settings, only: settings_t
-   use hampm_text, only: to_text, three_digits
+   use hampm_text, only: to_text, point_text, three_digits
    implicit none
    private
    public :: check_planes
@@ -155,6 +155,17 @@ contains
                to_text(k)//' of a crack has '//three_digits(room)//' m'
          end associate
       end do
+      if (has_shapes(model)) then
+         do k = 1, size(fronts)
+            do first = 1, fronts(k)%n()
+               associate (at => fronts(k)%at(:, first), ahead => least_room*finest_cell(model)*fronts(k)%outward(:, first))
+                  if (any([body_at(model, at), body_at(model, at + ahead)] == 0)) why = 'a front inside of the material, '// &
+                     'with '//to_text(least_room)//' of the finest cells ahead of it: curved sides may not end it, and front '// &
+                     to_text(k)//' of a crack has none at '//point_text(at)//' m'
+               end associate
+            end do
+         end do
+      end if
       do k = 1, size(model%loads)
          associate (load => model%loads(k))
             if (.not. any(load%kind == ['traction', 'point   ', 'pressure'])) cycle

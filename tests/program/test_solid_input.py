@@ -53,10 +53,36 @@ def test_the_template_is_a_solid_that_runs(tmp_path):
     ("load.upper=0.2,0.04,0.06", 2, "the rectangle up to (0.2, 0.04, 0.06) must lie on one side of a body: a traction acts on a side"),
     ("run.plane=axisymmetric", 2, "is not allowed with a solid: a solid has no plane"),
     ("constraint.fix=xy", 3, "the piece of body 1 with the node at (0.0, 0.0, 0.0) m has no equilibrium: it moves along z, as the loads push with 1000.0 N"),
+    ("constraint.fix=yz", 3, "has no equilibrium: it turns, as the loads have a moment"),
+    ("constraint.upper=0,0.04,0", 3, "has no equilibrium: it turns, as the loads have a moment"),
     ("constraint.upper=0,0,0", 3, "has no equilibrium: it turns, as the loads have a moment and its constraints hold it at one point or along one line only")])
 def test_mistakes_are_named(tmp_path, setting, code, says):
     done = run(tmp_path, SOLID_PROGRAM, BEAM, "--force", *AT_REST, "--set", setting)
     assert done.returncode == code and says in done.stderr, done.stderr
+
+
+ROUND = """
+&run end_time = 1.0 /
+&grid lower = -1.0, -1.0, -1.0  cell = 1.0  cells = 18, 18, 18 /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'a'  shape = 'cylinder'  lower = 8.0, 8.0, 0.0  upper = 8.0, 8.0, 16.0  radius = 8.0 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 16.0, 16.0, 0.0  fix = 'xyz' /
+&load kind = 'gravity'  acceleration = 0.0, 0.0, 10.0 /
+&crack kind = 'plane'  normal = 'z'  {front} /
+&energy_release estimators = 'domain_integral' /
+&method time = 'static' /
+"""
+
+
+@pytest.mark.parametrize(("front", "refused"), [
+    ("front = 'disc'  center = 8.0, 8.0, 8.0  radii = 4.0", False), ("front = 'disc'  center = 8.0, 8.0, 8.0  radii = 5.0", True),
+    ("tip = 7.0, 0.0, 8.0  direction = 1.0, 0.0, 0.0", True)])
+def test_fronts_are_measured_where_all_of_them_is_in_material(tmp_path, front, refused):
+    """A front that ends on a curved side would have nodes outside, and G there."""
+    (tmp_path / "round.nml").write_text(ROUND.format(front=front))
+    done = run(tmp_path, SOLID_PROGRAM, "round.nml", "--check")
+    assert done.returncode == (2 if refused else 0)
+    assert ("3.4 of the finest cells" in done.stderr) == refused
 
 
 def test_a_body_under_balanced_loads_needs_nothing_to_hold_it(tmp_path):
