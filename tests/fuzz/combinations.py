@@ -388,6 +388,10 @@ def outline_area(keys):
     kind = keys.get("shape", "rectangle")
     if kind == "circle":
         return np.pi * keys["radius"]**2
+    if kind == "sphere":
+        return 4 / 3 * np.pi * keys["radius"]**3
+    if kind == "cylinder":
+        return np.pi * keys["radius"]**2 * np.linalg.norm(np.subtract(keys["upper"], keys["lower"]))
     if kind == "polygon":
         x, y = np.reshape(keys["points"], (-1, 2)).T
         return abs(np.dot(x, np.roll(y, -1)) - np.dot(np.roll(x, -1), y)) / 2
@@ -429,12 +433,12 @@ def resultant(case, time):
         elif keys["kind"] == "pressure":
             case.need(len(solid) == 1 and not holes and solid[0].get("shape", "rectangle") == "rectangle")
             body, low, high = solid[0], np.array(keys["lower"]), np.array(keys["upper"])
-            along = int(high[1] - low[1] > high[0] - low[0])
-            case.need(high[1 - along] == low[1 - along])
-            inward = 1.0 if abs(low[1 - along] - body["lower"][1 - along]) < abs(low[1 - along] - body["upper"][1 - along]) else -1.0
-            length = min(high[along], body["upper"][along]) - max(low[along], body["lower"][along])
-            force = np.zeros(2)
-            force[1 - along] = inward * keys["pressure"] * length * thickness
+            across = int(np.argmin(high - low))
+            case.need(high[across] == low[across])
+            inward = 1.0 if abs(low[across] - body["lower"][across]) < abs(low[across] - body["upper"][across]) else -1.0
+            lengths = np.minimum(high, body["upper"]) - np.maximum(low, body["lower"])
+            force = np.zeros(case.n)
+            force[across] = inward * keys["pressure"] * np.prod(np.delete(lengths, across)) * thickness
         else:
             force = np.array(keys["force"])
         total += np.outer(force, factor(keys, time) * (1.0 if keys.get("held") else case.base.row.get("load_factor", 1.0)))
@@ -907,7 +911,7 @@ def try_cases(bench, seed, numbers, oracles, asked=ASKED, tell=print, reduce=Fal
 
     for number in numbers:
         chance = random.Random(f"{seed} {number}")
-        scene, wanted = draw(chance, bench.exact), ()
+        scene, wanted = bench.drawing(chance, bench.exact), ()
         if fewest:
             wanted = [part for part in parts_of(scene) if counts[part, "accepted"] < fewest]
             if not wanted:

@@ -15,7 +15,7 @@ PRESSURE, SPEED, RATE, TOUGHNESS, FORCE, INTENSITY = (1, -1, -2), (0, 1, -1), (0
 DIMENSIONS = {
     "run": {"thickness": LENGTH, "end_time": TIME, "stop_length": LENGTH, "stop_rest": TIME}, "grid": {"lower": LENGTH, "cell": LENGTH},
     "material": {"density": (1, -3, 0), "relaxation_times": TIME}
-    | dict.fromkeys(("young", "yield_stress", "hardening", "saturation", "kinematic_hardening", "c01", "moduli", "young_1", "young_2", "young_3", "shear_12"), PRESSURE),
+    | dict.fromkeys(("young", "yield_stress", "hardening", "saturation", "kinematic_hardening", "c01", "moduli", "young_1", "young_2", "young_3", "shear_12", "shear_13", "shear_23"), PRESSURE),
     "body": dict.fromkeys(("lower", "upper", "points", "center", "radius", "profile_at"), LENGTH) | {"velocity": SPEED, "spin": RATE, "toughness": TOUGHNESS},
     "constraint": {"lower": LENGTH, "upper": LENGTH, "displacement": LENGTH, "velocity": SPEED},
     "load": {"lower": LENGTH, "upper": LENGTH, "force": FORCE, "pressure": PRESSURE, "acceleration": (0, 1, -2)},
@@ -65,6 +65,26 @@ def moved(q, vectors):
     return [float(x) + 0.0 for vector in np.reshape(vectors, (-1, len(q))) for x in q @ vector]
 
 
+def rotation(angles):
+    """The axes of a material, as columns, that turn around x, then y, then z [degrees]."""
+    axes = np.eye(3)
+    for a, angle in enumerate(np.radians(angles)):
+        turn, i, j = np.eye(3), (a + 1) % 3, (a + 2) % 3
+        turn[i, i], turn[j, j], turn[j, i], turn[i, j] = np.cos(angle), np.cos(angle), np.sin(angle), -np.sin(angle)
+        axes = turn @ axes
+    return axes
+
+
+def angles_of(axes):
+    """The same the other way round; an axis may point either way."""
+    axes = axes * [1, 1, round(np.linalg.det(axes))]
+    if abs(axes[2, 0]) > 1 - 1e-12:
+        found = np.arctan2(-axes[1, 2], axes[1, 1]), -np.arcsin(np.sign(axes[2, 0])), 0.0
+    else:
+        found = np.arctan2(axes[2, 1], axes[2, 2]), -np.arcsin(axes[2, 0]), np.arctan2(axes[1, 0], axes[0, 0])
+    return [round(float(np.degrees(angle)), 12) for angle in found]
+
+
 def isometric(scene, q):
     """The scene of which each place and vector is mapped by q."""
     scene, flips, turns, n = copy_of(scene), round(np.linalg.det(q)) < 0, q[0, 0] == 0, len(q)
@@ -89,7 +109,9 @@ def isometric(scene, q):
                 radii = dict(zip([d for d in range(3) if d != across], keys["radii"]))
                 keys["radii"] = [radii[axis_of(q, d)] for d in range(3) if axis_of(q, d) != across]
             keys["normal"] = next("xyz"[d] for d in range(3) if axis_of(q, d) == across)
-        if name == "material" and "angle" in keys:
+        if name == "material" and keys.get("law") == "orthotropic" and n == 3:
+            keys["angle"] = angles_of(q @ rotation(keys.get("angle", [0.0])))
+        elif name == "material" and "angle" in keys:
             keys["angle"] = math.degrees(math.atan2(*(q @ [math.cos(math.radians(keys["angle"])), math.sin(math.radians(keys["angle"]))])[::-1]))
             keys["angle"] = round(keys["angle"], 9)
         if name == "material" and keys.get("law") == "orthotropic" and "angle" not in keys:
@@ -98,8 +120,8 @@ def isometric(scene, q):
             ahead = [q @ [math.cos(math.radians(angle)), math.sin(math.radians(angle))] for angle in keys["angles"]]
             angles = [round(math.degrees(math.atan2(y, x)) % 180, 9) % 180 for x, y in ahead]
             keys["angles"], keys["angle_factors"] = [list(column) for column in zip(*sorted(zip(angles, keys["angle_factors"])))]
-        if "spin" in keys and flips:
-            keys["spin"] = -keys["spin"]
+        if "spin" in keys:                                                   # an axial vector
+            keys["spin"] = moved((-1 if flips else 1) * q, keys["spin"]) if n == 3 else -keys["spin"] if flips else keys["spin"]
         if "eigenstrain" in keys:
             xx, yy, xy, *zz = keys["eigenstrain"]
             strain = np.zeros((n, n))

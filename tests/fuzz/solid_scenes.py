@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = ROOT / "build/checked3d/hampm3d"
 QUICK = ROOT / "build/quick3d/hampm3d"
 PLANE = ROOT / "build/release/hampm"
-LAWS = ["linear_elastic", "linear_elastic", "linear_elastic", "neo_hookean", "mooney_rivlin", "j2_plastic", "viscoelastic"]
+LAWS = ["linear_elastic", "linear_elastic", "linear_elastic", "neo_hookean", "mooney_rivlin", "j2_plastic", "viscoelastic", "orthotropic"]
 ROLLERS = "slab"       # name of the constraint that makes a slab plane strain
 FEW = 600              # particles of a scene that may settle in motion
 PLANE_COURANT = 0.05   # of slabs: by default the step is that of the body in all its directions
@@ -35,12 +35,20 @@ class Solid(Drawing):
         self.size = [chance.randint(2, 5), chance.randint(2, 4), 1 if self.slab else chance.randint(2, 4)]
         if not self.slab:
             chance.shuffle(self.size)
+        self.shape = "none" if self.slab or chance.random() < 0.7 else chance.choice(["cylinder", "sphere", "hole", "hole"])
+        self.measured = self.shape == "none" and not self.slab and self.frame == "total" and chance.random() < 0.12    # G along the front of a crack, which needs room
+        if self.shape != "none":
+            self.size = [n + 1 for n in self.size]
+        if self.measured:
+            self.size = [8, 8, chance.choice([4, 5, 8])]
         self.origin = [chance.choice([0.0, 0.0, 3.0, -7.5, chance.uniform(-9, 9)]) for _ in "xyz"]
         self.margin = [2 if self.frame == "updated" else chance.choice([0, 1]) for _ in "xyz"]
         if self.slab:
             self.margin[2] = 0
         self.thickness, self.plane = self.size[2] * self.cell, "strain"
         self.end = self.tick * {"static": 10, "explicit": chance.uniform(3, 12), "implicit": chance.uniform(20, 200)}[self.time]
+        if self.measured and self.time == "implicit":                      # each of its steps is a solution
+            self.time = "static"
 
     def place(self, *x):
         """A place given in cells from the lower corner of the body."""
@@ -57,6 +65,14 @@ class Solid(Drawing):
         found = [chance.choice([0.0, chance.uniform(-1, 1), chance.uniform(-1, 1)]) * size for _ in "xyz"]
         return [*found[:2], 0.0] if self.slab else found
 
+    def material(self, name, law):
+        """The keys of a material; of an orthotropic one all nine constants and three turns."""
+        keys, chance = super().material(name, law), self.chance
+        if law == "orthotropic":
+            keys |= {"shear_13": 0.15 * keys["young_1"], "shear_23": 0.25 * keys["young_1"]}
+            keys["angle"] = [0.0, 0.0, keys["angle"]] if self.slab else [chance.choice([0.0, 90.0, 30.0, chance.uniform(-180, 180)]) for _ in "xyz"]
+        return keys
+
     def side(self, part=False):
         """A side of the body or a part of one, in cells: its axis, lower and upper corner."""
         chance, size = self.chance, self.whole
@@ -67,6 +83,8 @@ class Solid(Drawing):
             for d in range(2 if self.slab else 3):
                 if d != axis and size[d] > 1 and chance.random() < 0.3:
                     upper[d] = chance.choice([1.0, size[d] - 1.0, 0.5 * size[d]])
+        if self.shape in ("cylinder", "sphere"):                           # which has its side where no node is: a part of it
+            lower[axis], upper[axis] = [-0.5, 1.2] if upper[axis] == 0 else [size[axis] - 1.2, size[axis] + 0.5]
         return axis, lower, upper
 
     def motion(self, keys):
@@ -74,6 +92,8 @@ class Solid(Drawing):
         chance, speed = self.chance, self.strain * self.cell / self.tick
         if self.time != "static" and chance.random() < 0.4:
             keys["velocity"] = self.vector(speed)
+        if self.time != "static" and chance.random() < 0.2:
+            keys["spin"] = [0.0 if self.slab and axis != "z" else chance.choice([0.0, chance.uniform(-1, 1)]) * speed / (5 * self.cell) for axis in "xyz"]
         if chance.random() < 0.15:
             strain = [chance.uniform(-1, 1) * self.strain for _ in "xyz"]
             keys["eigenstrain"] = [*strain[:2], 0.0, strain[2]]
@@ -82,15 +102,17 @@ class Solid(Drawing):
     def bodies(self):
         """The groups of bodies and materials."""
         chance = self.chance
-        law = chance.choice(LAWS)
-        points = {"points_per_cell": chance.choice([1, 2, 2, 2, 2, 2, 3])}
+        law = chance.choice(["linear_elastic", "orthotropic"] if self.measured else LAWS)
+        points = {"points_per_cell": 2 if self.measured else chance.choice([1, 2, 2, 2, 2, 2, 3])}
         materials, first, self.whole = [self.material("m0", law)], {"material": "m0"} | points, list(self.size)
-        if chance.random() < 0.2:
+        if self.shape in ("cylinder", "sphere"):
+            self.round(first, self.shape, [n / 2 for n in self.size], chance.choice([1.0, chance.uniform(0.85, 1)]))
+        elif chance.random() < 0.2 and self.shape == "none" and not self.measured:
             first |= self.box(chance.choice([0, 0.5]), 0, 0, self.size[0] - chance.choice([0.25, 0.5]), self.size[1] - chance.choice([0, 0.3]), self.size[2])
         else:
             first |= self.box(0, 0, 0, *self.size)
         found = [["body", self.motion(first)]]
-        if chance.random() < 0.3:                                          # a second body, bonded or met
+        if self.shape == "none" and not self.measured and chance.random() < 0.3:  # a second body, bonded or met
             axis, gap = chance.randrange(2 if self.slab else 3), chance.choice([0, 0, 1]) if self.frame == "updated" else 0
             other = {"material": chance.choice(["m0", "m1"])} | points
             lower, upper = [0.0, 0.0, 0.0], [float(n) for n in self.size]
@@ -107,14 +129,29 @@ class Solid(Drawing):
             if self.frame == "updated" and chance.random() < 0.3:
                 kind = chance.choice(["stick", "frictionless", "friction"])
                 found.append(["contact", {"bodies": kind} | ({"friction": chance.choice([0.1, 0.6])} if kind == "friction" else {})])
+        if self.shape == "hole" or self.shape != "none" and chance.random() < 0.3:
+            hole = {"hole": True}
+            self.round(hole, chance.choice(["cylinder", "sphere"]), [n / 2 + chance.choice([0.0, chance.uniform(-0.5, 0.5)]) for n in self.size], chance.uniform(0.3, 0.5))
+            found.append(["body", hole])
         chance.shuffle(materials)
         return [["material", keys] for keys in materials] + found
+
+    def round(self, keys, kind, middle, part):
+        """Adds a cylinder from side to side or a sphere, whose radius is a part of the largest."""
+        axis = self.chance.randrange(3)
+        if kind == "sphere":
+            keys |= {"shape": kind, "center": self.place(*middle), "radius": part * min(self.size) / 2 * self.cell}
+            return
+        lower, upper = ([n * (d == axis) if d == axis else a for d, a in enumerate(middle)] for n in (0, self.size[axis]))
+        keys |= {"shape": kind, "lower": self.place(*lower), "upper": self.place(*upper), "radius": part * min(n for d, n in enumerate(self.size) if d != axis) / 2 * self.cell}
 
     def constraints(self):
         """The groups of constraints."""
         chance, found, name, move = self.chance, [], iter("abcdef"), self.strain * self.cell * 4
-        kinds = ["side", "planes", "corner", "moved", "moved", "line"]
+        kinds = ["side", "planes", "corner", "moved", "moved", "line", *([] if self.slab else ["push", "pins"])]
         kind = chance.choice(kinds if self.time == "static" else [*kinds, "none", "none"])
+        if self.measured:
+            kind = chance.choice(["planes", "planes", "moved"])
         fixes = ["x", "y", "z", "xy", "yz", "xz", "xyz", "xyz", "xyz"]
         if kind in ("side", "moved"):
             _, lower, upper = self.side()
@@ -128,6 +165,28 @@ class Solid(Drawing):
             found += [self.box(0, 0, 0, 0, 0, 0) | {"fix": "xyz"}, self.box(x, 0, 0, x, 0, 0) | {"fix": "yz"}, self.box(0, y, 0, 0, y, 0) | {"fix": "z"}]
         if kind == "line":
             found += [self.box(0, 0, 0, self.whole[0], 0, 0) | {"fix": "xyz"}, self.box(0, self.whole[1], 0, self.whole[0], self.whole[1], 0) | {"fix": "z"}]
+        if kind == "push":                                                 # a support that only pushes, and one that holds the rest
+            axis, lower, upper = self.side()
+            found.append(self.box(*lower, *upper) | {"fix": "xyz"[axis]} | ({"unilateral": True} if self.time != "explicit" else {}))
+            if chance.random() < 0.7:
+                found.append(self.box(*lower, *upper) | {"fix": "xyz".replace("xyz"[axis], "")})
+                found[-1]["lower"][axis], found[-1]["upper"][axis] = self.place(0, 0, 0)[axis], self.place(*self.whole)[axis]
+                for d in range(3):                                          # along an edge of it
+                    if d == (axis + 1) % 3:
+                        found[-1]["upper"][d] = found[-1]["lower"][d]
+        if kind == "pins":                                                 # around an axis, at both ends of another one
+            axis = chance.randrange(3)
+            along = chance.choice([d for d in range(3) if d != axis])
+            for at in (0.2, self.whole[along] - 1.2):
+                lower = [at if d == along else 0.2 for d in range(3)]
+                upper = [at + 1.0 if d == along else float(self.whole[d]) if d == axis else 2.2 for d in range(3)]
+                lower[axis] = 0.0
+                found.append(self.box(*lower, *upper) | {"fix": "xyz".replace("xyz"[axis], ""), "turns": True})
+            if chance.random() < 0.5:
+                found[-1] |= {"displacement": [move * chance.uniform(-1, 1) if d == along else 0.0 for d in range(3)]} | self.history(motion=True)
+            if chance.random() < 0.7:
+                found.append(self.box(0, 0, 0, *self.whole) | {"fix": "xyz"[axis]})
+                found[-1]["upper"][axis] = found[-1]["lower"][axis]
         if kind == "moved":
             fix, (axis, lower, upper) = chance.choice(fixes), self.side()
             amount = [a if "xyz"[d] in fix else 0.0 for d, a in enumerate(self.vector(move))]
@@ -150,8 +209,17 @@ class Solid(Drawing):
         chance, found = self.chance, []
         force = self.strain * self.young * (3 * self.cell)**2
         for _ in range(chance.choices([0, 1, 2, 3], [1, 4, 3, 1])[0]):
-            kind = chance.choice(["traction", "traction", "point", "body", "gravity"])
-            if kind == "gravity":
+            kind = chance.choice(["traction", "traction", "point", "body", "gravity", "pressure", "pressure"] + ["absorbing"] * (self.time != "static")) if not self.measured else "gravity"
+            if kind in ("pressure", "absorbing"):
+                axis, lower, upper = self.side(part=True)
+                keys = {"kind": kind} | self.box(*lower, *upper)
+                if kind == "absorbing":
+                    found.append(["load", keys])
+                    continue
+                keys["pressure"] = chance.choice([-1, 1]) * self.strain * self.young
+                if self.shape == "hole" and chance.random() < 0.5:          # inside of the hole
+                    keys |= self.box(*(0.1 for _ in "xyz"), *(n - 0.1 for n in self.whole))
+            elif kind == "gravity":
                 keys = {"kind": kind, "acceleration": self.vector(force / (self.density * (3 * self.cell)**3))}
             else:
                 keys = {"kind": kind, "force": self.vector(0.2 * force if kind == "point" else force)}
@@ -170,8 +238,10 @@ class Solid(Drawing):
     def cracks(self, constraints):
         """The groups of a crack in a plane of the grid and a pressure on its faces, or none."""
         chance, across = self.chance, self.chance.randrange(3)
-        if self.slab or self.frame != "total" or chance.random() < 0.6:
+        if self.slab or self.frame != "total" or chance.random() < 0.6 and not self.measured:
             return []
+        if self.measured:
+            return self.measured_crack(constraints)
         symmetry = len(constraints) > 2 and constraints[0][1]["fix"] == "x" and chance.random() < 0.7     # on one of three planes
         if not symmetry and self.size[across] < 2:
             return []
@@ -194,10 +264,57 @@ class Solid(Drawing):
             found.append(["load", {"kind": "pressure", "on": "crack", "pressure": chance.uniform(-1, 1) * self.strain * self.young} | self.history()])
         return found
 
+    def measured_crack(self, constraints):
+        """The groups of a crack with room around its front: a straight one from side to side, on a plane of symmetry or inside, or a quarter of a penny in a corner."""
+        chance, (x, y, _) = self.chance, self.size
+        symmetry = len(constraints) > 2
+        self.crack = "symmetry" if symmetry else "plane"
+        keys = {"kind": self.crack, "normal": "y" if symmetry else chance.choice("xy")}
+        if symmetry and chance.random() < 0.5:
+            keys |= {"normal": "z", "front": "disc", "center": self.place(0, 0, 0), "radii": [chance.uniform(3.6, 4.2) * self.cell]}
+        elif keys["normal"] == "y":
+            keys |= {"tip": self.place(chance.choice([4.0, chance.uniform(3.6, x - 3.6)]), 0 if symmetry else 4, 1), "direction": [chance.choice([-1.0, 1.0]) if not symmetry else 1.0, 0.0, 0.0]}
+        else:
+            keys |= {"tip": self.place(4, chance.choice([4.0, chance.uniform(3.6, y - 3.6)]), 1), "direction": [0.0, chance.choice([-1.0, 1.0]), 0.0]}
+        found = [["crack", keys]]
+        if not symmetry and chance.random() < 0.3:
+            keys["contact"] = "frictionless"
+        if chance.random() < 0.5:
+            found.append(["load", {"kind": "pressure", "on": "crack", "pressure": chance.uniform(-1, 1) * self.strain * self.young} | self.history()])
+        return found
+
+    def energy_release(self):
+        """The keys of what is recorded of energy."""
+        keys = {"estimators": ["domain_integral"] if self.measured or self.crack != "none" and self.chance.random() < 0.1 else []}
+        return keys | ({"energy_balance": True} if self.chance.random() < 0.5 else {})
+
+    def probes(self, scene):
+        """The groups of probes; their names begin with p."""
+        chance, found = self.chance, []
+        if chance.random() < 0.5:
+            return found
+
+        def inside():
+            return self.place(*(chance.uniform(0.1, 0.9) * n for n in self.size))
+
+        of_point = ["displacement", "strain", "stress"] + ["velocity"] * (self.time != "static")
+        found.append({"name": "ppoint", "quantity": chance.sample(of_point, chance.choice([1, 2, len(of_point)])), "at": inside()})
+        if chance.random() < 0.5:
+            found.append({"name": "pline", "quantity": chance.choice([["strain"], ["stress", "displacement"]]), "at": inside() + inside()})
+        acting = [keys for name, keys in scene if name in ("load", "constraint") and keys.get("kind", "point") in ("point", "traction", "body")]
+        if acting and chance.random() < 0.5:
+            for k, keys in enumerate(acting):
+                if "kind" in keys:
+                    keys["name"] = f"load{k}"
+            named = [keys["name"] for keys in acting if "name" in keys]
+            if named:
+                found.append({"name": "pworks", "quantity": ["load_line"], "of": chance.sample(named, min(len(named), chance.choice([1, 2])))})
+        return [["probe", keys] for keys in found]
+
     def refine(self):
         """The group of refinement, or none."""
         chance = self.chance
-        if chance.random() < 0.55:
+        if chance.random() < 0.55 or self.measured and self.time != "static":
             return []
         keys = {"indicator": chance.choice(["zz", "gradient", "gradient", *(["tip", "tip"] if self.crack != "none" else [])]), "max_level": chance.choice([1, 1, 2]), "max_particles": 4000}
         if self.time != "static":
@@ -235,7 +352,7 @@ class Solid(Drawing):
             key = chance.choice(list(CHOICES[name]))
             chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
         self.grade(scene)
-        return scene
+        return scene + self.probes(scene)
 
     def grade(self, scene):
         """Lets the material of a body change from place to place."""
@@ -263,6 +380,13 @@ def in_plane(scene):
     scene, found = copy_of(scene), []
     cell = group(scene, "grid")["cell"]
     for name, keys in scene:
+        if "angle" in keys:
+            keys["angle"] = keys["angle"][2]
+        if "spin" in keys:
+            keys["spin"] = keys["spin"][2]
+        if name == "probe" and len(keys.get("at", ())) == 6:
+            keys["at"] = keys["at"][:2] + keys["at"][3:5]
+        keys.pop("shear_13", None), keys.pop("shear_23", None)
         for key, value in keys.items():
             if isinstance(value, list) and (name, key) not in (("body", "eigenstrain"), ("energy_release", "estimators")) and len(value) == 3 and not isinstance(value[0], str) \
                     and not key.startswith(("profile_at", "profile_s", "profile_de", "profile_e")) and key not in ("times", "factors"):
@@ -305,9 +429,17 @@ def of_few(oracle):
     return asked
 
 
+def in_other_axes(q):
+    """Axes exchanged, where no cell is cut: of two cells that are as near to a node of one that is nearly empty it hangs on that along the first axis."""
+    def asked(case):
+        case.need(not case.is_cut or case.frame == "updated")
+        isometry(q)(case)
+    return asked
+
+
 IDENTITY = np.eye(3, dtype=int)
 OWN_IMAGES = {f"mirror in {axis}": isometry(IDENTITY - 2 * np.diag(IDENTITY[d])) for d, axis in enumerate("xyz")} | {
-    "cycle": isometry(IDENTITY[[1, 2, 0]]), "cycle back": isometry(IDENTITY[[2, 0, 1]]), "exchange": isometry(IDENTITY[[0, 2, 1]])}
+    "cycle": in_other_axes(IDENTITY[[1, 2, 0]]), "cycle back": in_other_axes(IDENTITY[[2, 0, 1]]), "exchange": in_other_axes(IDENTITY[[0, 2, 1]])}
 ORACLES = OWN_IMAGES | {"slab": slab} | {name: of_few(oracle) if name in ("slow", "damped") else oracle for name, oracle in SECOND.items()
                                          if name not in ("mirror in x", "mirror in y", "quarter turn", "thickness", "reverse", "finer")}
 
