@@ -87,6 +87,7 @@ contains
                at = 0
                if (point%law == bonded) at(0) = -energy_of(point)*place%curvature/(1 + place%curvature*place%ahead)
                place%above = 0
+               if (point%law /= bonded) call take_mean_place(point%length/2, place%ahead)
                do mode = 1, merge(front_modes, 0, domain%has_modes .and. point%law /= bonded .and. place%ahead < 0)
                   call find_unit_field(domain, material, place, mode, a, s, of_s, of_a)
                   at(mode) = 2*sign(1.0_dp, point%normal(front%axis))*dot_product(face_force(point), matmul(a, place%outward))
@@ -111,6 +112,13 @@ contains
       end associate
 
    contains
+
+      !> Where the slope of the unit field is the mean of that along a part of the faces, on which it goes as the distance to the power -1/2.
+      pure subroutine take_mean_place(half, ahead)
+         real(dp), intent(in) :: half            !! of the part [m]
+         real(dp), intent(inout) :: ahead        !! of its middle [m]
+         if (ahead < half) ahead = -(half/(sqrt(half - ahead) - sqrt(max(-ahead - half, 0.0_dp))))**2
+      end subroutine take_mean_place
 
       !> Add what a place has of each sum to the hats there.
       subroutine add_to_hats(of_place)

@@ -99,9 +99,11 @@ def test_faces_that_press_on_each_other(tmp_path):
     (alone, without), (along, history) = (front(tmp_path / name, scene) for name, scene in (("alone", text), ("pressed", pressed)))
     largest = np.max(alone["K_II"])
     print("G", history["G_mean"][-1] / without["G_mean"][-1] - 1, "K_I", along["K_I"][-1] / largest, "of the pressure", UNIT / largest)
-    assert history["G_mean"][-1] == pytest.approx(without["G_mean"][-1], rel=0.01) and np.max(np.abs(along["K_I"][-1])) < 0.1 * UNIT
+    assert history["G_mean"][-1] == pytest.approx(without["G_mean"][-1], rel=0.01) and np.max(np.abs(along["K_I"][-1])) < 0.05 * UNIT
     for mode in ("K_II", "K_III"):
-        assert np.max(np.abs(along[mode][-1] - alone[mode][-1])) < 1e-3 * largest
+        change = np.abs(along[mode][-1] - alone[mode][-1]) / largest
+        print(mode, "between the ends", np.max(change[1:-1]), "asked 1e-3, in half hats", np.max(change), "asked 2e-3")
+        assert np.max(change[1:-1]) < 1e-3 and np.max(change) < 2e-3
 
 
 PLATE = """
