@@ -5,7 +5,7 @@ module hampm_text
    implicit none
    private
    public :: string_t, to_text, lower_case, nearest_name, printable, did_you_mean, is_letter, is_digit, decimal, &
-             line, paragraph, add_line, three_digits, digits_text, without_rounding, point_text, length_text
+             line, paragraph, add_line, joined, three_digits, digits_text, without_rounding, point_text, length_text
 
    integer, parameter :: widest = 118              !! characters in a line of a paragraph
 
@@ -74,9 +74,8 @@ contains
    !> Shortest decimal text that reads back as the same number: `0.00125`, `7.0e10`.
    pure function real_text(number) result(text)
       real(dp), intent(in) :: number
-      character(:), allocatable :: text
+      character(:), allocatable :: text, digits, sign
       character(32) :: buffer, form
-      character(:), allocatable :: digits, sign
       real(dp) :: back
       integer :: decimals, least, exponent, mark
       text = 'nan'
@@ -195,8 +194,7 @@ contains
    !> other (optimal string alignment).
    pure integer function edit_distance(a, b)
       character(*), intent(in) :: a, b
-      integer :: d(0:len(a), 0:len(b))
-      integer :: i, j
+      integer :: d(0:len(a), 0:len(b)), i, j
       d(:, 0) = [(i, i=0, len(a))]
       d(0, :) = [(j, j=0, len(b))]
       do j = 1, len(b)
@@ -249,6 +247,18 @@ contains
       without_rounding = x
       if (scale > 0) without_rounding = decimal(x, 1e-3_dp*scale)
    end function without_rounding
+
+   !> Names in one text, with a separator between them.
+   pure function joined(names, separator) result(text)
+      character(*), intent(in) :: names(:), separator
+      character(:), allocatable :: text
+      integer :: k
+      text = ''
+      do k = 1, size(names)
+         text = text//trim(names(k))//separator
+      end do
+      text = text(:max(len(text) - len(separator), 0))
+   end function joined
 
    !> A position as text, without the roundings of what it was found from.
    pure function point_text(point) result(text)

@@ -6,6 +6,7 @@ module hampm_choice_sets
    use hampm_growth_laws, only: growth_laws
    use hampm_indicators, only: indicators
    use hampm_laws, only: laws
+   use hampm_text, only: joined
    implicit none
    private
    public :: expanded
@@ -17,22 +18,16 @@ contains
       character(*), intent(in) :: text
       character(*), intent(in) :: quote          !! around each name
       character(*), intent(in) :: separator      !! between names
-      character(:), allocatable :: expanded, list
+      character(:), allocatable :: expanded
       character(name_len), allocatable :: names(:)
-      integer :: from, behind, k
+      integer :: from, behind
       expanded = trim(text)
-      list = ''
       do
          from = index(expanded, '{')
          if (from == 0) return
          behind = index(expanded, '}')
          allocate (names, source=names_of(expanded(from + 1:behind - 1)))
-         list = ''
-         do k = 1, size(names)
-            if (k > 1) list = list//separator
-            list = list//quote//trim(names(k))//quote
-         end do
-         expanded = expanded(:from - 1)//list//expanded(behind + 1:)
+         expanded = expanded(:from - 1)//quote//joined(names, quote//separator//quote)//quote//expanded(behind + 1:)
          deallocate (names)
       end do
    end function expanded

@@ -16,7 +16,7 @@ module hampm_keys
    use hampm_nucleation_group, only: nucleation_group, nucleation_keys
    use hampm_probe_group, only: probe_group, probe_keys
    use hampm_settings, only: group_entry_t
-   use hampm_text, only: did_you_mean, printable
+   use hampm_text, only: did_you_mean, joined, printable
    implicit none
    private
    public :: groups, keys, renamed, find_group, find_key, first_key, key_count, choices, allowed_text, default_count, &
@@ -131,16 +131,13 @@ contains
    pure function allowed_text(key, quote, separator) result(text)
       type(key_t), intent(in) :: key
       character(*), intent(in) :: quote, separator
-      character(:), allocatable :: text, list
-      integer :: i
+      character(:), allocatable :: text
+      character(name_len), allocatable :: names(:)
       text = trim(key%allowed)
-      list = expanded(key%allowed, '', '|')
-      if (key%value_type == type_logical) list = '.true.|.false.'
-      if (list == '' .or. .not. (is_text(key) .or. key%value_type == type_logical)) return
-      text = quote//part(list, '|', 1)//quote
-      do i = 2, part_count(list, '|')
-         text = text//separator//quote//part(list, '|', i)//quote
-      end do
+      call choices(key, names)
+      if (key%value_type == type_logical) names = [character(name_len) :: '.true.', '.false.']
+      if (size(names) > 0 .and. (is_text(key) .or. key%value_type == type_logical)) &
+         text = quote//joined(names, quote//separator//quote)//quote
    end function allowed_text
 
    !> Number of values of a key that is not given, or of its values in the template.
@@ -192,17 +189,6 @@ contains
       part = trim(adjustl(part(:index(part, separator) - 1)))
    end function part
 
-   !> Names, one after the other.
-   pure function listed(names) result(text)
-      character(*), intent(in) :: names(:)
-      character(:), allocatable :: text
-      integer :: i
-      text = trim(names(1))
-      do i = 2, size(names)
-         text = text//', '//trim(names(i))
-      end do
-   end function listed
-
    !> Complaint about a group that does not exist.
    pure function unknown_group(name) result(message)
       character(*), intent(in) :: name
@@ -210,7 +196,7 @@ contains
       character(name_len) :: names(size(groups))
       names = groups%name
       message = did_you_mean(name, names)
-      if (message == '') message = '; groups are '//listed(names)
+      if (message == '') message = '; groups are '//joined(names, ', ')
       message = 'there is no group &'//printable(name, 40)//message
       if (name == '') message = 'the name of a group is missing behind ''&'''
    end function unknown_group
@@ -225,7 +211,7 @@ contains
       first = first_key(group)
       names = keys(first:first + size(names) - 1)%name
       question = did_you_mean(name, names)
-      if (question == '') question = '; its keys are '//listed(names)
+      if (question == '') question = '; its keys are '//joined(names, ', ')
       do i = size(groups), 1, -1
          if (find_key(i, name) > 0) question = '; '''//name//''' is a key of &'//trim(groups(i)%name)
       end do

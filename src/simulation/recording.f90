@@ -4,7 +4,6 @@ module hampm_recording
    use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
    use hampm_kinds, only: dp, long
    use hampm_cohesive_zone, only: check_zones
-   use hampm_crack_groups, only: path_spec_t
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_front_values, only: front_fields
    use hampm_folders, only: ensure_folder
@@ -17,7 +16,7 @@ module hampm_recording
    use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, measure_state, warnings, is_near_equilibrium
    use hampm_snapshots, only: piece_t
-   use hampm_text, only: to_text
+   use hampm_text, only: joined, to_text
    use hampm_threads, only: thread_count, host_name
    use hampm_version, only: version, release_of, commit_of
    use hampm_output_fields, only: shows_cracks, particle_fields, mesh_fields, crack_fields
@@ -54,7 +53,8 @@ contains
       call s%results%add_attribute('/', 'command', command(), failure)
       call s%results%add_attribute('/', 'machine', host_name(), failure)
       call s%results%add_attribute('/history', 'title', trim(s%model%run%title), failure)
-      if (any(s%model%paths%name /= '')) call s%results%add_attribute('/history', 'cracks', path_names(s%model%paths), failure)
+      if (any(s%model%paths%name /= '')) & ! in their order, which is that of the tips
+         call s%results%add_attribute('/history', 'cracks', joined(s%model%paths%name, ', '), failure)
       call declare_columns(s%model, s%problem, s%cracks, s%growing, s%measurements, s%results, failure)
    end subroutine open_results
 
@@ -76,18 +76,6 @@ contains
       allocate (character(length) :: text)
       call get_command(text)
    end function command
-
-   !> The names of cracks of the kind 'path', in their order, which is that of the tips.
-   pure function path_names(paths) result(names)
-      type(path_spec_t), intent(in) :: paths(:)
-      character(:), allocatable :: names
-      integer :: k
-      names = ''
-      do k = 1, size(paths)
-         names = names//trim(paths(k)%name)
-         if (k < size(paths)) names = names//', '
-      end do
-   end function path_names
 
    !> Time of the next sample, snapshot or of the end [s].
    pure real(dp) function next_output(s) result(time)
