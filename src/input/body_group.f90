@@ -173,18 +173,12 @@ contains
    pure subroutine add_hole(body, hole)
       type(body_t), intent(inout) :: body
       type(ring_t), intent(in) :: hole
-      type(ring_t), allocatable :: rings(:)
-      integer :: n
-      n = 1
-      if (body%outline%is_there()) n = size(body%outline%rings)
-      allocate (rings(n + 1))
-      if (body%outline%is_there()) then
-         rings(:n) = body%outline%rings
-      else
-         rings(1) = rectangle_ring(body%lower, body%upper)
-      end if
-      rings(n + 1) = hole
-      call move_alloc(rings, body%outline%rings)
+      type(outline_t) :: before
+      before = outline_of(body)
+      body%outline = outline_t()
+      allocate (body%outline%rings(size(before%rings) + 1))
+      body%outline%rings(:size(before%rings)) = before%rings
+      body%outline%rings(size(before%rings) + 1) = hole
    end subroutine add_hole
 
    !> The outline of a body, also of a rectangle.
@@ -228,17 +222,15 @@ contains
       type(ring_t), intent(out) :: ring
       real(dp), allocatable :: numbers(:), upper(:)
       select case (settings%text(entry, 'shape'))
-       case ('rectangle')
+       case ('rectangle', 'cylinder')
          numbers = settings%numbers(entry, 'lower')
          upper = settings%numbers(entry, 'upper')
-         if (size(numbers) == ndim .and. size(upper) == ndim) ring = rectangle_ring(numbers, upper)
+         if (size(numbers) /= ndim .or. size(upper) /= ndim) return
+         ring = rectangle_ring(numbers, upper)
+         if (settings%text(entry, 'shape') == 'cylinder') ring = cylinder_ring(numbers, upper, settings%number(entry, 'radius'))
        case ('polygon')
          numbers = settings%numbers(entry, 'points')
          if (size(numbers) >= 3*ndim) ring = polygon_ring(reshape(numbers, [ndim, size(numbers)/ndim]))
-       case ('cylinder')
-         numbers = settings%numbers(entry, 'lower')
-         upper = settings%numbers(entry, 'upper')
-         if (size(numbers) == ndim .and. size(upper) == ndim) ring = cylinder_ring(numbers, upper, settings%number(entry, 'radius'))
        case ('circle', 'sphere')
          numbers = settings%numbers(entry, 'center')
          if (size(numbers) == ndim) ring = circle_ring(numbers, settings%number(entry, 'radius'))
