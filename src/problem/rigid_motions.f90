@@ -16,7 +16,7 @@ module hampm_rigid_motions
    implicit none
    private
    public :: rigid_constraint_t, find_rigid_constraints, check_rigid_constraints, turn_with, free_motions_t, find_free_motions, &
-             take_inertia, take_motion_as_whole, number_of_pieces
+             take_inertia, take_motion_as_whole, number_of_pieces, motions, motions_at
 
    integer, parameter :: motions = ndim*(ndim + 1)/2 !! of a piece of material: along each axis, then turning from one axis to another
    real(dp), parameter :: not_held = 1e-10_dp    !! what a motion moves of what is held, below which it is not held
@@ -150,20 +150,26 @@ contains
       real(dp), intent(in) :: place(ndim)
       integer, intent(in) :: direction
       real(dp) :: row(motions)
-      real(dp) :: x(ndim)
+      row = motions_at((place - m%grid%forest%lower)/(maxval(m%grid%forest%cells)*m%grid%forest%cell), direction)
+   end function row_at
+
+   !> By how much they move a direction of a place.
+   pure function motions_at(x, direction) result(moves)
+      real(dp), intent(in) :: x(ndim)
+      integer, intent(in) :: direction
+      real(dp) :: moves(motions)
       integer :: a, b, n
-      x = (place - m%grid%forest%lower)/(maxval(m%grid%forest%cells)*m%grid%forest%cell)
-      row = 0
-      row(direction) = 1
+      moves = 0
+      moves(direction) = 1
       n = ndim
       do b = 2, ndim
          do a = 1, b - 1                         ! turning from axis a to axis b
             n = n + 1
-            if (direction == a) row(n) = -x(b)
-            if (direction == b) row(n) = x(a)
+            if (direction == a) moves(n) = -x(b)
+            if (direction == b) moves(n) = x(a)
          end do
       end do
-   end function row_at
+   end function motions_at
 
    !> The motion as a whole that a rigid-body constraint holds, by which its node moves by 1 in its direction [-].
    subroutine turn_with(m, constraint, u)
@@ -249,8 +255,7 @@ contains
    pure function shares_of(free, products) result(share)
       type(free_motions_t), intent(in) :: free
       real(dp), intent(in) :: products(:)
-      real(dp) :: share(size(products))
-      real(dp) :: matrix(size(products), size(products)), solution(size(products), 1)
+      real(dp) :: share(size(products)), matrix(size(products), size(products)), solution(size(products), 1)
       integer :: info
       matrix = free%mass
       solution(:, 1) = products

@@ -24,7 +24,7 @@ module hampm_stiffness
    use hampm_multigrid, only: multigrid_t
    use hampm_problem, only: problem_t
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
-   use hampm_rigid_motions, only: rigid_constraint_t
+   use hampm_rigid_motions, only: rigid_constraint_t, motions, motions_at
    use hampm_sparse, only: sparse_t
    use hampm_tensors, only: identity
    use hampm_element_stiffness, only: change_of_stress, derivatives_at, element_stiffness, forces_by, mean_gradient_in, &
@@ -189,10 +189,10 @@ contains
       type(problem_t), intent(in) :: m
       type(stiffness_t), intent(inout) :: stiffness
       type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: motions(:, :)     ! translations, then rotations by the pairs of directions
-      integer :: first(stiffness%unknowns%n + 1), i, k, n, nodes, last, a, b
-      associate (unknowns => stiffness%unknowns, x => m%grid%node_position)
-         allocate (motions(ndim + ndim*(ndim - 1)/2, unknowns%n), source=0.0_dp)
+      real(dp), allocatable :: motion(:, :)
+      integer :: first(stiffness%unknowns%n + 1), i, n, nodes, last
+      associate (unknowns => stiffness%unknowns)
+         allocate (motion(motions, unknowns%n), source=0.0_dp)
          n = 0
          nodes = 0
          last = 0
@@ -205,20 +205,12 @@ contains
                   first(nodes) = n
                   last = node
                end if
-               motions(d, n) = 1
-               k = ndim
-               do b = 2, ndim
-                  do a = 1, b - 1
-                     k = k + 1
-                     if (d == a) motions(k, n) = -x(b, node)
-                     if (d == b) motions(k, n) = x(a, node)
-                  end do
-               end do
-               if (allocated(unknowns%weight)) motions(:, n) = motions(:, n)/unknowns%weight(d, node)
+               motion(:, n) = motions_at(m%grid%node_position(:, node), d)
+               if (allocated(unknowns%weight)) motion(:, n) = motion(:, n)/unknowns%weight(d, node)
             end associate
          end do
          first(nodes + 1) = n + 1
-         call stiffness%multigrid%make_levels(stiffness%matrix, first(:nodes + 1), motions, failure)
+         call stiffness%multigrid%make_levels(stiffness%matrix, first(:nodes + 1), motion, failure)
       end associate
    end subroutine build_multigrid
 
