@@ -1,7 +1,7 @@
 !> Whether bodies and holes have the shapes that a model gives them: every key that a shape needs and none that it does not, lines without
 !> crossings, holes inside bodies.
 module hampm_shape_consistency
-   use hampm_crack_lines, only: distance_to_segment
+   use hampm_crack_lines, only: distance_to_segment, area => twice_area
    use hampm_kinds, only: dp, ndim
    use hampm_outline, only: outline_t, ring_t
    use hampm_placement, only: point_text
@@ -212,10 +212,4 @@ contains
       do_cross = area(a, b, c)*area(a, b, d) <= 0 .and. area(c, d, a)*area(c, d, b) <= 0 .and. &
                  all(max(min(a, b), min(c, d)) <= min(max(a, b), max(c, d)))
    end function do_cross
-
-   !> Twice the area of a triangle, with a sign [m2].
-   pure real(dp) function area(a, b, c)
-      real(dp), dimension(ndim), intent(in) :: a, b, c
-      area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
-   end function area
 end module hampm_shape_consistency

@@ -3,7 +3,7 @@ module hampm_crack_lines
    use hampm_kinds, only: dp, ndim
    implicit none
    private
-   public :: line_t, length_of, distance_to_segment, find_nearest_segment, both_faces, left_face, right_face
+   public :: line_t, length_of, distance_to_segment, twice_area, find_nearest_segment, both_faces, left_face, right_face
 
    integer, parameter :: both_faces = 0, left_face = 1, right_face = 2 !! which faces of a line have material
 
@@ -101,6 +101,12 @@ contains
          distance = norm2(x - a - min(max(t, 0.0_dp), 1.0_dp)*(b - a))
       end associate
    end function distance_to_segment
+
+   !> Twice the area of a triangle, with a sign [m2].
+   pure real(dp) function twice_area(a, b, c)
+      real(dp), dimension(ndim), intent(in) :: a, b, c
+      twice_area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
+   end function twice_area
 
    !> The segment of a polyline that is nearest to a place, if that is nearer than what has been found before.
    pure subroutine find_nearest_segment(points, x, nearest, last, along)

@@ -12,7 +12,7 @@
 !> crack hides from it. All distances are those in the reference configuration: a point keeps its material in either frame.
 module hampm_point_values
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_lines, only: both_faces, distance_to_segment
+   use hampm_crack_lines, only: both_faces, distance_to_segment, area => twice_area
    use hampm_cracks, only: cracks_t
    use hampm_material, only: are_of_one
    use hampm_matter, only: matter_t
@@ -57,7 +57,7 @@ contains
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box in the reference configuration [m]
       type(view_t), intent(out) :: view
       real(dp), parameter :: margin = 4          ! cells
-      integer :: k, i, n, pass
+      integer :: k, i, n
       view%joined = joined
       n = 0
       allocate (view%lines(count([(cracks%crack(k)%face == both_faces, k=1, size(cracks%crack))])))
@@ -67,15 +67,8 @@ contains
          view%lines(n)%points = cracks%crack(k)%open_part()
       end do
       associate (x => m%particles%reference, far => margin*m%grid%forest%cell)
-         do pass = 1, 2
-            n = 0
-            do i = 1, m%particles%n
-               if (any(x(i, :) < lower - far .or. x(i, :) > upper + far)) cycle
-               n = n + 1
-               if (pass == 2) view%particle(n) = i
-            end do
-            if (pass == 1) allocate (view%particle(n))
-         end do
+         view%particle = pack([(i, i=1, m%particles%n)], &
+                              [(.not. any(x(i, :) < lower - far .or. x(i, :) > upper + far), i=1, m%particles%n)])
       end associate
    end subroutine new_view
 
@@ -181,21 +174,14 @@ contains
       is_between = area(x, y, a)*area(x, y, b) <= 0
    end function is_between
 
-   !> Twice the area of a triangle, with a sign [m2].
-   pure real(dp) function area(a, b, c)
-      real(dp), dimension(ndim), intent(in) :: a, b, c
-      area = (b(1) - a(1))*(c(2) - a(2)) - (b(2) - a(2))*(c(1) - a(1))
-   end function area
-
    !> By which the values of the particles around a point add up to that of a linear function at it, fitted to their means over cells, in
    !> quadratic cells to themselves.
    pure function weights_of_cells(m, around) result(weights)
       type(matter_t), intent(in) :: m
       type(surroundings_t), intent(in) :: around
-      real(dp), allocatable :: weights(:)
+      real(dp), allocatable :: weights(:), volume(:), of_cells(:)
       type(surroundings_t) :: cells
       integer, allocatable :: cell(:), first(:)  ! of each particle, and the first particle of each
-      real(dp), allocatable :: volume(:), of_cells(:)
       integer :: k, c, n
       if (m%grid%is_quadratic()) then
          weights = weights_of(around, linear_fit)
@@ -235,9 +221,8 @@ contains
    pure function weights_of(around, terms) result(weights)
       type(surroundings_t), intent(in) :: around
       integer, intent(in) :: terms               !! `linear_fit` or `quadratic_fit`
-      real(dp), allocatable :: weights(:)
+      real(dp), allocatable :: weights(:), q(:, :), root(:), term(:)
       real(dp), parameter :: no_more = 1e-3_dp   ! of a term is left where it is others
-      real(dp), allocatable :: q(:, :), root(:), term(:)
       real(dp) :: r(terms, terms), z(terms), size_of_term, part
       integer :: i, j, a, b, again
       associate (x => around%from_point, n => size(around%from_point, 2))
