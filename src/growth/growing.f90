@@ -59,6 +59,7 @@ module hampm_growing
       real(dp) :: room = 0                       !! around it for these [m]
       real(dp), allocatable :: usual_radii(:)    !! of its domain integrals [m]
       real(dp) :: booked = 0                     !! its way for which the integral of G is booked [m]
+      type(branching_t) :: branching             !! at the last sample
    contains
       procedure :: note_motion
       procedure :: has_arrested
@@ -423,7 +424,7 @@ contains
              .not. (growing%is_static .or. material%has_history .or. of%has_layers)) call record_by_fields(of, values, history)
          if (growing%is_cyclic) call record_cycle(growing%fatigue, model, tip, history)
          history%is_of_none = .false.
-         if (.not. growing%is_static) call record_branching(branching_of(growing, model, material, cracks, tip, values, law), &
+         if (.not. growing%is_static) call record_branching(growing%tips(tip)%branching, &
                                                             .not. all(model%growth%law%gives_speed()), history)
          if (.not. growing%is_static .or. law == 0) return
          if (model%growth(law)%direction /= 'max_energy') return
@@ -446,41 +447,30 @@ contains
       end associate
    end subroutine record_by_fields
 
-   !> The criteria of branching of a tip in motion; none while no &growth applies.
-   pure type(branching_t) function branching_of(growing, model, material, cracks, tip, values, law) result(criteria)
-      type(growing_t), intent(in) :: growing
-      type(model_t), intent(in) :: model
-      type(material_t), intent(in) :: material
-      type(cracks_t), intent(in) :: cracks
-      integer, intent(in) :: tip
-      type(crack_values_t), intent(in) :: values
-      integer, intent(in) :: law                 !! number of its &growth, or 0
-      real(dp) :: rate
-      if (law == 0) return
-      rate = 0                                   ! of a tip that is not measured any more
-      if (cracks%tips(tip)%is_measured()) rate = best_rate(values, cracks%tips(tip))
-      criteria = criteria_of(material, cracks%tips(tip), model%growth(law), growing%advance_of(model, cracks, tip), rate)
-   end function branching_of
-
-   !> Note tips in motion that may branch.
+   !> Find the criteria of branching of tips in motion, none while no &growth applies, and note tips that may branch.
    subroutine note_branching(growing, model, materials, cracks, values, time, message)
-      type(growing_t), intent(in) :: growing
+      type(growing_t), intent(inout) :: growing
       type(model_t), intent(in) :: model
       type(material_t), intent(in) :: materials(:)
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:) !! of all tips
       real(dp), intent(in) :: time               !! [s]
       character(:), allocatable, intent(inout) :: message
-      type(branching_t) :: criteria
+      real(dp) :: rate
       character(:), allocatable :: why
-      integer :: k, i
+      integer :: k, i, law
       if (growing%is_static .or. .not. growing%are_there()) return
       do k = 1, size(cracks%tips)
+         law = growing%law_at(model, cracks, k, time)
+         growing%tips(k)%branching = branching_t()
+         if (law == 0) cycle
+         rate = 0                                ! of a tip that is not measured any more
+         if (cracks%tips(k)%is_measured()) rate = best_rate(values(k), cracks%tips(k))
+         growing%tips(k)%branching = criteria_of(materials(cracks%tips(k)%material_in(materials)), cracks%tips(k), &
+                                                 model%growth(law), growing%advance_of(model, cracks, k), rate)
          if (.not. cracks%tips(k)%is_measured()) cycle
-         criteria = branching_of(growing, model, materials(cracks%tips(k)%material_in(materials)), cracks, k, values(k), &
-                                 growing%law_at(model, cracks, k, time))
          do i = 1, 2
-            why = why_it_may_branch(criteria, by_energy=i == 1)
+            why = why_it_may_branch(growing%tips(k)%branching, by_energy=i == 1)
             if (why /= '') call note_tip(k, why//' and at t = '//three_digits(time)//' s; here it stays one', message)
          end do
       end do
