@@ -86,7 +86,7 @@ contains
 
    !> Whether a tip is opened, or sheared more than it is pressed shut.
    pure logical function may_grow(k)
-      real(dp), intent(in) :: k(of_part)         !! K, and that over K_c
+      real(dp), intent(in) :: k(:)               !! K, and that over K_c
       may_grow = k(1) > 0 .or. abs(k(2)) > -k(1)
    end function may_grow
 

@@ -174,10 +174,11 @@ contains
    pure real(dp) function distance_to_ring(self, x) result(distance)
       class(ring_t), intent(in) :: self
       real(dp), intent(in) :: x(ndim)            !! [m]
-      real(dp) :: t
+      real(dp) :: t, out(ndim)
       integer :: i, j
       if (ndim > 2) then
-         distance = max(norm2(max(beyond(self, x), 0.0_dp)), -maxval(beyond(self, x)))
+         out = beyond(self, x)
+         distance = max(norm2(max(out, 0.0_dp)), -maxval(out))
          return
       else if (self%is_circle) then
          distance = abs(norm2(x - self%center) - self%radius)

@@ -85,26 +85,20 @@ contains
       real(dp), intent(in) :: share(:)           !! of each, times the force of the load
       type(load_t), intent(inout) :: load
       real(dp), parameter :: inward = 1e-6_dp ! of a cell
-      real(dp), allocatable :: at(:), weight(:)
-      real(dp) :: x(ndim)
-      integer :: k, i, n
-      if (m%grid%is_quadratic() .or. ndim > 2) then
-         at = [0.0_dp]
-         weight = [1.0_dp]
-      else
-         at = 1/sqrt(3.0_dp)*[1, -1]
-         weight = [0.5_dp, 0.5_dp]
-      end if
-      n = size(at)*size(parts)
+      real(dp) :: at(2), x(ndim)
+      integer :: points, k, i, n
+      points = merge(1, 2, m%grid%is_quadratic() .or. ndim > 2)
+      at = merge(0.0_dp, 1/sqrt(3.0_dp), points == 1)*[1, -1]
+      n = points*size(parts)
       allocate (load%fraction(n), load%particle(n), load%offset(ndim, n), load%half(ndim, n))
       do k = 1, size(parts)
-         do i = 1, size(at)
-            n = size(at)*k + 1 - i
+         do i = 1, points
+            n = points*k + 1 - i
             x = parts(k)%middle + at(i)*parts(k)%half
-            load%fraction(n) = weight(i)*share(k)
+            load%fraction(n) = share(k)/points
             if (m%particles%thickness%is_ring .and. parts(k)%middle(1) > 0) &
                load%fraction(n) = load%fraction(n)*x(1)/parts(k)%middle(1)
-            load%half(:, n) = parts(k)%half/size(at)
+            load%half(:, n) = parts(k)%half/points
             load%particle(n) = nearest_in_cell(m, x, x - inward*m%grid%finest_cell*parts(k)%normal)
             load%offset(:, n) = x - m%particles%reference(load%particle(n), :)
          end do

@@ -139,7 +139,7 @@ contains
       type(sparse_t), intent(in) :: a
       integer, intent(in) :: start(:)            !! first unknown of each node
       integer, allocatable, intent(out) :: aggregate(:)
-      integer, allocatable :: node(:), first(:), neighbour(:), before(:)
+      integer, allocatable :: first(:), neighbour(:), before(:)
       integer :: i, k, n
       call find_neighbours(a, start, first, neighbour)
       associate (nodes => size(start) - 1)
@@ -162,8 +162,10 @@ contains
          do i = 1, nodes
             if (aggregate(i) > 0) cycle
             n = n + 1
-            node = [i, pack(neighbour(first(i):first(i + 1) - 1), aggregate(neighbour(first(i):first(i + 1) - 1)) == 0)]
-            aggregate(node) = n
+            aggregate(i) = n
+            do k = first(i), first(i + 1) - 1
+               if (aggregate(neighbour(k)) == 0) aggregate(neighbour(k)) = n
+            end do
          end do
       end associate
    end subroutine aggregate_nodes
@@ -175,7 +177,7 @@ contains
       integer, allocatable, intent(out) :: first(:), neighbour(:) !! first neighbour of each node in the second
       integer, allocatable :: node(:), place(:), list(:)
       real(dp), allocatable :: square(:), own(:)
-      integer :: i, k, row, n, pass
+      integer :: i, k, row, n
       associate (nodes => size(start) - 1)
          allocate (node(a%n), place(nodes), list(nodes), square(nodes), first(nodes + 1), own(nodes))
          do i = 1, nodes
@@ -189,32 +191,30 @@ contains
                end do
             end do
          end do
-         do pass = 1, 2                          ! count, then take
-            place = 0
-            first(1) = 1
-            do i = 1, nodes
-               n = 0
-               do row = start(i), start(i + 1) - 1
-                  do k = a%row_start(row), a%row_start(row + 1) - 1
-                     associate (other => node(a%column(k)))
-                        if (place(other) /= i) then
-                           place(other) = i
-                           n = n + 1
-                           list(n) = other
-                           square(other) = 0
-                        end if
-                        square(other) = square(other) + a%value(k)**2
-                     end associate
-                  end do
-               end do
-               first(i + 1) = first(i)
-               do k = 1, n
-                  if (list(k) == i .or. square(list(k)) <= weak**2*sqrt(own(i)*own(list(k)))) cycle
-                  if (pass == 2) neighbour(first(i + 1)) = list(k)
-                  first(i + 1) = first(i + 1) + 1
+         allocate (neighbour(size(a%value)))     ! more than there are
+         place = 0
+         first(1) = 1
+         do i = 1, nodes
+            n = 0
+            do row = start(i), start(i + 1) - 1
+               do k = a%row_start(row), a%row_start(row + 1) - 1
+                  associate (other => node(a%column(k)))
+                     if (place(other) /= i) then
+                        place(other) = i
+                        n = n + 1
+                        list(n) = other
+                        square(other) = 0
+                     end if
+                     square(other) = square(other) + a%value(k)**2
+                  end associate
                end do
             end do
-            if (pass == 1) allocate (neighbour(first(nodes + 1) - 1))
+            first(i + 1) = first(i)
+            do k = 1, n
+               if (list(k) == i .or. square(list(k)) <= weak**2*sqrt(own(i)*own(list(k)))) cycle
+               neighbour(first(i + 1)) = list(k)
+               first(i + 1) = first(i + 1) + 1
+            end do
          end do
       end associate
    end subroutine find_neighbours

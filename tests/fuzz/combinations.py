@@ -596,7 +596,7 @@ def reciprocal(case):
     case.need(case.indicator in ("none", "tip") and all("name" in case.scene[k][1] for k in held))
     cell, ways, runs = group(case.scene, "grid")["cell"], [], []
     for which in held[:2]:
-        scene = [one for one in copy_of(case.scene) if one[0] != "load"]
+        scene = [one for one in copy_of(case.scene) if one[0] not in ("load", "probe")]
         for name, keys in scene:
             if name == "body":
                 keys.pop("eigenstrain", None)
