@@ -13,7 +13,7 @@
 !>    div s = g [ (s_11 - s_tt) e_1 + s_n1 n + 2 s_t1 t ],       t-derivative of A = g [ (A_i1 e_i)' + ... ], e_1' = t, t' = -e_1,
 !>
 !> do not vanish (Gosz & Moran 2002). The part just ahead of a curved front that interface points hold (`hampm_plane_points`) becomes longer with it: what they store, w for each area,
-!> is taken off G, -sum w g q. Faces that press on each other with a force f bring f . [A e_1] q to the interaction. In mode III 2/E' is 1/mu. Between the nodes of the grid q has the functions of the grid, by which particles
+!> is taken off G, -sum w g q. Where faces bear a pressure p, P has p n n more and W has p u_n,n: E of a uniform stress has no divergence. Faces that press on each other with a force f bring f . [A e_1] q to the interaction. In mode III 2/E' is 1/mu. Between the nodes of the grid q has the functions of the grid, by which particles
 !> integrate as they integrate forces: what they bring to the nodes does not depend on q, and serves all hats and all domains. The grid is that of the
 !> reference configuration.
 module hampm_front_integral
@@ -42,6 +42,7 @@ module hampm_front_integral
       integer :: material = 0                    !! number of the material at it
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! of all material [m]
       logical :: has_modes = .false.             !! whether K have a meaning there: by isotropic laws of small strain
+      real(dp) :: pressure = 0                   !! on the faces [Pa]
    end type front_domain_t
 
    !> A place as seen from the nearest place of a front.
@@ -218,6 +219,11 @@ contains
          source(:, 0) = matmul(divergence, h)
          if (material%is_graded()) source(:, 0) = source(:, 0) - material%slice%direction &
                                                   *(material%slice%rate*energy - sum(stress*material%slice%free_rate))
+         associate (n => domain%front%axis)      ! as if faces were free: with the pressure as a tension of the body
+            stress(n, n) = stress(n, n) + domain%pressure
+            flux(:, n, 0) = flux(:, n, 0) + domain%pressure*h(n, :)
+            flux(:, :, 0) = flux(:, :, 0) - domain%pressure*h(n, n)*identity
+         end associate
          last = 0
          if (domain%has_modes) then
             place = locate(domain%front, p%reference(i, :), reach)

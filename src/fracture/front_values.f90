@@ -10,6 +10,7 @@ module hampm_front_values
    use hampm_front, only: front_t, room_of
    use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, hat_lengths
    use hampm_history, only: history_t
+   use hampm_loads, only: factors_at
    use hampm_nodal_state, only: nodal_state_t
    use hampm_problem, only: problem_t
    use hampm_snapshots, only: piece_t, add_field, vtk_line
@@ -102,6 +103,8 @@ contains
       real(dp), allocatable :: g(:, :), k(:, :, :)
       real(dp) :: of_k(size(values%arc))         ! G that goes with K
       integer :: mode
+      values%domain%pressure = sum(factors_at(problem%loads, problem%state%time)*problem%loads%pressure, &
+                                   mask=problem%loads%line == values%domain%front%crack)/(2*ndim) ! loads in all directions
       call front_integrals(values%domain, problem, state, g, k)
       associate (front => values%domain%front, material => problem%materials(values%domain%material), radii => size(g, 2))
          if (.not. front%is_closed) then

@@ -158,7 +158,7 @@ contains
       end if
       do k = 1, size(model%loads)
          associate (load => model%loads(k))
-            if (.not. any(load%kind == ['traction', 'point   ', 'pressure'])) cycle
+            if (.not. any(load%kind == ['traction', 'point   ', 'pressure']) .or. .not. load%has_place) cycle
             do first = 1, size(fronts)
                associate (at => fronts(first)%at)
                   if (all(load%lower < maxval(at, dim=2) + reach*finest_cell(model) .and. &

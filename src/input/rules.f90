@@ -217,6 +217,7 @@ module hampm_rules
              "what cohesion lets part is not looked at"), &
       rule_t("&run stop_when = 'crack_length'", requires, "&run stop_length > 0"), &
       rule_t("&run stop_when = 'crack_length'", requires, "&crack"), &
+      rule_t("&run stop_when = 'crack_length'", not_with, "a solid", not_built, "cracks of solids have fronts and no length"), &
       rule_t("&run stop_when = 'arrested'", requires, "&growth"), &
       rule_t("&run stop_when = 'load_dropped'", requires, "a load that is recorded", &
              reason="it is the force of a constraint with a name, or the load factor of growth at rest"), &
