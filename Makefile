@@ -191,6 +191,7 @@ fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at r
 	$(PYTHON) tests/fuzz/combinations.py --program build/checked/hampm --cases 370 --seed 46 --cracked
 	@$(MAKE) -j$(JOBS) --no-print-directory program build=checked dim=3
 	$(PYTHON) tests/fuzz/solid_scenes.py --cases 2000 --seed 100
+	$(PYTHON) tests/fuzz/solid_keys.py
 	$(PYTHON) tests/fuzz/growth_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/rest_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/shape_scenes.py --program build/checked/hampm --cases 10000 --seed 100

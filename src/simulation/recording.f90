@@ -53,8 +53,9 @@ contains
       call s%results%add_attribute('/', 'command', command(), failure)
       call s%results%add_attribute('/', 'machine', host_name(), failure)
       call s%results%add_attribute('/history', 'title', trim(s%model%run%title), failure)
-      if (any(s%model%paths%name /= '')) & ! in their order, which is that of the tips
-         call s%results%add_attribute('/history', 'cracks', joined(s%model%paths%name, ', '), failure)
+      associate (names => [s%model%paths%name, s%model%planes%name])
+         if (any(names /= '')) call s%results%add_attribute('/history', 'cracks', joined(names, ', '), failure)
+      end associate
       call declare_columns(s%model, s%problem, s%cracks, s%growing, s%measurements, s%results, failure)
    end subroutine open_results
 

@@ -66,7 +66,7 @@ LINE = """&crack kind = 'line'  tip = 2e-3, 0.0  {} /
 
 PROBES = """&probe name = 'a'  quantity = 'displacement', 'stress'  at = 5.1e-3, 4.3e-3 /
 &probe name = 'b'  quantity = 'strain'  at = 5.1e-3, 4.3e-3, 7.2e-3, 6.1e-3 /
-&probe name = 'c'  quantity = 'opening'  of = 'p'  distance = 2.1e-3 /
+&probe name = 'c'  quantity = 'opening'  of = 'p'  distance = 2.1e-3  tip = 'last' /
 &probe name = 'd'  quantity = 'displacement'  at = -0.1e-3, 0.1e-3  face = 'left' /
 &probe name = 'e'  quantity = 'load_line'  of = 'top' /
 """
@@ -109,6 +109,20 @@ SCENES = {
     + "&growth crack = 'p' toughness = 1e4 increment = 2.2e-3 direction = 'straight' /\n" + STATIC.format("load_steps = 2"),
     "a crack that appears": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT
     + "&nucleation crack = 'p' toughness = 1.0 strength = 1e5 increment = 1e-3 /\n" + STATIC.format("load_steps = 2"),
+    "growth by heat and a load": plate(cell="1e-3  cells = 20, 24", more="eigenstrain = 1e-5, 2e-5, 0.0 held = .false.") + HELD + PULL.format("") + SHORT + J.format("radii = 2e-3")
+    + "&growth crack = 'p' toughness = 1.0 increment = 2.2e-3 direction = 'straight' /\n" + STATIC.format(""),
+    "a load by which no crack grows": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("radii = 2e-3")
+    + "&growth crack = 'p' toughness = 1e8 increment = 2.2e-3 direction = 'straight' /\n&control quantity = 'load' /\n" + STATIC.format(""),
+    "a crack that appears by its strength": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT
+    + "&nucleation crack = 'p' toughness = 1.0 strength = 1e9 increment = 1e-3 /\n" + STATIC.format("load_steps = 2"),
+    "growth up to a length": plate(cell="1e-3  cells = 20, 24", run="stop_when = 'crack_length', 'load_dropped' stop_length = 8e-3 stop_load = 0.6") + HELD + PULL.format("") + SHORT
+    + J.format("radii = 2e-3") + "&growth crack = 'p' toughness = 1.0 increment = 2.2e-3 direction = 'straight' /\n&control quantity = 'growth' /\n" + STATIC.format("load_steps = 4"),
+    "growth until the load drops": plate(cell="1e-3  cells = 20, 24", run="stop_when = 'load_dropped' stop_load = 0.9") + HELD + PULL.format("") + SHORT
+    + J.format("radii = 2e-3") + "&growth crack = 'p' toughness = 1.0 increment = 2.2e-3 direction = 'straight' /\n" + STATIC.format("load_steps = 4"),
+    "growth until it has arrested": plate(end="8e-6", cell="1e-3  cells = 20, 24", run="stop_when = 'arrested' stop_rest = 2e-6") + HELD + PULL.format("") + SHORT + J.format("")
+    + "&growth law = 'prescribed' direction = 'straight' speed = 600 start = 1e-6 end = 2e-6 /\n" + EVERY.format("5e-7"),
+    "graded in motion": plate(end="4e-6", more="eigenstrain = 1e-4, 2e-4, 0.0 profile_direction = 0.6, 0.8 profile_at = -5e-3, 6e-3 profile_stiffness = 1.0, 2.0 profile_density = 1.0, 1.5 "
+                                               "profile_eigenstrain = 0.5, 1.0") + HELD + PULL.format("") + EVERY.format("1e-6"),
     "growth in a load frame": plate(cell="1e-3  cells = 20, 24") + HELD + PULL.format("") + SHORT + J.format("radii = 2e-3")
     + "&growth crack = 'p' toughness = 1.0 increment = 2.2e-3 direction = 'straight' /\n&control quantity = 'displacement' displacement = 1e-6 stiffness = 1e9 "
     + "history = 'ramp' rise_time = 1.0 /\n" + STATIC.format("load_steps = 2"),
@@ -196,7 +210,7 @@ VALUES = {
     "constraint.lower": ["-8e-3,-10e-3", "2e-3,-10e-3", "0.06,0.0"], "constraint.upper": ["8e-3,-10e-3"], "constraint.displacement": ["1e-6,0.0", "0.0,1e-6", "1e-6,1e-6"],
     "constraint.velocity": ["1e-2,0.0", "0.0,1e-2"], "constraint.start": ["1e-6", "0.3", "-1e-6"], "constraint.rise_time": ["1e-6", "0.5"],
     "constraint.frequency": ["1e4", "0.9*"], "constraint.times": ["0.0,2e-6", "0.0,0.5"], "constraint.factors": ["0.0,0.5", "1.0,2.0"], "constraint.name": ["bar"],
-    "constraint.history": HISTORIES, "load.history": HISTORIES, "control.history": HISTORIES, "control.displacement": ["0.9*"], "control.stiffness": ["0.5*", "1e8"],
+    "constraint.history": HISTORIES, "load.history": HISTORIES, "control.history": HISTORIES, "control.displacement": ["0.9*"], "control.quantity": ["growth", "displacement;displacement=1e-6"], "run.stop_length": ["0.011"], "run.stop_load": ["0.99", "0.5"], "run.stop_rest": ["4e-6"], "body.profile_direction": ["0.8,0.6"], "body.held": [".true.", ".false."], "control.stiffness": ["0.5*", "1e8"],
     "control.start": ["1e-6", "0.3", "-1e-6"], "control.rise_time": ["0.9", "0.5"], "control.frequency": ["0.3"], "control.times": ["0.0,0.5"], "control.factors": ["0.0,0.5", "1.0,2.0"],
     "probe.name": ["other"], "probe.of": ["q", "bar"], "load.name": ["bar"],
     "load.lower": ["-8e-3,10e-3"], "load.upper": ["8e-3,10e-3"], "load.force": ["0.9*", "10.0,10.0"], "load.pressure": ["0.9*", "1e5"], "load.crack": ["p", "q"],
@@ -208,7 +222,7 @@ VALUES = {
     "refine.region_lower": ["-4e-3,-4e-3", "0.04,0.0", "0.7,0.5"], "refine.region_upper": ["4e-3,4e-3", "0.06,0.01"], "refine.start": ["1e-6", "0.1"], "refine.interval": ["3", "7"],
     "refine.max_particles": ["600", "480", "170"], "crack.tip": ["0.055,0.0", "4e-3,0.0"], "crack.direction": ["0.0,1.0", "-1.0,0.0"], "crack.length": ["4e-3", "6e-3"],
     "crack.friction": ["0.02", "0.04"], "crack.points": ["-4e-3,-1e-3,4e-3,1e-3"], "crack.name": ["q"], "growth.crack": ["p", "q"], "growth.points": ["4e-3,0.0,9e-3,0.0"],
-    "nucleation.crack": ["p", "q"], "nucleation.toughness": ["0.8*"], "nucleation.strength": ["2*", "1e6"], "nucleation.increment": ["2e-3", "0.0"],
+    "nucleation.crack": ["p", "q"], "nucleation.toughness": ["0.8*"], "nucleation.strength": ["2*", "1e6", "0.7*"], "nucleation.increment": ["2e-3", "0.0"],
     "growth.toughness": ["0.8*", "1.0"], "growth.limit_speed": ["1000"], "growth.exponent": ["3"], "growth.speed": ["0.9*", "500"], "growth.start": ["2e-6", "5e-6"],
     "cohesive.crack": ["p", "q"], "cohesive.from": ["2e-3", "0.0"], "cohesive.strength": ["0.9*", "300e6"], "cohesive.toughness": ["0.9*", "1e3"],
     "cohesive.opening": ["0.9*", "1e-7"], "cohesive.openings": ["0.9*", "0.0,1e-5"], "cohesive.tractions": ["0.9*", "100e6,0.0"], "cohesive.strength_shear": ["0.9*", "350e6"],
@@ -224,6 +238,17 @@ VALUES = {
     "energy_release.reference_value": ["0.9*", "2.0"], "output.file": ["other.h5"], "output.history_interval": ["0.5*", "0.4"], "output.snapshot_interval": ["0.5*"],
     "output.checkpoint_interval": ["1e-6"], "output.checkpoint_steps": ["3"],
 }
+
+
+class World:
+    """Scenes, other values of keys for them, and keys that act in none of them but by being refused, of some groups all."""
+
+    def __init__(self, scenes, values, refused, groups=()):
+        self.scenes, self.values, self.refused, self.groups = scenes, values, refused, groups
+
+    def refuses(self, key):
+        """Whether a key may act by being refused alone."""
+        return key in self.refused or key.partition(".")[0] in self.groups
 
 
 def key_table(program):
@@ -250,15 +275,15 @@ def instances(text, key):
     return values or [""]
 
 
-def other_values(key, row, present):
-    """Values that differ from what a key has: each choice, those of `VALUES`, or a number that is a little different."""
+def other_values(key, row, present, values):
+    """Values that differ from what a key has: each choice, those of `values`, or a number that is a little different."""
     present = present or row["default"].strip("'")
     if row["type"] == "logical":
         candidates = [".true.", ".false."]
-    elif "text" in row["type"] and row["allowed"].startswith("`") and key not in VALUES:
+    elif "text" in row["type"] and row["allowed"].startswith("`") and key not in values:
         candidates = re.findall(r"`(\w+)`", row["allowed"])
     else:
-        candidates = VALUES.get(key, ["1", "2"] if row["type"] == "integer" else ["0.9*"])
+        candidates = values.get(key, ["1", "2"] if row["type"] == "integer" else ["0.9*"])
     for value in candidates:
         if value.endswith("*"):
             numbers = [float(part) * float(value[:-1]) for part in present.split(",")] if re.match(r"[-+.\d]", present) else []
@@ -344,29 +369,30 @@ def try_key(program, folder, text, plain, setting):
 NAMES = ("load.name", "probe.quantity", "probe.of", "material.name", "body.shape", "body.hole", "load.kind", "load.on", "load.crack", "crack.kind", "growth.crack", "growth.law", "nucleation.crack", "cohesive.crack", "cohesive.law")
 # Keys of solids, which planes refuse
 OF_SOLIDS = ("material.shear_13", "material.shear_23", "crack.normal", "crack.front", "crack.center", "crack.radii")
+PLANE = World(SCENES, VALUES, NAMES + OF_SOLIDS)
 
 
-def try_each_once(program, random, extra, keys=None):
+def try_each_once(program, random, extra, keys=None, world=PLANE):
     """A line for each key, or of so many, that acts in no scene (those that give it are tried first), and for each of some more settings, taken at random, that is
     silent."""
     table, findings, plain = key_table(program), [], {}
     with tempfile.TemporaryDirectory() as folder:
         def what(name, key):
             if name not in plain:
-                plain[name] = run(program, folder, SCENES[name])[1]
-            present = instances(SCENES[name], key)
+                plain[name] = run(program, folder, world.scenes[name])[1]
+            present = instances(world.scenes[name], key)
             number = next((k for k, value in enumerate(present) if value), 0)
             group, short = key.split(".")
             place = f"{group}({number + 1}).{short}" if len(present) > 1 else key
-            return place, outcome(program, folder, SCENES[name], plain[name], place, other_values(key, table[key], present[number]))
+            return place, outcome(program, folder, world.scenes[name], plain[name], place, other_values(key, table[key], present[number], world.values))
 
         for key in random.sample(list(table), keys or len(table)):
-            scenes = sorted(SCENES, key=lambda name: not any(instances(SCENES[name], key)))
-            wanted = {"acts", "refused"} if key in NAMES + OF_SOLIDS else {"acts"}
+            scenes = sorted(world.scenes, key=lambda name: not any(instances(world.scenes[name], key)))
+            wanted = {"acts", "refused", "said"} if world.refuses(key) else {"acts"}
             if not any(what(name, key)[1] in wanted for name in scenes):
                 findings.append(f"{key} acts in no scene")
         for _ in range(extra):
-            name = random.choice(list(SCENES))
+            name = random.choice(list(world.scenes))
             place, found = what(name, random.choice(list(table)))
             if found not in OPEN:
                 findings.append(f"{name}: {place}: {found}")
@@ -384,12 +410,12 @@ def outcome(program, folder, text, plain, place, values):
     return found
 
 
-def try_keys(program, scenes, keys=(), tell=None):
+def try_keys(program, world, scenes, keys=(), tell=None):
     """Counts of what settings did, the keys that acted, and a line for each that is silent, which `tell` gets at once."""
     table, counts, acted, findings = key_table(program), Counter(), defaultdict(set), []
     with tempfile.TemporaryDirectory() as folder:
         for name in scenes:
-            text = SCENES[name]
+            text = world.scenes[name]
             code, plain, said = run(program, folder, text)
             if code != 0:
                 findings.append(f"{name}: the scene itself ends with {code}: {said}")
@@ -399,7 +425,7 @@ def try_keys(program, scenes, keys=(), tell=None):
                 values = instances(text, key)
                 for number, present in enumerate(values, 1):
                     place = f"{group}({number}).{short}" if len(values) > 1 else key
-                    what = outcome(program, folder, text, plain, place, other_values(key, table[key], present))
+                    what = outcome(program, folder, text, plain, place, other_values(key, table[key], present, world.values))
                     counts[what.partition(":")[0]] += 1
                     acted[key].add(what)
                     if what not in OPEN:
@@ -409,20 +435,20 @@ def try_keys(program, scenes, keys=(), tell=None):
     return counts, {key for key, done in acted.items() if "acts" in done}, findings
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--program", type=Path, default=PROGRAM, metavar="FILE")
+def main(world=PLANE, program=PROGRAM):
+    parser = argparse.ArgumentParser(description=sys.modules["__main__"].__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", type=Path, default=program, metavar="FILE")
     parser.add_argument("--scenes", help="numbers of scenes; all by default")
     parser.add_argument("--keys", help="keys; all by default")
     options = parser.parse_args()
-    names = list(SCENES)
+    names = list(world.scenes)
     scenes = [names[int(number)] for number in options.scenes.split(",")] if options.scenes else names
     keys = options.keys.split(",") if options.keys else ()
     program = options.program.resolve()
-    counts, acted, findings = try_keys(program, scenes, keys, lambda line: print(line, flush=True))
+    counts, acted, findings = try_keys(program, world, scenes, keys, lambda line: print(line, flush=True))
     if options.scenes:
         print("acts:", *sorted(acted))
-    missing = [] if options.scenes else [key for key in keys or key_table(program) if key not in acted and key not in NAMES + OF_SOLIDS]
+    missing = [] if options.scenes else [key for key in keys or key_table(program) if key not in acted and not world.refuses(key)]
     for key in missing:
         print(f"{key} acts in no scene")
     print(f"{len(keys or key_table(program))} keys, {sum(counts.values())} settings in {len(scenes)} scenes: "

@@ -18,6 +18,7 @@ import plain_scenes
 import pytest
 import rest_scenes
 import shape_scenes
+import solid_keys
 import solid_scenes
 from fuzz import SCENES, answers, fuzz, table
 from runs import try_runs
@@ -60,6 +61,13 @@ def test_the_program_ends_as_its_exit_codes_say(tmp_path):
 def test_every_key_acts(keys, extra):
     """Each of some keys, taken at random, in one scene at least; and where some do not, this is said. `make fuzz` sets all keys in all scenes."""
     assert not every_key.try_each_once(PROGRAM, random.Random(1), extra, keys)
+
+
+@pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+@pytest.mark.parametrize(("keys", "extra"), [(10, 4), pytest.param(None, 30, marks=pytest.mark.verify)])
+def test_every_key_of_solids_acts(keys, extra):
+    """In one scene at least, or it is refused there; and where it does not, this is said."""
+    assert not every_key.try_each_once(SOLID_PROGRAM, random.Random(2), extra, keys, solid_keys.SOLIDS)
 
 
 @pytest.mark.parametrize("program", [pytest.param(PROGRAM, marks=pytest.mark.verify), CHECKED_PROGRAM], ids=["release", "checked"])
