@@ -64,9 +64,7 @@ ifneq ($($(build)_kernels),)
 KERNELS := $(call objects,$(foreach folder,$(kernel_folders),$(wildcard src/$(folder)/*.f90)))
 LIBRARY := $(filter-out $(KERNELS),$(LIBRARY)) $(O)/kernels.o
 endif
-ifneq ($(findstring -march,$(FLAGS)),)
 LIBRARY += $(O)/processor.o
-endif
 TOOLS := $(addprefix $(O)/,forced_step newton_steps eigenvalue_limit)
 DRIVERS := $(addprefix $(O)/,results_driver fuzz_driver)
 MEASURED := $(addprefix $(O)/,bench_step minimal_step)
@@ -274,7 +272,7 @@ $(O)/kernels.o: $(KERNELS)
 
 $(O)/processor.o: src/processor.c $(O)/flags
 	$(call say,$(FC) $<)
-	$(quietly)$(FC) -Wall -Wextra -O1 -march=$(ARCH) -c -o $@ $<
+	$(quietly)$(FC) -Wall -Wextra -O1 $(filter -march=%,$(FLAGS)) -c -o $@ $<
 
 # The commit that a program is of. Only the main program has it: nothing else is built anew where it changes
 $(O)/main.o: $(O)/version.inc

@@ -1,5 +1,6 @@
 """G and K along fronts of cracks in solids, by the program: beside finite elements of high degree, closed forms and integral equations, at rest and in motion."""
 
+import os
 import re
 import subprocess
 import sys
@@ -258,6 +259,19 @@ def test_threads_and_restarts_change_no_byte(tmp_path):
             found.append({f"{group}/{column}": values[()] for group in ("history", "front") for column, values in file[group].items()})
     assert found[0].keys() == found[1].keys() and all(np.array_equal(values, found[1][column]) for column, values in found[0].items())
     assert found[0]["front/G"][-1].min() > 0
+
+
+def test_factors_do_not_hang_on_the_environment(tmp_path):
+    """OpenBLAS sums in another order on several threads: every build has it take one."""
+    found = []
+    for threads in ("1", "2"):
+        (tmp_path / threads).mkdir()
+        (tmp_path / threads / "case.nml").write_text(penny(3.2) + MEASURED)
+        subprocess.run([SOLID_PROGRAM, "--quiet", "--threads", "1", "case.nml"], cwd=tmp_path / threads, check=True,
+                       env={**{key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"}, "OMP_NUM_THREADS": threads})
+        with h5py.File(tmp_path / threads / "case.h5") as file:
+            found.append({column: values[()] for column, values in file["front"].items()})
+    assert all(np.array_equal(values, found[1][column]) for column, values in found[0].items())
 
 
 def test_two_fronts_and_what_they_need(tmp_path):
