@@ -28,7 +28,7 @@ module hampm_front_integral
    use hampm_tensors, only: identity
    implicit none
    private
-   public :: front_domain_t, front_place_t, front_integrals, front_modes, hat_lengths, locate
+   public :: front_domain_t, front_place_t, front_integrals, front_modes, along, cell_at, hat_lengths, locate
 
    integer, parameter :: front_modes = 3         !! opening, sliding across the front and along it
    real(dp), parameter :: pi = acos(-1.0_dp)
@@ -137,6 +137,22 @@ contains
          end do
       end subroutine add_to_hats
    end subroutine front_integrals
+
+   !> Size of the largest cells with material at the nodes of a front [m].
+   pure real(dp) function cell_at(front, problem) result(cell)
+      type(front_t), intent(in) :: front
+      type(problem_t), intent(in) :: problem
+      integer :: i, side
+      cell = 0
+      do i = 1, front%n()
+         do side = -1, 1, 2
+            associate (e => problem%grid%element_at(front%at(:, i) + side*problem%grid%finest_cell/4*identity(:, front%axis)))
+               if (e == 0) cycle
+               if (problem%blocks%count_in(e) > 0) cell = max(cell, problem%grid%leaf_size(e))
+            end associate
+         end do
+      end do
+   end function cell_at
 
    !> The length of front that belongs to each node: the integral of its hat [m].
    pure function hat_lengths(front) result(length)

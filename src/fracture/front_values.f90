@@ -1,14 +1,15 @@
 !> What is measured along the front of a plane crack, and what results hold of it, of solids only.
 !>
-!> G is the mean over the domains, and so are K. Its estimated error is what the domains differ by and what K, which the cells resolve in another way, has
-!> of G. Where a front ends on a side, the field is not that of plane strain, and K is undefined: there the modes share G as at the next node.
+!> G is the mean over the domains, and so are K. Its estimated error is what the domains differ by, what K, which the cells resolve in another way, has
+!> of G, and what the place of the front in the cells is worth. Where a front ends on a side, the field is not that of plane strain, and K is undefined: there the modes share G as at the next node.
 !>
 !> Values are means over hats. Along a front that runs with the lattice these reach over a cell to each side. Other fronts cut the cells now here, now there:
 !> what acts as the front is a polygon of the lattice, and means over three cells leave little of that.
 module hampm_front_values
    use hampm_kinds, only: dp, ndim
    use hampm_front, only: front_t, room_of
-   use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, hat_lengths
+   use hampm_front_closure, only: closure_rates
+   use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, hat_lengths, cell_at
    use hampm_history, only: history_t
    use hampm_loads, only: factors_at
    use hampm_nodal_state, only: nodal_state_t
@@ -16,20 +17,26 @@ module hampm_front_values
    use hampm_snapshots, only: piece_t, add_field, vtk_line
    implicit none
    private
-   public :: front_values_t, new_front_values, measure_front, record_front, mean_rate, front_fields
+   public :: front_values_t, new_front_values, choose_estimators, measure_front, record_front, mean_rate, front_fields
 
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
 
+   !> How far the front of the cells is from its place, in cells: 0.03 where it runs with the lattice, 0.07 in the mean around a circle of 6 cells
+   real(dp), parameter :: astray = 0.07_dp
    real(dp), parameter :: cells_of_hats = 3      !! to each side, of fronts that do not run with the lattice
 
    !> What was measured last, by hat, with its errors.
    type :: front_values_t
       type(front_domain_t) :: domain
+      logical :: by_domain = .true., by_closure = .false. !! by which estimators, the first of which is that of G
+      real(dp) :: room = 0                       !! around the front [m]
       real(dp), allocatable :: arc(:), at(:, :)  !! of the middles of the hats: way along the front, and place [m]
       real(dp), allocatable :: mean_of(:, :)     !! part of each node of the front in each hat, (hats, nodes)
       real(dp), allocatable :: g(:), g_error(:)  !! [J/m2]
       real(dp), allocatable :: k(:, :), k_error(:, :) !! [Pa sqrt(m)], (modes, nodes)
+      real(dp), allocatable :: closure(:, :), closure_error(:, :) !! G of each mode by closure [J/m2], (modes, nodes)
+      real(dp) :: closure_mean_error(front_modes) = 0 !! of the means of these [J/m2]
       real(dp) :: mean_error = 0                 !! of the mean of G [J/m2]
    end type front_values_t
 
@@ -41,12 +48,12 @@ contains
       integer, intent(in) :: number
       type(problem_t), intent(in) :: problem
       type(front_values_t), intent(out) :: values
-      real(dp) :: room
       integer :: i
       associate (front => fronts(number), domain => values%domain, p => problem%particles)
          call place_hats(front, values)
          allocate (values%g(size(values%arc)), values%g_error(size(values%arc)), source=0.0_dp)
          allocate (values%k(front_modes, size(values%arc)), values%k_error(front_modes, size(values%arc)), source=0.0_dp)
+         allocate (values%closure, values%closure_error, source=values%k)
          domain%front = front
          domain%lower = minval(p%reference(:p%n, :), dim=1)
          domain%upper = maxval(p%reference(:p%n, :), dim=1)
@@ -56,8 +63,8 @@ contains
                domain%upper = max(domain%upper, p%reference(i, :) + half)
             end associate
          end do
-         room = room_of(fronts, number, domain%lower, domain%upper)
-         domain%radius = default_radii*min(problem%grid%finest_cell, of_room*room/maxval(default_radii))
+         values%room = room_of(fronts, number, domain%lower, domain%upper)
+         domain%radius = default_radii*min(cell_at(front, problem), of_room*values%room/maxval(default_radii))
          i = minloc(sum((p%reference(:p%n, :) - spread(front%at(:, front%n()/2 + 1), 1, p%n))**2, dim=2), dim=1)
          domain%material = p%material(i)
          associate (material => problem%materials(domain%material))
@@ -66,6 +73,14 @@ contains
          end associate
       end associate
    end subroutine new_front_values
+
+   !> Choose by which estimators it is measured.
+   pure subroutine choose_estimators(names, values)
+      character(*), intent(in) :: names(:)
+      type(front_values_t), intent(inout) :: values
+      values%by_domain = any(names == 'domain_integral')
+      values%by_closure = any(names == 'vcct')
+   end subroutine choose_estimators
 
    !> Place the hats evenly along a front.
    pure subroutine place_hats(front, values)
@@ -100,6 +115,61 @@ contains
       type(problem_t), intent(in) :: problem
       type(nodal_state_t), intent(in) :: state
       type(front_values_t), intent(inout) :: values
+      if (values%by_domain) call measure_domains(problem, state, values)
+      if (values%by_closure) call measure_closure(problem, values)
+   end subroutine measure_front
+
+   !> By closure. The crack is closed by one cell. What closing two says differs by as much as the cells are off, by the first order of their size.
+   subroutine measure_closure(problem, values)
+      type(problem_t), intent(in) :: problem
+      type(front_values_t), intent(inout) :: values
+      real(dp), allocatable :: rate(:, :, :), twice(:, :)
+      real(dp) :: off(size(values%arc))          ! from the domain integral
+      integer :: mode
+      call closure_rates(values%domain, problem, rate)
+      twice = values%closure
+      do mode = 1, front_modes
+         values%closure(mode, :) = matmul(values%mean_of, rate(mode, :, 1))
+         twice(mode, :) = matmul(values%mean_of, rate(mode, :, 2))
+      end do
+      if (.not. values%by_domain) values%g = sum(values%closure, dim=1)
+      off = abs(sum(values%closure, dim=1) - values%g)
+      associate (part => parts_of(values), place => off_by_place(problem, values))
+         do mode = 1, front_modes
+            associate (share => abs(values%closure(mode, :))/max(sum(abs(values%closure), dim=1), tiny(off)), &
+                       difference => values%closure(mode, :) - twice(mode, :))
+               values%closure_error(mode, :) = max(abs(difference), share*off) + share*place
+               values%closure_mean_error(mode) = max(abs(dot_product(part, difference)), abs(dot_product(part, share*( &
+                                                 sum(values%closure, dim=1) - values%g)))) + dot_product(part, share*place)
+            end associate
+         end do
+      end associate
+      if (values%by_domain) then
+         values%g_error = max(values%g_error, off)
+      else
+         values%g_error = sum(values%closure_error, dim=1)
+         values%mean_error = sum(values%closure_mean_error)
+      end if
+   end subroutine measure_closure
+
+   !> By how much G may be off as the front of the cells is not at its place: with G as the square of the least length around it, and at the end of a front,
+   !> where on a side it falls within a cell, by what it differs by from that at the next hat [J/m2].
+   pure function off_by_place(problem, values) result(off)
+      type(problem_t), intent(in) :: problem
+      type(front_values_t), intent(in) :: values
+      real(dp) :: off(size(values%arc))
+      off = abs(values%g)*2*astray*cell_at(values%domain%front, problem)/values%room
+      if (values%domain%front%is_closed) return
+      associate (g => values%g, n => size(off))
+         off([1, n]) = off([1, n]) + abs(g([1, n]) - g([2, n - 1]))
+      end associate
+   end function off_by_place
+
+   !> By domain integrals.
+   subroutine measure_domains(problem, state, values)
+      type(problem_t), intent(in) :: problem
+      type(nodal_state_t), intent(in) :: state
+      type(front_values_t), intent(inout) :: values
       real(dp), allocatable :: g(:, :), k(:, :, :)
       real(dp) :: of_k(size(values%arc))         ! G that goes with K
       integer :: mode
@@ -114,12 +184,14 @@ contains
          values%mean_error = spread_of(matmul(hat_lengths(front), g)/front%length)
          g = matmul(values%mean_of, g)
          values%g = sum(g, dim=2)/radii
-         values%g_error = maxval(g, dim=2) - minval(g, dim=2)
+         values%g_error = maxval(g, dim=2) - minval(g, dim=2) + off_by_place(problem, values)
+         values%mean_error = values%mean_error + dot_product(parts_of(values), off_by_place(problem, values))
          if (.not. values%domain%has_modes) return
          do mode = 1, front_modes
             associate (of_mode => matmul(values%mean_of, k(mode, :, :)))
                values%k(mode, :) = sum(of_mode, dim=2)/radii
-               values%k_error(mode, :) = maxval(of_mode, dim=2) - minval(of_mode, dim=2)
+               values%k_error(mode, :) = maxval(of_mode, dim=2) - minval(of_mode, dim=2) &
+                                         + abs(values%k(mode, :))*off_by_place(problem, values)/max(2*values%g, tiny(of_k))
             end associate
          end do
          of_k = (sum(values%k(:2, :)**2, dim=1)*(1 - material%poisson) + values%k(3, :)**2)/(2*material%mu)
@@ -147,7 +219,7 @@ contains
             if (g(next, r) > 0) k(:, end, r) = k(:, next, r)*sqrt(max(g(end, r), 0.0_dp)/g(next, r))
          end do
       end subroutine share_as_next
-   end subroutine measure_front
+   end subroutine measure_domains
 
    !> Mean of G along the front [J/m2].
    pure real(dp) function mean_rate(values)
@@ -159,7 +231,7 @@ contains
    pure integer function modes_of(values)
       type(front_values_t), intent(in) :: values
       modes_of = 0
-      if (values%domain%has_modes) modes_of = merge(1, front_modes, values%domain%front%is_symmetry)
+      if (values%by_domain .and. values%domain%has_modes) modes_of = merge(1, front_modes, values%domain%front%is_symmetry)
    end function modes_of
 
    !> The fronts as lines between the middles of the hats, with the number of the front, G and K: those of modes that there are not are 0.
@@ -207,6 +279,7 @@ contains
    subroutine record_front(values, history)
       type(front_values_t), intent(in) :: values
       type(history_t), intent(inout) :: history
+      character(*), parameter :: closed = 'energy release rate, virtual crack closure'
       integer :: d, last
       last = modes_of(values)
       call history%record('G_mean', 'J/m2', 'energy release rate, mean along the front', mean_rate(values))
@@ -220,6 +293,20 @@ contains
       end do
       call history%record_along_front('G', 'J/m2', 'energy release rate', values%g)
       call history%record_along_front('G_error', 'J/m2', 'estimated error of it', values%g_error)
+      if (values%by_closure) then
+         associate (modes => merge(1, front_modes, values%domain%front%is_symmetry))
+            call history%record_modes('G_vcct_', 'J/m2', closed//', mean along the front', &
+                                      matmul(values%closure(:modes, :), parts_of(values)))
+            call history%record_modes('G_vcct_', 'J/m2', 'estimated error of that', values%closure_mean_error(:modes), &
+                                      behind='_error')
+         end associate
+         do d = 1, merge(1, front_modes, values%domain%front%is_symmetry)
+            associate (name => 'G_vcct_'//repeat('I', d))
+               call history%record_along_front(name, 'J/m2', closed//', mode '//repeat('I', d), values%closure(d, :))
+               call history%record_along_front(name//'_error', 'J/m2', 'estimated error of it', values%closure_error(d, :))
+            end associate
+         end do
+      end if
       do d = 1, last
          associate (name => 'K_'//repeat('I', d))
             call history%record_along_front(name, 'Pa m^0.5', 'stress intensity factor, mode '//repeat('I', d), values%k(d, :))

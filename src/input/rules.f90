@@ -46,7 +46,7 @@ module hampm_rules
                                               'toughness', 'profile_at', 'profile_direction', of_profile]
    character(*), parameter :: of_toughness(*) = [character(17) :: 'extensions', 'speeds', 'angles', 'mixed_mode']
    character(*), parameter :: of_planes(*) = [character(22) :: 'normal', "front /= 'straight'", 'center', 'radii']
-   character(*), parameter :: but_domains = "'vcct' | 'series_fit' | 'material_force' | 'stress_closure'"
+   character(*), parameter :: but_domains = "'series_fit' | 'material_force' | 'stress_closure'"
    character(*), parameter :: of_looks(*) = ['start   ', 'interval']
    character(*), parameter :: moved_by(*) = ['displacement', 'velocity    ', 'turns       ']
    character(*), parameter :: of_blocks(*) = ['factors', 'ratios ', 'repeat ']
@@ -101,7 +101,7 @@ module hampm_rules
              "planes of cracks stay where they are in the grid", use="&method frame = 'total'"), &
       rule_t("&cohesive", not_with, "a solid", not_built, "cohesion is along lines"), &
       rule_t("&growth", not_with, "a solid", not_built, "growth is along lines"), &
-      rule_t("&energy_release estimators = "//but_domains, not_with, "a solid", not_built, use="'domain_integral'"), &
+      rule_t("&energy_release estimators = "//but_domains, not_with, "a solid", not_built, use="'domain_integral' or 'vcct'"), &
       rule_t("&energy_release radii", not_with, "a solid", not_built, "domains along fronts have 4, 5 and 6 cells"), &
       rule_t("&energy_release t_stress = .true.", not_with, "a solid", not_built, "along fronts G and K are found"), &
       rule_t("&energy_release phase_length", not_with, "a solid", not_built, "K along fronts are those of one material"), &

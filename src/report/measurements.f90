@@ -19,7 +19,7 @@ module hampm_measurements
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
-   use hampm_front_values, only: front_values_t, new_front_values, measure_front, record_front, mean_rate
+   use hampm_front_values, only: front_values_t, new_front_values, choose_estimators, measure_front, record_front, mean_rate
    use hampm_history, only: history_t
    use hampm_joints, only: groups_of_bodies, velocity_fields_of
    use hampm_loads, only: load_t
@@ -120,17 +120,18 @@ contains
       end select
    end subroutine new_measurements
 
-   !> What is measured along the fronts of cracks of solids, where the domain integral is chosen.
+   !> What is measured along the fronts of cracks of solids, where an estimator is chosen.
    pure subroutine new_fronts(model, problem, cracks, fronts)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
       type(front_values_t), allocatable, intent(out) :: fronts(:)
       integer :: k
-      if (allocated(cracks%fronts) .and. any(model%energy_release%chosen%name == 'domain_integral')) then
+      if (allocated(cracks%fronts) .and. size(model%energy_release%chosen) > 0) then
          allocate (fronts(size(cracks%fronts)))
          do k = 1, size(fronts)
             call new_front_values(cracks%fronts, k, problem, fronts(k))
+            call choose_estimators(model%energy_release%chosen%name, fronts(k))
          end do
       else
          allocate (fronts(0))
