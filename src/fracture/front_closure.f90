@@ -62,8 +62,10 @@ contains
          call sum_sides(front, problem, reach*cell, sides)
          pressure = 0
          do k = 1, size(problem%loads)
-            if (problem%loads(k)%line == front%crack) pressure = pressure + problem%loads(k)%pressure &
-               *problem%loads(k)%history%factor(problem%state%time)/merge(1, 2, front%is_symmetry)
+            associate (load => problem%loads(k))
+               if (load%line == front%crack .and. load%into(front%axis)*(3 - 2*side) > 0) &
+                  pressure = pressure + load%pressure*load%history%factor(problem%state%time)
+            end associate
          end do
          do i = 1, grid%n_nodes
             if (.not. sides%is_near(i) .or. .not. any(sides%mass(:, i) > 0)) cycle

@@ -74,10 +74,12 @@ contains
       end associate
    end subroutine new_front_values
 
-   !> Choose by which estimators it is measured.
-   pure subroutine choose_estimators(names, values)
+   !> Choose by which estimators it is measured, and the radii of domains.
+   pure subroutine choose_estimators(names, radii, values)
       character(*), intent(in) :: names(:)
+      real(dp), intent(in) :: radii(:)           !! [m], none: those of so many cells
       type(front_values_t), intent(inout) :: values
+      if (size(radii) > 0) values%domain%radius = radii
       values%by_domain = any(names == 'domain_integral')
       values%by_closure = any(names == 'vcct')
    end subroutine choose_estimators
@@ -293,6 +295,12 @@ contains
       end do
       call history%record_along_front('G', 'J/m2', 'energy release rate', values%g)
       call history%record_along_front('G_error', 'J/m2', 'estimated error of it', values%g_error)
+      do d = 1, last
+         associate (name => 'K_'//repeat('I', d))
+            call history%record_along_front(name, 'Pa m^0.5', 'stress intensity factor, mode '//repeat('I', d), values%k(d, :))
+            call history%record_along_front(name//'_error', 'Pa m^0.5', 'estimated error of it', values%k_error(d, :))
+         end associate
+      end do
       if (values%by_closure) then
          associate (modes => merge(1, front_modes, values%domain%front%is_symmetry))
             call history%record_modes('G_vcct_', 'J/m2', closed//', mean along the front', &
@@ -307,11 +315,5 @@ contains
             end associate
          end do
       end if
-      do d = 1, last
-         associate (name => 'K_'//repeat('I', d))
-            call history%record_along_front(name, 'Pa m^0.5', 'stress intensity factor, mode '//repeat('I', d), values%k(d, :))
-            call history%record_along_front(name//'_error', 'Pa m^0.5', 'estimated error of it', values%k_error(d, :))
-         end associate
-      end do
    end subroutine record_front
 end module hampm_front_values

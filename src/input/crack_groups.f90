@@ -130,12 +130,12 @@ module hampm_crack_groups
 
    type(key_t), parameter :: energy_release_keys(*) = [ &
       key_t('estimators', type_name, 'of the energy release rate and of K, which the history records; none by default', &
-            example=merge('vcct, stress_closure, domain_integral', 'domain_integral                      ', ndim == 2), &
+            example=merge('vcct, stress_closure, domain_integral', 'vcct, domain_integral                ', ndim == 2), &
             allowed='{estimators}', fewest=0, most=most_estimators), &
       key_t('energy_balance', type_logical, 'whether the history records the energy that the method itself loses, numerical_loss', &
             default='.false.', example='.true.'), &
-      key_t('radii', type_real, 'of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more', &
-            example=merge('4.0e-3, 6.0e-3, 8.0e-3', '                      ', ndim == 2), unit='m', allowed=positive, &
+      key_t('radii', type_real, 'of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more; '// &
+            'of solids 4, 5 and 6 cells', example='4.0e-3, 6.0e-3, 8.0e-3', unit='m', allowed=positive, &
             fewest=0, most=most_radii), &
       key_t('t_stress', type_logical, 'whether the history records the T-stress, by domain_integral', default='.false.', &
             example=merge('.true. ', '.false.', ndim == 2)), &

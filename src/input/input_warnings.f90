@@ -127,8 +127,9 @@ contains
       row = findloc(model%energy_release%chosen%needs_two_points, .true., dim=1)
       if (row == 0) return
       call list_tips(model, tips, directions)
-      do k = 1, size(tips, 2)
-         body = body_at(model, tips(:, k))
+      do k = 1, max(size(tips, 2), merge(size(model%bodies), 0, size(model%planes) > 0))
+         body = k
+         if (size(model%planes) == 0) body = body_at(model, tips(:, k))
          if (body == 0) cycle
          if (model%bodies(body)%points_per_cell /= 1) cycle
          call add(text, 'G_'//trim(model%energy_release%chosen(row)%name)//' is 14 to 24 % off with points_per_cell = 1 around '// &

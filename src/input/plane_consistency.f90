@@ -121,12 +121,12 @@ contains
       else if (plane%is_symmetry .and. .not. is_held(model, fronts, plane%axis)) then
          call settings%complain(entry, key, 'all nodes of the plane must be held in '//axes(plane%axis:plane%axis)// &
                                 ' by a &constraint, for kind = ''symmetry'': the crack frees those that it opens')
-      else if (any(model%energy_release%chosen%name == 'domain_integral')) then
+      else if (size(model%energy_release%chosen) > 0) then
          call check_domain(model, plane, fronts, lower, upper, settings)
       end if
    end subroutine check_place
 
-   !> What the domain integral along a front takes for granted: no loads near it, one material along it, and room around it.
+   !> What estimators along a front take for granted: no loads near it, room around it and, of the domain integral, one material along it.
    pure subroutine check_domain(model, plane, fronts, lower, upper, settings)
       type(model_t), intent(in) :: model
       type(plane_spec_t), intent(in) :: plane
@@ -134,6 +134,7 @@ contains
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! extents of the material around the crack [m]
       type(settings_t), intent(inout) :: settings
       real(dp), parameter :: least_room = 3.4_dp ! finest cells: two to the smallest radius
+      real(dp), parameter :: least_radius = 2    ! the same
       real(dp), parameter :: reach = 6           ! of the largest
       character(:), allocatable :: why
       real(dp) :: room
@@ -144,6 +145,14 @@ contains
          if (room < least_room*finest_cell(model)) why = to_text(least_room)//' of the finest cells, '// &
             to_text(least_room*finest_cell(model))//' m, between each front and sides, corners and other fronts, and front '// &
             to_text(k)//' of a crack has '//three_digits(room)//' m'
+         associate (radii => model%energy_release%radii)
+            if (size(radii) > 0) then
+               if (radii(1) < least_radius*finest_cell(model) .or. radii(size(radii)) > room) &
+                  call settings%complain(settings%find('energy_release', 1), 'radii', 'must be from '// &
+                                         to_text(least_radius*finest_cell(model))//' m, two of the finest cells, to '// &
+                                         three_digits(room)//' m, what front '//to_text(k)//' of a crack has around it')
+            end if
+         end associate
       end do
       if (has_shapes(model)) then
          do k = 1, size(fronts)
@@ -173,7 +182,8 @@ contains
          do k = 1, size(model%bodies)
             if (x < model%bodies(k)%lower(plane%axis) - tol .or. x > model%bodies(k)%upper(plane%axis) + tol) cycle
             if (first == 0) first = k
-            if (model%bodies(k)%material /= model%bodies(first)%material) why = 'one material in the plane of the crack'
+            if (model%bodies(k)%material /= model%bodies(first)%material .and. &
+                any(model%energy_release%chosen%name == 'domain_integral')) why = 'one material in the plane of the crack'
          end do
       end associate
       if (why /= '') call settings%complain(settings%find('energy_release', 1), 'estimators', 'needs '//why)

@@ -102,7 +102,6 @@ module hampm_rules
       rule_t("&cohesive", not_with, "a solid", not_built, "cohesion is along lines"), &
       rule_t("&growth", not_with, "a solid", not_built, "growth is along lines"), &
       rule_t("&energy_release estimators = "//but_domains, not_with, "a solid", not_built, use="'domain_integral' or 'vcct'"), &
-      rule_t("&energy_release radii", not_with, "a solid", not_built, "domains along fronts have 4, 5 and 6 cells"), &
       rule_t("&energy_release t_stress = .true.", not_with, "a solid", not_built, "along fronts G and K are found"), &
       rule_t("&energy_release phase_length", not_with, "a solid", not_built, "K along fronts are those of one material"), &
       rule_t("&energy_release reference = 'dcb'", not_with, "a solid", mechanics, "the closed form is for a plane", &

@@ -131,7 +131,7 @@ contains
          allocate (fronts(size(cracks%fronts)))
          do k = 1, size(fronts)
             call new_front_values(cracks%fronts, k, problem, fronts(k))
-            call choose_estimators(model%energy_release%chosen%name, fronts(k))
+            call choose_estimators(model%energy_release%chosen%name, model%energy_release%radii, fronts(k))
          end do
       else
          allocate (fronts(0))

@@ -285,7 +285,10 @@ class Solid(Drawing):
 
     def energy_release(self):
         """The keys of what is recorded of energy."""
-        keys = {"estimators": ["domain_integral"] if self.measured or self.crack != "none" and self.chance.random() < 0.1 else []}
+        measures = self.measured or self.crack != "none" and self.chance.random() < 0.1
+        keys = {"estimators": self.chance.choice([["domain_integral"], ["vcct"], ["domain_integral", "vcct"]]) if measures else []}
+        if "domain_integral" in keys["estimators"] and self.chance.random() < 0.3:
+            keys["radii"] = [factor * self.cell for factor in self.chance.choice([[2.5], [2.2, 3.0], [2.0, 2.5, 3.2]])]
         return keys | ({"energy_balance": True} if self.chance.random() < 0.5 else {})
 
     def probes(self, scene):

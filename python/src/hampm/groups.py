@@ -484,7 +484,7 @@ class EnergyRelease(Group):
     energy_balance: bool | None
     """Whether the history records the energy that the method itself loses, numerical_loss; default False"""
     radii: float | Sequence[float] | None
-    """Of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more [m]; (0, inf); no default"""
+    """Of domain_integral: increasing; by default 0.4, 0.6, 0.8 of what fits, of two cells or more; of solids 4, 5 and 6 cells [m]; (0, inf); no default"""
     t_stress: bool | None
     """Whether the history records the T-stress, by domain_integral; default False"""
     phase_length: float | None
