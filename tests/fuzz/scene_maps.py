@@ -162,7 +162,7 @@ def isometric_columns(row, q):
     flips, found = round(np.linalg.det(q)) < 0, {}
     for column, values in row.items():
         name = family(column)
-        odd = (name in ("K_II", "K_II_by_fields", "kink_angle", "oscillation_index", "crack_sliding", "mouth_sliding", "angular_momentum") or name.startswith("sliding_") or name.startswith("G_") and name.endswith("_II"))
+        odd = (name in ("K_II", "K_II_by_fields", "kink_angle", "oscillation_index", "crack_sliding", "mouth_sliding", "angular_momentum") or name.startswith("sliding_") or len(q) == 2 and name.startswith("G_") and name.endswith("_II"))
         if name == "mode_mixity" or len(q) == 3 and name in ("K_II", "K_III"):   # whose signs are by the way along a front
             continue
         if name == "tip_angle":
