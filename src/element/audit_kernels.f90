@@ -24,10 +24,29 @@ contains
       do k = 1, lanes*rows
          l = mod(k - 1, lanes) + 1
          do d = 1, ndim
-            energy = energy + 0.5_dp*mass(k)*(a(l, 1, d) + xi(k, 1)*a(l, 2, d) + xi(k, 2)*(a(l, 3, d) + xi(k, 1)*a(l, 4, d)))**2
+            energy = energy + 0.5_dp*mass(k)*value_at(xi(k, :), a(l, :, d))**2
          end do
       end do
    end function kick_energy
+
+   !> A field of the polynomials of `hampm_particle_kernels` at a place of a cell.
+   pure real(dp) function value_at(xi, a) result(value)
+      real(dp), intent(in) :: xi(ndim), a(corners)
+      value = a(1) + xi(1)*a(2) + xi(2)*(a(3) + xi(1)*a(4))
+      if (ndim > 2) value = value + xi(ndim)*(a(corners - 3) + xi(1)*a(corners - 2) + xi(2)*(a(corners - 1) + xi(1)*a(corners)))
+   end function value_at
+
+   !> Its gradient.
+   pure function gradient_at(xi, a) result(gradient)
+      real(dp), intent(in) :: xi(ndim), a(corners)
+      real(dp) :: gradient(ndim)
+      gradient(1) = a(2) + xi(2)*a(4)
+      gradient(2) = a(3) + xi(1)*a(4)
+      if (ndim == 2) return
+      gradient(1) = gradient(1) + xi(ndim)*(a(corners - 2) + xi(2)*a(corners))
+      gradient(2) = gradient(2) + xi(ndim)*(a(corners - 1) + xi(1)*a(corners))
+      gradient(ndim) = a(corners - 3) + xi(1)*a(corners - 2) + xi(2)*(a(corners - 1) + xi(1)*a(corners))
+   end function gradient_at
 
    !> Work of the stress in the strain step that follows, by Gauss's rule of two places, which is exact to the third order as Simpson's of
    !> three is [J]; of a linear law the stress in the middle is enough, and of a law with a history there are those at the ends.
@@ -42,13 +61,14 @@ contains
       type(particles_t), intent(in) :: p
       integer, intent(in) :: number(lanes*rows)         !! of the particles, 0 for none; not set where no law has a history
       real(dp) :: before(ndim, ndim), change(ndim, ndim)
-      integer :: l, k
+      integer :: l, k, d
       work = 0
       do k = 1, lanes*rows
          l = mod(k - 1, lanes) + 1
          before = h(k, :, :)
-         change(:, 1) = a(l, 2, :) + xi(k, 2)*a(l, 4, :)
-         change(:, 2) = a(l, 3, :) + xi(k, 1)*a(l, 4, :)
+         do d = 1, ndim
+            change(d, :) = gradient_at(xi(k, :), a(l, :, d))
+         end do
          if (.not. total_frame) change = change + product_of(change, before)
          work = work + volume(k)*work_of_change(materials(material(k)), before, change, dt, p, number(k))
       end do

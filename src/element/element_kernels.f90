@@ -4,14 +4,14 @@
 module hampm_element_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: lanes, of_force, n_sums
-   use hampm_particle_kernels, only: divergence
+   use hampm_particle_kernels, only: divergence, n_across
    implicit none
    private
    public :: n_masses, n_moments, add_mass_line, add_stiffness_line, mass_by_lines, stiffness_by_lines, apply_mass, &
              isotropic_stress, anisotropic_stress, add_divergence, add_to_sum, copy_points
 
    integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
-   integer, parameter :: n_moments = 6           !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2
+   integer, parameter :: n_moments = 1 + ndim + ndim*(ndim + 1)/2 !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2, or as many in space
 
 contains
 
@@ -29,29 +29,48 @@ contains
       end do
    end subroutine add_mass_line
 
-   !> Add to the forces at points numbered on what straining does by a line of their stencil. A component of a force meets of the x and y of the line
-   !> what is up to 3 places before and behind the same component of the middle: two of these seven are of other points, and count nothing.
+   !> Add to the forces at points numbered on what straining does by a line of their stencil. A component of a force meets of the components of the
+   !> line what is up to 2 `ndim` - 1 places before and behind the same component of the middle: some of these are of other points, and count
+   !> nothing.
    pure subroutine add_stiffness_line(n, dt, c, v, force)
-      integer, intent(in) :: n                          !! components of the points
+      integer, intent(in) :: n                          !! points
       real(dp), intent(in) :: dt                        !! [s]
       real(dp), intent(in) :: c(ndim, ndim, 3)          !! minus the stiffness [N/m]
-      real(dp), intent(in) :: v(n + 6)                  !! velocities, from 3 places before the middle of the first on [m/s]
-      real(dp), intent(inout) :: force(n)
-      real(dp) :: s(lanes, 7)
-      integer :: i, l
-      s(1, :) = [0.0_dp, c(1, :2, 1), c(1, :2, 2), c(1, :2, 3)]
-      s(2, :) = [c(2, :2, 1), c(2, :2, 2), c(2, :2, 3), 0.0_dp]
-      s(3:, :) = s(:2, :)
-      do i = 0, n - lanes, lanes
-         !$omp simd
-         do l = 1, lanes
-            force(i + l) = force(i + l) + dt*(((s(l, 1)*v(i + l) + s(l, 2)*v(i + l + 1)) &
-                                               + (s(l, 3)*v(i + l + 2) + s(l, 4)*v(i + l + 3))) &
-                                              + ((s(l, 5)*v(i + l + 4) + s(l, 6)*v(i + l + 5)) + s(l, 7)*v(i + l + 6)))
+      integer, parameter :: beside = 2*ndim - 1, period = lanes*merge(1, ndim, ndim == 2) !! of components in vectors
+      real(dp), intent(in) :: v(ndim*n + 2*beside)      !! velocities, from `beside` places before the middle of the first on [m/s]
+      real(dp), intent(inout) :: force(ndim*n)
+      real(dp) :: s(period, 2*beside + 1)
+      integer :: i, l, d, k
+      s = 0
+      do d = 1, ndim
+         do k = 1, 3
+            s(d, ndim*k - d + 1:ndim*(k + 1) - d) = c(d, :, k)
          end do
       end do
-      if (i == n) return                                ! else there is one more point
-      force(i + 1:) = force(i + 1:) + dt*stiffness_by_lines(1, [2], c, 0, v(i + 2:))
+      do l = ndim + 1, period
+         s(l, :) = s(l - ndim, :)
+      end do
+      do i = 0, ndim*n - period, period
+         !$omp simd
+         do l = 1, period
+            block
+               real(dp) :: change
+               if (ndim == 2) then
+                  change = ((s(l, 1)*v(i + l) + s(l, 2)*v(i + l + 1)) + (s(l, 3)*v(i + l + 2) + s(l, 4)*v(i + l + 3))) &
+                           + ((s(l, 5)*v(i + l + 4) + s(l, 6)*v(i + l + 5)) + s(l, 7)*v(i + l + 6))
+               else
+                  change = s(l, 1)*v(i + l)
+                  do k = 2, 2*beside + 1
+                     change = change + s(l, k)*v(i + l + k - 1)
+                  end do
+               end if
+               force(i + l) = force(i + l) + dt*change
+            end block
+         end do
+      end do
+      do i = i, ndim*n - 1, ndim                        ! the points that are left
+         force(i + 1:i + ndim) = force(i + 1:i + ndim) + dt*stiffness_by_lines(1, [2], c, 0, v(i + beside - ndim + 1:))
+      end do
    end subroutine add_stiffness_line
 
    !> What the lines of its stencil give to the momentum of one point, per time.
@@ -86,6 +105,8 @@ contains
             change = change + (((c(:, 1, -1, k)*v(1, m - 1) + c(:, 2, -1, k)*v(2, m - 1)) &
                                 + (c(:, 1, 0, k)*v(1, m) + c(:, 2, 0, k)*v(2, m))) &
                                + (c(:, 1, 1, k)*v(1, m + 1) + c(:, 2, 1, k)*v(2, m + 1)))
+            if (ndim > 2) change = change + ((c(:, ndim, -1, k)*v(ndim, m - 1) + c(:, ndim, 0, k)*v(ndim, m)) &
+                                             + c(:, ndim, 1, k)*v(ndim, m + 1))
          end associate
       end do
    end function stiffness_by_lines
@@ -114,11 +135,11 @@ contains
    !> Sums of V times stress, and of the same times the local coordinate across its direction, of linear elastic particles of one
    !> material, which internal forces (7) are made of (`add_divergence`). L = grad of a field is linear in the local coordinates, so that
    !> these sums need the moments of V only.
-   pure subroutine isotropic_stress(lambda, mu, a, moments, total, moment)
+   pure subroutine isotropic_stress(lambda, mu, a, moments, integrals)
       real(dp), intent(in) :: lambda, mu                !! [Pa]
       real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell
       real(dp), intent(in) :: moments(lanes, n_moments) !! [m3]
-      real(dp), intent(out) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
+      real(dp), intent(out) :: integrals(lanes, ndim*ndim, n_across)
       real(dp) :: l11, l21, l12, l22
       integer :: l
       !$omp simd private(l11, l21, l12, l22)
@@ -127,33 +148,33 @@ contains
          l21 = a(l, 2, 2)*moments(l, 1) + a(l, 4, 2)*moments(l, 3)
          l12 = a(l, 3, 1)*moments(l, 1) + a(l, 4, 1)*moments(l, 2)
          l22 = a(l, 3, 2)*moments(l, 1) + a(l, 4, 2)*moments(l, 2)
-         total(l, 1) = (lambda + 2*mu)*l11 + lambda*l22
-         total(l, 2) = mu*(l12 + l21)
-         total(l, 3) = total(l, 2)
-         total(l, 4) = (lambda + 2*mu)*l22 + lambda*l11
+         integrals(l, 1, 1) = (lambda + 2*mu)*l11 + lambda*l22
+         integrals(l, 2, 1) = mu*(l12 + l21)
+         integrals(l, 3, 1) = integrals(l, 2, 1)
+         integrals(l, 4, 1) = (lambda + 2*mu)*l22 + lambda*l11
          ! times eta
          l11 = a(l, 2, 1)*moments(l, 3) + a(l, 4, 1)*moments(l, 6)
          l21 = a(l, 2, 2)*moments(l, 3) + a(l, 4, 2)*moments(l, 6)
          l12 = a(l, 3, 1)*moments(l, 3) + a(l, 4, 1)*moments(l, 5)
          l22 = a(l, 3, 2)*moments(l, 3) + a(l, 4, 2)*moments(l, 5)
-         moment(l, 1) = (lambda + 2*mu)*l11 + lambda*l22
-         moment(l, 2) = mu*(l12 + l21)
+         integrals(l, 1, 2) = (lambda + 2*mu)*l11 + lambda*l22
+         integrals(l, 2, 2) = mu*(l12 + l21)
          ! times xi
          l11 = a(l, 2, 1)*moments(l, 2) + a(l, 4, 1)*moments(l, 5)
          l21 = a(l, 2, 2)*moments(l, 2) + a(l, 4, 2)*moments(l, 5)
          l12 = a(l, 3, 1)*moments(l, 2) + a(l, 4, 1)*moments(l, 4)
          l22 = a(l, 3, 2)*moments(l, 2) + a(l, 4, 2)*moments(l, 4)
-         moment(l, 3) = mu*(l12 + l21)
-         moment(l, 4) = (lambda + 2*mu)*l22 + lambda*l11
+         integrals(l, 3, 2) = mu*(l12 + l21)
+         integrals(l, 4, 2) = (lambda + 2*mu)*l22 + lambda*l11
       end do
    end subroutine isotropic_stress
 
    !> The same by a stiffness of the columns (11, 22, 12).
-   pure subroutine anisotropic_stress(c, a, moments, total, moment)
+   pure subroutine anisotropic_stress(c, a, moments, integrals)
       real(dp), intent(in) :: c(3, 3)                   !! [Pa]
       real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell
       real(dp), intent(in) :: moments(lanes, n_moments) !! [m3]
-      real(dp), intent(out) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
+      real(dp), intent(out) :: integrals(lanes, ndim*ndim, n_across)
       integer, parameter :: with(3, 3) = reshape([1, 3, 2, 3, 6, 5, 2, 5, 4], [3, 3]) !! moments of 1, eta, xi with 1, eta and xi
       real(dp) :: stress(lanes, 3, 3)
       real(dp) :: l11, l22, shear
@@ -170,19 +191,19 @@ contains
             stress(l, 3, k) = c(1, 2)*l11 + c(2, 2)*l22 + c(2, 3)*shear
          end do
       end do
-      total(:, :4) = stress(:, [1, 2, 2, 3], 1)
-      moment(:, :2) = stress(:, :2, 2)
-      moment(:, 3:4) = stress(:, 2:, 3)
+      integrals(:, :4, 1) = stress(:, [1, 2, 2, 3], 1)
+      integrals(:, :2, 2) = stress(:, :2, 2)
+      integrals(:, 3:4, 2) = stress(:, 2:, 3)
    end subroutine anisotropic_stress
 
    !> Add the internal forces of the sums of V times stress, and of the same times the local coordinate across its direction.
-   pure subroutine add_divergence(inverse_size, total, moment, sums)
+   pure subroutine add_divergence(inverse_size, integrals, sums)
       real(dp), intent(in) :: inverse_size(lanes)       !! [1/m]
-      real(dp), intent(in) :: total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
+      real(dp), intent(in) :: integrals(lanes, ndim*ndim, n_across)
       real(dp), intent(inout) :: sums(lanes, corners, ndim)
       real(dp) :: change(lanes, corners, n_sums)
       integer :: l, c, d
-      call divergence(1, inverse_size, total, moment, change)
+      call divergence(1, inverse_size, integrals, change)
       do d = 1, ndim
          do c = 1, corners
             !$omp simd

@@ -131,8 +131,9 @@ contains
          if (m%blocks%material(b) == 0) cycle
          if (m%materials(m%blocks%material(b))%linear) material(b) = m%blocks%material(b)
          do l = 1, count(m%blocks%cells(:, b) > 0)
-            associate (mass => f%contribution(l, :, of_mass, b))
-               if (is_loaded(m%blocks%cells(l, b)) .or. minval(mass) < least_part*sum(mass)) material(b) = 0
+            associate (mass => f%contribution(l, :, of_mass, b), e => m%blocks%cells(l, b))
+               if (is_loaded(e) .or. minval(mass) < least_part*sum(mass)) material(b) = 0
+               if (ndim > 2 .and. m%grid%is_cut(m%grid%element_leaf(e))) material(b) = 0 ! matrices for each would be large
             end associate
          end do
       end do
@@ -145,11 +146,11 @@ contains
       integer, intent(in) :: b
       real(dp), intent(out) :: masses(lanes, n_masses)  !! [kg]
       real(dp) :: matrix(lanes, corners, corners)
-      integer :: l
+      integer :: l, i, j
       call cell_matrices(p, blocks, b, matrix)
       do l = 1, lanes
          associate (m => matrix(l, :, :))
-            masses(l, :) = [m(:, 1), m(2:, 2), m(3:, 3), m(4:, 4)]
+            masses(l, :) = [((m(i, j), i=j, corners), j=1, corners)]
          end associate
       end do
    end subroutine sum_masses
@@ -162,14 +163,14 @@ contains
       integer, intent(in) :: material
       real(dp), intent(out) :: moments(lanes, n_moments) !! [m3]
       real(dp) :: xi(ndim)
-      integer :: l, i
+      integer :: l, i, j, k
       moments = 0
       do l = 1, count(blocks%cells(:, b) > 0)
          associate (e => blocks%cells(l, b))
             do i = blocks%first_in(e), blocks%last_in(e), blocks%stride_in(e)
                if (p%material(i) /= material) cycle
                xi = p%local(i, :)
-               moments(l, :) = moments(l, :) + p%volume(i)*[1.0_dp, xi(1), xi(2), xi(1)**2, xi(1)*xi(2), xi(2)**2]
+               moments(l, :) = moments(l, :) + p%volume(i)*[1.0_dp, xi, ((xi(j)*xi(k), k=j, ndim), j=1, ndim)]
             end do
          end associate
       end do

@@ -25,7 +25,7 @@ module hampm_mean_force
    use hampm_material, only: material_t
    use hampm_particle_pass, only: blocks_per_task
    use hampm_element_kernels, only: n_masses, n_moments, apply_mass, isotropic_stress, anisotropic_stress, add_divergence
-   use hampm_particle_kernels, only: take_corners
+   use hampm_particle_kernels, only: take_corners, n_across
    use hampm_vectors, only: add_scaled
    implicit none
    private
@@ -248,7 +248,7 @@ contains
       logical, intent(in) :: in_row(*)                  !! by block
       real(dp), intent(in) :: d(ndim, *)                !! displacement, by point [m]
       real(dp), intent(inout) :: force(lanes, corners, ndim, 0:*) !! by block [N]
-      real(dp) :: a(lanes, corners, ndim), total(lanes, ndim*ndim), moment(lanes, ndim*ndim)
+      real(dp) :: a(lanes, corners, ndim), integrals(lanes, ndim*ndim, n_across)
       integer :: b, k
       do b = first, last
          force(:, :, :, b) = 0
@@ -256,11 +256,11 @@ contains
          do k = first_part(b), first_part(b + 1) - 1
             associate (law => materials(material(k)))
                if (law%isotropic) then
-                  call isotropic_stress(law%lambda, law%mu, a, moments(1, 1, k), total, moment)
+                  call isotropic_stress(law%lambda, law%mu, a, moments(1, 1, k), integrals)
                else
-                  call anisotropic_stress(law%stiffness, a, moments(1, 1, k), total, moment)
+                  call anisotropic_stress(law%stiffness, a, moments(1, 1, k), integrals)
                end if
-               call add_divergence(inverse_size(1, b), total, moment, force(1, 1, 1, b))
+               call add_divergence(inverse_size(1, b), integrals, force(1, 1, 1, b))
             end associate
          end do
       end do

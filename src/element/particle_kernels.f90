@@ -4,18 +4,22 @@
 !> pass calls those that it needs.
 !>
 !> The k-th place of a batch is in lane mod(k - 1, lanes) + 1. Arrays of particles come from the first place on, with
-!> their leading dimension. Nodal fields come as the polynomials a1 + a2 xi + a3 eta + a4 xi eta of the lanes' cells, by block.
+!> their leading dimension. Nodal fields come as the polynomials a1 + a2 xi + a3 eta + a4 xi eta of the lanes' cells, by block; in
+!> space there are four more terms, times the third coordinate. What is private to a lane is declared in the loop, and loops of a
+!> constant length in that are unrolled by the compiler.
 module hampm_particle_kernels
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim, plane, corners
    use hampm_basis, only: edge_margin
    use hampm_cell_blocks, only: lanes, of_mass, of_momentum, of_force, n_sums
    use hampm_tensors, only: voigt, n_voigt
    implicit none
    private
-   public :: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, add_gradient_product, &
-             add_mass, add_momentum, add_matrix, linear_forces, anisotropic_forces, add_stress, divergence
+   public :: most_rows, n_across, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, add_mass, &
+             add_momentum, add_matrix, linear_forces, anisotropic_forces, add_stress, divergence
 
    integer, parameter :: most_rows = 16          !! that are done at a time
+   integer, parameter :: n_across = corners/2   !! corners of the side across a direction, and moments of volume times stress over that
+   integer, parameter :: plane_corners = 2**plane
 
 contains
 
@@ -42,68 +46,67 @@ contains
       real(dp), intent(in) :: factor(lanes, n)
       real(dp), intent(in) :: field(ndim, *)            !! by point
       integer, intent(in) :: nodes(corners, lanes, n)   !! points at the corners of the cells
-      logical, intent(in) :: in_row(n)                  !! whether the points of a block are two rows, each numbered on
+      logical, intent(in) :: in_row(n)                  !! whether the points of a block are rows, each numbered on
       real(dp), intent(out) :: a(lanes, corners, ndim, n)
-      integer :: b
+      integer :: b, l, c, d
       do b = 1, n
          if (in_row(b)) then
-            call take_rows(factor(1, b), field(1, nodes(1, 1, b)), field(1, nodes(3, 1, b)), a(1, 1, 1, b))
+            do c = 1, corners, 2
+               call take_row(field(1, nodes(c, 1, b)), a(1, c, 1, b))
+            end do
          else
-            call take_points(factor(1, b), field, nodes(1, 1, b), a(1, 1, 1, b))
+            !GCC$ novector
+            do l = 1, lanes
+               do c = 1, corners
+                  do d = 1, ndim
+                     a(l, c, d, b) = field(d, nodes(c, l, b))
+                  end do
+               end do
+            end do
          end if
+         call find_polynomials(factor(1, b), a(1, 1, 1, b))
       end do
    end subroutine take_corners
 
-   !> The polynomials in the cells of a block, from the points at its lower and at its upper edge.
-   pure subroutine take_rows(factor, lower, upper, a)
-      real(dp), intent(in) :: factor(lanes), lower(ndim, lanes + 1), upper(ndim, lanes + 1)
-      real(dp), intent(out) :: a(lanes, corners, ndim)
-      real(dp) :: f1, f2, f3, f4
+   !> The field at two corners of cells side by side, from the points of a row.
+   pure subroutine take_row(row, a)
+      real(dp), intent(in) :: row(ndim, lanes + 1)
+      real(dp), intent(inout) :: a(lanes, corners, ndim)
       integer :: l, d
-      do d = 1, ndim
-         !$omp simd private(f1, f2, f3, f4)
-         do l = 1, lanes
-            f1 = factor(l)*lower(d, l)
-            f2 = factor(l)*lower(d, l + 1)
-            f3 = factor(l)*upper(d, l)
-            f4 = factor(l)*upper(d, l + 1)
-            a(l, 1, d) = f1
-            a(l, 2, d) = f2 - f1
-            a(l, 3, d) = f3 - f1
-            a(l, 4, d) = (f4 - f3) - (f2 - f1)
-         end do
-      end do
-   end subroutine take_rows
-
-   !> The polynomials in the cells of a block, from any points.
-   pure subroutine take_points(factor, field, nodes, a)
-      real(dp), intent(in) :: factor(lanes)
-      real(dp), intent(in) :: field(ndim, *)
-      integer, intent(in) :: nodes(corners, lanes)
-      real(dp), intent(out) :: a(lanes, corners, ndim)
-      real(dp) :: f1, f2, f3, f4
-      integer :: l, c, d
-      !GCC$ novector
+      !$omp simd
       do l = 1, lanes
-         do c = 1, corners
-            a(l, c, 1) = field(1, nodes(c, l))
-            a(l, c, 2) = field(2, nodes(c, l))
+         do d = 1, ndim
+            a(l, 1, d) = row(d, l)
+            a(l, 2, d) = row(d, l + 1)
          end do
       end do
+   end subroutine take_row
+
+   !> The polynomials in the cells of a block, from the values at their corners times a factor.
+   pure subroutine find_polynomials(factor, a)
+      real(dp), intent(in) :: factor(lanes)
+      real(dp), intent(inout) :: a(lanes, corners, ndim)
+      integer :: l, c, d, e
       do d = 1, ndim
-         !$omp simd private(f1, f2, f3, f4)
+         !$omp simd
          do l = 1, lanes
-            f1 = factor(l)*a(l, 1, d)
-            f2 = factor(l)*a(l, 2, d)
-            f3 = factor(l)*a(l, 3, d)
-            f4 = factor(l)*a(l, 4, d)
-            a(l, 1, d) = f1
-            a(l, 2, d) = f2 - f1
-            a(l, 3, d) = f3 - f1
-            a(l, 4, d) = (f4 - f3) - (f2 - f1)
+            block
+               real(dp) :: f(corners)
+               do c = 1, corners
+                  f(c) = factor(l)*a(l, c, d)
+               end do
+               do e = 0, ndim - 1
+                  do c = 1, corners
+                     if (btest(c - 1, e)) f(c) = f(c) - f(c - 2**e)
+                  end do
+               end do
+               do c = 1, corners
+                  a(l, c, d) = f(c)
+               end do
+            end block
          end do
       end do
-   end subroutine take_points
+   end subroutine find_polynomials
 
    !> Local coordinates of the reference positions, kept inside the cells.
    pure subroutine locate_reference(n, rows, ld, lower, inverse_size, x, xi)
@@ -125,28 +128,31 @@ contains
    end subroutine locate_reference
 
    !> Local coordinates of the present positions, kept inside the cells, and by how much that has changed them: add the sums by
-   !> lane, in cells. At most `rows` times 4 `edge_margin` is rounding; more, or what is not a number, tells that a particle has
-   !> left.
+   !> lane, in cells. At most `rows` times 2 `ndim` times `edge_margin` is rounding; more, or what is not a number, tells that a
+   !> particle has left.
    pure subroutine locate_present(n, rows, ld, lower, inverse_size, x, u, xi, beyond)
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: lower(lanes, ndim, n), inverse_size(lanes, n), x(ld, ndim), u(ld, ndim)
       real(dp), intent(inout) :: xi(ld, ndim)
       real(dp), intent(inout) :: beyond(lanes, n)
-      real(dp) :: total(lanes), free1, free2, inside1, inside2
-      integer :: b, s, l, k
+      real(dp) :: total(lanes)
+      integer :: b, s, l, k, d
       do b = 1, n
          total = beyond(:, b)
          do s = 1, rows
             k = lanes*(rows*(b - 1) + s - 1)
-            !$omp simd private(free1, free2, inside1, inside2)
+            !$omp simd
             do l = 1, lanes
-               free1 = ((x(k + l, 1) - lower(l, 1, b)) + u(k + l, 1))*inverse_size(l, b)
-               free2 = ((x(k + l, 2) - lower(l, 2, b)) + u(k + l, 2))*inverse_size(l, b)
-               inside1 = min(max(free1, edge_margin), 1 - edge_margin)
-               inside2 = min(max(free2, edge_margin), 1 - edge_margin)
-               xi(k + l, 1) = inside1
-               xi(k + l, 2) = inside2
-               total(l) = total(l) + (abs(free1 - inside1) + abs(free2 - inside2))
+               block
+                  real(dp) :: free(ndim), off
+                  do d = 1, ndim
+                     free(d) = ((x(k + l, d) - lower(l, d, b)) + u(k + l, d))*inverse_size(l, b)
+                     xi(k + l, d) = min(max(free(d), edge_margin), 1 - edge_margin)
+                  end do
+                  off = abs(free(1) - xi(k + l, 1)) + abs(free(2) - xi(k + l, 2))
+                  if (ndim > 2) off = off + abs(free(ndim) - xi(k + l, ndim))
+                  total(l) = total(l) + off
+               end block
             end do
          end do
          beyond(:, b) = total
@@ -158,100 +164,117 @@ contains
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim, n)
       real(dp), intent(inout) :: v(ld, ndim)
-      integer :: b, s, l, k
+      integer :: b, s, l, k, d
       do b = 1, n
          do s = 1, rows
             k = lanes*(rows*(b - 1) + s - 1)
             !$omp simd
             do l = 1, lanes
-               v(k + l, 1) = v(k + l, 1) + ((a(l, 1, 1, b) + xi(k + l, 1)*a(l, 2, 1, b)) &
-                                            + xi(k + l, 2)*(a(l, 3, 1, b) + xi(k + l, 1)*a(l, 4, 1, b)))
-               v(k + l, 2) = v(k + l, 2) + ((a(l, 1, 2, b) + xi(k + l, 1)*a(l, 2, 2, b)) &
-                                            + xi(k + l, 2)*(a(l, 3, 2, b) + xi(k + l, 1)*a(l, 4, 2, b)))
+               do d = 1, ndim
+                  block
+                     real(dp) :: change
+                     change = (a(l, 1, d, b) + xi(k + l, 1)*a(l, 2, d, b)) &
+                              + xi(k + l, 2)*(a(l, 3, d, b) + xi(k + l, 1)*a(l, 4, d, b))
+                     if (ndim > 2) change = change + xi(k + l, ndim)*((a(l, corners - 3, d, b) &
+                                                                       + xi(k + l, 1)*a(l, corners - 2, d, b)) &
+                                                                      + xi(k + l, 2)*(a(l, corners - 1, d, b) &
+                                                                                      + xi(k + l, 1)*a(l, corners, d, b)))
+                     v(k + l, d) = v(k + l, d) + change
+                  end block
+               end do
             end do
          end do
       end do
    end subroutine add_field
 
-   !> H <- H + L, L being the gradient of what is interpolated from the nodes.
-   pure subroutine add_gradient(n, rows, ld, xi, a, h)
+   !> H <- H + L, L being the gradient of what is interpolated from the nodes, or where it `multiplies` H <- H + L (I + H).
+   pure subroutine add_gradient(n, rows, ld, multiplies, xi, a, h)
       integer, intent(in) :: n, rows, ld
+      logical, intent(in) :: multiplies
       real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim, n)
       real(dp), intent(inout) :: h(ld, ndim, ndim)
-      integer :: b, s, l, k, d
+      real(dp) :: g(lanes, ndim, ndim)
+      integer :: b, s, l, k, i, j
       do b = 1, n
          do s = 1, rows
             k = lanes*(rows*(b - 1) + s - 1)
-            do d = 1, ndim
-               !$omp simd
-               do l = 1, lanes
-                  h(k + l, d, 1) = h(k + l, d, 1) + (a(l, 2, d, b) + xi(k + l, 2)*a(l, 4, d, b))
-                  h(k + l, d, 2) = h(k + l, d, 2) + (a(l, 3, d, b) + xi(k + l, 1)*a(l, 4, d, b))
+            !$omp simd
+            do l = 1, lanes
+               do i = 1, ndim
+                  g(l, i, 1) = a(l, 2, i, b) + xi(k + l, 2)*a(l, 4, i, b)
+                  g(l, i, 2) = a(l, 3, i, b) + xi(k + l, 1)*a(l, 4, i, b)
+                  if (ndim == 2) cycle
+                  g(l, i, 1) = g(l, i, 1) + xi(k + l, ndim)*(a(l, corners - 2, i, b) + xi(k + l, 2)*a(l, corners, i, b))
+                  g(l, i, 2) = g(l, i, 2) + xi(k + l, ndim)*(a(l, corners - 1, i, b) + xi(k + l, 1)*a(l, corners, i, b))
+                  g(l, i, ndim) = (a(l, corners - 3, i, b) + xi(k + l, 1)*a(l, corners - 2, i, b)) &
+                                  + xi(k + l, 2)*(a(l, corners - 1, i, b) + xi(k + l, 1)*a(l, corners, i, b))
                end do
             end do
+            if (multiplies) then
+               !$omp simd
+               do l = 1, lanes
+                  do j = 1, ndim
+                     block
+                        real(dp) :: old(ndim), product
+                        do i = 1, ndim
+                           old(i) = h(k + l, i, j)
+                        end do
+                        do i = 1, ndim
+                           product = g(l, i, 1)*old(1) + g(l, i, 2)*old(2)
+                           if (ndim > 2) product = product + g(l, i, ndim)*old(ndim)
+                           h(k + l, i, j) = old(i) + (g(l, i, j) + product)
+                        end do
+                     end block
+                  end do
+               end do
+            else
+               !$omp simd
+               do l = 1, lanes
+                  do j = 1, ndim
+                     do i = 1, ndim
+                        h(k + l, i, j) = h(k + l, i, j) + g(l, i, j)
+                     end do
+                  end do
+               end do
+            end if
          end do
       end do
    end subroutine add_gradient
 
-   !> H <- H + L (I + H), L as in `add_gradient`.
-   pure subroutine add_gradient_product(n, rows, ld, xi, a, h)
-      integer, intent(in) :: n, rows, ld
-      real(dp), intent(in) :: xi(ld, ndim), a(lanes, corners, ndim, n)
-      real(dp), intent(inout) :: h(ld, ndim, ndim)
-      real(dp) :: l11, l12, l21, l22, h11, h12, h21, h22
-      integer :: b, s, l, k
-      do b = 1, n
-         do s = 1, rows
-            k = lanes*(rows*(b - 1) + s - 1)
-            !$omp simd private(l11, l12, l21, l22, h11, h12, h21, h22)
-            do l = 1, lanes
-               l11 = a(l, 2, 1, b) + xi(k + l, 2)*a(l, 4, 1, b)
-               l12 = a(l, 3, 1, b) + xi(k + l, 1)*a(l, 4, 1, b)
-               l21 = a(l, 2, 2, b) + xi(k + l, 2)*a(l, 4, 2, b)
-               l22 = a(l, 3, 2, b) + xi(k + l, 1)*a(l, 4, 2, b)
-               h11 = h(k + l, 1, 1)
-               h21 = h(k + l, 2, 1)
-               h12 = h(k + l, 1, 2)
-               h22 = h(k + l, 2, 2)
-               h(k + l, 1, 1) = h11 + (l11 + (l11*h11 + l12*h21))
-               h(k + l, 2, 1) = h21 + (l21 + (l21*h11 + l22*h21))
-               h(k + l, 1, 2) = h12 + (l12 + (l11*h12 + l12*h22))
-               h(k + l, 2, 2) = h22 + (l22 + (l21*h12 + l22*h22))
-            end do
-         end do
-      end do
-   end subroutine add_gradient_product
-
-   !> Add the contributions to the masses at the corners (9). Here and in the momenta each is a product: as differences they would
-   !> lose all digits at nodes whose mass is small, and the velocity of these with them.
+   !> Add the contributions to the masses at the corners (9): at those of a plane, and in space of the next. Here and in the momenta each is
+   !> a product: as differences they would lose all digits at nodes whose mass is small, and the velocity of these with them.
    pure subroutine add_mass(n, rows, ld, xi, mass, contribution)
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: xi(ld, ndim), mass(ld)
-      real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
+      real(dp), intent(inout) :: contribution(lanes, plane_corners, corners/plane_corners, n_sums, n)
       real(dp), dimension(lanes) :: m1, m2, m3, m4
-      real(dp) :: left, right
-      integer :: b, s, l, k
+      real(dp) :: m, left, right
+      integer :: b, s, l, k, side
       do b = 1, n
-         m1 = contribution(:, 1, of_mass, b)
-         m2 = contribution(:, 2, of_mass, b)
-         m3 = contribution(:, 3, of_mass, b)
-         m4 = contribution(:, 4, of_mass, b)
-         do s = 1, rows
-            k = lanes*(rows*(b - 1) + s - 1)
-            !$omp simd private(left, right)
-            do l = 1, lanes
-               left = (1 - xi(k + l, 1))*mass(k + l)
-               right = xi(k + l, 1)*mass(k + l)
-               m1(l) = m1(l) + left*(1 - xi(k + l, 2))
-               m2(l) = m2(l) + right*(1 - xi(k + l, 2))
-               m3(l) = m3(l) + left*xi(k + l, 2)
-               m4(l) = m4(l) + right*xi(k + l, 2)
+         do side = 1, corners/plane_corners
+            m1 = contribution(:, 1, side, of_mass, b)
+            m2 = contribution(:, 2, side, of_mass, b)
+            m3 = contribution(:, 3, side, of_mass, b)
+            m4 = contribution(:, 4, side, of_mass, b)
+            do s = 1, rows
+               k = lanes*(rows*(b - 1) + s - 1)
+               !$omp simd private(m, left, right)
+               do l = 1, lanes
+                  m = mass(k + l)
+                  if (ndim > 2) m = m*abs((2 - side) - xi(k + l, ndim))
+                  left = (1 - xi(k + l, 1))*m
+                  right = xi(k + l, 1)*m
+                  m1(l) = m1(l) + left*(1 - xi(k + l, 2))
+                  m2(l) = m2(l) + right*(1 - xi(k + l, 2))
+                  m3(l) = m3(l) + left*xi(k + l, 2)
+                  m4(l) = m4(l) + right*xi(k + l, 2)
+               end do
             end do
+            contribution(:, 1, side, of_mass, b) = m1
+            contribution(:, 2, side, of_mass, b) = m2
+            contribution(:, 3, side, of_mass, b) = m3
+            contribution(:, 4, side, of_mass, b) = m4
          end do
-         contribution(:, 1, of_mass, b) = m1
-         contribution(:, 2, of_mass, b) = m2
-         contribution(:, 3, of_mass, b) = m3
-         contribution(:, 4, of_mass, b) = m4
       end do
    end subroutine add_mass
 
@@ -259,47 +282,50 @@ contains
    pure subroutine add_momentum(n, rows, ld, xi, mass, v, contribution)
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: xi(ld, ndim), mass(ld), v(ld, ndim)
-      real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
-      real(dp), dimension(lanes) :: p1, p2, p3, p4, q1, q2, q3, q4
-      real(dp) :: left, right, m1, m2, m3, m4
-      integer :: b, s, l, k
+      real(dp), intent(inout) :: contribution(lanes, plane_corners, corners/plane_corners, n_sums, n)
+      real(dp) :: sums(lanes, plane_corners, ndim)
+      integer :: b, s, l, k, c, d, side
       do b = 1, n
-         p1 = contribution(:, 1, of_momentum, b)
-         p2 = contribution(:, 2, of_momentum, b)
-         p3 = contribution(:, 3, of_momentum, b)
-         p4 = contribution(:, 4, of_momentum, b)
-         q1 = contribution(:, 1, of_momentum + 1, b)
-         q2 = contribution(:, 2, of_momentum + 1, b)
-         q3 = contribution(:, 3, of_momentum + 1, b)
-         q4 = contribution(:, 4, of_momentum + 1, b)
-         do s = 1, rows
-            k = lanes*(rows*(b - 1) + s - 1)
-            !$omp simd private(left, right, m1, m2, m3, m4)
-            do l = 1, lanes
-               left = (1 - xi(k + l, 1))*mass(k + l)
-               right = xi(k + l, 1)*mass(k + l)
-               m1 = left*(1 - xi(k + l, 2))
-               m2 = right*(1 - xi(k + l, 2))
-               m3 = left*xi(k + l, 2)
-               m4 = right*xi(k + l, 2)
-               p1(l) = p1(l) + m1*v(k + l, 1)
-               p2(l) = p2(l) + m2*v(k + l, 1)
-               p3(l) = p3(l) + m3*v(k + l, 1)
-               p4(l) = p4(l) + m4*v(k + l, 1)
-               q1(l) = q1(l) + m1*v(k + l, 2)
-               q2(l) = q2(l) + m2*v(k + l, 2)
-               q3(l) = q3(l) + m3*v(k + l, 2)
-               q4(l) = q4(l) + m4*v(k + l, 2)
+         do side = 1, corners/plane_corners
+            do d = 1, ndim
+               do c = 1, plane_corners
+                  !$omp simd
+                  do l = 1, lanes
+                     sums(l, c, d) = contribution(l, c, side, of_momentum + d - 1, b)
+                  end do
+               end do
+            end do
+            do s = 1, rows
+               k = lanes*(rows*(b - 1) + s - 1)
+               !$omp simd
+               do l = 1, lanes
+                  block
+                     real(dp) :: m, left, right, w(plane_corners)
+                     m = mass(k + l)
+                     if (ndim > 2) m = m*abs((2 - side) - xi(k + l, ndim))
+                     left = (1 - xi(k + l, 1))*m
+                     right = xi(k + l, 1)*m
+                     w(1) = left*(1 - xi(k + l, 2))
+                     w(2) = right*(1 - xi(k + l, 2))
+                     w(3) = left*xi(k + l, 2)
+                     w(4) = right*xi(k + l, 2)
+                     do d = 1, ndim
+                        do c = 1, plane_corners
+                           sums(l, c, d) = sums(l, c, d) + w(c)*v(k + l, d)
+                        end do
+                     end do
+                  end block
+               end do
+            end do
+            do d = 1, ndim
+               do c = 1, plane_corners
+                  !$omp simd
+                  do l = 1, lanes
+                     contribution(l, c, side, of_momentum + d - 1, b) = sums(l, c, d)
+                  end do
+               end do
             end do
          end do
-         contribution(:, 1, of_momentum, b) = p1
-         contribution(:, 2, of_momentum, b) = p2
-         contribution(:, 3, of_momentum, b) = p3
-         contribution(:, 4, of_momentum, b) = p4
-         contribution(:, 1, of_momentum + 1, b) = q1
-         contribution(:, 2, of_momentum + 1, b) = q2
-         contribution(:, 3, of_momentum + 1, b) = q3
-         contribution(:, 4, of_momentum + 1, b) = q4
       end do
    end subroutine add_momentum
 
@@ -312,12 +338,13 @@ contains
       integer :: s, l, k, c, d
       do s = 1, rows
          k = lanes*(s - 1)
-         !$omp simd
-         do l = 1, lanes
-            shape(l, 1) = (1 - xi(k + l, 1))*(1 - xi(k + l, 2))
-            shape(l, 2) = xi(k + l, 1)*(1 - xi(k + l, 2))
-            shape(l, 3) = (1 - xi(k + l, 1))*xi(k + l, 2)
-            shape(l, 4) = xi(k + l, 1)*xi(k + l, 2)
+         do c = 1, corners
+            !$omp simd
+            do l = 1, lanes
+               shape(l, c) = merge(xi(k + l, 1), 1 - xi(k + l, 1), btest(c - 1, 0)) &
+                             *merge(xi(k + l, 2), 1 - xi(k + l, 2), btest(c - 1, 1))
+               if (ndim > 2) shape(l, c) = shape(l, c)*merge(xi(k + l, ndim), 1 - xi(k + l, ndim), btest(c - 1, ndim - 1))
+            end do
          end do
          do c = 1, corners
             do d = 1, corners
@@ -334,18 +361,24 @@ contains
    pure subroutine linear_forces(rows, ld, lambda, mu, volume, h, t)
       integer, intent(in) :: rows, ld
       real(dp), intent(in) :: lambda, mu, volume(ld), h(ld, ndim, ndim)
-      real(dp), intent(out) :: t(lanes, ndim*ndim, rows)
-      real(dp) :: pressure
-      integer :: s, l, k
+      real(dp), intent(out) :: t(lanes, ndim, ndim, rows)
+      integer :: s, l, k, i, j
       do s = 1, rows
          k = lanes*(s - 1)
-         !$omp simd private(pressure)
+         !$omp simd
          do l = 1, lanes
-            pressure = lambda*(h(k + l, 1, 1) + h(k + l, 2, 2))
-            t(l, 1, s) = volume(k + l)*(pressure + 2*mu*h(k + l, 1, 1))
-            t(l, 2, s) = volume(k + l)*(mu*(h(k + l, 1, 2) + h(k + l, 2, 1)))
-            t(l, 3, s) = volume(k + l)*(mu*(h(k + l, 1, 2) + h(k + l, 2, 1)))
-            t(l, 4, s) = volume(k + l)*(pressure + 2*mu*h(k + l, 2, 2))
+            block
+               real(dp) :: pressure
+               pressure = h(k + l, 1, 1) + h(k + l, 2, 2)
+               if (ndim > 2) pressure = pressure + h(k + l, ndim, ndim)
+               pressure = lambda*pressure
+               do j = 1, ndim
+                  do i = 1, ndim
+                     t(l, i, j, s) = volume(k + l)*(mu*(h(k + l, i, j) + h(k + l, j, i)))
+                  end do
+                  t(l, j, j, s) = volume(k + l)*(pressure + 2*mu*h(k + l, j, j))
+               end do
+            end block
          end do
       end do
    end subroutine linear_forces
@@ -399,67 +432,98 @@ contains
       end do
    end subroutine forces_of_solid
 
-   !> Add to the sums from which the internal forces (7) follow: those of volume times stress, and of the same times the local
-   !> coordinate across its direction; the second index is that of t in `linear_forces`.
-   pure subroutine add_stress(n, rows, ld, xi, t, total, moment)
+   !> Add to the moments from which the internal forces (7) follow: the sums of volume times stress, of the same times the local coordinate
+   !> across its direction and, in space, times the other one and the product of both; the second and third index are those of t in
+   !> `linear_forces`. In space the components are done one by one, so that the sums stay in registers.
+   pure subroutine add_stress(n, rows, ld, xi, t, moments)
       integer, intent(in) :: n, rows, ld
-      real(dp), intent(in) :: xi(ld, ndim), t(lanes, ndim*ndim, rows, n)
-      real(dp), intent(inout) :: total(lanes, ndim*ndim, n), moment(lanes, ndim*ndim, n)
-      real(dp), dimension(lanes) :: t1, t2, t3, t4, m1, m2, m3, m4
-      integer :: b, s, l, k
+      real(dp), intent(in) :: xi(ld, ndim), t(lanes, ndim, ndim, rows, n)
+      real(dp), intent(inout) :: moments(lanes, ndim, ndim, n_across, n)
+      integer, parameter :: together = merge(2, 1, ndim == 2) ! components
+      real(dp) :: sums(lanes, together, ndim, n_across)
+      integer :: b, s, l, k, d, j, m, first
       do b = 1, n
-         t1 = total(:, 1, b)
-         t2 = total(:, 2, b)
-         t3 = total(:, 3, b)
-         t4 = total(:, 4, b)
-         m1 = moment(:, 1, b)
-         m2 = moment(:, 2, b)
-         m3 = moment(:, 3, b)
-         m4 = moment(:, 4, b)
-         do s = 1, rows
-            k = lanes*(rows*(b - 1) + s - 1)
-            !$omp simd
-            do l = 1, lanes
-               t1(l) = t1(l) + t(l, 1, s, b)
-               t2(l) = t2(l) + t(l, 2, s, b)
-               t3(l) = t3(l) + t(l, 3, s, b)
-               t4(l) = t4(l) + t(l, 4, s, b)
-               m1(l) = m1(l) + xi(k + l, 2)*t(l, 1, s, b)
-               m2(l) = m2(l) + xi(k + l, 2)*t(l, 2, s, b)
-               m3(l) = m3(l) + xi(k + l, 1)*t(l, 3, s, b)
-               m4(l) = m4(l) + xi(k + l, 1)*t(l, 4, s, b)
+         do first = 0, ndim - 1, together
+            do m = 1, n_across
+               do j = 1, ndim
+                  do d = 1, together
+                     !$omp simd
+                     do l = 1, lanes
+                        sums(l, d, j, m) = moments(l, first + d, j, m, b)
+                     end do
+                  end do
+               end do
+            end do
+            do s = 1, rows
+               k = lanes*(rows*(b - 1) + s - 1)
+               !$omp simd
+               do l = 1, lanes
+                  do j = 1, ndim
+                     block
+                        real(dp) :: factor(n_across)
+                        factor(1) = 1
+                        factor(2) = xi(k + l, merge(2, 1, j == 1))
+                        if (ndim > 2) then
+                           factor(n_across - 1) = xi(k + l, merge(2, ndim, j == ndim))
+                           factor(n_across) = factor(2)*factor(n_across - 1)
+                        end if
+                        do d = 1, together
+                           do m = 1, n_across
+                              sums(l, d, j, m) = sums(l, d, j, m) + factor(m)*t(l, first + d, j, s, b)
+                           end do
+                        end do
+                     end block
+                  end do
+               end do
+            end do
+            do m = 1, n_across
+               do j = 1, ndim
+                  do d = 1, together
+                     !$omp simd
+                     do l = 1, lanes
+                        moments(l, first + d, j, m, b) = sums(l, d, j, m)
+                     end do
+                  end do
+               end do
             end do
          end do
-         total(:, 1, b) = t1
-         total(:, 2, b) = t2
-         total(:, 3, b) = t3
-         total(:, 4, b) = t4
-         moment(:, 1, b) = m1
-         moment(:, 2, b) = m2
-         moment(:, 3, b) = m3
-         moment(:, 4, b) = m4
       end do
    end subroutine add_stress
 
-   !> The contributions to the internal forces at the corners from the sums of `add_stress`.
-   pure subroutine divergence(n, inverse_size, total, moment, contribution)
+   !> The contributions to the internal forces at the corners from the moments of `add_stress`.
+   pure subroutine divergence(n, inverse_size, moments, contribution)
       integer, intent(in) :: n
-      real(dp), intent(in) :: inverse_size(lanes, n), total(lanes, ndim, ndim, n), moment(lanes, ndim, ndim, n)
+      real(dp), intent(in) :: inverse_size(lanes, n), moments(lanes, ndim, ndim, n_across, n)
+      integer :: c, j
       real(dp), intent(inout) :: contribution(lanes, corners, n_sums, n)
-      real(dp) :: x_lower, x_upper, y_lower, y_upper
-      integer :: b, l, d
+      integer, parameter :: on_side(corners, ndim) = reshape([((1 + mod(c - 1, 2**(j - 1)) + ishft(ishft(c - 1, -j), j - 1), &
+                                                               c=1, corners), j=1, ndim)], [corners, ndim])
+      real(dp), parameter :: outward(corners, ndim) = reshape([((merge(-1, 1, btest(c - 1, j - 1)), c=1, corners), j=1, ndim)], &
+                                                             [corners, ndim])
+      integer :: b, l, d, m
       do b = 1, n
          do d = 1, ndim
-            !$omp simd private(x_lower, x_upper, y_lower, y_upper)
+            !$omp simd
             do l = 1, lanes
-               x_upper = inverse_size(l, b)*moment(l, d, 1, b)
-               x_lower = inverse_size(l, b)*total(l, d, 1, b) - x_upper
-               y_upper = inverse_size(l, b)*moment(l, d, 2, b)
-               y_lower = inverse_size(l, b)*total(l, d, 2, b) - y_upper
-               contribution(l, 1, of_force + d - 1, b) = x_lower + y_lower
-               contribution(l, 2, of_force + d - 1, b) = y_upper - x_lower
-               contribution(l, 3, of_force + d - 1, b) = x_upper - y_lower
-               contribution(l, 4, of_force + d - 1, b) = -x_upper - y_upper
+               block
+                  real(dp) :: side(n_across, ndim), force ! of the corners below and above across each direction
+                  do j = 1, ndim
+                     do m = 1, n_across
+                        side(m, j) = inverse_size(l, b)*moments(l, d, j, m, b)
+                     end do
+                     if (ndim > 2) then
+                        side(2, j) = side(2, j) - side(n_across, j)
+                        side(1, j) = side(1, j) - side(n_across - 1, j)
+                        side(n_across - 1, j) = side(n_across - 1, j) - side(n_across, j)
+                     end if
+                     side(1, j) = side(1, j) - side(2, j)
+                  end do
+                  do c = 1, corners
+                     force = outward(c, 1)*side(on_side(c, 1), 1) + outward(c, 2)*side(on_side(c, 2), 2)
+                     if (ndim > 2) force = force + outward(c, ndim)*side(on_side(c, ndim), ndim)
+                     contribution(l, c, of_force + d - 1, b) = force
+                  end do
+               end block
             end do
          end do
       end do

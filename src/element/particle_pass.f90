@@ -28,8 +28,8 @@ module hampm_particle_pass
    use hampm_material, only: material_t
    use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t, v_next
-   use hampm_particle_kernels, only: most_rows, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, &
-                                     add_gradient_product, add_mass, add_momentum, add_matrix, linear_forces, anisotropic_forces, &
+   use hampm_particle_kernels, only: most_rows, n_across, clear, take_corners, locate_reference, locate_present, add_field, &
+                                     add_gradient, add_mass, add_momentum, add_matrix, linear_forces, anisotropic_forces, &
                                      add_stress, divergence
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
@@ -119,7 +119,7 @@ contains
       real(dp) :: mass_of(room), volume_of(room), x(room, ndim), xi(room, ndim), u(room, ndim), v(room, ndim), h(room, ndim, ndim)
       integer :: material_of(room), number_of(room)
       real(dp), dimension(lanes, corners, ndim, most_rows) :: kick_by, strain_by, move_by
-      real(dp), dimension(lanes, ndim*ndim, most_rows) :: total, moment
+      real(dp) :: moments(lanes, ndim*ndim*n_across, most_rows) ! of the stress
       real(dp) :: beyond(lanes, most_rows), step(lanes, most_rows), zeros(lanes), lambda, mu
       logical :: is_linear, is_isotropic
       integer :: j, b, n, i, k, s, rows
@@ -141,8 +141,7 @@ contains
          if (pass%map_mass) call clear(n, corners, corners*n_sums, zeros, f%contribution(1, 1, of_mass, b))
          if (pass%map_momentum) call clear(n, corners*ndim, corners*n_sums, zeros, f%contribution(1, 1, of_momentum, b))
          if (pass%map_force) then
-            call clear(n, ndim*ndim, ndim*ndim, zeros, total)
-            call clear(n, ndim*ndim, ndim*ndim, zeros, moment)
+            call clear(n, ndim*ndim*n_across, ndim*ndim*n_across, zeros, moments)
             call find_law()
          end if
          if (pass%move) call clear(n, 1, 1, zeros, beyond)
@@ -164,10 +163,10 @@ contains
             end if
             s = s + rows
          end do
-         if (pass%map_force) call divergence(n, m%blocks%inverse_size(1, b), total, moment, f%contribution(1, 1, 1, b))
+         if (pass%map_force) call divergence(n, m%blocks%inverse_size(1, b), moments, f%contribution(1, 1, 1, b))
          if (pass%move) then
             do k = 1, n
-               f%left(b + k - 1) = .not. all(beyond(:, k) <= 4*m%blocks%rows(b)*edge_margin)
+               f%left(b + k - 1) = .not. all(beyond(:, k) <= 2*ndim*m%blocks%rows(b)*edge_margin)
             end do
          end if
          if (pass%map_matrix) call finish_matrices()
@@ -224,9 +223,9 @@ contains
                end do
             end if
             if (m%particles%total_frame) then
-               call add_gradient(n, rows, ld, xi, strain_by, h)
+               call add_gradient(n, rows, ld, .false., xi, strain_by, h)
             else
-               call add_gradient_product(n, rows, ld, xi, strain_by, h)
+               call add_gradient(n, rows, ld, .true., xi, strain_by, h)
             end if
             if (allocated(m%particles%history) .and. pass%updates_state) &
                call archive_history(n*rows, ld, m%materials, material, h, pass%strain_fraction*dt, number_of, m%particles%history)
@@ -252,7 +251,7 @@ contains
             else
                call forces(n*rows, ld, m%materials, material, volume, h, m%particles, number_of, t)
             end if
-            call add_stress(n, rows, ld, xi, t, total, moment)
+            call add_stress(n, rows, ld, xi, t, moments)
          end if
       end subroutine pass_rows
 

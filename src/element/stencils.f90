@@ -24,7 +24,7 @@ module hampm_stencils
    public :: stencils_t, run_t, find_stencils, runs_of, find_next, apply_stencils
 
    integer, parameter :: stride = lanes*corners  !! among contributions from one sum to the next
-   integer, parameter :: recent = 8              !! classes, or stencils, found last, among which is looked for an equal one
+   integer, parameter :: recent = merge(8, 128, ndim == 2) !! classes, or stencils, found last, among which is looked for an equal one
    integer, parameter :: longest = 128           !! points of a run
    real(dp), parameter :: rounding = 1.0e-12_dp  !! of integrals over the largest
 
@@ -257,7 +257,7 @@ contains
                associate (at => cells(2 + c, k) - s%middle(line))
                   s%mass(at, line) = s%mass(at, line) + class%mass(corner, c)
                   s%stiffness(:, :, at, line) = s%stiffness(:, :, at, line) &
-                                                - class%stiffness(ndim*corner - 1:ndim*corner, ndim*c - 1:ndim*c)
+                                                - class%stiffness(ndim*corner - ndim + 1:ndim*corner, ndim*c - ndim + 1:ndim*c)
                end associate
             end do
          end associate
@@ -347,8 +347,8 @@ contains
                   i = from + s%middle(k)
                   if (n == 0) exit
                   if (pass%kick) call add_mass_line(ndim*n, dt, s%mass(-1, k), acceleration(1, i - 1), momentum(1, from))
-                  if (strain_dt > 0) call add_stiffness_line(ndim*n, strain_dt, s%stiffness(1, 1, -1, k), &
-                                                             velocity(ndim, i - 2), force(1, from))
+                  if (strain_dt > 0) call add_stiffness_line(n, strain_dt, s%stiffness(1, 1, -1, k), &
+                                                             velocity(2, i - 2), force(1, from))
                end do
             end if
             if (n == run%n) cycle

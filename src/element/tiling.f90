@@ -29,7 +29,7 @@ module hampm_tiling
 
    integer, parameter :: items_at_a_time = 64    !! that a thread does, of those of no region
    integer, parameter :: runs_at_a_time = 8      !! the same of runs
-   integer, parameter :: blocks_per_tile = 128   !! whose particles fit into the second cache
+   integer, parameter :: blocks_per_tile = merge(128, 32, ndim == 2) !! whose particles fit into the second cache
 
    !> Items of one stage in the order in which they are done: those from start(t) to start(t + 1) - 1 in tile t.
    type :: stage_t
@@ -111,9 +111,9 @@ contains
       end do
    end subroutine plan_whole
 
-   !> Plan steps in tiles. The nodes between two regions, which wait for both, are about a row of the grid: as many as the root of
-   !> all. With the number of regions growing like the root of the number of tiles, the part of the work that waits stays the same.
-   !> It is even, so that two threads have equal shares.
+   !> Plan steps in tiles. The nodes between two regions, which wait for both, are about a row of the grid, in space a plane: as many as the root of
+   !> all, or the cubic root to the power of two. With the number of regions growing like that root of the number of tiles, the part of the work that
+   !> waits stays the same. It is even, so that two threads have equal shares.
    subroutine plan_in_tiles(blocks, n_passes, operators, plan)
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: n_passes
@@ -122,7 +122,7 @@ contains
       integer, allocatable :: node_tile(:), block_tile(:), first_tile(:)
       integer :: b, r, s
       plan%n_tiles = (blocks%n - 1)/blocks_per_tile + 1
-      plan%n_regions = max(1, 2*nint(sqrt(real(plan%n_tiles))/4))
+      plan%n_regions = max(1, 2*nint(real(plan%n_tiles)**(1.0/ndim)/4))
       plan%first_tile = [((r - 1)*plan%n_tiles/plan%n_regions + 1, r=1, plan%n_regions + 1)]
       allocate (plan%region(0:plan%n_tiles + 1), source=[(count(plan%first_tile <= b), b=0, plan%n_tiles + 1)])
       first_tile = [((b - 1)/blocks_per_tile + 1, b=1, blocks%n)]

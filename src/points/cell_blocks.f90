@@ -69,7 +69,7 @@ module hampm_cell_blocks
       integer :: n_points = 0                           !! points of that
       integer, allocatable :: nodes(:, :, :)            !! points at the corners of the cells, those of another cell where there is
                                                         !! none; (corners, lanes, n)
-      logical, allocatable :: in_row(:)                 !! whether these points are two rows, lower and upper, each numbered on; (n)
+      logical, allocatable :: in_row(:)                 !! whether these points are rows, two or in space four, each numbered on; (n)
       real(dp), allocatable :: lower(:, :, :)           !! lower corners of the cells [m], (lanes, ndim, n)
       real(dp), allocatable :: inverse_size(:, :)       !! 1 / edge length of the cells [1/m], (lanes, n)
       integer, allocatable :: slot(:, :)                !! where among the contributions of all blocks those of the cells around a
@@ -461,14 +461,15 @@ contains
       end function place_of
    end subroutine find_slots
 
-   !> Whether the points of a block are those of cells side by side whose lower and upper points are each numbered on.
+   !> Whether the points of a block are those of cells side by side, which are numbered on at each of their edges.
    pure logical function are_in_row(nodes)
       integer, intent(in) :: nodes(corners, lanes)
-      integer :: l
+      integer :: l, c
       are_in_row = .true.
       do l = 1, lanes
-         are_in_row = are_in_row .and. all(nodes(1:2, l) == nodes(1, 1) + [l - 1, l]) &
-                      .and. all(nodes(3:4, l) == nodes(3, 1) + [l - 1, l])
+         do c = 1, corners, 2
+            are_in_row = are_in_row .and. all(nodes(c:c + 1, l) == nodes(c, 1) + [l - 1, l])
+         end do
       end do
    end function are_in_row
 

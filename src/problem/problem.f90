@@ -108,7 +108,7 @@ contains
       m%cache%mapped = .false.
       if (m%cache%is_provisional) return
       m%blocks%layout = m%blocks%layout + 1      ! where its elements are is new, whichever they are
-      m%blocks%by_supports = ndim > 2 .or. any(m%materials%mean_dilatation) .or. m%particles%thickness%is_ring
+      m%blocks%by_supports = any(m%materials%mean_dilatation) .or. m%particles%thickness%is_ring
       m%cache%tiling = tiling_t()
       m%cache%operators = none
       m%corners = corner_map_t()
