@@ -107,8 +107,6 @@ module hampm_rules
       rule_t("&energy_release reference = 'dcb'", not_with, "a solid", mechanics, "the closed form is for a plane", &
              use="&energy_release reference = 'value'"), &
       rule_t("&nucleation", not_with, "a solid", not_built, "a crack is a line in a plane"), &
-      rule_t("&contact bodies = 'stick' | 'frictionless' | 'friction'", not_with, "a solid", not_built, &
-             use="&contact bodies = 'bonded'"), &
       rule_t("&method shape_functions = 'cpdi'", not_with, "a solid", not_built, use="&method shape_functions = 'linear'"), &
       rule_t("&method time_steps = 'local'", not_with, "a solid", not_built, use="&method time_steps = 'global'")]
 

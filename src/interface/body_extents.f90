@@ -11,6 +11,10 @@
 !>
 !> The gap is the distance of the surfaces of both bodies, in that direction, where the line through the node meets them: of each the
 !> upper hull of what its particles reach to. The widest margin would be less, where surfaces curve, by what they curve in a cell.
+!>
+!> In space both are of hulls over a place, which the simplex method finds (`hull_t`): the gap by those of the particles. The margin in a direction n + g
+!> is the least of (n + g) . v of all places v of one body from places of the other. That is greatest, of the planes below all v, for the one which is
+!> the highest over the origin: so a hull of the v, of which only those are asked for that are beyond a plane, gives the direction to turn n to.
 module hampm_body_extents
    use hampm_kinds, only: dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t
@@ -18,7 +22,7 @@ module hampm_body_extents
    use hampm_dofs, only: element_of_slot
    use hampm_grid, only: grid_t
    use hampm_particles, only: particles_t, spacing_of
-   use hampm_tensors, only: in_plane, identity
+   use hampm_tensors, only: in_plane, identity, inverse_transpose
    implicit none
    private
    public :: extents_t, gather_extents, find_normal_and_gap
@@ -28,7 +32,7 @@ module hampm_body_extents
       integer :: particle = 0                    !! its number
       real(dp) :: place(ndim) = 0                !! from the node [m]
       real(dp) :: half(ndim, ndim) = 0           !! half sides [m]
-      real(dp) :: reach(ndim) = 0                !! in the last direction asked for: along it and across [m]
+      real(dp) :: reach(ndim) = 0                !! in the last direction asked for: along it and across; in space, where it is [m]
    end type extent_t
 
    !> The particles of a body around a node.
@@ -38,11 +42,23 @@ module hampm_body_extents
       real(dp) :: toward(ndim) = 0               !! sum of place times volume [m4]
    end type extents_t
 
+   !> The part of a hull that is over the origin, of `ndim` corners, and its plane. Low corners far from it bound the slopes of that.
+   type :: hull_t
+      real(dp) :: way = 0, low = 0               !! place along an axis, either way, and height of the far ones [m]
+      real(dp) :: corner(ndim, ndim) = 0         !! 1 and the place [m], of each
+      real(dp) :: height(ndim) = 0               !! of each [m]
+      integer :: axis(ndim) = 0                  !! of those that are far ones, 0 for none
+      real(dp) :: plane(ndim) = 0                !! height over the origin [m] and slopes [-]
+   end type hull_t
+
    real(dp), parameter :: pi = acos(-1.0_dp)
    integer, parameter :: looks = 8               !! for the normal, on each side of the way from the middle of one to that of the other
    real(dp), parameter :: turn = pi/(2*looks)    !! from one to the next [rad]
    integer, parameter :: sections = 36           !! of the angle around the best of these, by the golden section: to rounding
    real(dp), parameter :: far = 0.5_dp           !! cells: bodies farther apart do not meet in a step
+   integer, parameter :: most_turns = 12         !! of a normal in space
+   integer, parameter :: most_corners = 60       !! that a hull tries
+   real(dp), parameter :: rounding = 1e-13_dp    !! cells
 
 contains
 
@@ -57,11 +73,13 @@ contains
       integer :: k, i
       e%toward = 0
       e%n = 0
+      if (.not. allocated(e%list)) allocate (e%list(16))
       associate (elements => grid%dofs%elements_at(node), here => grid%node_position(:, node))
          if (allocated(p%corner_velocity)) then
             do k = 1, size(elements)
                do i = map%first(elements(k)), map%first(elements(k) + 1) - 1
-                  call add_particle(p, element_of_slot(map%slot(i)), here, e)
+                  if (all(e%list(:e%n)%particle /= element_of_slot(map%slot(i)))) &
+                     call add_particle(p, element_of_slot(map%slot(i)), here, e)
                end do
             end do
          else
@@ -74,19 +92,17 @@ contains
       end associate
    end subroutine gather_extents
 
-   !> Add a particle that is not yet there.
+   !> Add a particle.
    subroutine add_particle(p, i, here, e)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
       real(dp), intent(in) :: here(ndim)         !! place of the node [m]
       type(extents_t), intent(inout) :: e
       real(dp) :: side(ndim)                     ! of the rectangle that it stands for, in the reference configuration [m]
-      if (.not. allocated(e%list)) allocate (e%list(16))
-      if (any(e%list(:e%n)%particle == i)) return
       if (e%n == size(e%list)) e%list = [e%list, e%list]
       e%n = e%n + 1
       side = spacing_of(p, i)
-      if (p%has_outline(p%body(i))) side = side*sqrt(p%area_of(i)/product(side)) ! where an outline cuts it, one with as much area
+      if (p%has_outline(p%body(i)) .and. ndim == 2) side = side*sqrt(p%area_of(i)/product(side)) ! where an outline cuts it, one with as much area
       associate (new => e%list(e%n))
          new%particle = i
          new%place = p%position(i) - here
@@ -100,14 +116,25 @@ contains
       type(particles_t), intent(in) :: p
       real(dp), intent(in) :: normal(ndim)
       type(extents_t), intent(inout) :: e
-      real(dp) :: box, origin(ndim)
+      real(dp) :: box, way, origin(ndim)
       integer :: k
       do k = 1, e%n
          associate (of => e%list(k), i => e%list(k)%particle)
             box = sum(abs(matmul(normal, of%half)))
+            way = huge(way)
             if (p%has_outline(p%body(i))) then
                origin = p%reference(i, :)
-               box = min(box, p%outlines(p%body(i))%way_out(origin, back(p%gradient_of(i), normal)))
+               way = p%outlines(p%body(i))%way_out(origin, back(p%gradient_of(i), normal))
+               box = min(box, way)
+            end if
+            if (ndim > 2) then
+               of%reach = of%place
+               if (way > box) then
+                  of%reach = of%reach + matmul(of%half, sign(1.0_dp, matmul(normal, of%half)))
+               else
+                  of%reach = of%reach + way*normal
+               end if
+               cycle
             end if
             of%reach = in_plane(dot_product(of%place, normal) + box, normal(1)*of%place(2) - normal(2)*of%place(1))
          end associate
@@ -120,6 +147,10 @@ contains
       real(dp), intent(in) :: v(ndim)
       real(dp) :: origin(ndim)
       associate (f => identity + h)
+         if (ndim > 2) then
+            origin = matmul(v, inverse_transpose(f))
+            return
+         end if
          origin = in_plane(f(2, 2)*v(1) - f(1, 2)*v(2), f(1, 1)*v(2) - f(2, 1)*v(1))/(f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1))
       end associate
    end function back
@@ -131,6 +162,10 @@ contains
       real(dp), intent(in) :: normal(ndim)
       call find_reach(p, normal, a)
       call find_reach(p, -normal, b)
+      if (ndim > 2) then
+         margin = dot_product(normal, reached_by(b, -normal) - reached_by(a, normal))
+         return
+      end if
       margin = -maxval(a%list(:a%n)%reach(1)) - maxval(b%list(:b%n)%reach(1))
    end function margin
 
@@ -146,6 +181,10 @@ contains
       real(dp) :: first, angle, widest, best, low, high, left, right, of_left, of_right
       integer :: k
       gap = huge(gap)
+      if (ndim > 2) then
+         call find_in_space(p, cell, a, b, normal, gap)
+         return
+      end if
       between = b%toward/sum(p%volume(b%list(:b%n)%particle)) - a%toward/sum(p%volume(a%list(:a%n)%particle))
       first = atan2(between(2), between(1))
       angle = first
@@ -183,6 +222,162 @@ contains
       normal = direction((low + high)/2)
       if (margin(p, a, b, normal) <= far*cell) gap = -surface(a) - surface(b)
    end subroutine find_normal_and_gap
+
+   !> The place to which a body reaches farthest in a direction [m].
+   pure function reached_by(e, normal) result(place)
+      type(extents_t), intent(in) :: e
+      real(dp), intent(in) :: normal(ndim)
+      real(dp) :: place(ndim)
+      integer :: k
+      place = e%list(1)%reach
+      do k = 2, e%n
+         if (dot_product(normal, e%list(k)%reach) > dot_product(normal, place)) place = e%list(k)%reach
+      end do
+   end function reached_by
+
+   !> The same in space: n is turned as long as that widens the margin.
+   subroutine find_in_space(p, cell, a, b, normal, gap)
+      type(particles_t), intent(in) :: p
+      real(dp), intent(in) :: cell
+      type(extents_t), intent(inout) :: a, b
+      real(dp), intent(out) :: normal(ndim), gap
+      real(dp), parameter :: wide = 8            ! cells: beyond all places of two bodies around a node
+      type(hull_t) :: hull
+      real(dp) :: turned(ndim), v(ndim), most, widest, found
+      integer :: turn, k
+      logical :: is_done
+      gap = huge(gap)
+      normal = b%toward/sum(p%volume(b%list(:b%n)%particle)) - a%toward/sum(p%volume(a%list(:a%n)%particle))
+      normal = normal/norm2(normal)
+      widest = margin(p, a, b, normal)
+      most = 1
+      do turn = 1, most_turns
+         if (widest > far*cell) return
+         hull = far_corners(wide*cell, -widest - most*wide*cell)
+         turned = normal
+         do k = 1, most_corners
+            if (k > 1) found = margin(p, a, b, turned)
+            v = reached_by(b, -turned) - reached_by(a, turned)
+            call take_corner(hull, across(normal, v), -dot_product(normal, v), rounding*cell, is_done)
+            if (is_done) exit
+            turned = normal + from_across(normal, hull%plane(2:))
+            turned = turned/norm2(turned)
+         end do
+         if (-hull%plane(1) <= widest + 2*rounding*cell) exit
+         found = margin(p, a, b, turned)
+         if (found > widest) then
+            normal = turned
+            widest = found
+         else
+            most = most/4
+         end if
+      end do
+      call find_reach(p, normal, a)
+      call find_reach(p, -normal, b)
+      gap = -height_over(a, normal, cell) - height_over(b, -normal, cell)
+   end subroutine find_in_space
+
+   !> The components of a vector across a direction: along two axes that are at right angles to it, turned with it from those of the grid.
+   pure function across(normal, v) result(components)
+      real(dp), intent(in) :: normal(ndim), v(ndim)
+      real(dp) :: components(ndim - 1)
+      integer :: d, axis
+      axis = maxloc(abs(normal), dim=1)
+      do d = 1, ndim - 1
+         associate (other => mod(axis + d - 1, ndim) + 1)
+            components(d) = v(other) - normal(other)*(dot_product(normal, v) + sign(1.0_dp, normal(axis))*v(axis)) &
+                            /(1 + abs(normal(axis)))
+         end associate
+      end do
+   end function across
+
+   !> The vector with these components.
+   pure function from_across(normal, components) result(v)
+      real(dp), intent(in) :: normal(ndim), components(ndim - 1)
+      real(dp) :: v(ndim)
+      integer :: d
+      v = [(dot_product(components, across(normal, identity(:, d))), d=1, ndim)]
+   end function from_across
+
+   !> A hull of far corners.
+   pure type(hull_t) function far_corners(way, low) result(hull)
+      real(dp), intent(in) :: way, low           !! [m]
+      integer :: k
+      hull%way = way
+      hull%low = low
+      hull%axis = [(max(1, k - 1), k=1, ndim)]
+      hull%corner(1, :) = 1
+      hull%corner(2, 1) = way
+      hull%corner(2, 2) = -way
+      if (ndim > 2) hull%corner(ndim, ndim) = way
+      hull%height = low
+      hull%plane(1) = low
+   end function far_corners
+
+   !> Take the place of a corner, if this or a far one is above the plane, so that the corners are around the origin.
+   pure subroutine take_corner(hull, place, height, tolerance, is_done)
+      type(hull_t), intent(inout) :: hull
+      real(dp), intent(in) :: place(ndim - 1), height !! [m]
+      real(dp), intent(in) :: tolerance          !! [m]
+      logical, intent(out) :: is_done            !! whether none is above
+      real(dp) :: inverse(ndim, ndim), corner(ndim), part(ndim), ratio(ndim), above
+      integer :: k, axis
+      corner = [1.0_dp, place]
+      above = height - dot_product(hull%plane, corner)
+      axis = maxloc(abs(hull%plane(2:)), dim=1)
+      if (hull%low - hull%plane(1) + hull%way*abs(hull%plane(axis + 1)) > above) then
+         above = hull%low - hull%plane(1) + hull%way*abs(hull%plane(axis + 1))
+         corner(2:) = 0
+         corner(axis + 1) = -sign(hull%way, hull%plane(axis + 1))
+      else
+         axis = 0
+      end if
+      is_done = above <= tolerance
+      if (is_done) return
+      inverse = inverse_transpose(hull%corner)
+      part = matmul(corner, inverse)
+      ratio = huge(ratio)
+      where (part > epsilon(part)) ratio = max(inverse(1, :), 0.0_dp)/part
+      k = minloc(ratio, dim=1)
+      hull%corner(:, k) = corner
+      hull%height(k) = merge(hull%low, height, axis > 0)
+      hull%axis(k) = axis
+      hull%plane = matmul(inverse_transpose(hull%corner), hull%height)
+   end subroutine take_corner
+
+   !> Height of the surface of a body over a node, as `surface` has it in a plane: along an axis beyond whose last particles the node is, the most [m].
+   pure real(dp) function height_over(e, normal, cell) result(height)
+      type(extents_t), intent(in) :: e
+      real(dp), intent(in) :: normal(ndim), cell
+      real(dp), parameter :: wide = 100, low = -3e3_dp ! cells
+      type(hull_t) :: hull
+      integer :: i, k, turn, best
+      real(dp) :: place(ndim - 1, e%n), above(e%n), inverse(ndim, ndim)
+      logical :: is_done
+      do i = 1, e%n
+         place(:, i) = across(normal, e%list(i)%place)
+      end do
+      do turn = 1, ndim
+         hull = far_corners(wide*cell, low*cell)
+         do k = 1, most_corners
+            do i = 1, e%n
+               above(i) = dot_product(normal, e%list(i)%reach) - dot_product(hull%plane(2:), place(:, i))
+            end do
+            best = maxloc(above, dim=1)
+            call take_corner(hull, place(:, best), dot_product(normal, e%list(best)%reach), rounding*cell, is_done)
+            if (is_done) exit
+         end do
+         inverse = inverse_transpose(hull%corner)
+         is_done = .true.
+         do k = 1, ndim
+            if (hull%axis(k) == 0 .or. inverse(1, k) <= rounding) cycle
+            place(hull%axis(k), :) = 0
+            is_done = .false.
+         end do
+         if (is_done) exit
+      end do
+      height = hull%plane(1)
+   end function height_over
 
    !> A unit vector.
    pure function direction(angle) result(normal)

@@ -204,7 +204,10 @@ contains
       real(dp) :: middle, root, across
       integer :: i, j
       way = huge(way)
-      if (self%is_circle) then
+      if (ndim > 2) then
+         way = way_in_space(self, x, direction)
+         return
+      else if (self%is_circle) then
          middle = -dot_product(x - self%center, direction)/sum(direction**2)
          root = middle**2 - (sum((x - self%center)**2) - self%radius**2)/sum(direction**2)
          if (root < 0) return
@@ -225,6 +228,42 @@ contains
          j = i
       end do
    end function way_to_ring
+
+   !> The same in space: a ring is what slabs and a circle or a ball have in common, each of which is met twice.
+   pure real(dp) function way_in_space(self, x, direction) result(way)
+      class(ring_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim), direction(ndim)
+      real(dp), dimension(ndim) :: lower, upper, to, ahead
+      real(dp) :: first, last, root
+      logical :: is_round(ndim)                  ! which components of a place are those of the circle or the ball
+      integer :: d
+      is_round = self%is_circle
+      if (self%axis > 0) is_round(self%axis) = .false.
+      lower = self%lower()
+      upper = self%upper()
+      first = -huge(first)
+      last = huge(last)
+      do d = 1, ndim
+         if (is_round(d)) cycle
+         if (.not. abs(direction(d)) > 0) then
+            if (x(d) < lower(d) .or. x(d) > upper(d)) last = -huge(last)
+            cycle
+         end if
+         first = max(first, min((lower(d) - x(d))/direction(d), (upper(d) - x(d))/direction(d)))
+         last = min(last, max((lower(d) - x(d))/direction(d), (upper(d) - x(d))/direction(d)))
+      end do
+      to = merge(self%center - x, 0.0_dp, is_round)
+      ahead = merge(direction, 0.0_dp, is_round)
+      if (.not. any(abs(ahead) > 0)) then
+         if (self%is_circle .and. sum(to**2) > self%radius**2) last = -huge(last)
+      else
+         root = (dot_product(to, ahead)/sum(ahead**2))**2 - (sum(to**2) - self%radius**2)/sum(ahead**2)
+         first = merge(max(first, dot_product(to, ahead)/sum(ahead**2) - sqrt(max(root, 0.0_dp))), last, root >= 0)
+         last = min(last, dot_product(to, ahead)/sum(ahead**2) + sqrt(max(root, 0.0_dp)))
+      end if
+      way = huge(way)
+      if (last >= 0 .and. last > first) way = merge(first, last, first >= 0)
+   end function way_in_space
 
    !> Area, in solids volume, inside a ring and a box, and its first moments around the lower corner of the box [m2, m3, m3].
    pure function moments_of_ring(self, lower, upper) result(m)

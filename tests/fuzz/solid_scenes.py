@@ -122,11 +122,15 @@ class Solid(Drawing):
             other |= self.box(*lower, *upper)
             self.whole[axis] = round(upper[axis])
             if gap:
-                other["velocity"] = [-self.strain * self.cell / self.tick * chance.choice([10, 100]) * (d == axis) for d in range(3)]
+                speed = self.strain * self.cell / self.tick * chance.choice([10, 100])
+                other["velocity"] = [-speed if d == axis else 0.0 if d == 2 and self.slab else speed * chance.choice([0.0, chance.uniform(-1, 1)]) for d in range(3)]
+                if not self.slab and chance.random() < 0.4:
+                    self.round(other, chance.choice(["cylinder", "sphere"]), [(a + b) / 2 for a, b in zip(lower, upper)], chance.uniform(0.85, 1),
+                               [b - a for a, b in zip(lower, upper)])
             if other["material"] == "m1":
                 materials.append(self.material("m1", chance.choice([law, law, *LAWS])))
             found.append(["body", other])
-            if self.frame == "updated" and chance.random() < 0.3:
+            if self.frame == "updated" and chance.random() < 0.6:
                 kind = chance.choice(["stick", "frictionless", "friction"])
                 found.append(["contact", {"bodies": kind} | ({"friction": chance.choice([0.1, 0.6])} if kind == "friction" else {})])
         if self.shape == "hole" or self.shape != "none" and chance.random() < 0.3:
@@ -136,14 +140,16 @@ class Solid(Drawing):
         chance.shuffle(materials)
         return [["material", keys] for keys in materials] + found
 
-    def round(self, keys, kind, middle, part):
-        """Adds a cylinder from side to side or a sphere, whose radius is a part of the largest."""
-        axis = self.chance.randrange(3)
+    def round(self, keys, kind, middle, part, size=None):
+        """Makes it a cylinder from side to side or a sphere, whose radius is a part of the largest."""
+        axis, size = self.chance.randrange(3), size or self.size
+        keys |= {"shape": kind}
         if kind == "sphere":
-            keys |= {"shape": kind, "center": self.place(*middle), "radius": part * min(self.size) / 2 * self.cell}
+            keys.pop("lower", None), keys.pop("upper", None)
+            keys |= {"center": self.place(*middle), "radius": part * min(size) / 2 * self.cell}
             return
-        lower, upper = ([n * (d == axis) if d == axis else a for d, a in enumerate(middle)] for n in (0, self.size[axis]))
-        keys |= {"shape": kind, "lower": self.place(*lower), "upper": self.place(*upper), "radius": part * min(n for d, n in enumerate(self.size) if d != axis) / 2 * self.cell}
+        lower, upper = ([middle[axis] + n * size[axis] / 2 if d == axis else a for d, a in enumerate(middle)] for n in (-1, 1))
+        keys |= {"lower": self.place(*lower), "upper": self.place(*upper), "radius": part * min(n for d, n in enumerate(size) if d != axis) / 2 * self.cell}
 
     def constraints(self):
         """The groups of constraints."""
