@@ -10,7 +10,8 @@ module hampm_front
    use hampm_kinds, only: dp, ndim, name_len
    implicit none
    private
-   public :: region_t, front_t, crack_shape_t, region_of, find_fronts, crosses_itself, plane_axes, room_of
+   public :: region_t, front_t, crack_shape_t, region_of, find_fronts, crosses_itself, find_crossing, clip_edge, &
+             area_of, plane_axes, room_of, chords
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: rounding = 1e-9_dp     !! of the box, within which an edge is that of the box
@@ -53,6 +54,7 @@ module hampm_front
       real(dp), allocatable :: at(:, :)          !! nodes [m], (ndim, n)
       real(dp), allocatable :: outward(:, :)     !! unit vectors in the plane out of the crack, (ndim, n)
       real(dp), allocatable :: arc(:)            !! way along the front from the first node [m], (n)
+      real(dp), allocatable :: on_outline(:)     !! way along the outline from its first corner [m], (n)
       real(dp) :: length = 0                     !! of the front, of a closed one all around [m]
    contains
       procedure :: n => number_of_nodes
@@ -164,7 +166,7 @@ contains
       real(dp), intent(in) :: spacing            !! [m]
       type(front_t), intent(out) :: front
       real(dp), allocatable :: at(:, :), outward(:, :) ! of nodes, in the plane
-      real(dp) :: way(first:last + 1), wanted, normal(2)
+      real(dp) :: way(first:last + 1), begin(size(from)), wanted, normal(2)
       integer :: n, k, m, i, start, parts
       front%region_t = region
       n = size(region%outline, 2)
@@ -174,7 +176,11 @@ contains
          way(k + 1) = way(k) + (to(edge(k)) - from(edge(k)))*length_of(k)
       end do
       front%length = way(last + 1)
-      allocate (at(2, 0), outward(2, 0))
+      begin(1) = 0
+      do k = 2, n
+         begin(k) = begin(k - 1) + length_of(k - 1)
+      end do
+      allocate (at(2, 0), outward(2, 0), front%arc(0), front%on_outline(0))
       start = first
       do k = first, last                         ! stretches without a kink inside
          if (k < last .and. .not. region%is_corner(edge(k + 1))) cycle
@@ -196,8 +202,8 @@ contains
                if (i == 0 .and. front%is_closed .and. region%is_corner(edge(m))) normal = normal_of(last) + normal_of(first)
             end associate
             outward = reshape([outward, normal/norm2(normal)], [2, size(outward, 2) + 1])
-            if (.not. allocated(front%arc)) allocate (front%arc(0))
             front%arc = [front%arc, wanted]
+            front%on_outline = [front%on_outline, begin(edge(m)) + from(edge(m))*length_of(m) + wanted - way(m)]
          end do
          start = k + 1
       end do
@@ -480,19 +486,29 @@ contains
    !> Whether edges of a polygon that are not neighbours meet.
    pure logical function crosses_itself(polygon)
       real(dp), intent(in) :: polygon(:, :)      !! [m], (2, any)
-      integer :: i, j, n
+      integer :: i, j
+      call find_crossing(polygon, i, j)
+      crosses_itself = i > 0
+   end function crosses_itself
+
+   !> The first two such edges; 0 where there are none.
+   pure subroutine find_crossing(polygon, i, j)
+      real(dp), intent(in) :: polygon(:, :)      !! [m], (2, any)
+      integer, intent(out) :: i, j
+      integer :: n
       n = size(polygon, 2)
-      crosses_itself = .false.
-      do i = 1, n
+      do i = 1, n - 2
          do j = i + 2, n
             if (i == 1 .and. j == n) cycle
             associate (a => polygon(:, i), b => polygon(:, i + 1), c => polygon(:, j), d => polygon(:, modulo(j, n) + 1))
-               crosses_itself = crosses_itself .or. &
-                                side_of(a, b, c)*side_of(a, b, d) <= 0 .and. side_of(c, d, a)*side_of(c, d, b) <= 0
+               if (any(max(a, b) < min(c, d) .or. max(c, d) < min(a, b))) cycle
+               if (side_of(a, b, c)*side_of(a, b, d) <= 0 .and. side_of(c, d, a)*side_of(c, d, b) <= 0) return
             end associate
          end do
       end do
-   end function crosses_itself
+      i = 0
+      j = 0
+   end subroutine find_crossing
 
    !> Which side of a line through two places a third one is on: above 0 the left one.
    pure real(dp) function side_of(a, b, c)
