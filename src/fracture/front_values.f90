@@ -7,6 +7,7 @@
 !> what acts as the front is a polygon of the lattice, and means over three cells leave little of that.
 module hampm_front_values
    use hampm_kinds, only: dp, ndim
+   use hampm_archive, only: archive_t
    use hampm_front, only: front_t, room_of
    use hampm_front_closure, only: closure_rates
    use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, hat_lengths, cell_at
@@ -15,9 +16,11 @@ module hampm_front_values
    use hampm_nodal_state, only: nodal_state_t
    use hampm_problem, only: problem_t
    use hampm_snapshots, only: piece_t, add_field, vtk_line
+   use hampm_text, only: to_text
    implicit none
    private
-   public :: front_values_t, new_front_values, choose_estimators, measure_front, record_front, mean_rate, front_fields
+   public :: front_values_t, renew_front_values, archive_front_values, measure_front, record_front, mean_rate, front_fields, &
+             part_along, parts_of
 
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
@@ -31,10 +34,14 @@ module hampm_front_values
       type(front_domain_t) :: domain
       logical :: by_domain = .true., by_closure = .false. !! by which estimators, the first of which is that of G
       real(dp) :: room = 0                       !! around the front [m]
+      logical :: has_ended = .false.             !! whether the crack has run through: there is no front any more
+      logical :: has_room = .true.               !! whether it is far enough from sides to be measured
       real(dp), allocatable :: arc(:), at(:, :)  !! of the middles of the hats: way along the front, and place [m]
+      real(dp), allocatable :: outward(:, :)     !! there, unit vectors out of the crack, (ndim, hats)
       real(dp), allocatable :: mean_of(:, :)     !! part of each node of the front in each hat, (hats, nodes)
       real(dp), allocatable :: g(:), g_error(:)  !! [J/m2]
       real(dp), allocatable :: k(:, :), k_error(:, :) !! [Pa sqrt(m)], (modes, nodes)
+      real(dp), allocatable :: of_g(:, :)        !! K of opening and of sliding, which have their parts of G [Pa sqrt(m)], (2, hats)
       real(dp), allocatable :: closure(:, :), closure_error(:, :) !! G of each mode by closure [J/m2], (modes, nodes)
       real(dp) :: closure_mean_error(front_modes) = 0 !! of the means of these [J/m2]
       real(dp) :: mean_error = 0                 !! of the mean of G [J/m2]
@@ -42,18 +49,120 @@ module hampm_front_values
 
 contains
 
+   !> Let values follow fronts: nothing is measured yet of those that are new, and what was of the others stays with as many places of each, until it is
+   !> measured again; of those that have ended it is 0. What comes too near to a side to be measured stays as it was.
+   pure subroutine renew_front_values(fronts, problem, names, radii, grows, values)
+      type(front_t), intent(in) :: fronts(:)
+      type(problem_t), intent(in) :: problem
+      character(*), intent(in) :: names(:)       !! of estimators
+      real(dp), intent(in) :: radii(:)           !! of domains [m], none: those of so many cells
+      logical, intent(in) :: grows(:)            !! of each crack, whether its fronts may come to run across the lattice
+      type(front_values_t), allocatable, intent(inout) :: values(:)
+      real(dp), parameter :: least = 2           ! cells
+      type(front_values_t), allocatable :: old(:)
+      logical :: is_old
+      integer :: k, hats
+      call move_alloc(values, old)
+      allocate (values(max(size(fronts), size(old))))
+      do k = 1, size(values)
+         is_old = k <= size(old)
+         if (is_old) values(k) = old(k)
+         values(k)%has_ended = .true.
+         if (k <= size(fronts)) values(k)%has_ended = fronts(k)%n() == 0
+         if (values(k)%has_ended) then
+            if (k <= size(fronts)) values(k)%domain%front%region_t = fronts(k)%region_t
+            call clear(values(k))
+            cycle
+         end if
+         hats = 0
+         if (is_old) hats = size(old(k)%arc)
+         call new_front_values(fronts, k, problem, grows(fronts(k)%crack), hats, values(k))
+         if (size(radii) > 0) values(k)%domain%radius = radii
+         values(k)%by_domain = any(names == 'domain_integral')
+         values(k)%by_closure = any(names == 'vcct')
+         values(k)%has_room = maxval(values(k)%domain%radius) >= least*problem%grid%finest_cell
+         if (is_old) call take_measured(old(k), values(k))
+      end do
+   end subroutine renew_front_values
+
+   !> Take what was measured along a front before it moved.
+   pure subroutine take_measured(old, values)
+      type(front_values_t), intent(in) :: old
+      type(front_values_t), intent(inout) :: values
+      values%g = old%g
+      values%g_error = old%g_error
+      values%k = old%k
+      values%k_error = old%k_error
+      values%closure = old%closure
+      values%closure_error = old%closure_error
+      values%closure_mean_error = old%closure_mean_error
+      values%mean_error = old%mean_error
+   end subroutine take_measured
+
+   !> Forget what was measured.
+   pure subroutine clear(values)
+      type(front_values_t), intent(inout) :: values
+      values%g = 0
+      values%g_error = 0
+      values%k = 0
+      values%k_error = 0
+      values%closure = 0
+      values%closure_error = 0
+      values%closure_mean_error = 0
+      values%mean_error = 0
+   end subroutine clear
+
+   !> Keep what was measured along fronts that move.
+   subroutine archive_front_values(values, archive)
+      type(front_values_t), allocatable, intent(inout) :: values(:)
+      class(archive_t), intent(inout) :: archive
+      integer :: n, k, hats
+      n = size(values)
+      call archive%serialise('number', n)
+      if (archive%failure%failed()) return
+      if (archive%is_read) then
+         deallocate (values)
+         allocate (values(n))
+      end if
+      do k = 1, n
+         hats = 0
+         if (.not. archive%is_read) hats = size(values(k)%arc)
+         call archive%section('front_values_'//to_text(k))
+         call archive%serialise('hats', hats)
+         if (archive%is_read) then
+            allocate (values(k)%arc(hats), values(k)%at(ndim, hats), values(k)%g(hats), values(k)%g_error(hats))
+            allocate (values(k)%k(front_modes, hats), values(k)%k_error(front_modes, hats))
+            allocate (values(k)%closure(front_modes, hats), values(k)%closure_error(front_modes, hats))
+         end if
+         call archive%serialise('has_ended', values(k)%has_ended)
+         call archive%serialise('mean_error', values(k)%mean_error)
+         call archive%archive_reals('arc', hats, values(k)%arc)
+         call archive%archive_reals('at', ndim*hats, values(k)%at)
+         call archive%archive_reals('G', hats, values(k)%g)
+         call archive%archive_reals('G_error', hats, values(k)%g_error)
+         call archive%archive_reals('K', front_modes*hats, values(k)%k)
+         call archive%archive_reals('K_error', front_modes*hats, values(k)%k_error)
+         call archive%archive_reals('closure', front_modes*hats, values(k)%closure)
+         call archive%archive_reals('closure_error', front_modes*hats, values(k)%closure_error)
+         call archive%archive_reals('closure_mean_error', front_modes, values(k)%closure_mean_error)
+      end do
+   end subroutine archive_front_values
+
    !> Nothing measured yet of one of the fronts.
-   pure subroutine new_front_values(fronts, number, problem, values)
+   pure subroutine new_front_values(fronts, number, problem, grows, hats, values)
       type(front_t), intent(in) :: fronts(:)
       integer, intent(in) :: number
       type(problem_t), intent(in) :: problem
+      logical, intent(in) :: grows
+      integer, intent(in) :: hats                !! how many places there are to be; 0: so many as suit it
       type(front_values_t), intent(out) :: values
       integer :: i
       associate (front => fronts(number), domain => values%domain, p => problem%particles)
-         call place_hats(front, values)
+         call place_hats(front, grows, hats, values)
          allocate (values%g(size(values%arc)), values%g_error(size(values%arc)), source=0.0_dp)
          allocate (values%k(front_modes, size(values%arc)), values%k_error(front_modes, size(values%arc)), source=0.0_dp)
          allocate (values%closure, values%closure_error, source=values%k)
+         allocate (values%of_g(2, size(values%arc)), source=0.0_dp)
          domain%front = front
          domain%lower = minval(p%reference(:p%n, :), dim=1)
          domain%upper = maxval(p%reference(:p%n, :), dim=1)
@@ -74,27 +183,22 @@ contains
       end associate
    end subroutine new_front_values
 
-   !> Choose by which estimators it is measured, and the radii of domains.
-   pure subroutine choose_estimators(names, radii, values)
-      character(*), intent(in) :: names(:)
-      real(dp), intent(in) :: radii(:)           !! [m], none: those of so many cells
-      type(front_values_t), intent(inout) :: values
-      if (size(radii) > 0) values%domain%radius = radii
-      values%by_domain = any(names == 'domain_integral')
-      values%by_closure = any(names == 'vcct')
-   end subroutine choose_estimators
-
    !> Place the hats evenly along a front.
-   pure subroutine place_hats(front, values)
+   pure subroutine place_hats(front, grows, hats, values)
       type(front_t), intent(in) :: front
+      logical, intent(in) :: grows               !! whether it may come to run across the lattice
+      integer, intent(in) :: hats                !! how many there are; 0: so many as suit it
       type(front_values_t), intent(inout) :: values
       real(dp) :: step, along, length(front%n())
       integer :: parts, n, i, j, from, next
       parts = front%n() - merge(0, 1, front%is_closed)
       n = parts
-      if (.not. all(maxval(abs(front%outward), dim=1) > 1 - 1e-9_dp)) n = 4*max(1, nint(parts/(4*cells_of_hats)))
+      if (grows .or. .not. all(maxval(abs(front%outward), dim=1) > 1 - 1e-9_dp)) n = 4*max(1, nint(parts/(4*cells_of_hats)))
+      if (grows .and. .not. front%is_closed) n = max(4, nint(parts/cells_of_hats))
+      if (hats > 0) n = hats - merge(0, 1, front%is_closed)
       step = front%length/n
-      allocate (values%arc(n + merge(0, 1, front%is_closed)), values%at(ndim, n + merge(0, 1, front%is_closed)))
+      allocate (values%arc(n + merge(0, 1, front%is_closed)))
+      allocate (values%at(ndim, size(values%arc)), values%outward(ndim, size(values%arc)))
       allocate (values%mean_of(size(values%arc), front%n()))
       length = hat_lengths(front)
       do j = 1, size(values%arc)
@@ -103,10 +207,12 @@ contains
          from = min(int(along), parts - 1) + 1
          next = modulo(from, front%n()) + 1
          values%at(:, j) = front%at(:, from) + (along - from + 1)*(front%at(:, next) - front%at(:, from))
+         values%outward(:, j) = front%outward(:, from) + (along - from + 1)*(front%outward(:, next) - front%outward(:, from))
+         values%outward(:, j) = values%outward(:, j)/norm2(values%outward(:, j))
          do i = 1, front%n()
             along = abs(front%arc(i) - values%arc(j))
             if (front%is_closed) along = min(along, front%length - along)
-            values%mean_of(j, i) = max(1 - along/step, 0.0_dp)*length(i)
+            values%mean_of(j, i) = max(1 - along/max(step, front%length/parts), 0.0_dp)*length(i)
          end do
          values%mean_of(j, :) = values%mean_of(j, :)/sum(values%mean_of(j, :))
       end do
@@ -117,6 +223,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(nodal_state_t), intent(in) :: state
       type(front_values_t), intent(inout) :: values
+      if (values%has_ended .or. .not. values%has_room) return
       if (values%by_domain) call measure_domains(problem, state, values)
       if (values%by_closure) call measure_closure(problem, values)
    end subroutine measure_front
@@ -174,6 +281,7 @@ contains
       type(front_values_t), intent(inout) :: values
       real(dp), allocatable :: g(:, :), k(:, :, :)
       real(dp) :: of_k(size(values%arc))         ! G that goes with K
+      real(dp) :: sliding(size(values%arc))      ! K_II with the G of K_II and K_III
       integer :: mode
       values%domain%pressure = sum(factors_at(problem%loads, problem%state%time)*problem%loads%pressure, &
                                    mask=problem%loads%line == values%domain%front%crack)/(2*ndim) ! loads in all directions
@@ -188,6 +296,7 @@ contains
          values%g = sum(g, dim=2)/radii
          values%g_error = maxval(g, dim=2) - minval(g, dim=2) + off_by_place(problem, values)
          values%mean_error = values%mean_error + dot_product(parts_of(values), off_by_place(problem, values))
+         values%of_g(1, :) = sqrt(material%plane_modulus()*max(values%g, 0.0_dp))
          if (.not. values%domain%has_modes) return
          do mode = 1, front_modes
             associate (of_mode => matmul(values%mean_of, k(mode, :, :)))
@@ -197,6 +306,12 @@ contains
             end associate
          end do
          of_k = (sum(values%k(:2, :)**2, dim=1)*(1 - material%poisson) + values%k(3, :)**2)/(2*material%mu)
+         associate (k_1 => values%k(1, :), k_2 => values%k(2, :), k_3 => values%k(3, :), amount => values%of_g(1, :))
+            sliding = sign(sqrt(k_2**2 + k_3**2/(1 - material%poisson)), merge(k_2, k_3, abs(k_2) >= abs(k_3)))
+            amount = amount/max(hypot(k_1, sliding), tiny(1.0_dp))
+            values%of_g(2, :) = amount*sliding
+            values%of_g(1, :) = amount*k_1
+         end associate
          values%mean_error = values%mean_error + abs(dot_product(parts_of(values), values%g - of_k))
          values%g_error = values%g_error + abs(values%g - of_k)
          do mode = 1, front_modes
@@ -268,6 +383,29 @@ contains
       end do
    end subroutine front_fields
 
+   !> Where along its front each place is: in hats from the first on, at the nearest place of the front.
+   pure function part_along(values, places) result(at)
+      type(front_values_t), intent(in) :: values
+      real(dp), intent(in) :: places(:, :)       !! [m], (ndim, any)
+      real(dp) :: at(size(places, 2)), least, part, away
+      integer :: i, k, next
+      associate (front => values%domain%front)
+         do i = 1, size(at)
+            least = huge(least)
+            do k = 1, front%n() - merge(0, 1, front%is_closed)
+               next = modulo(k, front%n()) + 1
+               associate (way => front%at(:, next) - front%at(:, k), from => places(:, i) - front%at(:, k))
+                  part = min(max(dot_product(from, way)/sum(way**2), 0.0_dp), 1.0_dp)
+                  away = norm2(from - part*way)
+                  if (away >= least) cycle
+                  least = away
+                  at(i) = (front%arc(k) + part*norm2(way))/(values%arc(2) - values%arc(1))
+               end associate
+            end do
+         end do
+      end associate
+   end function part_along
+
    !> The part of the front that each hat stands for.
    pure function parts_of(values) result(part)
       type(front_values_t), intent(in) :: values
@@ -284,6 +422,7 @@ contains
       character(*), parameter :: closed = 'energy release rate, virtual crack closure'
       integer :: d, last
       last = modes_of(values)
+      history%is_of_none = values%has_ended
       call history%record('G_mean', 'J/m2', 'energy release rate, mean along the front', mean_rate(values))
       call history%record('G_mean_error', 'J/m2', 'estimated error of G_mean', values%mean_error)
       call history%record('G_largest', 'J/m2', 'largest energy release rate along the front', maxval(values%g))
@@ -315,5 +454,6 @@ contains
             end associate
          end do
       end if
+      history%is_of_none = .false.
    end subroutine record_front
 end module hampm_front_values

@@ -10,6 +10,7 @@ module hampm_growing
    use hampm_crack_values, only: crack_values_t, best_rate
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: fatigue_t, new_fatigue, record_cycle, archive_fatigue
+   use hampm_dynamic_front_growth, only: growing_front_t, growing_plane_t, new_growing_planes, archive_planes
    use hampm_history, only: history_t
    use hampm_kinks, only: kink_t, best_kink, kink_angle
    use hampm_load_work, only: load_state_t, archive_load_state
@@ -75,6 +76,8 @@ module hampm_growing
    !> The tips that grow.
    type :: growing_t
       type(growing_tip_t), allocatable :: tips(:) !! all tips of the run; not allocated without any &growth
+      type(growing_plane_t), allocatable :: planes(:) !! and cracks in planes, of solids in motion
+      type(growing_front_t), allocatable :: fronts(:) !! with their fronts
       logical :: is_static = .false.             !! whether tips advance by increments, under loads that are scaled
       ! At rest
       type(fatigue_t) :: fatigue                 !! of law = fatigue
@@ -120,6 +123,7 @@ contains
       class(growing_t), intent(in) :: self
       are_there = self%have_onsets
       if (allocated(self%tips)) are_there = are_there .or. any(self%tips%grows)
+      if (allocated(self%planes)) are_there = are_there .or. any(self%planes%grows)
    end function are_there
 
    !> Whether a tip still grows.
@@ -256,7 +260,9 @@ contains
       growing%have_onsets = size(model%nucleations) > 0
       if (size(model%growth) == 0 .and. .not. growing%have_onsets) return
       growing%is_static = any(model%growth%law%is_static) .or. growing%have_onsets
-      growing%is_paced = model%method%time == 'implicit'
+      growing%is_paced = model%method%time == 'implicit' .and. size(model%planes) == 0
+      if (size(model%planes) > 0 .and. .not. growing%is_static) &
+         call new_growing_planes(model, cracks, growing%planes, growing%fronts)
       allocate (growing%tips(size(cracks%tips)))
       do k = 1, size(growing%tips)
          growing%tips(k)%grows = any(model%growth%path == cracks%tips(k)%crack .and. &
@@ -496,6 +502,7 @@ contains
       call archive%serialise('integral', growing%integral)
       call archive%serialise('pieces', growing%pieces)
       call archive%serialise('separated', growing%separated)
+      if (allocated(growing%planes)) call archive_planes(growing%planes, growing%fronts, archive)
       call archive%archive_logicals('has_stopped', n, growing%tips%has_stopped)
       call archive%archive_logicals('has_ended', n, growing%tips%has_ended)
       call archive%archive_logicals('is_loose', n, growing%tips%is_loose)

@@ -93,7 +93,7 @@ contains
       interfaces%n_cohesive = 0
       interfaces%n_at_end = 0
       if (m%grid%cut_cells%are_there()) call add_interfaces_of_cracks(interfaces, m, old)
-      if (allocated(m%grid%planes)) call add_points_of_planes(interfaces, m)
+      if (allocated(m%grid%planes)) call add_points_of_planes(interfaces, m, old)
       faces = interfaces%n
       if ((m%grid%cut_cells%are_there() .or. allocated(m%grid%bodies)) .and. ndim == 2 .and. & ! solids have aggregated nodes only
           (m%grid%is_quadratic() .or. .not. interfaces%are_bounded .or. interfaces%strain_last)) &
@@ -198,6 +198,7 @@ contains
       do s = 1, interfaces%n
          associate (point => interfaces%list(s))
             if (point%tip > 0 .and. .not. (point%is_failing .and. point%line > 0)) cycle ! see `begin_cohesive_point`
+            if (point%plane > 0) cycle           ! see `hampm_plane_points`
             is_there = .false.
             do i = 1, old%n                      ! most follow each other as before
                k = mod(k, old%n) + 1

@@ -74,6 +74,8 @@ module hampm_interface_points
       real(dp) :: felt(ndim) = 0                 !! opening that had the force of the last step, where forces are those at its end [m]
       real(dp) :: most_held = -1                 !! what friction holds at most, over the stiffness; below 0 where that follows the
                                                  !! pressure [m]
+      integer :: plane = 0                       !! number of the crack in a plane whose front moves over its square, 0 for none
+      logical :: is_new = .false.                !! of that: whether it is at a node whose force it is to take
       logical :: is_firm = .false.               !! whether the layer is far stiffer than the cells beside it
       integer :: line = 0                        !! number of the crack whose faces may touch there, 0 for none
       logical :: follows_leaf = .false.          !! whether its place is one in a leaf, else in the material
@@ -726,6 +728,7 @@ contains
          call archive%archive_reals('pressed', n, of%pressed)
          call archive%archive_integers('line', n, of%line)
          call archive%archive_integers('tip', n, of%tip)
+         call archive%archive_integers('plane', n, of%plane)
          call archive%archive_reals('way', n, of%way)
          call archive%archive_reals('cell', n, of%cell)
          call archive%archive_logicals('is_failing', n, of%is_failing)

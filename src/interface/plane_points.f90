@@ -2,18 +2,23 @@
 !>
 !> Each part of a face has a point in the middle of what is bonded of it, and where the faces of the crack may touch one in the middle
 !> of all of it.
+!>
+!> Where fronts move while the mesh stays each point is in the middle of its part, with the stiffness of what is bonded of it. Open nodes
+!> near the front have points too, that have no stiffness: they tell how far nodes are open when cells are cut anew, from which points of
+!> parts that are new begin. A node that becomes open bears something; its point takes this, and gives it up with what is bonded of the
+!> square around it, on whose sides are the next nodes (Malluck & King, Fast fracture simulated by conventional finite elements: a comparison of two energy-release algorithms, 1980).
 module hampm_plane_points
    use hampm_kinds, only: dp, ndim, long
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, find_half_stiffness, jump_between
    use hampm_forest, only: level_width
-   use hampm_interface_points, only: interfaces_t, bonded, contact, add_interface_point
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, add_interface_point, interface_energy
    use hampm_matter, only: matter_t
    use hampm_plane_cuts, only: plane_cut_t, has_face_in
    use hampm_tensors, only: identity
    implicit none
    private
-   public :: add_points_of_planes, elements_beside, parts
+   public :: add_points_of_planes, follow_fronts, elements_beside, parts
 
    integer, parameter :: parts = 2               !! of a face along each edge
 
@@ -27,13 +32,17 @@ module hampm_plane_points
 contains
 
    !> Add the points of all cracks.
-   pure subroutine add_points_of_planes(interfaces, m)
+   pure subroutine add_points_of_planes(interfaces, m, old)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
+      type(interfaces_t), intent(in) :: old      !! those on the mesh before
       real(dp) :: low(2), high(2), part(2), area, middle(2)
+      real(dp), allocatable :: opening(:, :)     ! of nodes, where it is known [m]
+      logical, allocatable :: is_known(:)
       integer :: k, leaf, side, i, j
       do k = 1, size(m%grid%planes)
          associate (cut => m%grid%planes(k), forest => m%grid%forest)
+            if (cut%moves) call add_points_of_nodes(interfaces, m, k, old, opening, is_known)
             do leaf = 1, forest%leaf_count()
                do side = 1, faces
                   if (.not. is_of(m, cut, leaf, side)) cycle
@@ -43,7 +52,10 @@ contains
                      do i = 1, parts
                         associate (from => low + [i - 1, j - 1]*part)
                            call cut%unbonded(forest%level_of(leaf))%uncracked(from, from + part, area, middle)
+                           if (cut%moves) middle = from + part/2
                            if (area > 0) call add_point(interfaces, m, cut, k, bonded, side, middle, area)
+                           if (area > 0 .and. cut%moves) &
+                              call place_part(interfaces%list(interfaces%n), m, k, part(1), opening, is_known)
                            if (cut%contact) call add_point(interfaces, m, cut, k, contact, side, from + part/2, product(part))
                         end associate
                      end do
@@ -53,6 +65,109 @@ contains
          end associate
       end do
    end subroutine add_points_of_planes
+
+   !> Let a point follow the front of a crack over its square, from the opening of its nodes.
+   pure subroutine place_part(point, m, plane, edge, opening, is_known)
+      type(interface_point_t), intent(inout) :: point
+      type(matter_t), intent(in) :: m
+      integer, intent(in) :: plane               !! number of the crack
+      real(dp), intent(in) :: edge               !! of the square [m]
+      real(dp), intent(in) :: opening(:, :)      !! of nodes, by that of the face which comes first [m]
+      logical, intent(in) :: is_known(:)
+      integer :: n, k
+      if (point%plane > 0) return                ! there is no material, and no point
+      point%plane = plane
+      point%length = edge
+      n = merge(point%n_left, count(point%node > 0), point%n_left > 0)
+      associate (cut => m%grid%planes(plane))
+         if (.not. all([(is_known(point%node(k)) .or. &
+                         .not. cut%opens_at(m%grid%forest, m%grid%node_position(:, point%node(k))), k=1, n)])) return
+      end associate
+      point%opening = matmul(opening(:, point%node(:n)), abs(point%share(:n)))
+   end subroutine place_part
+
+   !> Add the points of open nodes around which something is bonded.
+   pure subroutine add_points_of_nodes(interfaces, m, number, old, opening, is_known)
+      type(interfaces_t), intent(inout) :: interfaces
+      type(matter_t), intent(in) :: m
+      integer, intent(in) :: number              !! of the crack
+      type(interfaces_t), intent(in) :: old
+      real(dp), allocatable, intent(out) :: opening(:, :) !! [m], (ndim, n_points)
+      logical, allocatable, intent(out) :: is_known(:)
+      real(dp), parameter :: same = 1e-6_dp      ! cells
+      real(dp) :: low(2), high(2), edge, area, middle(2), x(2)
+      integer :: leaf, side, i, j, k, n
+      allocate (opening(ndim, m%grid%n_points), source=0.0_dp)
+      allocate (is_known(m%grid%n_points), source=.false.)
+      associate (cut => m%grid%planes(number), forest => m%grid%forest)
+         do leaf = 1, forest%leaf_count()
+            do side = 1, faces
+               if (.not. is_of(m, cut, leaf, side)) cycle
+               call cut%rectangle_of(forest, leaf, low, high)
+               edge = high(1) - low(1)
+               do j = 0, 1
+                  do i = 0, 1
+                     x = low + [i, j]*edge
+                     if (.not. cut%opens_at(forest, cut%in_space(x))) cycle
+                     call cut%unbonded(forest%level_of(leaf))%uncracked(x - edge, x + edge, area, middle)
+                     if (.not. area > 0) cycle
+                     n = interfaces%n
+                     call add_point(interfaces, m, cut, number, bonded, side, x, area, (low + high)/2)
+                     if (interfaces%n == n) cycle
+                     associate (point => interfaces%list(interfaces%n))
+                        if (count(point%node > 0) /= merge(1, faces, cut%is_symmetry)) then
+                           interfaces%n = n      ! it hangs on others
+                        else if (is_known(point%node(1))) then
+                           interfaces%n = n
+                        else
+                           is_known(point%node(1)) = .true.
+                           point%plane = number
+                           point%length = 2*edge
+                           point%stiffness = 0
+                           point%is_new = old%n > 0
+                           if (old%n > 0) point%opening = 0
+                           do k = 1, old%n
+                              if (old%list(k)%plane /= number .or. old%list(k)%stiffness > 0) cycle
+                              if (norm2(old%list(k)%origin - point%origin) > same*edge) cycle
+                              point%is_new = .false.
+                              point%opening = old%list(k)%opening
+                              point%held = old%list(k)%held
+                              point%area = old%list(k)%area
+                           end do
+                           opening(:, point%node(1)) = point%opening
+                        end if
+                     end associate
+                  end do
+               end do
+            end do
+         end do
+      end associate
+   end subroutine add_points_of_nodes
+
+   !> Let the points follow fronts that have moved. `released` is the energy that they no longer store.
+   pure subroutine follow_fronts(interfaces, m, released)
+      type(interfaces_t), intent(inout) :: interfaces
+      type(matter_t), intent(in) :: m
+      real(dp), intent(out) :: released          !! [J]
+      real(dp) :: area, middle(2), x(2)
+      integer :: k, level
+      released = interface_energy(interfaces)
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            if (point%plane == 0 .or. .not. point%area > 0) cycle
+            associate (cut => m%grid%planes(point%plane))
+               x = cut%in_plane(point%origin)
+               level = nint(log(m%grid%forest%cell/(point%length*merge(2.0_dp, 0.5_dp, point%stiffness > 0)))/log(2.0_dp))
+               call cut%unbonded(level)%uncracked(x - point%length/2, x + point%length/2, area, middle)
+            end associate
+            area = min(area, point%area)
+            point%stiffness = point%stiffness*(area/point%area)
+            point%held = point%held*(area/point%area)
+            point%area = area
+         end associate
+      end do
+      released = released - interface_energy(interfaces)
+   end subroutine follow_fronts
 
    !> Whether a crack has points on a face of a leaf in its plane: it has an open node, and of two faces at one place it is the finer one, or the upper.
    pure logical function is_of(m, cut, leaf, side) result(is)
@@ -90,7 +205,7 @@ contains
    end function elements_beside
 
    !> Add a point.
-   pure subroutine add_point(interfaces, m, cut, number, law, side, middle, area)
+   pure subroutine add_point(interfaces, m, cut, number, law, side, middle, area, beside)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       type(plane_cut_t), intent(in) :: cut
@@ -99,10 +214,12 @@ contains
       integer, intent(in) :: side                !! see `elements_beside`
       real(dp), intent(in) :: middle(2)          !! in the plane [m]
       real(dp), intent(in) :: area               !! [m2]
+      real(dp), intent(in), optional :: beside(2) !! a place on the faces of whose elements it is a corner [m]
       real(dp), parameter :: none = 1e-14_dp     ! share of a node
       real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf), share(most_nodes_of_leaf)
       integer :: e(faces), master(most_nodes_of_leaf), n, j, i, k
       e = elements_beside(m, cut, side, cut%in_space(middle))
+      if (present(beside)) e = elements_beside(m, cut, side, cut%in_space(beside))
       if (all(e == 0)) return
       call add_interface_point(interfaces, law)
       associate (point => interfaces%list(interfaces%n), x => cut%in_space(middle))

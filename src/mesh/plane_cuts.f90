@@ -9,17 +9,20 @@
 module hampm_plane_cuts
    use hampm_kinds, only: dp, ndim, long
    use hampm_forest, only: forest_t, level_width
-   use hampm_front, only: region_t
+   use hampm_front, only: region_t, front_t, find_fronts
    use hampm_place_table, only: place_table_t
    implicit none
    private
-   public :: plane_cut_t, find_open_nodes, has_face_in
+   public :: plane_cut_t, fronts_of, find_open_nodes, find_unbonded, open_more, has_face_in
 
    real(dp), parameter :: margin = 0.27_dp       !! by which what is bonded reaches behind the front [cells]
 
    !> A crack in a plane.
    type, extends(region_t) :: plane_cut_t
       logical :: contact = .false.               !! whether its faces press on each other
+      logical :: moves = .false.                 !! whether its fronts do while the mesh stays
+      real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! of all material [m]
+      real(dp) :: spacing = 0                    !! of the nodes of its fronts, roughly [m]
       integer(long) :: at = 0                    !! place of the plane along its axis
       type(region_t), allocatable :: unbonded(:) !! of faces of each level, from 0 on: what is not bonded
       type(place_table_t) :: open                !! places of the nodes that are open, and of middles of edges and faces
@@ -32,6 +35,68 @@ module hampm_plane_cuts
 
 contains
 
+   !> Find the fronts of all of them, where they are now. Those of a crack that has run through keep their numbers, without nodes.
+   pure subroutine fronts_of(cuts, fronts)
+      type(plane_cut_t), intent(in) :: cuts(:)
+      type(front_t), allocatable, intent(inout) :: fronts(:)
+      type(front_t), allocatable :: before(:), of_cut(:), more(:)
+      integer :: k, n, i
+      if (allocated(fronts)) call move_alloc(fronts, before)
+      if (.not. allocated(before)) allocate (before(0))
+      allocate (fronts(0))
+      do k = 1, size(cuts)
+         call find_fronts(cuts(k)%region_t, cuts(k)%lower, cuts(k)%upper, cuts(k)%spacing, of_cut)
+         if (size(of_cut) == 0) then
+            deallocate (of_cut)
+            allocate (of_cut(count(before%crack == k)))
+            do i = 1, size(of_cut)
+               of_cut(i)%region_t = cuts(k)%region_t
+               allocate (of_cut(i)%at(ndim, 0), of_cut(i)%outward(ndim, 0), of_cut(i)%arc(0), of_cut(i)%on_outline(0))
+            end do
+         end if
+         of_cut%crack = k
+         n = size(fronts)
+         allocate (more(n + size(of_cut)))
+         more(:n) = fronts
+         more(n + 1:) = of_cut
+         call move_alloc(more, fronts)
+      end do
+   end subroutine fronts_of
+
+   !> Find what of the faces of each level is not bonded.
+   pure subroutine find_unbonded(cut, forest)
+      type(plane_cut_t), intent(inout) :: cut
+      type(forest_t), intent(in) :: forest
+      integer :: level
+      if (allocated(cut%unbonded)) deallocate (cut%unbonded)
+      allocate (cut%unbonded(0:forest%finest_level()))
+      do level = 0, forest%finest_level()
+         cut%unbonded(level) = cut%shrunk(margin*scale(forest%cell, -level))
+      end do
+   end subroutine find_unbonded
+
+   !> Whether cracks that have grown open other nodes than they did when the mesh was made. Faces that they come to have an open node already.
+   pure logical function open_more(cuts, forest) result(more)
+      type(plane_cut_t), intent(in) :: cuts(:)
+      type(forest_t), intent(in) :: forest
+      real(dp) :: low(2), high(2), area, middle(2)
+      integer :: k, leaf, side
+      more = .true.
+      do k = 1, size(cuts)
+         if (.not. cuts(k)%moves) cycle
+         do leaf = 1, forest%leaf_count()
+            do side = 1, 2
+               if (.not. has_face_in(cuts(k), forest, leaf, side)) cycle
+               if (.not. cuts(k)%opens_face(forest, leaf) .or. cuts(k)%opens_face(forest, leaf, wholly=.true.)) cycle
+               call cuts(k)%rectangle_of(forest, leaf, low, high)
+               call cuts(k)%unbonded(forest%level_of(leaf))%uncracked(low, high, area, middle)
+               if (area < product(high - low)) return
+            end do
+         end do
+      end do
+      more = .false.
+   end function open_more
+
    !> Find the nodes of a forest that cracks open.
    pure subroutine find_open_nodes(cuts, forest, status)
       type(plane_cut_t), intent(inout) :: cuts(:)
@@ -40,7 +105,7 @@ contains
       type(place_table_t) :: none
       real(dp) :: low(2), high(2), area, middle(2)
       integer(long) :: place(ndim)
-      integer :: k, level, leaf, side, i, j, number
+      integer :: k, leaf, side, i, j, number
       status = 0
       do k = 1, size(cuts)
          associate (cut => cuts(k))
@@ -48,11 +113,7 @@ contains
             call cut%open%reserve(64, status)
             if (status /= 0) return
             cut%at = nint((cut%plane - forest%lower(cut%axis))/forest%cell*level_width(0), long)
-            if (allocated(cut%unbonded)) deallocate (cut%unbonded)
-            allocate (cut%unbonded(0:forest%finest_level()))
-            do level = 0, forest%finest_level()
-               cut%unbonded(level) = cut%shrunk(margin*scale(forest%cell, -level))
-            end do
+            call find_unbonded(cut, forest)
             do leaf = 1, forest%leaf_count()
                do side = 1, 2
                   if (.not. has_face_in(cut, forest, leaf, side)) cycle
@@ -103,20 +164,23 @@ contains
       high = self%in_plane(forest%position(forest%place_of(leaf) + level_width(forest%level_of(leaf))))
    end subroutine rectangle_of
 
-   !> Whether the face of a leaf in the plane has an open node.
-   pure logical function opens_face(self, forest, leaf) result(opens)
+   !> Whether the face of a leaf in the plane has an open node, or open ones only.
+   pure logical function opens_face(self, forest, leaf, wholly) result(opens)
       class(plane_cut_t), intent(in) :: self
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
+      logical, intent(in), optional :: wholly
       integer(long) :: place(ndim), half
       integer :: i, j
       half = level_width(forest%level_of(leaf))/2
       place = forest%place_of(leaf)
       place(self%axis) = self%at
-      opens = .false.
+      opens = present(wholly)
       do j = 0, 2
          do i = 0, 2
-            opens = opens .or. self%is_open(moved(place, self%along, [i, j]*half))
+            associate (is_open => self%is_open(moved(place, self%along, [i, j]*half)))
+               opens = merge(opens .and. is_open, opens .or. is_open, present(wholly))
+            end associate
          end do
       end do
    end function opens_face

@@ -19,7 +19,8 @@ module hampm_measurements
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
-   use hampm_front_values, only: front_values_t, new_front_values, choose_estimators, measure_front, record_front, mean_rate
+   use hampm_dynamic_front_growth, only: record_plane
+   use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, record_front, mean_rate
    use hampm_history, only: history_t
    use hampm_joints, only: groups_of_bodies, velocity_fields_of
    use hampm_loads, only: load_t
@@ -34,7 +35,7 @@ module hampm_measurements
    use hampm_text, only: to_text
    implicit none
    private
-   public :: measurements_t, new_measurements, note_initial_energy, rebuild_extrapolation, measure, measure_tips, &
+   public :: follow_fronts, measurements_t, new_measurements, note_initial_energy, rebuild_extrapolation, measure, measure_tips, &
              has_measured_tips, take_row, declare_columns, energy_residual, archive_measurements, dcb_energy_release_rate, &
              chi_foundation
 
@@ -77,6 +78,7 @@ module hampm_measurements
       real(dp) :: indicator = 0                  !! its value when the mesh was last looked at [-]
       type(crack_values_t), allocatable :: crack(:) !! what was measured at each tip
       type(front_values_t), allocatable :: fronts(:) !! and along the front of each plane crack of a solid
+      integer :: recorded_fronts = 0             !! how many of them there were at the start
       type(face_overlap_t), allocatable :: overlap(:) !! of the faces of each crack
       real(dp) :: reaction(ndim) = 0             !! force of all constraints on the bodies, where there is a crack [N]
       real(dp), allocatable :: reactions(:, :)   !! of the constraints, where one has a name [N], (ndim, constraints)
@@ -102,7 +104,8 @@ contains
       if (size(model%probes) > 0) m%joined = groups_of_bodies(model) + size(model%bodies)*(velocity_fields_of(model) - 1)
       call angular_momentum(problem%particles, m%initial_angular_momentum, largest)
       allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
-      call new_fronts(model, problem, cracks, m%fronts)
+      call follow_fronts(model, problem, cracks, m)
+      m%recorded_fronts = size(m%fronts)
       do k = 1, size(m%crack)
          call new_crack_values(model%energy_release%chosen, model%energy_release%t_stress, cracks%tips(k), &
                                model%method%time /= 'static' .and. model%refine%looks_at_motion(), m%crack(k))
@@ -120,23 +123,18 @@ contains
       end select
    end subroutine new_measurements
 
-   !> What is measured along the fronts of cracks of solids, where an estimator is chosen.
-   pure subroutine new_fronts(model, problem, cracks, fronts)
+   !> Let what is measured along the fronts of cracks of solids, where an estimator is chosen, follow them.
+   pure subroutine follow_fronts(model, problem, cracks, m)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
-      type(front_values_t), allocatable, intent(out) :: fronts(:)
+      type(measurements_t), intent(inout) :: m
       integer :: k
-      if (allocated(cracks%fronts) .and. size(model%energy_release%chosen) > 0) then
-         allocate (fronts(size(cracks%fronts)))
-         do k = 1, size(fronts)
-            call new_front_values(cracks%fronts, k, problem, fronts(k))
-            call choose_estimators(model%energy_release%chosen%name, model%energy_release%radii, fronts(k))
-         end do
-      else
-         allocate (fronts(0))
-      end if
-   end subroutine new_fronts
+      if (.not. allocated(m%fronts)) allocate (m%fronts(0))
+      if (.not. allocated(cracks%fronts) .or. size(model%energy_release%chosen) == 0) return
+      call renew_front_values(cracks%fronts, problem, model%energy_release%chosen%name, model%energy_release%radii, &
+                              [(any(model%growth%path == k), k=1, size(model%planes))], m%fronts)
+   end subroutine follow_fronts
 
    !> Take the energy as that at the start of the run: the kinetic one, and what eigenstrains have stored. Where a run begins at rest, with what
    !> the loads had not put there.
@@ -273,6 +271,9 @@ contains
       if (has_domain .or. any(model%constraints%name /= '') .or. (size(model%paths) > 0 .and. size(model%constraints) > 0)) &
          call find_nodal_state(problem, state, failure, reactions_only=.not. has_domain)
       if (failure%failed()) return
+      if (allocated(problem%grid%planes)) then
+         if (any(problem%grid%planes%moves)) call follow_fronts(model, problem, cracks, m)
+      end if
       do k = 1, size(m%fronts)
          call measure_front(problem, state, m%fronts(k))
       end do
@@ -343,7 +344,7 @@ contains
             call history%record('fracture_energy', 'J', 'energy dissipated by growth: static, the integral of G over the new '// &
                                 'area; dynamic, the work of nodal release; half of it on a symmetry plane', &
                                 problem%energies%fracture_energy)
-            if (.not. (growing%is_static .or. any(problem%materials%has_history))) &
+            if (.not. (growing%is_static .or. any(problem%materials%has_history) .or. allocated(growing%planes))) &
                call history%record('integral_of_G', 'J', 'integral of G over the area of new faces, by rows; on a '// &
                                    'symmetry plane half of it', growing%integral)
          end if
@@ -364,9 +365,14 @@ contains
                                    root_opening(problem%interfaces, cracks%tips(k)%crack))
             end if
          end do
-         do k = 1, size(m%fronts)
+         do k = 1, m%recorded_fronts
             if (k > 1) history%of_tip = '_front'//to_text(k)
             call record_front(m%fronts(k), history)
+         end do
+         do k = 1, merge(size(model%planes), 0, allocated(growing%planes))
+            history%of_tip = ''
+            if (k > 1) history%of_tip = '_crack'//to_text(k)
+            if (growing%planes(k)%grows) call record_plane(growing%planes(k), grid%planes(k), history)
          end do
          history%of_tip = ''
          if (size(m%crack) > 0 .and. size(model%constraints) > 0) &
@@ -457,6 +463,9 @@ contains
          call archive%section('errors_'//to_text(k))
          call keep_crack_values(m%crack(k), archive)
       end do
+      if (allocated(problem%grid%planes)) then
+         if (any(problem%grid%planes%moves)) call archive_front_values(m%fronts, archive)
+      end if
       call archive%section('extrapolation')
       call archive_solver(m%extrapolation, 'extrapolation', problem%grid, is_weighed(problem), problem%fields%mass_matrix, &
                           archive)

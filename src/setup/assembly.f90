@@ -14,8 +14,8 @@ module hampm_assembly
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
    use hampm_grid_building, only: build_grid
-   use hampm_front, only: front_t, region_of, find_fronts
-   use hampm_plane_cuts, only: plane_cut_t
+   use hampm_front, only: region_of
+   use hampm_plane_cuts, only: plane_cut_t, fronts_of
    use hampm_integrator, only: integrator_t
    use hampm_largest_step, only: time_between_outputs
    use hampm_load_placement, only: into_half
@@ -198,23 +198,19 @@ contains
       type(model_t), intent(in) :: model
       type(cracks_t), intent(inout) :: cracks
       type(plane_cut_t), allocatable, intent(out) :: planes(:)
-      type(front_t), allocatable :: fronts(:), more(:)
-      real(dp) :: lower(ndim), upper(ndim)
-      integer :: k, n
+      integer :: k
       if (size(model%planes) == 0) return
-      allocate (planes(size(model%planes)), cracks%fronts(0))
+      allocate (planes(size(model%planes)))
       do k = 1, size(planes)
-         call find_extents(model, model%planes(k), lower, upper)
-         planes(k)%region_t = region_of(model%planes(k)%crack_shape_t, lower, upper, finest_cell(model))
-         planes(k)%contact = model%planes(k)%contact
-         call find_fronts(planes(k)%region_t, lower, upper, finest_cell(model), fronts)
-         fronts%crack = k
-         n = size(cracks%fronts)
-         allocate (more(n + size(fronts)))
-         more(:n) = cracks%fronts
-         more(n + 1:) = fronts
-         call move_alloc(more, cracks%fronts)
+         associate (plane => planes(k))
+            call find_extents(model, model%planes(k), plane%lower, plane%upper)
+            plane%spacing = finest_cell(model)
+            plane%region_t = region_of(model%planes(k)%crack_shape_t, plane%lower, plane%upper, plane%spacing)
+            plane%contact = model%planes(k)%contact
+            plane%moves = any(model%growth%path == k .and. .not. model%growth%law%is_static)
+         end associate
       end do
+      call fronts_of(planes, cracks%fronts)
    end subroutine place_planes
 
    !> Let a crack that may appear wait for that.

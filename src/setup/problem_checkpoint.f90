@@ -107,14 +107,37 @@ contains
       if (leaves > 0 .and. .not. c%failure%failed()) call archive_leaves(c, leaves, forest)
       lines = cracks%lines()
       if (cracks%spacing > 0) call archive_lines(c, grid, lines)
+      if (allocated(grid%planes)) call archive_outlines(c, grid%planes)
       if (.not. c%is_read .or. c%failure%failed()) return
       if (allocated(grid%bodies)) allocate (bodies, source=grid%bodies)
       if (allocated(grid%field_of_body)) allocate (velocity_fields, source=grid%field_of_body)
       if (grid%is_quadratic()) allocate (solids, source=grid%solids)
       if (allocated(grid%planes)) allocate (planes, source=grid%planes)
-      if (leaves > 0 .or. size(cracks%crack) > 0) call build_grid(forest, grid, c%failure, lines, bodies, velocity_fields, &
-                                                                  solids, planes=planes)
+      if (leaves > 0 .or. size(cracks%crack) > 0 .or. allocated(planes)) &
+         call build_grid(forest, grid, c%failure, lines, bodies, velocity_fields, solids, planes=planes)
    end subroutine archive_grid
+
+   !> Keep the outlines of cracks in planes, whose fronts may have moved.
+   subroutine archive_outlines(c, planes)
+      type(checkpoint_t), intent(inout) :: c
+      type(plane_cut_t), intent(inout) :: planes(:)
+      integer :: k, n
+      do k = 1, size(planes)
+         associate (plane => planes(k))
+            call c%section('plane_'//to_text(k))
+            n = size(plane%outline, 2)
+            call c%serialise('corners', n)
+            if (c%failure%failed()) return
+            if (c%is_read) then
+               deallocate (plane%outline, plane%may_be_front, plane%is_corner)
+               allocate (plane%outline(2, n), plane%may_be_front(n), plane%is_corner(n))
+            end if
+            call c%archive_reals('outline', 2*n, plane%outline)
+            call c%archive_logicals('may_be_front', n, plane%may_be_front)
+            call c%archive_logicals('is_corner', n, plane%is_corner)
+         end associate
+      end do
+   end subroutine archive_outlines
 
    !> Keep where lines that the material carries are in a grid, and their tips when cells were cut last; those that are read are the ones in `lines`.
    subroutine archive_lines(c, grid, lines)

@@ -8,10 +8,11 @@ module hampm_continuation
    use hampm_growing, only: new_growing, archive_growing
    use hampm_outer_forces, only: scale_loads
    use hampm_growth_room, only: update_model_path
-   use hampm_measurements, only: new_measurements, archive_measurements
+   use hampm_measurements, only: new_measurements, follow_fronts, archive_measurements
    use hampm_refinement, only: archive_refinement
    use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, rebuild_on_mesh
+   use hampm_plane_cuts, only: fronts_of
    use hampm_problem_checkpoint, only: keep_problem
    use hampm_threads, only: use_threads
    use hampm_version, only: program_name
@@ -77,11 +78,13 @@ contains
          call archive_growing(s%growing, checkpoint)
          call update_model_paths(s)
          call keep_problem(checkpoint, s%cracks, s%problem)
+         if (allocated(s%problem%grid%planes)) call fronts_of(s%problem%grid%planes, s%cracks%fronts)
       end if
       if (.not. (failure%failed() .or. checkpoint%failure%failed())) then
          call use_threads(threads, s%problem%particles%n)
          call rebuild_on_mesh(s, failure)
          call archive_rest(checkpoint, s)
+         call follow_fronts(s%model, s%problem, s%cracks, s%measurements)
       end if
       call checkpoint%finish(failure)
    end subroutine rebuild

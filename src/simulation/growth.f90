@@ -2,11 +2,16 @@
 !> motion along ways for which the cells are cut in advance (`hampm_dynamic_growth`), in implicit steps at the pace that keeps G at
 !> the toughness (`hampm_growth_pace`).
 module hampm_growth
-   use hampm_kinds, only: dp
+   use hampm_kinds, only: dp, long
    use hampm_crack_tip_field, only: modes
    use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t, exit_computation
+   use hampm_dynamic_front_growth, only: law_of_plane, ways_of_fronts, find_speeds, note_state, steps_between_measurements
+   use hampm_moving_front, only: advance_region
+   use hampm_nodal_state, only: internal_force, external_force
+   use hampm_plane_cuts, only: fronts_of, find_unbonded, open_more
+   use hampm_plane_points, only: follow_fronts
    use hampm_fatigue, only: count_cycles, has_fractured
    use hampm_growing, only: growing_t, next_t
    use hampm_growth_room, only: update_model_path
@@ -16,11 +21,11 @@ module hampm_growth
    use hampm_dynamic_growth, only: plan_ways, move_tips, must_check, start_tips, note_check
    use hampm_growth_room, only: is_plane_open, find_loose_tips
    use hampm_growth_pace, only: pace_t, begin_pace, follow_pace
-   use hampm_interface_points, only: have_friction, commit_slip
+   use hampm_interface_points, only: have_friction, commit_slip, is_half
    use hampm_measurements, only: measurements_t, measure_tips, has_measured_tips
    use hampm_mesh_changes, only: cut_anew, change_cut
    use hampm_nucleation, only: find_onset, let_appear, book_onset
-   use hampm_problem, only: stored_energy, update_particles
+   use hampm_problem, only: problem_t, stored_energy, update_particles, refresh_grid
    use hampm_rigid_motions, only: number_of_pieces
    use hampm_state, only: energies_t
    use hampm_simulation, only: simulation_t, measure_state
@@ -66,9 +71,85 @@ contains
          end if
          return
       end if
+      if (allocated(s%growing%planes)) then
+         call move_fronts(s, failure)
+         return
+      end if
       if (must_check(s%growing, s%model, s%problem, s%cracks)) call check_tips(s, failure)
       if (.not. s%growing%is_paced) call plan_growth(s, failure)
    end subroutine prepare_growth
+
+   !> Before a step: let the fronts of cracks in planes go the way of this step, and what they leave behind go.
+   subroutine move_fronts(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      real(dp), allocatable :: ways(:)
+      real(dp) :: released
+      logical :: meets_itself, have_moved
+      integer :: k
+      associate (m => s%problem, time => s%problem%state%time)
+         if (mod(m%state%steps, int(steps_between_measurements, long)) == 0 .and. &
+             any([(law_of_plane(s%model, s%growing%planes, k, time, s%dt) > 0, k=1, size(m%grid%planes))])) then
+            if (.not. all(s%model%growth%law%gives_speed())) then
+               if (.not. has_measured_tips(m, s%measurements)) then
+                  call update_particles(m)
+                  call measure_tips(s%model, m, s%cracks, s%measurements, failure)
+               end if
+               if (failure%failed()) return
+               call find_speeds(s%model, m%materials, s%cracks, s%measurements%fronts, time, m%grid%finest_cell, &
+                                s%growing%planes, s%growing%fronts)
+            end if
+         end if
+         have_moved = .false.
+         do k = 1, size(m%grid%planes)
+            associate (plane => m%grid%planes(k), growing => s%growing%planes(k))
+               if (.not. growing%grows .or. growing%has_stopped) cycle
+               ways = ways_of_fronts(s%model, s%cracks, s%growing%planes, s%growing%fronts, k, time, s%dt)
+               call advance_region(plane%region_t, pack(s%cracks%fronts, s%cracks%fronts%crack == k), ways, plane%lower, &
+                                   plane%upper, plane%spacing, meets_itself)
+               have_moved = have_moved .or. any(ways > 0)
+               call find_unbonded(plane, m%grid%forest)
+               call fronts_of(m%grid%planes, s%cracks%fronts)
+               call note_state(growing, k, s%cracks, ways, m%materials(1), time, s%dt, meets_itself, s%warning)
+            end associate
+         end do
+         if (.not. have_moved) return
+         call follow_fronts(m%interfaces, m%matter_t, released)
+         m%energies%fracture_energy = m%energies%fracture_energy + released
+         if (.not. open_more(m%grid%planes, m%grid%forest)) return
+         call update_particles(m)
+         call change_cut(s, failure)
+         if (.not. failure%failed()) call s%integrator%initialise(m, s%dt, failure)
+         if (.not. failure%failed()) call hold_new_nodes(m)
+      end associate
+   end subroutine move_fronts
+
+   !> Let points at nodes that are open now hold them with the force with which the material on both sides goes on together.
+   subroutine hold_new_nodes(m)
+      type(problem_t), intent(inout) :: m
+      real(dp), allocatable :: force(:, :), loads(:, :)
+      real(dp) :: weight, light
+      integer :: k, side
+      if (.not. any(m%interfaces%list(:m%interfaces%n)%is_new)) return
+      call refresh_grid(m)
+      call internal_force(m, force)
+      call external_force(m, m%state%time, loads)
+      force = force + loads
+      do k = 1, m%interfaces%n
+         associate (point => m%interfaces%list(k), masses => m%fields%mass_matrix%lumped)
+            if (.not. point%is_new) cycle
+            point%is_new = .false.
+            weight = 0
+            do side = 1, count(point%node > 0)
+               light = 1/masses(point%node(side))
+               weight = weight + light
+               point%held = point%held + point%share(side)*light*force(:, point%node(side))
+            end do
+            point%held = point%held/weight
+            if (is_half(point)) point%held = dot_product(point%held, point%normal)*point%normal
+         end associate
+      end do
+   end subroutine hold_new_nodes
 
    !> Plan the ways of tips, and cut cells along them.
    subroutine plan_growth(s, failure)

@@ -220,6 +220,15 @@ contains
       if (.not. s%growing%are_there()) return
       if (s%growing%separated >= 0) call s%results%add_attribute('/history', 'separated', s%growing%separated, failure)
       if (s%growing%fatigue%life >= 0) call s%results%add_attribute('/history', 'life', s%growing%fatigue%life, failure)
+      do k = 1, merge(size(s%model%planes), 0, allocated(s%growing%planes))
+         associate (plane => s%growing%planes(k))
+            column = '/history/front_speed'
+            if (k > 1) column = column//'_crack'//to_text(k)
+            if (plane%onset >= 0) call s%results%add_attribute(column, 'onset_time', plane%onset, failure)
+            if (plane%last_motion >= 0 .and. .not. plane%is_running) &
+               call s%results%add_attribute(column, 'arrest_time', plane%last_motion, failure)
+         end associate
+      end do
       do k = 1, size(s%growing%tips)
          associate (tip => s%growing%tips(k))
             column = '/history/tip_speed'
@@ -247,7 +256,7 @@ contains
          now%reference = s%measurements%g_ref
          if (s%growing%are_there()) then
             now%crack_length = sum([(s%cracks%crack(k)%length(), k=1, size(s%cracks%crack))])
-            if (.not. s%growing%is_static) now%tip_speed = maxval(s%cracks%tips%speed)
+            if (.not. s%growing%is_static) now%tip_speed = maxval([0.0_dp, s%cracks%tips%speed])
          end if
          now%energy_residual = energy_residual(m, s%measurements)
       end associate

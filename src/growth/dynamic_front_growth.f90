@@ -1,0 +1,301 @@
+!> How fronts of cracks in planes grow in motion, of solids only: each node of a front at its own speed.
+!>
+!> By law = toughness the speed v of a place is that at which its G is the toughness there. For a front that is straight and alone (Freund 1972)
+!> G = g(v) G*, where g falls to 0 at the speed c of Rayleigh waves, nearly as 1 - v/c, and G* does not depend on v. From G, which is
+!> measured again and again, G* = G/(1 - v/c) follows, and from that the speed (1 - toughness/G*) c = v + (1 - toughness/G)(c - v), to which v
+!> goes in the time that shear waves take through some cells.
+module hampm_dynamic_front_growth
+   use hampm_archive, only: archive_t
+   use hampm_crack_placement, only: body_at
+   use hampm_crack_groups, only: growth_t
+   use hampm_cracks, only: cracks_t
+   use hampm_front_values, only: front_values_t
+   use hampm_history, only: history_t
+   use hampm_kinds, only: dp, ndim
+   use hampm_material, only: material_t
+   use hampm_model, only: model_t
+   use hampm_moving_tip, only: rayleigh_speed
+   use hampm_plane_cuts, only: plane_cut_t
+   use hampm_text, only: add_line, to_text, three_digits
+   use hampm_toughness, only: advance_t
+   implicit none
+   private
+   public :: growing_front_t, growing_plane_t, new_growing_planes, law_of_plane, ways_of_fronts, find_speeds, note_state, &
+             record_plane, archive_planes, steps_between_measurements
+
+   integer, parameter :: steps_between_measurements = 5
+   real(dp), parameter :: memory = 3             !! time in which speeds follow G, in that of shear waves through a cell
+   real(dp), parameter :: standing = 1e-6_dp     !! part of the speed of Rayleigh waves below which a front is at rest
+
+   !> A front, as it was measured last.
+   type :: growing_front_t
+      real(dp), allocatable :: speed(:)          !! of its hats [m/s]
+      real(dp), allocatable :: at(:, :)          !! their places then [m], (ndim, hats)
+   end type growing_front_t
+
+   !> A crack in a plane.
+   type :: growing_plane_t
+      logical :: grows = .false.                 !! whether there is a &growth for it
+      logical :: has_stopped = .false.           !! whether it has stopped, for good
+      logical :: is_running = .false.            !! whether some of its front has moved in the last step
+      integer :: fronts = 0                      !! how many it had then
+      integer :: open_ends = 0                   !! of which had ends on sides
+      real(dp) :: onset = -1                     !! when it began to move; below 0: it has not [s]
+      real(dp) :: last_motion = -1               !! when it moved last [s]
+      real(dp) :: measured = -1                  !! when speeds were found last; below 0: never [s]
+      real(dp) :: mean = 0, largest = 0          !! of the speed of its fronts in the last step [m/s]
+   end type growing_plane_t
+
+contains
+
+   !> What is to grow in a model, in motion.
+   subroutine new_growing_planes(model, cracks, planes, fronts)
+      type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks
+      type(growing_plane_t), allocatable, intent(out) :: planes(:)
+      type(growing_front_t), allocatable, intent(out) :: fronts(:)
+      integer :: k
+      allocate (planes(size(model%planes)), fronts(0))
+      do k = 1, size(planes)
+         planes(k)%grows = any(model%growth%path == k)
+         planes(k)%fronts = count(cracks%fronts%crack == k)
+         planes(k)%open_ends = count(cracks%fronts%crack == k .and. .not. cracks%fronts%is_closed)
+      end do
+   end subroutine new_growing_planes
+
+   !> Number of the &growth that applies to a crack at a time, the last one in a step from there on; 0 for none.
+   pure integer function law_of_plane(model, planes, number, time, step) result(law)
+      type(model_t), intent(in) :: model
+      type(growing_plane_t), intent(in) :: planes(:)
+      integer, intent(in) :: number              !! of the crack
+      real(dp), intent(in) :: time, step         !! [s]
+      integer :: k
+      law = 0
+      if (planes(number)%has_stopped) return
+      do k = 1, size(model%growth)
+         associate (growth => model%growth(k))
+            if (growth%path == number .and. time + step*(1 - 1e-9_dp) >= growth%start .and. time < growth%end) law = k
+         end associate
+      end do
+   end function law_of_plane
+
+   !> Ways of the nodes of all fronts of a crack in a step [m].
+   function ways_of_fronts(model, cracks, planes, fronts, number, time, step) result(ways)
+      type(model_t), intent(in) :: model
+      type(cracks_t), intent(in) :: cracks
+      type(growing_plane_t), intent(in) :: planes(:)
+      type(growing_front_t), intent(in) :: fronts(:)
+      integer, intent(in) :: number              !! of the crack
+      real(dp), intent(in) :: time, step         !! [s]
+      real(dp), allocatable :: ways(:)
+      integer :: law, f, k
+      real(dp) :: given
+      given = 0
+      if (.not. planes(number)%has_stopped) then
+         do k = 1, size(model%growth)
+            associate (growth => model%growth(k))
+               if (growth%path /= number .or. .not. growth%law%gives_speed()) cycle
+               associate (from => max(time, growth%start), to => min(time + step, growth%end))
+                  given = given + growth%speed_at((from + to)/2)*max(0.0_dp, to - from)
+               end associate
+            end associate
+         end do
+      end if
+      law = law_of_plane(model, planes, number, time, step)
+      allocate (ways(0))
+      do f = 1, size(cracks%fronts)
+         associate (front => cracks%fronts(f))
+            if (front%crack /= number) cycle
+            if (law > 0 .and. f <= size(fronts)) then
+               if (.not. model%growth(law)%law%gives_speed()) then
+                  ways = [ways, (step*at_part(fronts(f)%speed, front%is_closed, front%arc(k)/front%length), k=1, front%n())]
+                  cycle
+               end if
+            end if
+            ways = [ways, spread(given, 1, front%n())]
+         end associate
+      end do
+   end function ways_of_fronts
+
+   !> A value of hats that are even along a front, between them by lines.
+   pure real(dp) function at_part(values, is_closed, part)
+      real(dp), intent(in) :: values(:)
+      logical, intent(in) :: is_closed
+      real(dp), intent(in) :: part               !! of the way along the front [-]
+      real(dp) :: along
+      integer :: k, n
+      n = size(values) - merge(0, 1, is_closed)
+      along = part*n
+      k = min(int(along), n - 1)
+      at_part = values(k + 1) + (along - k)*(values(modulo(k + 1, size(values)) + 1) - values(k + 1))
+   end function at_part
+
+   !> Find the speeds of fronts from what has been measured along them.
+   subroutine find_speeds(model, materials, cracks, values, time, cell, planes, fronts)
+      type(model_t), intent(in) :: model
+      type(material_t), intent(in) :: materials(:)
+      type(cracks_t), intent(in) :: cracks
+      type(front_values_t), intent(in) :: values(:)
+      real(dp), intent(in) :: time               !! [s]
+      real(dp), intent(in) :: cell               !! the finest [m]
+      type(growing_plane_t), intent(inout) :: planes(:)
+      type(growing_front_t), allocatable, intent(inout) :: fronts(:)
+      type(growing_front_t), allocatable :: new(:)
+      real(dp), parameter :: least = 1e-3_dp     ! of the toughness, below which G is as good as none
+      real(dp) :: v, fastest, part, taken
+      integer :: f, j, law
+      allocate (new(size(cracks%fronts)))
+      do f = 1, size(new)
+         associate (measured => values(f), plane => planes(cracks%fronts(f)%crack), &
+                    material => materials(values(f)%domain%material))
+            allocate (new(f)%speed(size(measured%arc)), source=0.0_dp)
+            new(f)%at = measured%at
+            law = law_of_plane(model, planes, cracks%fronts(f)%crack, time, 0.0_dp)
+            if (law == 0) cycle
+            if (model%growth(law)%law%gives_speed()) cycle
+            fastest = rayleigh_speed(material)
+            part = 1
+            if (plane%measured >= 0) part = 1 - exp(-(time - plane%measured)*material%shear_wave_speed()/(memory*cell))
+            if (plane%measured < 0) part = 0
+            do j = 1, size(new(f)%speed)
+               v = 0
+               if (size(fronts) == size(new)) then
+                  v = fronts(f)%speed(j)
+               else if (size(fronts) > 0) then
+                  v = speed_nearest_to(measured%at(:, j))
+               end if
+               associate (of => model%growth(law))
+                  taken = toughness_at(of, v)
+                  v = v + part*(fastest - v)*(1 - taken/max(measured%g(j), least*taken))
+                  new(f)%speed(j) = min(max(v, 0.0_dp), fastest*(1 - epsilon(v)))
+               end associate
+            end do
+         end associate
+      end do
+      call move_alloc(new, fronts)
+      planes%measured = time
+
+   contains
+
+      !> The toughness of the hat at a speed [J/m2].
+      real(dp) function toughness_at(of, speed)
+         type(growth_t), intent(in) :: of
+         real(dp), intent(in) :: speed           !! [m/s]
+         type(advance_t) :: advance
+         integer :: body
+         advance%speed = speed
+         if (any(model%bodies%toughness > 0)) then
+            body = body_at(model, values(f)%at(:, j))
+            if (body > 0) advance%of_body = model%bodies(body)%toughness
+         end if
+         toughness_at = of%toughness_at(advance)
+      end function toughness_at
+
+      !> The speed at the place that is nearest, as there were other fronts.
+      real(dp) function speed_nearest_to(x)
+         real(dp), intent(in) :: x(ndim)         !! [m]
+         real(dp) :: least
+         integer :: i
+         speed_nearest_to = 0
+         least = huge(least)
+         do i = 1, size(fronts)
+            associate (distance => norm2(fronts(i)%at - spread(x, 2, size(fronts(i)%speed)), dim=1))
+               if (minval(distance) < least) speed_nearest_to = fronts(i)%speed(minloc(distance, dim=1))
+               least = min(least, minval(distance))
+            end associate
+         end do
+      end function speed_nearest_to
+   end subroutine find_speeds
+
+   !> Note how fronts of a crack have moved in a step, and what there is to tell of it.
+   subroutine note_state(plane, number, cracks, ways, material, time, step, meets_itself, message)
+      type(growing_plane_t), intent(inout) :: plane
+      integer, intent(in) :: number              !! of the crack
+      type(cracks_t), intent(in) :: cracks       !! after the step
+      real(dp), intent(in) :: ways(:)            !! of the nodes that the fronts had before [m]
+      type(material_t), intent(in) :: material
+      real(dp), intent(in) :: time, step         !! at its start [s]
+      logical, intent(in) :: meets_itself
+      character(:), allocatable, intent(inout) :: message
+      integer :: fronts, open_ends, k
+      plane%mean = sum(ways)/(max(1, size(ways))*step)
+      plane%largest = 0
+      if (size(ways) > 0) plane%largest = maxval(ways)/step
+      plane%is_running = plane%largest > standing*rayleigh_speed(material) .and. .not. meets_itself
+      if (plane%is_running) then
+         if (plane%onset < 0) plane%onset = time
+         plane%last_motion = time + step
+      end if
+      fronts = count([(cracks%fronts(k)%crack == number .and. cracks%fronts(k)%n() > 0, k=1, size(cracks%fronts))])
+      open_ends = count([(cracks%fronts(k)%crack == number .and. cracks%fronts(k)%n() > 0 .and. .not. cracks%fronts(k)%is_closed, &
+                          k=1, size(cracks%fronts))])
+      if (meets_itself) then
+         call tell('no longer grows: its front has met itself around a part that is not cracked')
+      else if (fronts == 0 .and. plane%fronts > 0) then
+         call tell('has run through')
+      else if (fronts /= plane%fronts .or. open_ends /= plane%open_ends) then
+         call tell('has met a side of the material, or its fronts have met')
+      end if
+      if (meets_itself .or. fronts == 0) plane%has_stopped = .true.
+      plane%fronts = fronts
+      plane%open_ends = open_ends
+
+   contains
+
+      !> Tell something of the crack, once.
+      subroutine tell(what)
+         character(*), intent(in) :: what
+         if (.not. allocated(message)) message = ''
+         associate (text => 'crack '//to_text(number)//' '//what)
+            if (index(message, text) == 0) call add_line(message, text//' at t = '//three_digits(time)//' s')
+         end associate
+      end subroutine tell
+   end subroutine note_state
+
+   !> Record how a crack stands.
+   subroutine record_plane(plane, cut, history)
+      type(growing_plane_t), intent(in) :: plane
+      type(plane_cut_t), intent(in) :: cut
+      type(history_t), intent(inout) :: history
+      real(dp) :: rest, middle(2)
+      associate (low => cut%in_plane(cut%lower), high => cut%in_plane(cut%upper))
+         call cut%uncracked(low, high, rest, middle)
+         call history%record('crack_area', 'm2', 'area of the crack, in the box around the material', product(high - low) - rest)
+      end associate
+      call history%record('front_speed', 'm/s', 'speed at which its fronts grow, mean', plane%mean)
+      call history%record('front_speed_largest', 'm/s', 'the largest along them', plane%largest)
+   end subroutine record_plane
+
+   !> Keep how they have grown.
+   subroutine archive_planes(planes, fronts, archive)
+      type(growing_plane_t), intent(inout) :: planes(:)
+      type(growing_front_t), allocatable, intent(inout) :: fronts(:)
+      class(archive_t), intent(inout) :: archive
+      integer :: n, m, f
+      n = size(planes)
+      call archive%archive_logicals('plane_has_stopped', n, planes%has_stopped)
+      call archive%archive_logicals('plane_is_running', n, planes%is_running)
+      call archive%archive_integers('plane_fronts', n, planes%fronts)
+      call archive%archive_integers('plane_open_ends', n, planes%open_ends)
+      call archive%archive_reals('plane_onset', n, planes%onset)
+      call archive%archive_reals('plane_last_motion', n, planes%last_motion)
+      call archive%archive_reals('plane_measured', n, planes%measured)
+      call archive%archive_reals('plane_mean', n, planes%mean)
+      call archive%archive_reals('plane_largest', n, planes%largest)
+      n = size(fronts)
+      call archive%serialise('front_speeds', n)
+      if (archive%failure%failed()) return
+      if (archive%is_read) then
+         deallocate (fronts)
+         allocate (fronts(n))
+      end if
+      do f = 1, n
+         m = 0
+         if (.not. archive%is_read) m = size(fronts(f)%speed)
+         call archive%serialise('hats_'//to_text(f), m)
+         if (archive%is_read) allocate (fronts(f)%speed(m), fronts(f)%at(ndim, m))
+         call archive%archive_reals('speed_'//to_text(f), m, fronts(f)%speed)
+         call archive%archive_reals('at_'//to_text(f), ndim*m, fronts(f)%at)
+      end do
+   end subroutine archive_planes
+end module hampm_dynamic_front_growth
