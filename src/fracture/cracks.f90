@@ -12,11 +12,12 @@ module hampm_cracks
    use hampm_front, only: front_t
    use hampm_failure, only: failure_t, exit_input
    use hampm_grid, only: grid_t
+   use hampm_plane_cuts, only: plane_cut_t
    use hampm_tensors, only: in_plane
    use hampm_text, only: to_text
    implicit none
    private
-   public :: crack_t, cracks_t, first_point, last_point, archive_cracks
+   public :: crack_t, cracks_t, first_point, last_point, archive_cracks, open_planes
 
    integer, parameter :: first_point = 1, last_point = 2 !! the ends
 
@@ -445,6 +446,17 @@ contains
          call archive_surroundings(cracks%tips(k), archive)
       end do
    end subroutine archive_cracks
+
+   !> Let the planes of a grid be cracked as the fronts have it.
+   pure subroutine open_planes(cracks, planes)
+      type(cracks_t), intent(in) :: cracks
+      type(plane_cut_t), allocatable, intent(inout) :: planes(:)
+      integer :: k
+      if (.not. allocated(planes)) return
+      do k = 1, size(cracks%fronts)
+         planes(cracks%fronts(k)%crack)%region_t = cracks%fronts(k)%region_t
+      end do
+   end subroutine open_planes
 
    !> Keep where a crack is.
    subroutine archive_crack(crack, archive)

@@ -241,7 +241,13 @@ contains
          values%closure(mode, :) = matmul(values%mean_of, rate(mode, :, 1))
          twice(mode, :) = matmul(values%mean_of, rate(mode, :, 2))
       end do
-      if (.not. values%by_domain) values%g = sum(values%closure, dim=1)
+      if (.not. values%by_domain) then
+         values%g = sum(values%closure, dim=1)
+         associate (modulus => problem%materials(values%domain%material)%plane_modulus(), sheared => values%closure(2:, :))
+            values%of_g(1, :) = sqrt(modulus*max(values%closure(1, :), 0.0_dp))
+            values%of_g(2, :) = sqrt(modulus*max(sum(sheared, dim=1), 0.0_dp))
+         end associate
+      end if
       off = abs(sum(values%closure, dim=1) - values%g)
       associate (part => parts_of(values), place => off_by_place(problem, values))
          do mode = 1, front_modes

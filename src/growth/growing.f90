@@ -11,6 +11,7 @@ module hampm_growing
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: fatigue_t, new_fatigue, record_cycle, archive_fatigue
    use hampm_dynamic_front_growth, only: growing_front_t, growing_plane_t, new_growing_planes, archive_planes
+   use hampm_front_values, only: front_values_t
    use hampm_history, only: history_t
    use hampm_kinks, only: kink_t, best_kink, kink_angle
    use hampm_load_work, only: load_state_t, archive_load_state
@@ -35,6 +36,8 @@ module hampm_growing
       real(dp) :: extension = 0                  !! by which it has in those before [m]
       real(dp) :: kink = 0                       !! angle of its last kink, to the left [rad]
       real(dp) :: slope = 0                      !! change of atan(K_II/K_I) with the angle of that, of a short kink
+      real(dp) :: place(ndim) = 0                !! of a point of a front: where it has come to in the last load step [m]
+      real(dp) :: width = 0                      !! of the same: part of the front that goes with it, when it was looked at last [m]
       ! In motion, of tips of law = toughness that keep pace with G
       real(dp) :: way = 0                        !! in a step, which is tried [m]
       real(dp) :: excess = 0                     !! G over the toughness, less 1, after the last step [-]
@@ -252,19 +255,27 @@ contains
    end function given_way
 
    !> What is to grow in a model.
-   subroutine new_growing(model, cracks, growing)
+   subroutine new_growing(model, cracks, fronts, growing)
       type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
+      type(front_values_t), intent(in) :: fronts(:)
       type(growing_t), intent(out) :: growing
-      integer :: k, i
+      integer :: k, i, n
       growing%have_onsets = size(model%nucleations) > 0
       if (size(model%growth) == 0 .and. .not. growing%have_onsets) return
       growing%is_static = any(model%growth%law%is_static) .or. growing%have_onsets
       growing%is_paced = model%method%time == 'implicit' .and. size(model%planes) == 0
       if (size(model%planes) > 0 .and. .not. growing%is_static) &
          call new_growing_planes(model, cracks, growing%planes, growing%fronts)
-      allocate (growing%tips(size(cracks%tips)))
-      do k = 1, size(growing%tips)
+      n = size(cracks%tips)
+      allocate (growing%tips(n + merge(sum([(size(fronts(k)%arc), k=1, size(fronts))]), 0, growing%is_static)))
+      do k = 1, merge(size(fronts), 0, growing%is_static)
+         i = size(fronts(k)%arc)
+         growing%tips(n + 1:n + i)%law = findloc(model%growth%path, fronts(k)%domain%front%crack, dim=1)
+         n = n + i
+      end do
+      growing%tips%grows = growing%tips%law > 0
+      do k = 1, size(cracks%tips)
          growing%tips(k)%grows = any(model%growth%path == cracks%tips(k)%crack .and. &
                                      [(model%growth(i)%of_end(cracks%tips(k)%end), i=1, size(model%growth))])
          growing%tips(k)%usual_radii = cracks%tips(k)%radii
@@ -272,8 +283,11 @@ contains
          growing%tips(k)%has_stopped = growing%tips(k)%has_ended
       end do
       growing%is_cyclic = any(model%growth%law%is_cyclic())
-      if (growing%is_cyclic) call new_fatigue(model%cycles, [(merge(findloc(model%growth%path, cracks%tips(k)%crack, dim=1), 0, &
-                                                                 growing%tips(k)%grows), k=1, size(growing%tips))], growing%fatigue)
+      if (.not. growing%is_cyclic) return
+      do k = 1, size(cracks%tips)
+         if (growing%tips(k)%grows) growing%tips(k)%law = findloc(model%growth%path, cracks%tips(k)%crack, dim=1)
+      end do
+      call new_fatigue(model%cycles, growing%tips%law, growing%fatigue)
    end subroutine new_growing
 
    !> Direction from a place to the next point of a given path that is not there already; behind the last one straight on.
@@ -512,6 +526,7 @@ contains
       call archive%archive_reals('rate', n, growing%tips%rate)
       call archive%archive_reals('kink', n, growing%tips%kink)
       call archive%archive_reals('extension', n, growing%tips%extension)
+      call archive%archive_reals('width', n, growing%tips%width)
       call archive%archive_reals('shear', n, growing%tips%shear)
       call archive%archive_reals('speed', n, growing%tips%speed)
       call archive%archive_reals('memory', n, growing%tips%memory)

@@ -170,7 +170,7 @@ contains
          if (growing%tips(k)%grows .and. growing%tips(k)%advance > 0 .and. .not. cracks%tips(k)%has_ended) &
             does_turn(k) = model%growth(law_of(model, cracks%tips(k)))%direction == 'local_symmetry'
       end do
-      call begin_turns(turns, pack([(k, k=1, size(does_turn))], does_turn), pack(growing%tips%slope, does_turn))
+      call begin_turns(turns, pack([(k, k=1, size(does_turn))], does_turn), pack(growing%tips(:size(does_turn))%slope, does_turn))
    end subroutine begin_to_turn
 
    !> How much K_II tips have: atan2(K_II, K_I) [rad].

@@ -155,8 +155,7 @@ contains
          call check_table(settings, entry, 'extensions', 'extension_factors', huge(1.0_dp))
          call check_table(settings, entry, 'speeds', 'speed_factors', huge(1.0_dp))
          call check_table(settings, entry, 'angles', 'angle_factors', 180.0_dp)
-         if (.not. has_bodies) return
-         if (size(model%planes) > 0) return      ! which have fronts, or it is told already
+         if (.not. has_bodies .or. ndim > 2) return
          if (size(model%paths(growth%path)%points, 2) < 2) return ! told already
          if (.not. any(path_tips(model, growth%path))) &
             call settings%complain(entry, 'crack', 'this crack has no tip inside the material')

@@ -254,7 +254,8 @@ contains
          end associate
       end do
       do i = 1, size(model%growth)
-         model%growth(i)%path = max(path_of(model, model%growth(i)%crack), plane_of(model, model%growth(i)%crack))
+         if (ndim == 2) model%growth(i)%path = path_of(model, model%growth(i)%crack)
+         if (ndim > 2) model%growth(i)%path = plane_of(model, model%growth(i)%crack)
       end do
       do i = 1, size(model%nucleations)
          model%nucleations(i)%path = path_of(model, model%nucleations(i)%crack)

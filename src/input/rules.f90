@@ -45,7 +45,7 @@ module hampm_rules
    character(*), parameter :: of_matter(*) = [character(19) :: 'material', 'velocity', 'spin', 'eigenstrain', 'contact_group', &
                                               'toughness', 'profile_at', 'profile_direction', of_profile]
    character(*), parameter :: of_toughness(*) = [character(17) :: 'extensions', 'speeds', 'angles', 'mixed_mode']
-   character(*), parameter :: of_lines(*) = [character(10) :: 'extensions', 'angles', 'max_length']
+   character(*), parameter :: of_tips(*) = [character(10) :: 'extensions', 'angles']
    character(*), parameter :: of_planes(*) = [character(22) :: 'normal', "front /= 'straight'", 'center', 'radii']
    character(*), parameter :: but_domains = "'series_fit' | 'material_force' | 'stress_closure'"
    character(*), parameter :: of_looks(*) = ['start   ', 'interval']
@@ -101,14 +101,14 @@ module hampm_rules
       rule_t("&crack and &method frame = 'updated'", not_with, "a solid", not_built, &
              "planes of cracks stay where they are in the grid", use="&method frame = 'total'"), &
       rule_t("&cohesive", not_with, "a solid", not_built, "cohesion is along lines"), &
-      rule_t("&growth law = {growth laws at rest}", not_with, "a solid", not_built, "fronts grow in motion", &
-             use="&growth law = 'prescribed'"), &
       rule_t("&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy' | 'path'", not_with, "a solid", mechanics, &
              "cracks stay in their planes", use="&growth direction = 'straight'"), &
-      rule_t("&growth mixed_mode = 'hutchinson_suo' | 'benzeggagh_kenane'", not_with, "a solid", not_built, &
-             use="&growth mixed_mode = 'none'"), &
-      (rule_t("&growth "//trim(of_lines(k)), not_with, "a solid", not_built, "it is of tips of lines"), k=1, size(of_lines)), &
-      rule_t("&growth tips = 'largest' | 'last' | 'first'", not_with, "a solid", mechanics, "fronts have no tips", &
+      rule_t("&growth law = {growth laws in motion} and &growth mixed_mode = 'hutchinson_suo' | 'benzeggagh_kenane'", not_with, &
+             "a solid", not_built, "of fronts in motion it is not", use="&growth mixed_mode = 'none'"), &
+      (rule_t("&growth law = {growth laws in motion} and &growth "//trim(of_tips(k)), not_with, "a solid", not_built, &
+              "of fronts in motion it is not"), k=1, size(of_tips)), &
+      rule_t("&growth max_length", not_with, "a solid", mechanics, "a crack in a plane has an area"), &
+      rule_t("&growth tips = 'largest' | 'last' | 'first'", not_with, "a solid", mechanics, "a front has no tips", &
              use="&growth tips = 'all'"), &
       rule_t("&energy_release estimators = "//but_domains, not_with, "a solid", not_built, use="'domain_integral' or 'vcct'"), &
       rule_t("&energy_release t_stress = .true.", not_with, "a solid", not_built, "along fronts G and K are found"), &

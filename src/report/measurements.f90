@@ -18,6 +18,7 @@ module hampm_measurements
    use hampm_energy, only: linear_momentum, angular_momentum, n_turns, dissipation, largest_displacement
    use hampm_failure, only: failure_t
    use hampm_grid, only: grid_t
+   use hampm_static_front_growth, only: record_points
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
    use hampm_dynamic_front_growth, only: record_plane
    use hampm_front_values, only: front_values_t, renew_front_values, archive_front_values, measure_front, record_front, mean_rate
@@ -368,6 +369,7 @@ contains
          do k = 1, m%recorded_fronts
             if (k > 1) history%of_tip = '_front'//to_text(k)
             call record_front(m%fronts(k), history)
+            if (growing%are_there() .and. growing%is_static) call record_points(growing, model, m%fronts, k, history)
          end do
          do k = 1, merge(size(model%planes), 0, allocated(growing%planes))
             history%of_tip = ''

@@ -73,7 +73,7 @@ contains
       if (.not. failure%failed()) then
          call attach_cracks(s%carried, s%problem, any(model%energy_release%chosen%needs_nodes))
          call new_measurements(model, s%problem, s%cracks, s%measurements) ! of the start, as G_ref is
-         call new_growing(model, s%cracks, s%growing)
+         call new_growing(model, s%cracks, s%measurements%fronts, s%growing)
          call archive_cracks(s%cracks, checkpoint)
          call archive_growing(s%growing, checkpoint)
          call update_model_paths(s)

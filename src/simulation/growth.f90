@@ -11,8 +11,9 @@ module hampm_growth
    use hampm_moving_front, only: advance_region
    use hampm_nodal_state, only: internal_force, external_force
    use hampm_plane_cuts, only: fronts_of, find_unbonded, open_more
-   use hampm_plane_points, only: follow_fronts
+   use hampm_plane_points, only: shrink_bonded => follow_fronts
    use hampm_fatigue, only: count_cycles, has_fractured
+   use hampm_static_front_growth, only: ratios_of_points, advance_points, at_points, settle_points, book_points, take_points
    use hampm_growing, only: growing_t, next_t
    use hampm_growth_room, only: update_model_path
    use hampm_load_search, only: load_search_t, nothing
@@ -114,7 +115,7 @@ contains
             end associate
          end do
          if (.not. have_moved) return
-         call follow_fronts(m%interfaces, m%matter_t, released)
+         call shrink_bonded(m%interfaces, m%matter_t, released)
          m%energies%fracture_energy = m%energies%fracture_energy + released
          if (.not. open_more(m%grid%planes, m%grid%forest)) return
          call update_particles(m)
@@ -279,7 +280,11 @@ contains
       allocate (attempts(size(values)), source=0)
       have_cut = .false.
       do
-         call advance_tips(s%growing, s%model, s%cracks, values, attempts, have_moved, s%warning)
+         if (has_fronts(s)) then
+            call advance_points(s%growing, s%model, s%measurements%fronts, s%cracks, have_moved, s%warning)
+         else
+            call advance_tips(s%growing, s%model, s%cracks, values, attempts, have_moved, s%warning)
+         end if
          if (have_moved .or. have_cut) call cut_at_rest(s, failure)
          if (.not. have_moved .or. failure%failed() .or. s%is_over) return
          have_cut = .true.
@@ -309,7 +314,7 @@ contains
       type(failure_t), intent(inout) :: failure
       real(dp) :: factor
       if (failure%failed() .or. .not. s%growing%have_onsets) return
-      call find_onset(s, any(ratios_of(s%growing, s%model, s%cracks, s%measurements%crack) > nothing), factor, failure)
+      call find_onset(s, any(ratios(s) > nothing), factor, failure)
       if (.not. failure%failed()) call rescale(s, factor, failure)
    end subroutine load_to_onset
 
@@ -344,7 +349,11 @@ contains
       now = s%growing%fatigue%at
       call look_at_cycles(s, now, failure)
       if (failure%failed()) return
-      call count_cycles(s%growing%fatigue, s%model, ways, now, have_arrested)
+      if (has_fronts(s)) then
+         call follow_points()
+      else
+         call count_cycles(s%growing%fatigue, s%model, ways, now, have_arrested)
+      end if
       s%is_over = have_arrested .or. s%growing%fatigue%life >= 0
       if (s%growing%fatigue%life >= 0) then
          call tell_fracture(s)
@@ -352,6 +361,21 @@ contains
          call add_line(s%warning, 'the run ends before end_time, as tips arrest within the next increment: their range of K '// &
                        'falls to the threshold')
       end if
+
+   contains
+
+      !> The same of points of fronts: cycles are counted where they have come to, from where they stand evenly again.
+      subroutine follow_points()
+         real(dp) :: there(size(now, 1), size(now, 2), size(now, 3))
+         integer :: l
+         do l = 1, size(now, 2)
+            there(:, l, :) = at_points(s%growing, s%measurements%fronts, now(:, l, :))
+         end do
+         call count_cycles(s%growing%fatigue, s%model, ways, there, have_arrested)
+         s%growing%fatigue%at = now
+         call settle_points(s%growing, s%measurements%fronts, s%growing%fatigue%owed)
+         call settle_points(s%growing, s%measurements%fronts, s%growing%fatigue%zone)
+      end subroutine follow_points
    end subroutine follow_cycles
 
    !> Tell after how many cycles a crack breaks through.
@@ -401,6 +425,7 @@ contains
          real(dp), intent(in) :: factor          !! [-]
          type(next_t) :: next
          integer :: k
+         if (has_fronts(s)) call take_points(s%growing, s%model, s%measurements%fronts, factor, now(:, l, :))
          do k = 1, size(s%cracks%tips)
             associate (tip => s%cracks%tips(k), values => s%measurements%crack(k), law => s%growing%fatigue%law(k))
                if (.not. tip%is_measured()) cycle
@@ -440,9 +465,10 @@ contains
       character(:), allocatable :: how
       integer :: pieces
       s%growing%has_new_end = .false.
-      if (s%growing%separated >= 0 .or. .not. any(s%cracks%tips%has_ended)) return
+      if (s%growing%separated >= 0 .or. .not. (any(s%cracks%tips%has_ended) .or. any(s%growing%tips%has_ended))) return
       pieces = number_of_pieces(s%problem)
-      if (is_plane_open(s%model, s%cracks)) then
+      if (is_plane_open(s%model, s%cracks) .or. any(s%measurements%fronts%has_ended .and. &
+                                                      s%measurements%fronts%domain%front%is_symmetry)) then
          how = 'nothing joins the half body to its mirror image'
       else if (pieces > s%growing%pieces) then
          how = 'all material is in '//to_text(pieces)//' pieces, in '//to_text(s%growing%pieces)//' at the start'
@@ -505,8 +531,30 @@ contains
       call commit_slip(s%problem%interfaces)
       call book_work(s%growing, s%problem, failure)
       if (s%model%control%is_there()) call look_at_frame(s%growing, s%problem, s%model%control%stiffness, failure)
-      call book_fracture(s%growing, s%model, s%cracks, s%measurements%crack, s%problem)
+      if (has_fronts(s)) then
+         call book_points(s%growing, s%measurements%fronts, s%problem)
+         call settle_points(s%growing, s%measurements%fronts, s%growing%tips%extension)
+      else
+         call book_fracture(s%growing, s%model, s%cracks, s%measurements%crack, s%problem)
+      end if
    end subroutine book_step
+
+   !> Whether what grows are fronts, of solids.
+   pure logical function has_fronts(s)
+      type(simulation_t), intent(in) :: s
+      has_fronts = size(s%measurements%fronts) > 0
+   end function has_fronts
+
+   !> G over the toughness of each tip, or point of a front, that still grows.
+   pure function ratios(s)
+      type(simulation_t), intent(in) :: s
+      real(dp), allocatable :: ratios(:)
+      if (has_fronts(s)) then
+         ratios = ratios_of_points(s%growing, s%model, s%measurements%fronts)
+      else
+         ratios = ratios_of(s%growing, s%model, s%cracks, s%measurements%crack)
+      end if
+   end function ratios
 
    !> When all is measured: scale the loads until the largest G is the toughness.
    subroutine load_to_toughness(s, failure)
@@ -518,15 +566,15 @@ contains
       integer :: attempt
       logical :: is_found
       if (failure%failed()) return
-      if (s%growing%have_onsets .and. size(ratios_of(s%growing, s%model, s%cracks, s%measurements%crack)) == 0) return
+      if (s%growing%have_onsets .and. size(ratios(s)) == 0) return
       search%is_proportional = .not. has_held_drive(s%problem)
       do attempt = 1, most
-         call search%note(s%growing%load_factor, ratios_of(s%growing, s%model, s%cracks, s%measurements%crack))
+         call search%note(s%growing%load_factor, ratios(s))
          call search%choose(factor, is_found)
          if (.not. has_scaled_drive(s%problem)) then
             is_found = attempt > 1
             factor = s%growing%load_factor
-            if (any(ratios_of(s%growing, s%model, s%cracks, s%measurements%crack) > 1)) exit
+            if (any(ratios(s) > 1)) exit
          end if
          if (is_found) return
          call rescale(s, factor, failure)
@@ -633,7 +681,7 @@ contains
    !> Whether G of a tip that grows is above its toughness.
    logical function exceeds_toughness(s)
       type(simulation_t), intent(in) :: s
-      exceeds_toughness = any(ratios_of(s%growing, s%model, s%cracks, s%measurements%crack) > 1 + 2*near)
+      exceeds_toughness = any(ratios(s) > 1 + 2*near)
    end function exceeds_toughness
 
    !> The quantity that is controlled, after a look at the load frame.

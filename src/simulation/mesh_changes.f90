@@ -2,8 +2,10 @@
 module hampm_mesh_changes
    use hampm_kinds, only: long
    use hampm_crack_carrying, only: follow_cracks, place_cracks
+   use hampm_cracks, only: open_planes
    use hampm_failure, only: failure_t
    use hampm_matching, only: adopt_lines
+   use hampm_measurements, only: follow_fronts
    use hampm_problem, only: update_particles
    use hampm_refinement, only: refine, follow_particles
    use hampm_simulation, only: simulation_t, rebuild_on_mesh, limit_time_step
@@ -83,6 +85,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(line_t), allocatable :: lines(:)
       logical :: adapted
+      call open_planes(s%cracks, s%problem%grid%planes)
       allocate (lines, source=present_lines(s))
       adapted = s%refinement%by%is_of_places
       if (adapted) call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure, lines)
@@ -91,5 +94,6 @@ contains
          call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure)
       end do
       if (.not. failure%failed()) call rebuild_on_mesh(s, failure)
+      if (.not. failure%failed()) call follow_fronts(s%model, s%problem, s%cracks, s%measurements)
    end subroutine change_cut
 end module hampm_mesh_changes

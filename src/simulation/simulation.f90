@@ -85,7 +85,7 @@ contains
       call rebuild_on_mesh(s, failure)
       if (failure%failed()) return
       call new_measurements(model, s%problem, s%cracks, s%measurements)
-      call new_growing(model, s%cracks, s%growing)
+      call new_growing(model, s%cracks, s%measurements%fronts, s%growing)
       associate (measurements => s%measurements)
          select type (integrator => s%integrator)
          type is (equilibrium_t)                 ! finds rest by the same matrix

@@ -1,0 +1,516 @@
+!> Growth of the fronts of plane cracks at rest, of solids only: the way of each point of a front in a load step. A point is the middle of a hat of
+!> `hampm_front_values`; there are as many all the time, and after each load step they stand evenly along the front again.
+!>
+!> By toughness the ways are those after which, by the first order, G is the toughness all along what moves, and below it elsewhere. With G as
+!> it is, in parts r of the toughness, and the operator A of a straight front, whose G falls as dG/G = -|k| da with a way da = cos(k s)
+!> (Rice, J. Appl. Mech. 52 (1985) 571), they are the least w >= 0 with
+!>
+!>    r (1 - A w) <= t,        w = 0 where that is less,
+!>
+!> and t such that the largest is an increment. Loads are scaled anew behind it. What A is not of the body shows in r, and is made up for in the next
+!> load step: only how fast depends on A. In load cycles ways are in proportion of the rates, those that A expects on the way: shorter waves of a front
+!> than increments then do not grow.
+module hampm_static_front_growth
+   use hampm_kinds, only: dp, ndim
+   use hampm_crack_placement, only: body_at, finest_cell, find_extents
+   use hampm_cracks, only: cracks_t
+   use hampm_fatigue, only: fatigue_t, ways_of
+   use hampm_front, only: front_t, region_t, find_fronts, room_of
+   use hampm_front_values, only: front_values_t, part_along, parts_of
+   use hampm_growing, only: growing_t, next_t
+   use hampm_lapack, only: dposv
+   use hampm_law, only: value_of
+   use hampm_load_search, only: nothing
+   use hampm_model, only: model_t
+   use hampm_moving_front, only: advance_region
+   use hampm_history, only: history_t
+   use hampm_problem, only: problem_t
+   use hampm_text, only: add_line, to_text
+   use hampm_toughness, only: advance_t
+   implicit none
+   private
+   public :: record_points
+   public :: ratios_of_points, advance_points, at_points, settle_points, book_points, take_points
+
+   real(dp), parameter :: pi = acos(-1.0_dp)
+   real(dp), parameter :: floor_of_fall = 0.1_dp !! fall of G over G with the way of a whole front over its length, which no mode of A has [-]
+
+   !> A of a front.
+   type :: fall_t
+      real(dp), allocatable :: of(:, :)          !! [1/m], (points, points)
+      real(dp), allocatable :: part(:)           !! of the front at each point [-]
+      integer :: before = 0                      !! points of the fronts before it
+   end type fall_t
+
+contains
+
+   !> How each point goes on: G there, and the toughness that it meets; nothing where it does not grow.
+   pure function next_of_points(growing, model, fronts) result(next)
+      type(growing_t), intent(in) :: growing
+      type(model_t), intent(in) :: model
+      type(front_values_t), intent(in) :: fronts(:)
+      type(next_t) :: next(size(growing%tips))
+      type(advance_t) :: advance
+      integer :: f, j, k, body
+      k = 0
+      do f = 1, size(fronts)
+         associate (front => fronts(f), along => fronts(f)%domain%front%along)
+            do j = 1, size(front%arc)
+               k = k + 1
+               if (.not. growing%is_growing(k)) cycle
+               advance = advance_t(extension=growing%tips(k)%extension + growing%tips(k)%advance, &
+                                   shear=front%of_g(2, j)**2/max(sum(front%of_g(:, j)**2), tiny(1.0_dp)), &
+                                   angle=atan2(front%outward(along(2), j), front%outward(along(1), j)))
+               body = body_at(model, front%at(:, j) + finest_cell(model)*front%outward(:, j))
+               if (body == 0) body = body_at(model, front%at(:, j))
+               if (body > 0) advance%of_body = model%bodies(body)%toughness
+               next(k) = next_t(rate=max(0.0_dp, front%g(j)), toughness=model%growth(growing%tips(k)%law)%toughness_at(advance))
+            end do
+         end associate
+      end do
+   end function next_of_points
+
+   !> G over the toughness of each point that still grows.
+   pure function ratios_of_points(growing, model, fronts) result(ratios)
+      type(growing_t), intent(in) :: growing
+      type(model_t), intent(in) :: model
+      type(front_values_t), intent(in) :: fronts(:)
+      real(dp), allocatable :: ratios(:)
+      type(next_t) :: next(size(growing%tips))
+      integer :: k
+      next = next_of_points(growing, model, fronts)
+      ratios = pack(next%rate/max(next%toughness, tiny(1.0_dp)), [(growing%is_growing(k), k=1, size(next))])
+   end function ratios_of_points
+
+   !> Let fronts advance by the ways of their points. `have_moved` tells whether any has.
+   subroutine advance_points(growing, model, fronts, cracks, have_moved, message)
+      type(growing_t), intent(inout) :: growing
+      type(model_t), intent(in) :: model
+      type(front_values_t), intent(in) :: fronts(:)
+      type(cracks_t), intent(inout) :: cracks
+      logical, intent(out) :: have_moved
+      character(:), allocatable, intent(inout) :: message
+      type(front_t), allocatable :: found(:), before_it(:)
+      type(region_t) :: region
+      real(dp) :: way(size(growing%tips)), lower(ndim), upper(ndim), part
+      real(dp), allocatable :: of_nodes(:)
+      logical :: meets_itself
+      integer :: c, f, i, k, n, before, first, last
+      way = find_ways(growing, model, fronts)
+      have_moved = any(way > 0)
+      growing%tips%advance = 0
+      if (.not. have_moved) return
+      call note_ways(growing, fronts, way)
+      do c = 1, size(model%planes)
+         before = 0
+         of_nodes = [real(dp) ::]
+         do f = 1, size(fronts)
+            n = size(fronts(f)%arc)
+            if (cracks%fronts(f)%crack == c) then
+               do i = 1, cracks%fronts(f)%n()
+                  part = cracks%fronts(f)%arc(i)/(fronts(f)%arc(2) - fronts(f)%arc(1))
+                  k = min(int(part), n - merge(1, 2, fronts(f)%domain%front%is_closed))
+                  associate (here => way(before + k + 1), next => way(before + modulo(k + 1, n) + 1))
+                     of_nodes = [of_nodes, here + (part - k)*(next - here)]
+                  end associate
+               end do
+            end if
+            before = before + n
+         end do
+         if (.not. any(of_nodes > 0)) cycle
+         call find_extents(model, model%planes(c), lower, upper)
+         first = findloc(cracks%fronts%crack, c, dim=1)
+         last = findloc(cracks%fronts%crack, c, dim=1, back=.true.)
+         call reach_sides(cracks%fronts(first:last), lower, upper, finest_cell(model), of_nodes)
+         region = cracks%fronts(first)%region_t
+         call advance_region(region, cracks%fronts(first:last), of_nodes, lower, upper, finest_cell(model), meets_itself)
+         call find_fronts(region, lower, upper, finest_cell(model), found)
+         found%crack = c
+         if (size(found) == 0) then
+            call end_fronts(first, last)
+         else if (meets_itself .or. size(found) /= last - first + 1) then
+            call stop_fronts(first, last, 'it would meet itself, or divide')
+         else
+            do f = first, last
+               if (cracks%fronts(f)%is_closed .and. .not. found(f - first + 1)%is_closed) &
+                  call add_line(message, name_of(f)//' has met a side, and goes on as one that ends there')
+            end do
+            before_it = cracks%fronts(first:last)
+            cracks%fronts(first:last) = found
+            if (.not. all([(has_room(f), f=first, last)])) then
+               cracks%fronts(first:last) = before_it
+               call stop_fronts(first, last, 'a step further it has less than two of the finest cells to another front or to '// &
+                                'its centre of curvature, or leaves the material')
+            end if
+         end if
+      end do
+      have_moved = any(growing%tips%advance > 0)
+
+   contains
+
+      !> A front in words.
+      function name_of(number) result(name)
+         integer, intent(in) :: number
+         character(:), allocatable :: name
+         name = 'front '//to_text(number)
+      end function name_of
+
+      !> Whether a front is inside of the material, with room for the integrals around it.
+      logical function has_room(number)
+         integer, intent(in) :: number
+         real(dp), parameter :: least = 2        ! finest cells
+         integer :: node
+         has_room = room_of(cracks%fronts, number, lower, upper) >= least*finest_cell(model)
+         do node = 1, cracks%fronts(number)%n()
+            has_room = has_room .and. body_at(model, cracks%fronts(number)%at(:, node)) > 0
+         end do
+      end function has_room
+
+      !> Points of some fronts.
+      pure function are_of(first, last) result(are)
+         integer, intent(in) :: first, last
+         logical :: are(size(growing%tips))
+         integer :: f
+         are = [(spread(f >= first .and. f <= last, 1, size(fronts(f)%arc)), f=1, size(fronts))]
+      end function are_of
+
+      !> Let fronts stay where they are, for good.
+      subroutine stop_fronts(first, last, why)
+         integer, intent(in) :: first, last
+         character(*), intent(in) :: why
+         where (are_of(first, last))
+            growing%tips%has_stopped = .true.
+            growing%tips%advance = 0
+         end where
+         do f = first, last
+            call add_line(message, name_of(f)//' no longer grows: '//why)
+         end do
+      end subroutine stop_fronts
+
+      !> A crack has no front any more.
+      subroutine end_fronts(first, last)
+         integer, intent(in) :: first, last
+         where (are_of(first, last))
+            growing%tips%has_stopped = .true.
+            growing%tips%has_ended = .true.
+         end where
+         do f = first, last
+            cracks%fronts(f)%region_t = region
+            cracks%fronts(f)%at = cracks%fronts(f)%at(:, :0)
+            cracks%fronts(f)%arc = cracks%fronts(f)%arc(:0)
+            call add_line(message, name_of(f)//' has run through all of the material')
+         end do
+      end subroutine end_fronts
+   end subroutine advance_points
+
+   !> Let nodes that would be nearer to a side ahead of them than integrals need go beyond it.
+   pure subroutine reach_sides(fronts, lower, upper, cell, ways)
+      type(front_t), intent(in) :: fronts(:)
+      real(dp), intent(in) :: lower(ndim), upper(ndim), cell !! [m]
+      real(dp), intent(inout) :: ways(:)         !! of the nodes of all fronts, one after another [m]
+      real(dp), parameter :: near = 3.4_dp, beyond = 1 ! cells
+      real(dp), parameter :: slanted = 0.5_dp
+      integer :: f, i, k, d
+      real(dp) :: way
+      k = 0
+      do f = 1, size(fronts)
+         do i = 1, fronts(f)%n()
+            k = k + 1
+            do d = 1, ndim
+               associate (out => fronts(f)%outward(d, i))
+                  if (abs(out) < slanted) cycle
+                  way = (merge(upper(d), lower(d), out > 0) - fronts(f)%at(d, i))/out
+                  if (way - ways(k) < near*cell) ways(k) = max(ways(k), way + beyond*cell)
+               end associate
+            end do
+         end do
+      end do
+   end subroutine reach_sides
+
+   !> Find the way of each point in the next load step [m].
+   function find_ways(growing, model, fronts) result(way)
+      type(growing_t), intent(in) :: growing
+      type(model_t), intent(in) :: model
+      type(front_values_t), intent(in) :: fronts(:)
+      real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
+      integer, parameter :: turns = 50
+      type(next_t) :: next(size(growing%tips))
+      type(fall_t) :: fall(size(fronts))
+      real(dp), dimension(size(growing%tips)) :: way, ratio, increment
+      logical :: grows(size(growing%tips))
+      real(dp) :: low, high
+      integer :: f, k
+      k = 0
+      do f = 1, size(fronts)
+         fall(f) = fall_t(fall_of(fronts(f)), parts_of(fronts(f)), k)
+         k = k + size(fronts(f)%arc)
+      end do
+      grows = [(growing%is_growing(k), k=1, size(way))]
+      if (growing%is_cyclic) then
+         way = ways_of(growing%fatigue, model, grows, 0*way)
+         do f = 1, size(fronts)
+            call slow_down(fall(f))
+         end do
+         return
+      end if
+      next = next_of_points(growing, model, fronts)
+      ratio = 0
+      where (grows) ratio = next%rate/next%toughness
+      way = 0
+      high = maxval(ratio)
+      if (.not. high > nothing .or. growing%waits .and. high < reached) return
+      increment = huge(low)
+      where (grows) increment = growing%part*model%growth(max(1, growing%tips%law))%increment
+      low = 0
+      do k = 1, turns
+         way = ways_with((low + high)/2)
+         if (any(way > increment)) then
+            low = (low + high)/2
+         else
+            high = (low + high)/2
+         end if
+      end do
+      way = ways_with(high)
+
+   contains
+
+      !> The least ways with which no ratio is more than that.
+      function ways_with(most) result(way)
+         real(dp), intent(in) :: most
+         real(dp) :: way(size(ratio))
+         integer :: f
+         do f = 1, size(fall)
+            associate (first => fall(f)%before + 1, last => fall(f)%before + size(fall(f)%of, 1))
+               way(first:last) = least_ways(fall(f), 1 - most/max(ratio(first:last), nothing))
+            end associate
+         end do
+      end function ways_with
+
+      !> Take for the ways in cycles the rates that points will have with them, K**m.
+      subroutine slow_down(fall)
+         type(fall_t), intent(in) :: fall
+         real(dp) :: matrix(size(fall%of, 1), size(fall%of, 1)), right(size(fall%of, 1)), exponent
+         integer :: i, info
+         associate (to => way(fall%before + 1:fall%before + size(right)))
+            if (.not. any(to > 0)) return
+            exponent = value_of(model%growth(growing%tips(fall%before + 1)%law)%constants, 'rate_exponent', 0.0_dp)/2
+            matrix = exponent*spread(fall%part, 2, size(right))*fall%of
+            right = fall%part
+            do i = 1, size(right)
+               if (to(i) > 0) then
+                  matrix(i, i) = matrix(i, i) + right(i)/to(i)
+               else
+                  matrix(:, i) = 0
+                  matrix(i, :) = 0
+                  matrix(i, i) = 1
+                  right(i) = 0
+               end if
+            end do
+            call dposv('U', size(right), 1, matrix, size(right), right, size(right), info)
+            if (info == 0) to = right
+         end associate
+      end subroutine slow_down
+   end function find_ways
+
+   !> The least w >= 0 with A w >= g, with the equal sign where w > 0: A has no positive elements beside its diagonal, so that points which move come to be
+   !> fewer, or more, from turn to turn.
+   pure function least_ways(fall, g) result(w)
+      type(fall_t), intent(in) :: fall
+      real(dp), intent(in) :: g(:)
+      real(dp) :: w(size(g)), matrix(size(g), size(g))
+      logical :: moves(size(g)), before(size(g))
+      integer :: turn, i, info
+      moves = g > 0
+      do turn = 1, size(g) + 1
+         w = merge(fall%part*g, 0.0_dp, moves)
+         matrix = spread(fall%part, 2, size(g))*fall%of
+         do i = 1, size(g)
+            if (moves(i)) cycle
+            matrix(i, :) = 0
+            matrix(:, i) = 0
+            matrix(i, i) = 1
+         end do
+         call dposv('U', size(g), 1, matrix, size(g), w, size(g), info)
+         before = moves
+         moves = merge(w > 0, g - matmul(fall%of, w) > 1e-12_dp, before)
+         if (all(moves .eqv. before)) exit
+      end do
+      w = max(w, 0.0_dp)
+   end function least_ways
+
+   !> A of a front for ways between whose points there are lines of cosines. What is beyond an open front is its mirror image.
+   pure function fall_of(front) result(a)
+      type(front_values_t), intent(in) :: front
+      real(dp) :: a(size(front%arc), size(front%arc)), around, of_way
+      integer :: n, m, i, j
+      n = size(front%arc)
+      m = merge(n, 2*(n - 1), front%domain%front%is_closed)
+      around = front%domain%front%length*merge(1, 2, front%domain%front%is_closed)
+      a = 0
+      do i = 1, n
+         do j = 1, m - 1, 2                      ! to all points at an odd distance
+            of_way = 2*pi/(m*around*sin(pi*j/m)**2)
+            associate (other => modulo(i - 1 + j, m) + 1)
+               a(i, i) = a(i, i) + of_way
+               a(i, merge(other, m + 2 - other, other <= n)) = a(i, merge(other, m + 2 - other, other <= n)) - of_way
+            end associate
+         end do
+         a(i, i) = a(i, i) + floor_of_fall/front%domain%front%length
+      end do
+   end function fall_of
+
+   !> Note the ways of all points, and where these come to.
+   pure subroutine note_ways(growing, fronts, way)
+      type(growing_t), intent(inout) :: growing
+      type(front_values_t), intent(in) :: fronts(:)
+      real(dp), intent(in) :: way(:)             !! [m]
+      integer :: f, j, k
+      growing%tips%advance = way
+      k = 0
+      do f = 1, size(fronts)
+         do j = 1, size(fronts(f)%arc)
+            k = k + 1
+            growing%tips(k)%place = fronts(f)%at(:, j) + way(k)*fronts(f)%outward(:, j)
+         end do
+      end do
+   end subroutine note_ways
+
+   !> Values of hats where the points have come to.
+   pure function at_points(growing, fronts, values) result(at)
+      type(growing_t), intent(in) :: growing
+      type(front_values_t), intent(in) :: fronts(:)
+      real(dp), intent(in) :: values(:, :)       !! (any, points)
+      real(dp) :: at(size(values, 1), size(values, 2)), along(size(values, 2))
+      integer :: f, j, k, before, n
+      before = 0
+      do f = 1, size(fronts)
+         n = size(fronts(f)%arc)
+         along(:n) = part_along(fronts(f), places_of(growing, before, n))
+         do j = 1, n
+            k = min(int(along(j)), n - merge(1, 2, fronts(f)%domain%front%is_closed))
+            associate (first => values(:, before + k + 1), second => values(:, before + modulo(k + 1, n) + 1))
+               at(:, before + j) = first + (along(j) - k)*(second - first)
+            end associate
+         end do
+         before = before + n
+      end do
+   end function at_points
+
+   !> After a load step: let what is known of the points where they have come to be that of points that stand evenly.
+   pure subroutine settle_points(growing, fronts, values)
+      type(growing_t), intent(in) :: growing
+      type(front_values_t), intent(in) :: fronts(:)
+      real(dp), intent(inout) :: values(:)       !! of the points
+      real(dp) :: old(size(values)), along(size(values)), ahead(size(values)), behind(size(values)), part
+      integer :: f, i, n, before, first, second
+      before = 0
+      do f = 1, size(fronts)
+         n = size(fronts(f)%arc)
+         old(:n) = values(before + 1:before + n)
+         along(:n) = part_along(fronts(f), places_of(growing, before, n))
+         do i = 1, n
+            behind(:n) = i - 1 - along(:n)
+            ahead(:n) = -behind(:n)
+            if (fronts(f)%domain%front%is_closed) behind(:n) = modulo(behind(:n), real(n, dp))
+            if (fronts(f)%domain%front%is_closed) ahead(:n) = modulo(ahead(:n), real(n, dp))
+            first = minloc(behind(:n), dim=1, mask=behind(:n) >= 0)
+            second = minloc(ahead(:n), dim=1, mask=ahead(:n) >= 0)
+            if (first == 0) first = second
+            if (second == 0) second = first
+            part = abs(behind(first)) + abs(ahead(second))
+            if (part > 0) part = abs(behind(first))/part
+            values(before + i) = old(first) + part*(old(second) - old(first))
+         end do
+         before = before + n
+      end do
+   end subroutine settle_points
+
+   !> Where the points of a front have come to.
+   pure function places_of(growing, before, n) result(places)
+      type(growing_t), intent(in) :: growing
+      integer, intent(in) :: before, n           !! points before its first, and its own
+      real(dp) :: places(ndim, n)
+      integer :: j
+      do j = 1, n
+         places(:, j) = growing%tips(before + j)%place
+      end do
+   end function places_of
+
+   !> Book what new faces have taken, the integral of G over their area by the mean of G times the length of the front before and after, and keep both for
+   !> the next step.
+   subroutine book_points(growing, fronts, m)
+      type(growing_t), intent(inout) :: growing
+      type(front_values_t), intent(in) :: fronts(:)
+      type(problem_t), intent(inout) :: m
+      real(dp) :: taken, rate
+      real(dp), allocatable :: width(:)
+      integer :: f, j, k
+      k = 0
+      taken = 0
+      do f = 1, size(fronts)
+         width = fronts(f)%domain%front%length*parts_of(fronts(f))*merge(0.5_dp, 1.0_dp, fronts(f)%domain%front%is_symmetry)
+         do j = 1, size(width)
+            k = k + 1
+            associate (point => growing%tips(k))
+               if (.not. point%grows) cycle
+               if (.not. point%has_ended) rate = fronts(f)%g(j)
+               if (point%has_ended) rate = point%rate
+               taken = taken + point%advance*(point%width*point%rate + width(j)*rate)/2
+               point%rate = rate
+               point%width = width(j)
+               point%extension = point%extension + point%advance
+               point%advance = 0
+            end associate
+         end do
+      end do
+      m%energies%fracture_energy = m%energies%fracture_energy + taken
+      if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss - taken
+   end subroutine book_points
+
+   !> Record how a front stands.
+   subroutine record_points(growing, model, fronts, number, history)
+      type(growing_t), intent(in) :: growing
+      type(model_t), intent(in) :: model
+      type(front_values_t), intent(in) :: fronts(:)
+      integer, intent(in) :: number              !! of the front
+      type(history_t), intent(inout) :: history
+      type(next_t) :: next(size(growing%tips))
+      real(dp) :: rest, middle(2)
+      integer :: first, last
+      last = sum([(size(fronts(first)%arc), first=1, number)])
+      first = last - size(fronts(number)%arc) + 1
+      if (.not. growing%tips(first)%grows) return
+      associate (domain => fronts(number)%domain)
+         associate (low => domain%front%in_plane(domain%lower), high => domain%front%in_plane(domain%upper))
+            call domain%front%uncracked(low, high, rest, middle)
+            call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', product(high - low) - rest)
+         end associate
+      end associate
+      next = next_of_points(growing, model, fronts)
+      call history%record_along_front('extension', 'm', 'way that the front has grown there', growing%tips(first:last)%extension)
+      if (growing%is_cyclic) return
+      call history%record_along_front('toughness', 'J/m2', 'energy release rate at which the front grows there', &
+                                      next(first:last)%toughness)
+   end subroutine record_points
+
+   !> Take K of opening and of sliding by its part of G, and K over K_c, of all points for a load that is that many times the present one.
+   pure subroutine take_points(growing, model, fronts, factor, now)
+      type(growing_t), intent(in) :: growing
+      type(model_t), intent(in) :: model
+      type(front_values_t), intent(in) :: fronts(:)
+      real(dp), intent(in) :: factor             !! [-]
+      real(dp), intent(out) :: now(:, :)         !! (modes and part of K_c, points)
+      type(next_t) :: next(size(growing%tips))
+      integer :: f, j, k
+      next = next_of_points(growing, model, fronts)
+      now = 0
+      k = 0
+      do f = 1, size(fronts)
+         do j = 1, size(fronts(f)%arc)
+            k = k + 1
+            now(:2, k) = factor*fronts(f)%of_g(:, j)
+            if (next(k)%toughness > 0) now(3, k) = abs(factor)*sqrt(next(k)%rate/next(k)%toughness)
+         end do
+      end do
+   end subroutine take_points
+end module hampm_static_front_growth
