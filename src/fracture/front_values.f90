@@ -27,6 +27,7 @@ module hampm_front_values
 
    !> How far the front of the cells is from its place, in cells: 0.03 where it runs with the lattice, 0.07 in the mean around a circle of 6 cells
    real(dp), parameter :: astray = 0.07_dp
+   real(dp), parameter :: least_part = 0.5_dp    !! of these radii, of fronts that grow near to sides and round off: G is known there, less so K
    real(dp), parameter :: cells_of_hats = 3      !! to each side, of fronts that do not run with the lattice
 
    !> What was measured last, by hat, with its errors.
@@ -174,6 +175,7 @@ contains
          end do
          values%room = room_of(fronts, number, domain%lower, domain%upper)
          domain%radius = default_radii*min(cell_at(front, problem), of_room*values%room/maxval(default_radii))
+         if (grows) domain%radius = max(domain%radius, least_part*default_radii*cell_at(front, problem))
          i = minloc(sum((p%reference(:p%n, :) - spread(front%at(:, front%n()/2 + 1), 1, p%n))**2, dim=2), dim=1)
          domain%material = p%material(i)
          associate (material => problem%materials(domain%material))

@@ -15,7 +15,7 @@ module hampm_static_front_growth
    use hampm_crack_placement, only: body_at, finest_cell, find_extents
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: fatigue_t, ways_of
-   use hampm_front, only: front_t, region_t, find_fronts, room_of
+   use hampm_front, only: front_t, region_t, find_fronts
    use hampm_front_values, only: front_values_t, part_along, parts_of
    use hampm_growing, only: growing_t, next_t
    use hampm_lapack, only: dposv
@@ -95,6 +95,7 @@ contains
       real(dp) :: way(size(growing%tips)), lower(ndim), upper(ndim), part
       real(dp), allocatable :: of_nodes(:)
       logical :: meets_itself
+      logical, allocatable :: have_met(:)
       integer :: c, f, i, k, n, before, first, last
       way = find_ways(growing, model, fronts)
       have_moved = any(way > 0)
@@ -121,7 +122,10 @@ contains
          call find_extents(model, model%planes(c), lower, upper)
          first = findloc(cracks%fronts%crack, c, dim=1)
          last = findloc(cracks%fronts%crack, c, dim=1, back=.true.)
-         call reach_sides(cracks%fronts(first:last), lower, upper, finest_cell(model), of_nodes)
+         call reach_sides(cracks%fronts(first:last), lower, upper, finest_cell(model), of_nodes, have_met)
+         do f = first, last
+            if (have_met(f - first + 1)) call tell(name_of(f)//' has met a side, and ends there as far as it goes on')
+         end do
          region = cracks%fronts(first)%region_t
          call advance_region(region, cracks%fronts(first:last), of_nodes, lower, upper, finest_cell(model), meets_itself)
          call find_fronts(region, lower, upper, finest_cell(model), found)
@@ -131,22 +135,25 @@ contains
          else if (meets_itself .or. size(found) /= last - first + 1) then
             call stop_fronts(first, last, 'it would meet itself, or divide')
          else
-            do f = first, last
-               if (cracks%fronts(f)%is_closed .and. .not. found(f - first + 1)%is_closed) &
-                  call add_line(message, name_of(f)//' has met a side, and goes on as one that ends there')
-            end do
             before_it = cracks%fronts(first:last)
             cracks%fronts(first:last) = found
             if (.not. all([(has_room(f), f=first, last)])) then
                cracks%fronts(first:last) = before_it
-               call stop_fronts(first, last, 'a step further it has less than two of the finest cells to another front or to '// &
-                                'its centre of curvature, or leaves the material')
+               call stop_fronts(first, last, 'a step further it has less than two of the finest cells to another front, or '// &
+                                'leaves the material')
             end if
          end if
       end do
       have_moved = any(growing%tips%advance > 0)
 
    contains
+
+      !> Tell something once.
+      subroutine tell(what)
+         character(*), intent(in) :: what
+         if (.not. allocated(message)) message = ''
+         if (index(message, what) == 0) call add_line(message, what)
+      end subroutine tell
 
       !> A front in words.
       function name_of(number) result(name)
@@ -159,8 +166,15 @@ contains
       logical function has_room(number)
          integer, intent(in) :: number
          real(dp), parameter :: least = 2        ! finest cells
-         integer :: node
-         has_room = room_of(cracks%fronts, number, lower, upper) >= least*finest_cell(model)
+         integer :: node, other
+         has_room = .true.
+         do other = 1, size(cracks%fronts)
+            if (other == number .or. cracks%fronts(other)%axis /= cracks%fronts(number)%axis) cycle
+            do node = 1, cracks%fronts(other)%n()
+               has_room = has_room .and. minval(norm2(cracks%fronts(number)%at - spread(cracks%fronts(other)%at(:, node), 2, &
+                          cracks%fronts(number)%n()), dim=1)) >= least*finest_cell(model)
+            end do
+         end do
          do node = 1, cracks%fronts(number)%n()
             has_room = has_room .and. body_at(model, cracks%fronts(number)%at(:, node)) > 0
          end do
@@ -183,7 +197,7 @@ contains
             growing%tips%advance = 0
          end where
          do f = first, last
-            call add_line(message, name_of(f)//' no longer grows: '//why)
+            call tell(name_of(f)//' no longer grows: '//why)
          end do
       end subroutine stop_fronts
 
@@ -198,21 +212,23 @@ contains
             cracks%fronts(f)%region_t = region
             cracks%fronts(f)%at = cracks%fronts(f)%at(:, :0)
             cracks%fronts(f)%arc = cracks%fronts(f)%arc(:0)
-            call add_line(message, name_of(f)//' has run through all of the material')
+            call tell(name_of(f)//' has run through all of the material')
          end do
       end subroutine end_fronts
    end subroutine advance_points
 
-   !> Let nodes that would be nearer to a side ahead of them than integrals need go beyond it.
-   pure subroutine reach_sides(fronts, lower, upper, cell, ways)
+   !> Let nodes that would be so near to a side that cells do not resolve what is left go beyond it.
+   pure subroutine reach_sides(fronts, lower, upper, cell, ways, have_met)
       type(front_t), intent(in) :: fronts(:)
       real(dp), intent(in) :: lower(ndim), upper(ndim), cell !! [m]
       real(dp), intent(inout) :: ways(:)         !! of the nodes of all fronts, one after another [m]
-      real(dp), parameter :: near = 3.4_dp, beyond = 1 ! cells
+      logical, allocatable, intent(out) :: have_met(:) !! whether nodes of each front do
+      real(dp), parameter :: near = 1.5_dp, beyond = 1 ! cells
       real(dp), parameter :: slanted = 0.5_dp
       integer :: f, i, k, d
       real(dp) :: way
       k = 0
+      allocate (have_met(size(fronts)), source=.false.)
       do f = 1, size(fronts)
          do i = 1, fronts(f)%n()
             k = k + 1
@@ -220,7 +236,9 @@ contains
                associate (out => fronts(f)%outward(d, i))
                   if (abs(out) < slanted) cycle
                   way = (merge(upper(d), lower(d), out > 0) - fronts(f)%at(d, i))/out
-                  if (way - ways(k) < near*cell) ways(k) = max(ways(k), way + beyond*cell)
+                  if (way - ways(k) >= near*cell) cycle
+                  ways(k) = max(ways(k), way + beyond*cell)
+                  have_met(f) = .true.
                end associate
             end do
          end do

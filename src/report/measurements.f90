@@ -36,7 +36,7 @@ module hampm_measurements
    use hampm_text, only: to_text
    implicit none
    private
-   public :: follow_fronts, measurements_t, new_measurements, note_initial_energy, rebuild_extrapolation, measure, measure_tips, &
+   public :: renew_fronts, measurements_t, new_measurements, note_initial_energy, rebuild_extrapolation, measure, measure_tips, &
              has_measured_tips, take_row, declare_columns, energy_residual, archive_measurements, dcb_energy_release_rate, &
              chi_foundation
 
@@ -105,7 +105,7 @@ contains
       if (size(model%probes) > 0) m%joined = groups_of_bodies(model) + size(model%bodies)*(velocity_fields_of(model) - 1)
       call angular_momentum(problem%particles, m%initial_angular_momentum, largest)
       allocate (m%crack(size(cracks%tips)), m%overlap(size(cracks%crack)))
-      call follow_fronts(model, problem, cracks, m)
+      call renew_fronts(model, problem, cracks, m)
       m%recorded_fronts = size(m%fronts)
       do k = 1, size(m%crack)
          call new_crack_values(model%energy_release%chosen, model%energy_release%t_stress, cracks%tips(k), &
@@ -125,7 +125,7 @@ contains
    end subroutine new_measurements
 
    !> Let what is measured along the fronts of cracks of solids, where an estimator is chosen, follow them.
-   pure subroutine follow_fronts(model, problem, cracks, m)
+   pure subroutine renew_fronts(model, problem, cracks, m)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
@@ -135,7 +135,7 @@ contains
       if (.not. allocated(cracks%fronts) .or. size(model%energy_release%chosen) == 0) return
       call renew_front_values(cracks%fronts, problem, model%energy_release%chosen%name, model%energy_release%radii, &
                               [(any(model%growth%path == k), k=1, size(model%planes))], m%fronts)
-   end subroutine follow_fronts
+   end subroutine renew_fronts
 
    !> Take the energy as that at the start of the run: the kinetic one, and what eigenstrains have stored. Where a run begins at rest, with what
    !> the loads had not put there.
@@ -273,7 +273,7 @@ contains
          call find_nodal_state(problem, state, failure, reactions_only=.not. has_domain)
       if (failure%failed()) return
       if (allocated(problem%grid%planes)) then
-         if (any(problem%grid%planes%moves)) call follow_fronts(model, problem, cracks, m)
+         if (any(problem%grid%planes%moves)) call renew_fronts(model, problem, cracks, m)
       end if
       do k = 1, size(m%fronts)
          call measure_front(problem, state, m%fronts(k))

@@ -8,7 +8,7 @@ module hampm_continuation
    use hampm_growing, only: new_growing, archive_growing
    use hampm_outer_forces, only: scale_loads
    use hampm_growth_room, only: update_model_path
-   use hampm_measurements, only: new_measurements, follow_fronts, archive_measurements
+   use hampm_measurements, only: new_measurements, renew_fronts, archive_measurements
    use hampm_refinement, only: archive_refinement
    use hampm_model, only: model_t
    use hampm_simulation, only: simulation_t, rebuild_on_mesh
@@ -84,7 +84,7 @@ contains
          call use_threads(threads, s%problem%particles%n)
          call rebuild_on_mesh(s, failure)
          call archive_rest(checkpoint, s)
-         call follow_fronts(s%model, s%problem, s%cracks, s%measurements)
+         call renew_fronts(s%model, s%problem, s%cracks, s%measurements)
       end if
       call checkpoint%finish(failure)
    end subroutine rebuild

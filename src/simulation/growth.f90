@@ -11,7 +11,7 @@ module hampm_growth
    use hampm_moving_front, only: advance_region
    use hampm_nodal_state, only: internal_force, external_force
    use hampm_plane_cuts, only: fronts_of, find_unbonded, open_more
-   use hampm_plane_points, only: shrink_bonded => follow_fronts
+   use hampm_plane_points, only: follow_fronts
    use hampm_fatigue, only: count_cycles, has_fractured
    use hampm_static_front_growth, only: ratios_of_points, advance_points, at_points, settle_points, book_points, take_points
    use hampm_growing, only: growing_t, next_t
@@ -115,7 +115,7 @@ contains
             end associate
          end do
          if (.not. have_moved) return
-         call shrink_bonded(m%interfaces, m%matter_t, released)
+         call follow_fronts(m%interfaces, m%matter_t, released)
          m%energies%fracture_energy = m%energies%fracture_energy + released
          if (.not. open_more(m%grid%planes, m%grid%forest)) return
          call update_particles(m)

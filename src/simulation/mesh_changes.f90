@@ -5,7 +5,7 @@ module hampm_mesh_changes
    use hampm_cracks, only: open_planes
    use hampm_failure, only: failure_t
    use hampm_matching, only: adopt_lines
-   use hampm_measurements, only: follow_fronts
+   use hampm_measurements, only: renew_fronts
    use hampm_problem, only: update_particles
    use hampm_refinement, only: refine, follow_particles
    use hampm_simulation, only: simulation_t, rebuild_on_mesh, limit_time_step
@@ -94,6 +94,6 @@ contains
          call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure)
       end do
       if (.not. failure%failed()) call rebuild_on_mesh(s, failure)
-      if (.not. failure%failed()) call follow_fronts(s%model, s%problem, s%cracks, s%measurements)
+      if (.not. failure%failed()) call renew_fronts(s%model, s%problem, s%cracks, s%measurements)
    end subroutine change_cut
 end module hampm_mesh_changes
