@@ -3,6 +3,7 @@
 
 A model with &crack has them in its result, at every row of the history: the script shows those of the last, or with --csv of all. --quantity names
 what is drawn over the way along the front or --over a coordinate, --number the front where there are several. With error bars as they were estimated.
+Of a front that grows --fronts draws where it is at several rows.
 
 Without &crack, in snapshots: the crack is what a constraint leaves free of a plane of symmetry: a box without thickness, named by --ligament, that holds
 the direction normal to it. One of its edges is the front, the others are on surfaces. G comes from a domain integral whose test functions are hats along the front,
@@ -63,7 +64,7 @@ def show_measured(options):
             print(" ".join(f"{value:12.6g}" for value in values))
     if options.output:
         with plt.rc_context(STYLE):
-            save(draw_measured(columns, options), Path(options.output), options.dpi)
+            save(draw_fronts(times, columns, options) if options.fronts else draw_measured(columns, options), Path(options.output), options.dpi)
 
 
 def measured(options):
@@ -92,6 +93,23 @@ def draw_measured(columns, options):
     return figure
 
 
+def draw_fronts(times, columns, options):
+    """Where the front is at rows between the first and the last, in its plane."""
+    places = np.array([columns[name] for name in "xyz"])
+    first, second = sorted(np.argsort(np.nanmax(places, axis=(1, 2)) - np.nanmin(places, axis=(1, 2)))[1:])
+    figure, axes = plt.subplots(figsize=(4.6, 4.2), layout="constrained")
+    for part in np.linspace(0, 1, options.fronts):
+        row = round(part * (len(times) - 1))
+        line = places[[first, second], row]
+        gap = np.linalg.norm(line[:, 0] - line[:, -1])
+        if gap < 1.5 * np.max(np.linalg.norm(np.diff(line), axis=0)):                      # all around
+            line = np.append(line, line[:, :1], axis=1)
+        axes.plot(*(MM * line), "o-", color=plt.get_cmap("viridis")(0.9 * part), markersize=2, linewidth=1, label=f"{times[row]:.6g}")
+    axes.set(xlabel=f"{'xyz'[first]} [mm]", ylabel=f"{'xyz'[second]} [mm]", title=options.title or "", aspect="equal")
+    axes.legend(title="time [s]", fontsize="small", loc="upper right")
+    return figure
+
+
 def curves_of(options):
     """G along the front in the last snapshot, or in all."""
     with opened(options.file) as stored:
@@ -110,6 +128,7 @@ def parse(arguments):
     parser.add_argument("--quantity", default="G", metavar="NAME", help="G, K_I, K_II or K_III (default: G)")
     parser.add_argument("--over", default="arc", choices=("arc", "x", "y", "z"), help="way along the front, or coordinate, over which it is drawn")
     parser.add_argument("--number", type=int, default=1, metavar="N", help="of the front, where there are several (default: 1)")
+    parser.add_argument("--fronts", type=int, default=0, metavar="N", help="draw where the front is at N rows, from the first to the last")
     parser.add_argument("--ligament", metavar="NAME", help="without &crack: the &constraint whose edge is the front")
     parser.add_argument("--segments", type=int, metavar="N", help="parts of the front between hats (default: one a cell)")
     parser.add_argument("--cells", type=int, default=MOST, metavar="N", help="cells by which the domain reaches around the front, at most")

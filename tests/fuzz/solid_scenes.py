@@ -361,7 +361,23 @@ class Solid(Drawing):
             key = chance.choice(list(CHOICES[name]))
             chance.choice(groups(scene, name))[key] = chance.choice(CHOICES[name][key])
         self.grade(scene)
-        return scene + self.probes(scene)
+        return self.grow_at_rest(scene + self.probes(scene))
+
+    def grow_at_rest(self, scene):
+        """Lets the front of a crack at rest grow, by toughness or in load cycles."""
+        chance = self.chance
+        if not self.measured or self.time != "static" or chance.random() < 0.4:
+            return scene
+        keys = {"direction": "straight", "increment": chance.uniform(0.2, 0.6) * self.cell}
+        stress = self.strain * self.young
+        group(scene, "method")["load_steps"] = chance.choice([2, 3])
+        if chance.random() < 0.5:
+            return scene + [["growth", keys | {"law": "fatigue", "rate_constant": 1e-3 * self.cell / (stress * self.cell**0.5)**2, "rate_exponent": 2.0}],
+                            ["cycles", {"ratio": chance.choice([0.0, 0.3, -1.0])}]]
+        keys |= {"law": "quasi_static", "toughness": chance.uniform(0.1, 10) * stress**2 / self.young * self.cell}
+        if chance.random() < 0.3:
+            keys |= {"extensions": [0.0, self.cell], "extension_factors": [1.0, chance.choice([0.8, 1.5])]}
+        return scene + [["growth", keys]]
 
     def grade(self, scene):
         """Lets the material of a body change from place to place."""
