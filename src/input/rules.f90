@@ -103,7 +103,7 @@ module hampm_rules
       rule_t("&cohesive", not_with, "a solid", not_built, "cohesion is along lines"), &
       rule_t("&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy' | 'path'", not_with, "a solid", mechanics, &
              "cracks stay in their planes", use="&growth direction = 'straight'"), &
-      rule_t("&growth law = {growth laws in motion} and &growth mixed_mode = 'hutchinson_suo' | 'benzeggagh_kenane'", not_with, &
+      rule_t("&growth law = {growth laws in motion} and &growth mixed_mode /= 'none'", not_with, &
              "a solid", not_built, "of fronts in motion it is not", use="&growth mixed_mode = 'none'"), &
       (rule_t("&growth law = {growth laws in motion} and &growth "//trim(of_tips(k)), not_with, "a solid", not_built, &
               "of fronts in motion it is not"), k=1, size(of_tips)), &
