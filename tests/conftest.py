@@ -8,13 +8,16 @@ from collections import Counter
 import pytest
 
 from long_tests import CASES, CHECKED, PARTS
-from paths import CHECKED_PROGRAM, COARSE_DCB, PACKAGE, PROGRAM, SCRIPTS
+from paths import CHECKED_PROGRAM, COARSE_DCB, PACKAGE, PROGRAM, ROOT, SCRIPTS
 
 sys.path[:0] = [str(SCRIPTS), str(PACKAGE)]
 
 # For the program and for numpy, before it is loaded. Threads that wait must not spin: where there are more of them than
 # free processors they would hardly get on.
 os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
+
+# Tests are compiled once, and not in each process again where the environment forbids it: that takes longer than to collect them
+sys.dont_write_bytecode, sys.pycache_prefix = False, str(ROOT / "build/pycache")
 
 ACCIDENTS = "backtrace", "Fortran runtime", "Sanitizer", "SIGSEGV"
 
@@ -41,10 +44,12 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(scope="session")
 def run_hampm():
-    """`run_hampm(*arguments, cwd=..., program=..., **options of subprocess.run)` runs the program; output as text."""
-    def run(*arguments, cwd, program=PROGRAM, **options):
+    """`run_hampm(*arguments, cwd=..., program=..., **options of subprocess.run)` runs the program; output as text. With --check it tries no steps to
+    tell the wall time, unless they are `timed`: of large models in the checked build these take most of the time."""
+    def run(*arguments, cwd, program=PROGRAM, timed=False, **options):
         options = {"timeout": 120, "errors": "replace"} | options
-        result = subprocess.run([program, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, **options)
+        quiet = ["--quiet"] if "--check" in arguments and "--quiet" not in arguments and not timed else []
+        result = subprocess.run([program, *map(str, arguments), *quiet], cwd=cwd, capture_output=True, text=True, **options)
         for accident in ACCIDENTS:
             assert accident not in result.stdout + result.stderr
         return result

@@ -42,7 +42,7 @@ def not_built(program):
 def refusals(program, scene, folder):
     """The messages that refuse a model, without its places; none where it is accepted."""
     (folder / "case.nml").write_text(text_of(scene))
-    run = subprocess.run([program, "--check", "case.nml"], cwd=folder, capture_output=True, text=True)
+    run = subprocess.run([program, "--check", "--quiet", "case.nml"], cwd=folder, capture_output=True, text=True)
     if run.returncode == 0:
         return ()
     return tuple(sorted({re.sub(r"^hampm: (case\.nml:\d+: )?", "", line) for line in run.stderr.splitlines() if line.startswith("hampm: ") and "warning" not in line}))

@@ -65,7 +65,7 @@ def test_keys_for_programs_are_those_of_the_reference(hampm):
 def test_a_model_is_checked(plate, hampm):
     """The numbers are those of the text of --check."""
     check = plate.check()
-    text = hampm("--check", plate.path).stdout
+    text = hampm("--check", plate.path, timed=True).stdout
     assert f"! particles       {check.particles}\n" in text and f"! cells           {check.cells}, of which occupied {check.occupied_cells}\n" in text
     assert check.steps == 1 and check.samples == 2 and check.snapshots == 2 and 1e7 < check.memory < 1e9 and 0 < check.seconds < 60
     assert len(check.tips) == 2 and 0 < check.tips[0]["expected_errors"]["K"] < 1 and check.tips[0]["x"] == pytest.approx(3.7e-3)

@@ -326,7 +326,7 @@ def test_two_fronts_and_what_they_need(tmp_path):
             (("&body material = 'a'  lower = 0.0, 0.0, 0.0", "&material name = 'b'  young = 7e9  poisson = 0.3  density = 2700.0 /\n&body material = 'b'  "
               "lower = 0.0, 0.0, 0.0  upper = 0.005, 0.04, 0.005 /\n&body material = 'a'  lower = 0.005, 0.0, 0.0"), "one material in the plane")):
         (tmp_path / "case.nml").write_text(PLATE.replace(*change) + MEASURED)
-        result = subprocess.run([SOLID_PROGRAM, "case.nml", "--check"], cwd=tmp_path, capture_output=True, text=True)
+        result = subprocess.run([SOLID_PROGRAM, "case.nml", "--check", "--quiet"], cwd=tmp_path, capture_output=True, text=True)
         assert result.returncode == 2 and message in result.stderr, result.stderr
 
 

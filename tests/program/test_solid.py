@@ -375,7 +375,7 @@ FILLED = """
     (16, "time = 'static'  solver = 'cg'", "")])
 def test_memory_is_as_foretold(tmp_path, n, method, output):
     (tmp_path / "case.nml").write_text(FILLED.format(n=n, method=method, output=output))
-    check = subprocess.run([SOLID_PROGRAM, "case.nml", "--check"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    check = subprocess.run([SOLID_PROGRAM, "case.nml", "--check", "--quiet"], cwd=tmp_path, capture_output=True, text=True, check=True)
     number, unit = re.search(r"! memory +about (\S+) (\w+)", check.stdout).groups()
     foretold = float(number) * {"MB": 1, "GB": 1e3}[unit]
     peak = subprocess.run([sys.executable, "-c", PEAK, SOLID_PROGRAM, "case.nml", "--quiet", "--threads", "1"], cwd=tmp_path,
@@ -388,7 +388,7 @@ def test_memory_is_as_foretold(tmp_path, n, method, output):
 def test_memory_of_cells_around_a_front_is_as_foretold(tmp_path):
     """Refined twice around a front that runs through a plate: 4096 cells become 6784."""
     case = str(INPUT / "solid/plate.nml")
-    check = subprocess.run([SOLID_PROGRAM, case, "--check"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    check = subprocess.run([SOLID_PROGRAM, case, "--check", "--quiet"], cwd=tmp_path, capture_output=True, text=True, check=True)
     foretold = float(re.search(r"! memory +about (\S+) MB", check.stdout)[1])
     peak = 1024e-6 * int(subprocess.run([sys.executable, "-c", PEAK, SOLID_PROGRAM, case, "--quiet", "--threads", "1"], cwd=tmp_path,
                                         capture_output=True, text=True, check=True).stdout.split()[-1])

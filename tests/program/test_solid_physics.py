@@ -36,7 +36,7 @@ def cube(folder, cells, poisson, mass, courant=0.0, step=1.0, steps=400):
 def named_limit(folder, *what):
     """The largest courant number, as a model is told that asks for more."""
     cube(folder, *what, courant=10.0)
-    said = subprocess.run([SOLID_PROGRAM, "case.nml", "--check"], cwd=folder, capture_output=True, text=True).stderr
+    said = subprocess.run([SOLID_PROGRAM, "case.nml", "--check", "--quiet"], cwd=folder, capture_output=True, text=True).stderr
     return float(re.search(r"&method courant = 10\.0: must be at most (\S+), not 10\.0.* is unstable in a solid", said)[1])
 
 
@@ -171,7 +171,7 @@ def test_cells_with_one_point_bend(tmp_path):
     row = run(tmp_path, ONE_POINT.format(points=1, force="0.0, -1000.0", method="time = 'implicit'  time_step = 0.05  start = 'static'"))["history"]
     assert np.max(row["kinetic_energy"]) < 1e-15 * energy[0] and row["strain_energy"][:] == pytest.approx(energy[0], rel=1e-9)
     (tmp_path / "case.nml").write_text(ONE_POINT.format(points=1, force="0.0, -1000.0", method="start = 'static'"))
-    refused = subprocess.run([SOLID_PROGRAM, "case.nml", "--check"], cwd=tmp_path, capture_output=True, text=True)
+    refused = subprocess.run([SOLID_PROGRAM, "case.nml", "--check", "--quiet"], cwd=tmp_path, capture_output=True, text=True)
     assert refused.returncode == 2 and "explicit steps do not hold how cells with one point are bent" in refused.stderr
 
 
