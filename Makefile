@@ -56,8 +56,8 @@ endif
 FLAGS := $(COMMON) $($(build)) -J$(O)
 
 SOURCES := $(wildcard src/*.f90 src/*/*.f90)
-UNIT_TESTS := $(wildcard tests/unit/test_*.f90)
-UNIT_TOOLS := $(filter-out $(UNIT_TESTS),$(wildcard tests/unit/*.f90))
+UNIT_TESTS := $(if $(solid),tests/unit/test_transition_cells.f90,$(wildcard tests/unit/test_*.f90))
+UNIT_TOOLS := $(if $(solid),$(addprefix tests/unit/,harness.f90 samples.f90),$(filter-out $(UNIT_TESTS),$(wildcard tests/unit/*.f90)))
 objects = $(patsubst %,$(O)/%.o,$(basename $(notdir $(1))))
 LIBRARY := $(call objects,$(filter-out src/main.f90,$(SOURCES)))
 ifneq ($($(build)_kernels),)
@@ -146,7 +146,7 @@ lab:  ## compile an edited step in seconds, with all checks, for the exercises o
 test: setup  ## install what is missing, build, run all tests
 	@$(MAKE) -j$(JOBS) --no-print-directory program tools $(patsubst %,build/release/test_%,manufactured crossing_levels patch)
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked build/checked/bench_step
-	@$(MAKE) -j$(JOBS) --no-print-directory program build=quick dim=3
+	@$(MAKE) -j$(JOBS) --no-print-directory program build/quick3d/test_transition_cells build=quick dim=3
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests
 

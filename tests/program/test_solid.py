@@ -1,6 +1,7 @@
 """The program for solids (`make program dim=3`): bodies in space, at rest and in motion, beside the plane program and closed forms."""
 
 import itertools
+import os
 import re
 import subprocess
 import sys
@@ -62,6 +63,16 @@ def test_a_slab_between_rollers_is_plane_strain(tmp_path, method, law):
     scale = np.max(np.abs(plane["history/external_work"]))
     for column in ("strain_energy", "kinetic_energy", "external_work"):
         assert np.max(np.abs(solid[f"history/{column}"][:] - plane[f"history/{column}"][:])) < 1e-11 * scale, column
+
+
+def test_all_kinds_of_transition_cell():
+    """Patch test, mass and momentum on each of 226, which mirrors and exchanged axes make of 6209 (tests/unit/test_transition_cells.f90)."""
+    path = SOLID_PROGRAM.with_name("test_transition_cells")
+    if not path.exists():
+        pytest.skip("make unit build=quick dim=3 makes it")
+    result = subprocess.run([path], capture_output=True, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"})
+    print(result.stdout)
+    assert result.returncode == 0, result.stdout + result.stderr
 
 
 def test_motion_across_the_plane_counts(tmp_path):
