@@ -48,14 +48,14 @@ SCENES = {
     + "&load kind = 'point' lower = 6e-3, 6e-3, 8e-3 upper = 6e-3, 6e-3, 8e-3 force = 10.0, 20.0, 30.0 start = 1e-6 /\n&damping rate = 1e4 /\n"
     + "&energy_release energy_balance = .true. /\n&method wave_speed = 'dilatational' scheme = 'usl' courant = 0.3 /\n" + EVERY.format("1e-6"),
     "in the updated frame": block("law = 'neo_hookean' " + STEEL, end="4e-6", more="velocity = 0.1, 0.0, 0.2") + FOOT
-    + PULL.format("history = 'table' times = 0.0, 2e-6 factors = 0.0, 1.0") + "&method frame = 'updated' mass = 'fmpm' order = 3 /\n" + EVERY.format("1e-6"),
-    "consistent mass in a box": block(end="2e-6") + FOOT + PRESS.format("") + "&refine indicator = 'gradient' field = 'energy_density' max_level = 1 r_crit = 0.5 interval = 3 "
+    + PULL.format("history = 'table' times = 0.0, 2e-6 factors = 0.3, 1.0") + "&method frame = 'updated' mass = 'fmpm' order = 3 /\n" + EVERY.format("1e-6"),
+    "consistent mass in a box": block(end="2e-6") + FOOT + PRESS.format("") + "&refine indicator = 'gradient' field = 'energy_density' max_level = 1 r_crit = 0.05 interval = 3 "
     + "region_lower = 0.0, 0.0, 4e-3 region_upper = 6e-3, 6e-3, 8e-3 max_particles = 4000 /\n"
     + "&method mass = 'partial' consistent_lower = 0.0, 0.0, 0.0 consistent_upper = 6e-3, 6e-3, 4e-3 /\n" + EVERY.format("1e-6"),
     "weighted mass": block(end="2e-6") + FOOT + PRESS.format("") + "&method mass = 'weighted' lumped_fraction = 0.4 /\n" + EVERY.format("1e-6"),
     "zz in motion": block(end="2e-6") + FOOT + PULL.format("") + DISC.format("")
-    + "&refine indicator = 'zz' max_level = 1 tolerance = 0.3 interval = 3 start = 5e-7 max_particles = 3000 /\n" + EVERY.format("5e-7"),
-    "implicit": block(end="1e-5") + FOOT + PULL.format("history = 'ramp' rise_time = 5e-6") + DISC.format("contact = 'frictionless'")
+    + "&refine indicator = 'zz' max_level = 1 tolerance = 0.05 interval = 3 start = 5e-7 max_particles = 3000 /\n" + EVERY.format("5e-7"),
+    "implicit": block(end="1e-5") + FOOT + PULL.format("history = 'ramp' rise_time = 5e-6 start = -1e-6") + DISC.format("contact = 'frictionless'")
     + "&method time = 'implicit' time_step = 1e-6 hht_alpha = -0.1 /\n&damping rate = 1e4 /\n" + EVERY.format("2e-6"),
     "moved": block(LAYER) + FOOT + f"&constraint {face(2, 4)} fix = 'xyz' name = 'top' displacement = 1e-6, 2e-6, 3e-6 history = 'table' times = 0.0, 0.7, 1.0 factors = 0.0, 1.0, 0.2 /\n"
     + STATIC.format("load_steps = 3").replace("&output", "&output history_interval = 0.3 "),
@@ -63,7 +63,7 @@ SCENES = {
     + f"&constraint {face(2, 4)} fix = 'xyz' name = 'top' displacement = 1e-6, 2e-6, 3e-6 history = 'table' times = 0.0, 0.4, 1.0 factors = 0.0, 1.0, 0.2 /\n"
     + STATIC.format("load_steps = 5"),
     "moved by a sine": block(end="2e-6") + FOOT + f"&constraint {face(2, 4)} fix = 'z' velocity = 0.0, 0.0, 1.0 history = 'sine' frequency = 1e5 start = 1e-7 /\n" + EVERY.format("5e-7"),
-    "moved by a ramp": block(end="2e-6") + FOOT + f"&constraint {face(2, 4)} fix = 'z' displacement = 0.0, 0.0, 1e-6 history = 'ramp' rise_time = 1e-6 /\n" + EVERY.format("5e-7"),
+    "moved by a ramp": block(end="2e-6") + FOOT + f"&constraint {face(2, 4)} fix = 'z' displacement = 0.0, 0.0, 1e-6 history = 'ramp' rise_time = 1e-6 start = -1e-7 /\n" + EVERY.format("5e-7"),
     "pushes only": block() + f"&constraint {face(2, 0)} fix = 'z' unilateral = .true. name = 'foot' /\n"
     + f"&constraint {face(0, 0)} fix = 'x' /\n&constraint {face(1, 0)} fix = 'y' /\n&load kind = 'gravity' acceleration = 1e3, 2e3, -1e5 /\n&load kind = 'point' lower = 6e-3, 6e-3, 8e-3 upper = 6e-3, 6e-3, 8e-3 force = 0.0, 0.0, 150.0 /\n"
     + "&load kind = 'body' lower = 0.0, 0.0, 4.1e-3 upper = 6e-3, 6e-3, 8e-3 force = 10.0, 20.0, 30.0 /\n" + STATIC.format(""),
