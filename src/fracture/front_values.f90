@@ -37,6 +37,7 @@ module hampm_front_values
       real(dp) :: room = 0                       !! around the front [m]
       logical :: has_ended = .false.             !! whether the crack has run through: there is no front any more
       logical :: has_room = .true.               !! whether it is far enough from sides to be measured
+      logical :: is_free(2) = .false.            !! whether its ends are on sides that nothing holds
       real(dp), allocatable :: arc(:), at(:, :)  !! of the middles of the hats: way along the front, and place [m]
       real(dp), allocatable :: outward(:, :)     !! there, unit vectors out of the crack, (ndim, hats)
       real(dp), allocatable :: mean_of(:, :)     !! part of each node of the front in each hat, (hats, nodes)
@@ -173,6 +174,7 @@ contains
                domain%upper = max(domain%upper, p%reference(i, :) + half)
             end associate
          end do
+         if (.not. front%is_closed) values%is_free = [(is_on_free_side(domain, problem, i), i=1, front%n(), front%n() - 1)]
          values%room = room_of(fronts, number, domain%lower, domain%upper)
          domain%radius = default_radii*min(cell_at(front, problem), of_room*values%room/maxval(default_radii))
          if (grows) domain%radius = max(domain%radius, least_part*default_radii*cell_at(front, problem))
@@ -184,6 +186,32 @@ contains
          end associate
       end associate
    end subroutine new_front_values
+
+   !> Whether a node of a front is on a side of the material along which nothing is held: none of the nodes there, but across the crack.
+   pure logical function is_on_free_side(domain, problem, node) result(is)
+      type(front_domain_t), intent(in) :: domain
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: node
+      real(dp), parameter :: beside = 1e-6_dp    ! cells
+      real(dp) :: x(ndim)
+      integer :: d, k
+      is = .true.
+      associate (grid => problem%grid, front => domain%front)
+         associate (near => beside*grid%finest_cell)
+            x = min(max(front%at(:, node), domain%lower + near), domain%upper - near)
+            x(front%axis) = front%plane + merge(near, -near, domain%upper(front%axis) - front%plane > 2*near)
+            associate (nodes => grid%element_nodes(:, max(grid%element_at(x), 1)))
+               do k = 1, size(nodes)
+                  if (nodes(k) > grid%n_nodes .or. .not. any(abs(grid%node_position(:, nodes(k)) - x) < 2*near &
+                                                     .and. abs(front%at(:, node) - x) > near/2)) cycle
+                  do d = 1, size(front%along)
+                     is = is .and. .not. problem%constraints%holds(nodes(k), front%along(d))
+                  end do
+               end do
+            end associate
+         end associate
+      end associate
+   end function is_on_free_side
 
    !> Place the hats evenly along a front.
    pure subroutine place_hats(front, grows, hats, values)
@@ -276,9 +304,8 @@ contains
       type(front_values_t), intent(in) :: values
       real(dp) :: off(size(values%arc))
       off = abs(values%g)*2*astray*cell_at(values%domain%front, problem)/values%room
-      if (values%domain%front%is_closed) return
       associate (g => values%g, n => size(off))
-         off([1, n]) = off([1, n]) + abs(g([1, n]) - g([2, n - 1]))
+         off([1, n]) = off([1, n]) + merge(abs(g([1, n]) - g([2, n - 1])), 0.0_dp, values%is_free)
       end associate
    end function off_by_place
 
@@ -287,7 +314,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(nodal_state_t), intent(in) :: state
       type(front_values_t), intent(inout) :: values
-      real(dp), allocatable :: g(:, :), k(:, :, :)
+      real(dp), allocatable :: g(:, :), k(:, :, :), beside(:, :), of_mode(:, :)
       real(dp) :: of_k(size(values%arc))         ! G that goes with K
       real(dp) :: sliding(size(values%arc))      ! K_II with the G of K_II and K_III
       integer :: mode
@@ -295,11 +322,13 @@ contains
                                    mask=problem%loads%line == values%domain%front%crack)/(2*ndim) ! loads in all directions
       call front_integrals(values%domain, problem, state, g, k)
       associate (front => values%domain%front, material => problem%materials(values%domain%material), radii => size(g, 2))
-         if (.not. front%is_closed) then
-            call share_as_next(1, 2)
-            call share_as_next(front%n(), front%n() - 1)
-         end if
          values%mean_error = spread_of(matmul(hat_lengths(front), g)/front%length)
+         beside = g
+         if (.not. front%is_closed) then         ! modes share G at ends as they do beside them
+            beside([1, front%n()], :) = g([2, front%n() - 1], :)
+            k(:, [1, front%n()], :) = k(:, [2, front%n() - 1], :)
+         end if
+         beside = matmul(values%mean_of, beside)
          g = matmul(values%mean_of, g)
          values%g = sum(g, dim=2)/radii
          values%g_error = maxval(g, dim=2) - minval(g, dim=2) + off_by_place(problem, values)
@@ -307,10 +336,12 @@ contains
          values%of_g(1, :) = sqrt(material%plane_modulus()*max(values%g, 0.0_dp))
          if (.not. values%domain%has_modes) return
          do mode = 1, front_modes
-            associate (of_mode => matmul(values%mean_of, k(mode, :, :)))
+            of_mode = matmul(values%mean_of, k(mode, :, :))
+            where (beside > 0) of_mode = of_mode*sqrt(max(g, 0.0_dp)/beside)
+            associate (place => off_by_place(problem, values))
                values%k(mode, :) = sum(of_mode, dim=2)/radii
                values%k_error(mode, :) = maxval(of_mode, dim=2) - minval(of_mode, dim=2) &
-                                         + abs(values%k(mode, :))*off_by_place(problem, values)/max(2*values%g, tiny(of_k))
+                                         + abs(values%k(mode, :))*place/max(2*values%g, tiny(of_k))
             end associate
          end do
          of_k = (sum(values%k(:2, :)**2, dim=1)*(1 - material%poisson) + values%k(3, :)**2)/(2*material%mu)
@@ -335,15 +366,6 @@ contains
          real(dp), intent(in) :: list(:)
          spread_of = maxval(list) - minval(list)
       end function spread_of
-
-      !> Let the modes share G at the end of a front as at the node next to it.
-      subroutine share_as_next(end, next)
-         integer, intent(in) :: end, next
-         integer :: r
-         do r = 1, size(g, 2)
-            if (g(next, r) > 0) k(:, end, r) = k(:, next, r)*sqrt(max(g(end, r), 0.0_dp)/g(next, r))
-         end do
-      end subroutine share_as_next
    end subroutine measure_domains
 
    !> Mean of G along the front [J/m2].

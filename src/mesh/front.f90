@@ -15,6 +15,7 @@ module hampm_front
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: rounding = 1e-9_dp     !! of the box, within which an edge is that of the box
+   real(dp), parameter :: smooth = 0.94_dp       !! cosine of a turn of a polygon beyond which it is a corner: 20 degrees
    integer, parameter :: chords = 8              !! of a curve between two nodes of a front
 
    !> What the model says of where a crack is.
@@ -109,6 +110,14 @@ contains
       end associate
       allocate (region%may_be_front(size(region%outline, 2)), source=.true.)
       allocate (region%is_corner(size(region%outline, 2)), source=all(shape%front /= ['disc   ', 'ellipse']))
+      if (shape%front == 'polygon') then         ! small turns are those of a curve
+         do k = 1, n
+            associate (a => region%outline(:, k) - region%outline(:, modulo(k - 2, n) + 1), &
+                       b => region%outline(:, modulo(k, n) + 1) - region%outline(:, k))
+               region%is_corner(k) = dot_product(a, b) < smooth*norm2(a)*norm2(b)
+            end associate
+         end do
+      end if
       if (all(shape%front /= ['disc   ', 'ellipse', 'polygon'])) region%may_be_front(2:) = .false.
    end function region_of
 

@@ -108,6 +108,49 @@ SHEARED = """
 """
 
 
+@pytest.mark.verify
+def test_a_crack_around_a_bar(tmp_path):
+    """All is cracked but a neck of radius 1/2, as a polygon that reaches out of a square bar: the closed form of Benthem & Koiter (1972) for a round bar of the
+    same section."""
+    angle = np.linspace(0, np.pi / 2, 25)
+    arc = [(0.5 * np.cos(a), 0.5 * np.sin(a), 0.0) for a in angle]
+    points = [(0.5, -1.0, 0.0), *arc, (-1.0, 0.5, 0.0), (-1.0, 5.0, 0.0), (5.0, 5.0, 0.0), (5.0, -1.0, 0.0)]
+    text = part((3.0, 3.0, 3.0), 4, {"front": "'polygon'", "points": np.ravel(points)}, refine=TIP.replace("max_level = 1", "max_level = 2").replace("rings = 2", "rings = 4"))
+    along, history = front(tmp_path / "bar", text.replace("center = 0.0, 0.0, 0.0", ""))
+    neck = 0.5 / (3 * 2 / np.sqrt(np.pi))
+    asked = 36 / (np.pi * 0.25) * np.sqrt(np.pi / 2) / 2 * (1 + neck / 2 + 3 * neck**2 / 8 - 0.363 * neck**3 + 0.731 * neck**4) * np.sqrt(1 - neck)
+    mean, closed = (k_of(history[column][-1]) / asked - 1 for column in ("G_mean", "G_vcct_I"))
+    print("mean", mean, "closure", closed, "local", k_of(along["G"][-1]) / asked - 1, "K", along["K_I"][-1] / asked - 1)
+    assert abs(mean) < 0.01 and abs(closed) < 0.015 and np.max(np.abs(k_of(along["G"][-1]) / asked - 1)) < 0.015
+    assert np.max(np.abs(along["K_I"][-1] / asked - 1)) < 0.03
+
+
+CYLINDER = """
+&run end_time = 1.0 /
+&grid lower = -2.75, -2.75, 0.0  cell = 0.25  cells = 22, 22, 11 /
+&material name = 'a'  young = 1.0  poisson = 0.3  density = 1.0 /
+&body material = 'a'  shape = 'cylinder'  lower = 0.0, 0.0, 0.0  upper = 0.0, 0.0, 2.5  radius = 2.5 /
+&constraint lower = -2.5, -2.5, 0.0  upper = 2.5, 2.5, 0.0  fix = 'z' /
+&constraint lower = 0.0, 0.0, 2.5  upper = 0.0, 0.0, 2.5  fix = 'xy' /
+&constraint lower = 0.0, 1.0, 2.5  upper = 0.0, 1.0, 2.5  fix = 'x' /
+&crack kind = 'symmetry'  normal = 'z'  front = 'disc'  center = 0.0, 0.0, 0.0  radii = 1.0 /
+&load kind = 'pressure'  on = 'crack'  pressure = 1.0 /
+&refine indicator = 'tip'  max_level = 2  rings = 4 /
+&method time = 'static'  frame = 'total' /
+&output file = 'case.h5' /
+"""
+
+
+@pytest.mark.verify
+def test_a_penny_in_a_cylinder(tmp_path):
+    """Under pressure, in a cylinder as high and wide as 2.5 radii: axisymmetric finite elements, 1.06129 of an endless body along the whole front."""
+    along, history = front(tmp_path / "penny", CYLINDER)
+    mean, closed = (k_of(history[column][-1]) / (1.06129 * UNIT) - 1 for column in ("G_mean", "G_vcct_I"))
+    local = k_of(along["G"][-1]) / (1.06129 * UNIT) - 1
+    print("mean", mean, "closure", closed, "local", local, k_of(along["G_vcct_I"][-1]) / (1.06129 * UNIT) - 1, "K", along["K_I"][-1] / (1.06129 * UNIT) - 1)
+    assert abs(mean) < 0.005 and np.max(np.abs(local)) < 0.01 and np.max(np.abs(k_of(along["G_vcct_I"][-1]) / (1.06129 * UNIT) - 1)) < 0.01
+
+
 def test_a_pressure_on_faces(tmp_path):
     """It is a tension less a uniform stress: G and K are those of the tension."""
     text = penny(3.2)
