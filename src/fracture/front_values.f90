@@ -13,6 +13,7 @@ module hampm_front_values
    use hampm_front_integral, only: front_domain_t, front_modes, front_integrals, hat_lengths, cell_at
    use hampm_history, only: history_t
    use hampm_loads, only: factors_at
+   use hampm_material, only: are_of_one
    use hampm_nodal_state, only: nodal_state_t
    use hampm_problem, only: problem_t
    use hampm_snapshots, only: piece_t, add_field, vtk_line
@@ -36,7 +37,6 @@ module hampm_front_values
       logical :: by_domain = .true., by_closure = .false. !! by which estimators, the first of which is that of G
       real(dp) :: room = 0                       !! around the front [m]
       logical :: has_ended = .false.             !! whether the crack has run through: there is no front any more
-      logical :: has_room = .true.               !! whether it is far enough from sides to be measured
       logical :: is_free(2) = .false.            !! whether its ends are on sides that nothing holds
       real(dp), allocatable :: arc(:), at(:, :)  !! of the middles of the hats: way along the front, and place [m]
       real(dp), allocatable :: outward(:, :)     !! there, unit vectors out of the crack, (ndim, hats)
@@ -52,7 +52,7 @@ module hampm_front_values
 contains
 
    !> Let values follow fronts: nothing is measured yet of those that are new, and what was of the others stays with as many places of each, until it is
-   !> measured again; of those that have ended it is 0. What comes too near to a side to be measured stays as it was.
+   !> measured again; of those that have ended it is 0.
    pure subroutine renew_front_values(fronts, problem, names, radii, grows, values)
       type(front_t), intent(in) :: fronts(:)
       type(problem_t), intent(in) :: problem
@@ -60,7 +60,6 @@ contains
       real(dp), intent(in) :: radii(:)           !! of domains [m], none: those of so many cells
       logical, intent(in) :: grows(:)            !! of each crack, whether its fronts may come to run across the lattice
       type(front_values_t), allocatable, intent(inout) :: values(:)
-      real(dp), parameter :: least = 2           ! cells
       type(front_values_t), allocatable :: old(:)
       logical :: is_old
       integer :: k, hats
@@ -82,7 +81,6 @@ contains
          if (size(radii) > 0) values(k)%domain%radius = radii
          values(k)%by_domain = any(names == 'domain_integral')
          values(k)%by_closure = any(names == 'vcct')
-         values(k)%has_room = maxval(values(k)%domain%radius) >= least*problem%grid%finest_cell
          if (is_old) call take_measured(old(k), values(k))
       end do
    end subroutine renew_front_values
@@ -158,6 +156,7 @@ contains
       logical, intent(in) :: grows
       integer, intent(in) :: hats                !! how many places there are to be; 0: so many as suit it
       type(front_values_t), intent(out) :: values
+      real(dp) :: room
       integer :: i
       associate (front => fronts(number), domain => values%domain, p => problem%particles)
          call place_hats(front, grows, hats, values)
@@ -176,13 +175,18 @@ contains
          end do
          if (.not. front%is_closed) values%is_free = [(is_on_free_side(domain, problem, i), i=1, front%n(), front%n() - 1)]
          values%room = room_of(fronts, number, domain%lower, domain%upper)
-         domain%radius = default_radii*min(cell_at(front, problem), of_room*values%room/maxval(default_radii))
-         if (grows) domain%radius = max(domain%radius, least_part*default_radii*cell_at(front, problem))
          i = minloc(sum((p%reference(:p%n, :) - spread(front%at(:, front%n()/2 + 1), 1, p%n))**2, dim=2), dim=1)
          domain%material = p%material(i)
+         room = values%room
+         do i = 1, p%n                           ! domains have one material
+            if (are_of_one(problem%materials, domain%material, p%material(i))) cycle
+            room = min(room, sqrt(minval(sum((front%at - spread(p%reference(i, :), 2, front%n()))**2, dim=1))) &
+                             - p%volume(i)**(1.0_dp/ndim))
+         end do
+         domain%radius = default_radii*min(cell_at(front, problem), of_room*max(room, 0.0_dp)/maxval(default_radii))
+         if (grows) domain%radius = max(domain%radius, least_part*default_radii*cell_at(front, problem))
          associate (material => problem%materials(domain%material))
-            domain%has_modes = material%linear .and. material%isotropic .and. .not. any(p%material(:p%n) /= domain%material) &
-                               .and. .not. (material%has_history .or. material%is_graded())
+            domain%has_modes = material%linear .and. material%isotropic .and. .not. (material%has_history .or. material%is_graded())
          end associate
       end associate
    end subroutine new_front_values
@@ -253,7 +257,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(nodal_state_t), intent(in) :: state
       type(front_values_t), intent(inout) :: values
-      if (values%has_ended .or. .not. values%has_room) return
+      if (values%has_ended) return
       if (values%by_domain) call measure_domains(problem, state, values)
       if (values%by_closure) call measure_closure(problem, values)
    end subroutine measure_front

@@ -203,6 +203,9 @@ contains
       real(dp), allocatable :: tips(:, :), directions(:, :)
       real(dp) :: aside(ndim)
       integer :: around(4), k, t, body           ! materials around a tip, 0 for none
+      integer, allocatable :: materials(:)       ! of bodies in the plane of a crack
+      logical :: is_between
+      is_between = .false.
       call list_tips(model, tips, directions)
       do t = 1, size(tips, 2)
          do k = 1, 4
@@ -212,12 +215,19 @@ contains
             around(k) = 0
             if (body > 0) around(k) = model%bodies(body)%material_index
          end do
-         if (.not. any(around > 0 .and. .not. are_alike(model, around, maxval(around)))) cycle
+         is_between = is_between .or. any(around > 0 .and. .not. are_alike(model, around, maxval(around)))
+      end do
+      do t = 1, size(model%planes)
+         associate (x => model%planes(t)%center(model%planes(t)%axis), axis => model%planes(t)%axis, tol => tolerance(model%grid))
+            materials = pack(model%bodies%material_index, [(x > model%bodies(k)%lower(axis) - tol .and. &
+                                                            x < model%bodies(k)%upper(axis) + tol, k=1, size(model%bodies))])
+         end associate
+         is_between = is_between .or. .not. all(are_alike(model, materials, materials(1)))
+      end do
+      if (is_between) &
          call add(text, 'the tip of the crack is between two materials: G of modes I and II depends on the size of the '// &
                   'cells there, only their sum is valid'//trim(merge('; K is not recorded', '                   ', &
                                                                .not. model%energy_release%phase_length > 0)))
-         return
-      end do
    end subroutine check_interfaces
 
    !> All tips, and unit vectors out of the cracks there.

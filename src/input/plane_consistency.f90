@@ -137,9 +137,10 @@ contains
       real(dp), parameter :: least_radius = 2    ! the same
       real(dp), parameter :: reach = 6           ! of the largest
       character(:), allocatable :: why
-      real(dp) :: room
+      real(dp) :: room, tol
       integer :: k, first
       why = ''
+      tol = tolerance(model%grid)
       do k = 1, size(fronts)
          room = room_of(fronts, k, lower, upper) ! gfortran 12 takes it for impure as an associate name
          if (room < least_room*finest_cell(model)) why = to_text(least_room)//' of the finest cells, '// &
@@ -177,7 +178,20 @@ contains
             end do
          end associate
       end do
-      associate (x => plane%center(plane%axis), tol => tolerance(model%grid))
+      do k = 1, size(model%constraints)
+         associate (box => model%constraints(k), far => reach*finest_cell(model))
+            do first = 1, size(fronts)
+               associate (low => minval(fronts(first)%at, dim=2) - far, high => maxval(fronts(first)%at, dim=2) + far)
+                  if (.not. all(box%lower < high .and. box%upper > low)) cycle
+                  if (any((box%lower > max(low, lower) + tol .or. box%upper < min(high, upper) - tol) .and. .not. &
+                          (box%upper < lower + tol .or. box%lower > upper - tol))) &
+                     why = 'no edge of what &constraint '//to_text(k)//' holds within '//to_text(far)// &
+                           ' m, six of the finest cells, of the fronts'
+               end associate
+            end do
+         end associate
+      end do
+      associate (x => plane%center(plane%axis))
          first = 0
          do k = 1, size(model%bodies)
             if (x < model%bodies(k)%lower(plane%axis) - tol .or. x > model%bodies(k)%upper(plane%axis) + tol) cycle

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 from history import read_curve
-from paths import INPUT, REFERENCE, SCRIPTS, SOLID_PROGRAM
+from paths import INPUT, PROGRAM, REFERENCE, SCRIPTS, SOLID_PROGRAM
 from test_solid import G_REF, beam, run
 from test_solid_cracks import NU, TIP, disc, part, reference
 
@@ -367,10 +367,46 @@ def test_two_fronts_and_what_they_need(tmp_path):
     for change, message in (
             (("&crack", "&load kind = 'traction'  lower = 0.0, 0.0, 0.0  upper = 0.01, 0.0, 0.005  force = 0.0, 1.0, 0.0 /\n&crack"), "no load within"),
             (("&body material = 'a'  lower = 0.0, 0.0, 0.0", "&material name = 'b'  young = 7e9  poisson = 0.3  density = 2700.0 /\n&body material = 'b'  "
-              "lower = 0.0, 0.0, 0.0  upper = 0.005, 0.04, 0.005 /\n&body material = 'a'  lower = 0.005, 0.0, 0.0"), "one material in the plane")):
-        (tmp_path / "case.nml").write_text(PLATE.replace(*change) + MEASURED)
+              "lower = 0.0, 0.0, 0.0  upper = 0.005, 0.04, 0.005 /\n&body material = 'a'  lower = 0.005, 0.0, 0.0"), "one material in the plane"),
+            (("&load", "&constraint lower = 0.01, 0.005, 0.0  upper = 0.0125, 0.005, 0.0  fix = 'x' /\n&load"), "no edge of what &constraint 4 holds within"),
+            (("&crack", "&energy_release estimators = 'domain_integral'  radii = 1e-3 /\n&crack"), "must be from 0.0025 m")):
+        (tmp_path / "case.nml").write_text(PLATE.replace(*change) + ("" if "estimators" in change[1] else MEASURED))
         result = subprocess.run([SOLID_PROGRAM, "case.nml", "--check", "--quiet"], cwd=tmp_path, capture_output=True, text=True)
         assert result.returncode == 2 and message in result.stderr, result.stderr
+
+
+def test_a_crack_between_two_materials(tmp_path):
+    """A slab one cell thick between rollers: the sum of the modes of closure is J of the plane program, by Richardson's pair of that."""
+    def scene(dims, n):
+        box = lambda *ends: "  ".join(f"{key} = {', '.join(map(repr, place[:dims]))}" for key, place in zip(("lower", "upper"), ends))
+        solid, h = dims == 3, 1 / n
+        crack = "kind = 'plane'  normal = 'y'  tip = 0.5, 0.5, 0.0  direction = 1.0, 0.0, 0.0" if solid else "kind = 'line'  tip = 0.5, 0.5  direction = 1.0, 0.0"
+        rollers, across = (f"&constraint {box((0.0, 0.0, 0.0), (1.0, 1.0, h))}  fix = 'z' /", "z") if solid else ("", "")
+        return f"""
+&run end_time = 1.0  {'' if solid else f"plane = 'strain'  thickness = {h}"} /
+&grid lower = {', '.join(map(repr, (0.0, -h, 0.0)[:dims]))}  cell = {h}  cells = {', '.join(map(str, (n, n + 2, 1)[:dims]))} /
+&material name = 'a'  young = 1.0e6  poisson = 0.3  density = 1.0 /
+&material name = 'b'  young = 5.0e6  poisson = 0.2  density = 1.0 /
+&body material = 'a'  {box((0.0, 0.0, 0.0), (1.0, 0.5, h))} /
+&body material = 'b'  {box((0.0, 0.5, 0.0), (1.0, 1.0, h))} /
+{rollers}
+&constraint {box((1.0, 0.0, 0.0), (1.0, 1.0, h))}  fix = 'x{across}' /
+&constraint {box((1.0, 0.0, 0.0), (1.0, 0.0, h))}  fix = 'xy{across}' /
+&load kind = 'traction'  {box((0.0, 1.0, 0.0), (1.0, 1.0, h))}  force = {', '.join(map(repr, (0.0, h, 0.0)[:dims]))} /
+&load kind = 'traction'  {box((0.0, 0.0, 0.0), (1.0, 0.0, h))}  force = {', '.join(map(repr, (0.0, -h, 0.0)[:dims]))} /
+&crack {crack} /
+&method time = 'static'  frame = 'total' /
+&energy_release estimators = {"'vcct'" if solid else "'domain_integral'"} /
+&output file = 'case.h5' /
+"""
+    plane = []
+    for n in (20, 40):
+        with run(tmp_path / f"plane{n}", PROGRAM, scene(2, n)) as file:
+            plane.append(file["history/J"][-1])
+    _, history = front(tmp_path / "slab", scene(3, 20))
+    asked = 2 * plane[1] - plane[0]
+    print("plane", plane, "asked", asked, "closure", history["G_mean"][-1] / asked - 1, "asked 2 %")
+    assert history["G_mean"][-1] == pytest.approx(asked, rel=0.02) and history["G_vcct_II"][-1] > 0.03 * asked
 
 
 def ramped(time, rise, curve):
