@@ -14,10 +14,10 @@ module hampm_particle_kernels
    use hampm_tensors, only: voigt, n_voigt
    implicit none
    private
-   public :: most_rows, n_across, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, add_mass, &
-             add_momentum, add_matrix, linear_forces, anisotropic_forces, add_stress, divergence
+   public :: most_blocks, most_rows, n_across, clear, take_corners, locate_reference, locate_present, add_field, add_gradient, &
+             add_mass, add_momentum, add_matrix, linear_forces, anisotropic_forces, add_stress, divergence
 
-   integer, parameter :: most_rows = 16          !! that are done at a time
+   integer, parameter :: most_blocks = 16, most_rows = merge(16, 64, ndim == 2) !! that are done at a time
    integer, parameter :: n_across = corners/2   !! corners of the side across a direction, and moments of volume times stress over that
    integer, parameter :: plane_corners = 2**plane
 

@@ -28,9 +28,9 @@ module hampm_particle_pass
    use hampm_material, only: material_t
    use hampm_matter, only: matter_t
    use hampm_nodal_fields, only: nodal_fields_t, v_next
-   use hampm_particle_kernels, only: most_rows, n_across, clear, take_corners, locate_reference, locate_present, add_field, &
-                                     add_gradient, add_mass, add_momentum, add_matrix, linear_forces, anisotropic_forces, &
-                                     add_stress, divergence
+   use hampm_particle_kernels, only: most_blocks, most_rows, n_across, clear, take_corners, locate_reference, locate_present, &
+                                     add_field, add_gradient, add_mass, add_momentum, add_matrix, linear_forces, &
+                                     anisotropic_forces, add_stress, divergence
    use hampm_particles, only: particles_t
    use hampm_pass, only: pass_t
    use hampm_support_pass, only: pass_by_supports
@@ -118,16 +118,16 @@ contains
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
       real(dp) :: mass_of(room), volume_of(room), x(room, ndim), xi(room, ndim), u(room, ndim), v(room, ndim), h(room, ndim, ndim)
       integer :: material_of(room), number_of(room)
-      real(dp), dimension(lanes, corners, ndim, most_rows) :: kick_by, strain_by, move_by
-      real(dp) :: moments(lanes, ndim*ndim*n_across, most_rows) ! of the stress
-      real(dp) :: beyond(lanes, most_rows), step(lanes, most_rows), zeros(lanes), lambda, mu
+      real(dp), dimension(lanes, corners, ndim, most_blocks) :: kick_by, strain_by, move_by
+      real(dp) :: moments(lanes, ndim*ndim*n_across, most_blocks) ! of the stress
+      real(dp) :: beyond(lanes, most_blocks), step(lanes, most_blocks), zeros(lanes), lambda, mu
       logical :: is_linear, is_isotropic
       integer :: j, b, n, i, k, s, rows
       zeros = f%contribution(:, 1, 1, 0)
       j = 1
       do while (j <= size(listed))
          b = listed(j)
-         n = min(m%blocks%alike(b), size(listed) - j + 1, max(1, most_rows/m%blocks%rows(b)))
+         n = min(m%blocks%alike(b), size(listed) - j + 1, most_blocks, max(1, most_rows/m%blocks%rows(b)))
          do while (listed(j + n - 1) /= b + n - 1) ! listed blocks are ascending
             n = n - 1
          end do
@@ -191,7 +191,7 @@ contains
          integer, intent(in) :: ld, material(ld)
          real(dp), intent(in) :: mass(ld), volume(ld), x(ld, ndim)
          real(dp), intent(inout) :: xi(ld, ndim), u(ld, ndim), v(ld, ndim), h(ld, ndim, ndim)
-         real(dp) :: t(lanes, ndim*ndim, most_rows), outside(lanes, most_rows)
+         real(dp) :: t(lanes, ndim*ndim, most_rows), outside(lanes, most_blocks)
          integer :: k, first
          if (pass%locate) then
             if (m%particles%total_frame) then
