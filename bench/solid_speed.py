@@ -1,6 +1,7 @@
 """What solids cost: a step beside a copy of its state, solutions at rest by both solvers, and the beam of square arms, by size.
 
     step    ns of the processor per particle and step of a cube, both frames, over four sizes, beside a copy of its state in the same turn
+    count   instructions per particle and step of a cube by valgrind, all schemes in both frames
     rest    seconds of the processor and the peak of the memory of a cube at rest by factors and by conjugate gradients with a multigrid,
             beside what --check foretells
     beam    seconds of the processor for the mean of G along the front of input/solid/dcb.nml, on uniform and refined cells and by
@@ -18,6 +19,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from instructions import run_counted
 from tables import ROOT, command_line, write
 
 
@@ -70,9 +72,9 @@ def step(program, folder):
     rows = [["frame", "particles", "ns", "copy ns", "ratio", "MB", "foretold MB", "bytes a particle"]]
     speed = (200e9 * 0.7 / (1.3 * 0.4) / 7800.0) ** 0.5
     for frame in ("updated", "total"):
-        for n in (10, 23, 50, 63):
+        for n in (10, 23, 32, 50):
             particles, dt = 8 * n**3, 0.2 / n / speed
-            few, many = 5, 5 + max(20, 3_000_000 // particles)
+            few, many = 5, 5 + max(40, 40_000_000 // particles)
             turns = []
             for _ in range(3):
                 taken = []
@@ -84,6 +86,24 @@ def step(program, folder):
             ns, copy = (sorted(values)[1] for values in zip(*turns))
             rows.append([frame, particles, f"{ns:.0f}", f"{copy:.0f}", f"{ns / copy:.1f}", f"{peak:.0f}", f"{foretold:.0f}",
                          f"{peak * 1e6 / particles:.0f}"])
+            print(rows[-1], flush=True)
+    return rows
+
+
+def count(program, folder):
+    """The difference of two numbers of steps: without the start."""
+    rows = [["frame", "scheme", "particles", "instructions"]]
+    n, few, many = 16, 4, 12
+    speed = (200e9 * 0.7 / (1.3 * 0.4) / 7800.0) ** 0.5
+    for frame in ("updated", "total"):
+        for scheme in ("musl", "usl", "usf", "usavg"):
+            counts = []
+            for steps in (few, many):
+                (folder / "case.nml").write_text(CUBE.format(
+                    n=n, cell=1 / n, end=steps * 0.2 / n / speed, load="", body="velocity = 1.0, 0.0, 0.0",
+                    method=f"frame = '{frame}'  scheme = '{scheme}'  courant = 0.2"))
+                counts.append(run_counted(program, folder / "case.nml", "--output", folder, "--quiet", "--force", "--threads", "1")[1])
+            rows.append([frame, scheme, 8 * n**3, f"{(counts[1] - counts[0]) / (many - few) / (8 * n**3):.1f}"])
             print(rows[-1], flush=True)
     return rows
 
@@ -134,7 +154,7 @@ def beam(program, folder):
 
 
 def main():
-    parts = {"step": step, "rest": rest, "beam": beam}
+    parts = {"step": step, "count": count, "rest": rest, "beam": beam}
     arguments = command_line(__doc__, list(parts), ROOT / "results/solids", ROOT / "build/release3d/hampm3d")
     for part in arguments.part:
         with tempfile.TemporaryDirectory() as folder:

@@ -40,7 +40,7 @@ contains
          end do
       end do
       matrix%n = n
-      allocate (matrix%row_start(n + 1), unsorted(size(cliques, 1)*size(cliques)))
+      allocate (matrix%row_start(n + 1), unsorted(32*n + 1)) ! the entries of all cliques may be more than can be numbered
       mark = 0
       entries = 0
       do i = 1, n
@@ -52,6 +52,7 @@ contains
                if (cliques(c, k) == 0) cycle
                if (mark(cliques(c, k)) == i) cycle
                mark(cliques(c, k)) = i
+               if (entries == size(unsorted)) unsorted = [unsorted, unsorted]
                entries = entries + 1
                unsorted(entries) = cliques(c, k)
             end do
