@@ -39,6 +39,7 @@ module hampm_static_front_growth
    type :: fall_t
       real(dp), allocatable :: of(:, :)          !! [1/m], (points, points)
       real(dp), allocatable :: part(:)           !! of the front at each point [-]
+      real(dp) :: least = 0                 !! of a way of the whole front, by toughness [1/m]
       integer :: before = 0                      !! points of the fronts before it
    end type fall_t
 
@@ -260,7 +261,7 @@ contains
       integer :: f, k
       k = 0
       do f = 1, size(fronts)
-         fall(f) = fall_t(fall_of(fronts(f)), parts_of(fronts(f)), k)
+         fall(f) = fall_t(fall_of(fronts(f)), parts_of(fronts(f)), floor_of_fall/fronts(f)%domain%front%length, k)
          k = k + size(fronts(f)%arc)
       end do
       grows = [(growing%is_growing(k), k=1, size(way))]
@@ -343,6 +344,7 @@ contains
          w = merge(fall%part*g, 0.0_dp, moves)
          matrix = spread(fall%part, 2, size(g))*fall%of
          do i = 1, size(g)
+            matrix(i, i) = matrix(i, i) + fall%part(i)*fall%least
             if (moves(i)) cycle
             matrix(i, :) = 0
             matrix(:, i) = 0
@@ -350,7 +352,7 @@ contains
          end do
          call dposv('U', size(g), 1, matrix, size(g), w, size(g), info)
          before = moves
-         moves = merge(w > 0, g - matmul(fall%of, w) > 1e-12_dp, before)
+         moves = merge(w > 0, g - matmul(fall%of, w) - fall%least*w > 1e-12_dp, before)
          if (all(moves .eqv. before)) exit
       end do
       w = max(w, 0.0_dp)
@@ -373,7 +375,6 @@ contains
                a(i, merge(other, m + 2 - other, other <= n)) = a(i, merge(other, m + 2 - other, other <= n)) - of_way
             end associate
          end do
-         a(i, i) = a(i, i) + floor_of_fall/front%domain%front%length
       end do
    end function fall_of
 

@@ -33,7 +33,7 @@ DIMENSIONS = {
 for _name in ("constraint", "load", "control"):
     DIMENSIONS[_name] |= {"start": TIME, "rise_time": TIME, "times": TIME, "frequency": RATE}
 UNITS = {"s": TIME, "1": NOTHING, "m": LENGTH, "J": (1, 2, -2), "kg m/s": (1, 1, -1), "kg m2/s": (1, 2, -1), "N": FORCE, "J/m2": TOUGHNESS, "Pa m^0.5": INTENSITY,
-         "rad": NOTHING, "deg": NOTHING, "m/s": SPEED, "Pa": PRESSURE, "m3": (0, 3, 0)}
+         "rad": NOTHING, "deg": NOTHING, "m/s": SPEED, "Pa": PRESSURE, "m2": (0, 2, 0), "m3": (0, 3, 0)}
 # Columns that are linear in the loads of a linear body beside those of their units
 OPENINGS = "crack_opening", "crack_sliding", "mouth_opening", "mouth_sliding"
 LINEAR = "displacement_", "velocity_", "strain_p", "opening_", "sliding_", "load_displacement_"

@@ -1,7 +1,5 @@
 """Growth of fronts of cracks in solids at rest, by the program: load cycles and toughness beside closed forms and the same laws by Irwin's K."""
 
-import re
-import shutil
 import subprocess
 
 import h5py
@@ -160,3 +158,71 @@ def test_a_tougher_body(tmp_path):
     reach = one["x"][-1].max(), one["y"][-1].max()
     print("reach", reach, "toughness", one["toughness"][-1])
     assert reach[0] < 1.02 and reach[1] > 1.2 and set(np.round(one["toughness"][-1], 9)) == {1.0, 2.0}
+
+
+BEAM = """
+&run end_time = {steps}.0 /
+&grid lower = 0.0, 0.0, 0.0  cell = 1.25e-3  cells = 80, 9, 4 /
+&material name = 'a'  young = 70.0e9  poisson = 0.3  density = 2700.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.1, 0.01, 0.005 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.1, 0.0, 0.005  fix = 'y' /
+&constraint lower = 0.0, 0.0, 0.005  upper = 0.1, 0.01, 0.005  fix = 'z' /
+&constraint lower = 0.1, 0.0, 0.0  upper = 0.1, 0.0, 0.005  fix = 'x' /
+&load kind = 'traction'  lower = 0.0, 0.0, 0.0  upper = 0.0, 0.01, 0.005  force = 0.0, 50.0, 0.0 /
+&crack kind = 'symmetry'  normal = 'y'  front = 'straight'  tip = 0.05, 0.0, 0.0  direction = 1.0, 0.0, 0.0 /
+&growth law = 'quasi_static'  direction = 'straight'  toughness = 100.0  increment = 5.0e-4 /
+&refine indicator = 'tip'  max_level = 2  rings = 3 /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. /
+&method time = 'static'  frame = 'total'  load_steps = {steps} /
+&output file = 'case.h5' /
+"""
+
+
+@pytest.mark.verify
+def test_the_front_of_a_beam_becomes_curved(tmp_path):
+    """The middle of the width goes first, as G is largest there, and the sides follow; then G is the toughness all along the front."""
+    along, history, off = grown(tmp_path / "beam", BEAM.format(steps=8))
+    ahead = along["x"][:, 0] - along["x"][:, -1]
+    least = along["G"].min(axis=1) / along["G"].max(axis=1)
+    print("middle ahead by [mm]", 1e3 * ahead, "least G over the largest", least, "energy", off)
+    assert along["z"][0, 0] == pytest.approx(0.005) and ahead[1] == pytest.approx(5e-4, rel=1e-3) and 4.5e-4 < ahead[-1] < 6.5e-4
+    assert least[0] < 0.65 and least[2:].min() > 0.94 and np.max(np.abs(off)) < 0.01
+    assert np.all(np.diff(history["load_factor"][2:]) < 0)
+
+
+def test_a_front_meets_a_side(tmp_path):
+    """It is told, the front goes on as one that ends there, and after it has run through there is none."""
+    (tmp_path / "case").mkdir()
+    (tmp_path / "case/case.nml").write_text(tough("front = 'disc'  radii = 3.0", 4, 0.5))
+    said = subprocess.run([SOLID_PROGRAM, "case.nml", "--quiet"], cwd=tmp_path / "case", capture_output=True, text=True)
+    assert said.returncode == 0 and "front 1 has met a side, and ends there as far as it goes on" in said.stderr, said.stderr
+    with h5py.File(tmp_path / "case/case.h5") as file:
+        x, area, g = file["front/x"][()], file["history/crack_area"][()], file["front/G"][()]
+    print(said.stderr, "area", area, "x", x.max(axis=1))
+    met = np.argmax(x.max(axis=1) > 4 - 1e-9)
+    assert met > 0 and np.all(np.diff(area[:met + 1]) > 0) and np.all(np.isfinite(g[:met + 1]))
+
+
+def test_threads_and_restarts_change_no_byte_of_growth(tmp_path):
+    for name, text in (("cycles", fatigue(DISC, 2, 0.1)), ("tough", tough("front = 'ellipse'  radii = 1.0, 0.95", 2, 0.1))):
+        found = []
+        for place, calls in (("one", [("case.nml",)]), ("two", [("--threads", "2", "--steps", "1", "case.nml"), ("--resume", "case.h5.checkpoint")])):
+            folder = tmp_path / name / place
+            folder.mkdir(parents=True)
+            (folder / "case.nml").write_text(text)
+            for call in calls:
+                assert subprocess.run([SOLID_PROGRAM, "--quiet", *call], cwd=folder, capture_output=True).returncode == (5 if "--steps" in call else 0)
+            with h5py.File(folder / "case.h5") as file:
+                found.append({f"{group}/{column}": values[()] for group in ("history", "front") for column, values in file[group].items()})
+        assert found[0].keys() == found[1].keys() and all(np.array_equal(values, found[1][column]) for column, values in found[0].items())
+
+
+def test_what_does_not_go(tmp_path):
+    """Fronts stay in their plane, and have no tips."""
+    text = tough(DISC, 2, 0.1)
+    for name, change, why in (("direction", ("direction = 'straight'", "direction = 'hoop_stress'"), "fronts stay in the plane of their crack"),
+                              ("tips", ("toughness = 1.0", "toughness = 1.0  tips = 'largest'"), "a front has no tips"),
+                              ("length", ("toughness = 1.0", "toughness = 1.0  max_length = 2.0"), "a crack in a plane has an area")):
+        (tmp_path / f"{name}.nml").write_text(text.replace(*change))
+        said = subprocess.run([SOLID_PROGRAM, f"{name}.nml", "--quiet"], cwd=tmp_path, capture_output=True, text=True)
+        assert said.returncode == 2 and why in said.stderr, said.stderr
