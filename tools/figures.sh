@@ -172,6 +172,8 @@ draw_solid_front() {
     "$python" postprocess/plot_field.py $out/solid/beam.h5 --field von_mises --scale 500 --width 5 --dpi 100 --output $out/solid_beam.png
     build/release3d/hampm3d input/solid/plate.nml --output $out/solid --force --quiet
     "$python" postprocess/plot_front.py $out/solid/plate.h5 --over z --scale 0.5293609 --reference tests/reference/solid/plate.csv --output $out/solid_plate.png
+    build/release3d/hampm3d input/solid/fatigue_ellipse.nml --output $out/solid --force --quiet
+    "$python" postprocess/plot_front.py $out/solid/fatigue_ellipse.h5 --fronts 6 --dpi 100 --output $out/solid_fatigue_ellipse.png
 }
 draw_mixed_mode() {
     run input/mixed_mode.nml mixed_mode

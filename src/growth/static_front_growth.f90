@@ -30,7 +30,7 @@ module hampm_static_front_growth
    implicit none
    private
    public :: record_points
-   public :: ratios_of_points, advance_points, at_points, settle_points, book_points, take_points
+   public :: ratios_of_points, advance_points, at_points, even_out_points, book_points, take_points
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: floor_of_fall = 0.1_dp !! fall of G over G with the way of a whole front over its length, which no mode of A has [-]
@@ -416,7 +416,7 @@ contains
    end function at_points
 
    !> After a load step: let what is known of the points where they have come to be that of points that stand evenly.
-   pure subroutine settle_points(growing, fronts, values)
+   pure subroutine even_out_points(growing, fronts, values)
       type(growing_t), intent(in) :: growing
       type(front_values_t), intent(in) :: fronts(:)
       real(dp), intent(inout) :: values(:)       !! of the points
@@ -442,7 +442,7 @@ contains
          end do
          before = before + n
       end do
-   end subroutine settle_points
+   end subroutine even_out_points
 
    !> Where the points of a front have come to.
    pure function places_of(growing, before, n) result(places)

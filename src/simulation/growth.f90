@@ -13,7 +13,7 @@ module hampm_growth
    use hampm_plane_cuts, only: fronts_of, find_unbonded, open_more
    use hampm_plane_points, only: follow_fronts
    use hampm_fatigue, only: count_cycles, has_fractured
-   use hampm_static_front_growth, only: ratios_of_points, advance_points, at_points, settle_points, book_points, take_points
+   use hampm_static_front_growth, only: ratios_of_points, advance_points, at_points, even_out_points, book_points, take_points
    use hampm_growing, only: growing_t, next_t
    use hampm_growth_room, only: update_model_path
    use hampm_load_search, only: load_search_t, nothing
@@ -373,8 +373,8 @@ contains
          end do
          call count_cycles(s%growing%fatigue, s%model, ways, there, have_arrested)
          s%growing%fatigue%at = now
-         call settle_points(s%growing, s%measurements%fronts, s%growing%fatigue%owed)
-         call settle_points(s%growing, s%measurements%fronts, s%growing%fatigue%zone)
+         call even_out_points(s%growing, s%measurements%fronts, s%growing%fatigue%owed)
+         call even_out_points(s%growing, s%measurements%fronts, s%growing%fatigue%zone)
       end subroutine follow_points
    end subroutine follow_cycles
 
@@ -533,7 +533,7 @@ contains
       if (s%model%control%is_there()) call look_at_frame(s%growing, s%problem, s%model%control%stiffness, failure)
       if (has_fronts(s)) then
          call book_points(s%growing, s%measurements%fronts, s%problem)
-         call settle_points(s%growing, s%measurements%fronts, s%growing%tips%extension)
+         call even_out_points(s%growing, s%measurements%fronts, s%growing%tips%extension)
       else
          call book_fracture(s%growing, s%model, s%cracks, s%measurements%crack, s%problem)
       end if
