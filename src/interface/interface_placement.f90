@@ -104,6 +104,7 @@ contains
       if (.not. (interfaces%are_bounded .or. m%grid%is_quadratic())) call hold_lone_particles(interfaces, m)
       call go_on(interfaces, old)
       do k = 1, interfaces%n
+         if (interfaces%list(k)%plane > 0) cycle
          interfaces%list(k)%felt = interfaces%list(k)%opening
       end do
    end subroutine rebuild_interfaces

@@ -75,6 +75,8 @@ module hampm_interface_points
       real(dp) :: most_held = -1                 !! what friction holds at most, over the stiffness; below 0 where that follows the
                                                  !! pressure [m]
       integer :: plane = 0                       !! number of the crack in a plane whose front moves over its square, 0 for none
+      real(dp) :: before(ndim) = 0               !! opening before the last step [m]
+      real(dp) :: lost = 0                       !! part of its stiffness and force that has gone before the last step [-]
       logical :: is_new = .false.                !! of that: whether it is at a node whose force it is to take
       logical :: is_firm = .false.               !! whether the layer is far stiffer than the cells beside it
       integer :: line = 0                        !! number of the crack whose faces may touch there, 0 for none
@@ -717,6 +719,7 @@ contains
             call archive%archive_reals('start_'//to_text(d), n, of%start(d))
             call archive%archive_reals('rate_'//to_text(d), n, of%rate(d))
             call archive%archive_reals('felt_'//to_text(d), n, of%felt(d))
+            call archive%archive_reals('before_'//to_text(d), n, of%before(d))
          end do
          do d = 1, size(of(1)%taken)
             call archive%archive_reals('taken_'//to_text(d), n, of%taken(d))
@@ -729,6 +732,7 @@ contains
          call archive%archive_integers('line', n, of%line)
          call archive%archive_integers('tip', n, of%tip)
          call archive%archive_integers('plane', n, of%plane)
+         call archive%archive_reals('lost', n, of%lost)
          call archive%archive_reals('way', n, of%way)
          call archive%archive_reals('cell', n, of%cell)
          call archive%archive_logicals('is_failing', n, of%is_failing)

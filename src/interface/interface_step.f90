@@ -165,6 +165,7 @@ contains
          associate (point => interfaces%list(k))
             point%felt = point%opening
             point%opening = self%opening(:, k)
+            point%before = point%opening
             acting(:, k) = vector_of(point, f(ndim*(k - 1) + 1:ndim*k))
             call give_nodes(point%jump_t, -acting(:, k), force)
          end associate

@@ -12,13 +12,14 @@ module hampm_plane_points
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, find_half_stiffness, jump_between
    use hampm_forest, only: level_width
-   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, add_interface_point, interface_energy
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, add_interface_point, interface_energy, &
+                                     is_half
    use hampm_matter, only: matter_t
    use hampm_plane_cuts, only: plane_cut_t, has_face_in
    use hampm_tensors, only: identity
    implicit none
    private
-   public :: add_points_of_planes, follow_fronts, elements_beside, parts
+   public :: add_points_of_planes, follow_fronts, late_release, elements_beside, parts
 
    integer, parameter :: parts = 2               !! of a face along each edge
 
@@ -37,7 +38,7 @@ contains
       type(matter_t), intent(in) :: m
       type(interfaces_t), intent(in) :: old      !! those on the mesh before
       real(dp) :: low(2), high(2), part(2), area, middle(2)
-      real(dp), allocatable :: opening(:, :)     ! of nodes, where it is known [m]
+      real(dp), allocatable :: opening(:, :, :)  ! of nodes, where it is known: now, before the last step, and felt in that [m]
       logical, allocatable :: is_known(:)
       integer :: k, leaf, side, i, j
       do k = 1, size(m%grid%planes)
@@ -72,18 +73,24 @@ contains
       type(matter_t), intent(in) :: m
       integer, intent(in) :: plane               !! number of the crack
       real(dp), intent(in) :: edge               !! of the square [m]
-      real(dp), intent(in) :: opening(:, :)      !! of nodes, by that of the face which comes first [m]
+      real(dp), intent(in) :: opening(:, :, :)   !! of nodes, by that of the face which comes first [m]
       logical, intent(in) :: is_known(:)
       integer :: n, k
       if (point%plane > 0) return                ! there is no material, and no point
       point%plane = plane
       point%length = edge
+      point%before = point%opening
+      point%felt = point%opening
       n = merge(point%n_left, count(point%node > 0), point%n_left > 0)
       associate (cut => m%grid%planes(plane))
          if (.not. all([(is_known(point%node(k)) .or. &
                          .not. cut%opens_at(m%grid%forest, m%grid%node_position(:, point%node(k))), k=1, n)])) return
       end associate
-      point%opening = matmul(opening(:, point%node(:n)), abs(point%share(:n)))
+      associate (share => abs(point%share(:n)), node => point%node(:n))
+         point%opening = matmul(opening(:, 1, node), share)
+         point%before = matmul(opening(:, 2, node), share)
+         point%felt = matmul(opening(:, 3, node), share)
+      end associate
    end subroutine place_part
 
    !> Add the points of open nodes around which something is bonded.
@@ -92,12 +99,12 @@ contains
       type(matter_t), intent(in) :: m
       integer, intent(in) :: number              !! of the crack
       type(interfaces_t), intent(in) :: old
-      real(dp), allocatable, intent(out) :: opening(:, :) !! [m], (ndim, n_points)
+      real(dp), allocatable, intent(out) :: opening(:, :, :) !! [m], (ndim, 3, n_points)
       logical, allocatable, intent(out) :: is_known(:)
       real(dp), parameter :: same = 1e-6_dp      ! cells
       real(dp) :: low(2), high(2), edge, area, middle(2), x(2)
       integer :: leaf, side, i, j, k, n
-      allocate (opening(ndim, m%grid%n_points), source=0.0_dp)
+      allocate (opening(ndim, 3, m%grid%n_points), source=0.0_dp)
       allocate (is_known(m%grid%n_points), source=.false.)
       associate (cut => m%grid%planes(number), forest => m%grid%forest)
          do leaf = 1, forest%leaf_count()
@@ -126,15 +133,19 @@ contains
                            point%stiffness = 0
                            point%is_new = old%n > 0
                            if (old%n > 0) point%opening = 0
+                           point%before = point%opening
+                           point%felt = point%opening
                            do k = 1, old%n
                               if (old%list(k)%plane /= number .or. old%list(k)%stiffness > 0) cycle
                               if (norm2(old%list(k)%origin - point%origin) > same*edge) cycle
                               point%is_new = .false.
                               point%opening = old%list(k)%opening
+                              point%before = old%list(k)%before
+                              point%felt = old%list(k)%felt
                               point%held = old%list(k)%held
                               point%area = old%list(k)%area
                            end do
-                           opening(:, point%node(1)) = point%opening
+                           opening(:, :, point%node(1)) = reshape([point%opening, point%before, point%felt], [ndim, 3])
                         end if
                      end associate
                   end do
@@ -144,30 +155,66 @@ contains
       end associate
    end subroutine add_points_of_nodes
 
-   !> Let the points follow fronts that have moved. `released` is the energy that they no longer store.
-   pure subroutine follow_fronts(interfaces, m, released)
+   !> Let the points follow fronts that have moved, before a step. They no longer store `dropped`. A force is in a step as large as before it or after it, and
+   !> `released` is what it takes by that: of an explicit step, whose velocities are those of the middles of steps, with the mean of this opening and
+   !> the one before; of one that is not, with that at its start, to which `late_release` is added at its end.
+   pure subroutine follow_fronts(interfaces, m, is_explicit, dropped, released)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
-      real(dp), intent(out) :: released          !! [J]
+      logical, intent(in) :: is_explicit
+      real(dp), intent(out) :: dropped, released !! [J]
       real(dp) :: area, middle(2), x(2)
       integer :: k, level
-      released = interface_energy(interfaces)
+      dropped = interface_energy(interfaces)
+      released = 0
       do k = 1, interfaces%n
          associate (point => interfaces%list(k))
-            if (point%plane == 0 .or. .not. point%area > 0) cycle
+            if (point%plane == 0) cycle
+            if (.not. is_explicit) point%before = point%opening
+            if (.not. point%area > 0) then
+               point%lost = 0
+               cycle
+            end if
             associate (cut => m%grid%planes(point%plane))
                x = cut%in_plane(point%origin)
                level = nint(log(m%grid%forest%cell/(point%length*merge(2.0_dp, 0.5_dp, point%stiffness > 0)))/log(2.0_dp))
                call cut%unbonded(level)%uncracked(x - point%length/2, x + point%length/2, area, middle)
             end associate
-            area = min(area, point%area)
-            point%stiffness = point%stiffness*(area/point%area)
-            point%held = point%held*(area/point%area)
-            point%area = area
+            point%lost = 1 - min(area/point%area, 1.0_dp)
+            if (is_explicit) released = released + mean_energy(point, point%before, point%opening)
+            point%stiffness = point%stiffness*(1 - point%lost)
+            point%held = point%held*(1 - point%lost)
+            point%area = min(area, point%area)
          end associate
       end do
-      released = released - interface_energy(interfaces)
+      dropped = dropped - interface_energy(interfaces)
+      if (.not. is_explicit) released = dropped
    end subroutine follow_fronts
+
+   !> What the points of fronts take in a step that is not explicit more than they did at its start [J].
+   pure real(dp) function late_release(interfaces) result(energy)
+      type(interfaces_t), intent(in) :: interfaces
+      integer :: k
+      energy = 0
+      do k = 1, interfaces%n
+         associate (point => interfaces%list(k))
+            if (point%plane == 0 .or. .not. point%lost > 0 .or. .not. point%lost < 1) cycle
+            energy = energy + (mean_energy(point, point%before, point%opening) &
+                               - mean_energy(point, point%before, point%before))/(1 - point%lost)
+         end associate
+      end do
+   end function late_release
+
+   !> What a point takes of a part of its force that goes between two openings [J].
+   pure real(dp) function mean_energy(point, before, after) result(energy)
+      type(interface_point_t), intent(in) :: point
+      real(dp), intent(in) :: before(ndim), after(ndim) !! [m]
+      real(dp) :: across
+      energy = dot_product(before, after)
+      if (is_half(point)) energy = dot_product(before, point%normal)*dot_product(after, point%normal)
+      across = dot_product(point%held, before + after)
+      energy = point%lost*(point%stiffness*energy + across)/2
+   end function mean_energy
 
    !> Whether a crack has points on a face of a leaf in its plane: it has an open node, and of two faces at one place it is the finer one, or the upper.
    pure logical function is_of(m, cut, leaf, side) result(is)

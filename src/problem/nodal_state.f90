@@ -7,8 +7,9 @@ module hampm_nodal_state
    use hampm_problem, only: problem_t, map_to_grid, refresh_grid, keeps_velocity, do_pass, assemble_sums, pass_on
    use hampm_particle_pass, only: pass_report_t
    use hampm_pass, only: pass_t
-   use hampm_interface_points, only: add_interface_forces
+   use hampm_interface_points, only: add_interface_forces, is_half
    use hampm_interface_step, only: accelerate_by_faces
+   use hampm_jumps, only: give_nodes
    use hampm_vectors, only: multiply, add_scaled
    implicit none
    private
@@ -50,6 +51,7 @@ contains
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       if (size(m%loads) + m%interfaces%n > 0) then
          call find_external_force(m, .false., merge(m%interfaces%n_at_end, 0, is_of_step) + 1)
+         if (.not. is_of_step .and. m%interfaces%are_bounded) call add_lag(m)
          call add_scaled(size(m%fields%force), 1.0_dp, m%fields%external, m%fields%force)
       end if
       if (is_of_step) then
@@ -71,6 +73,21 @@ contains
       state%reactions = -reactions
       state%reaction = sum(state%reactions, dim=2)
    end subroutine find_nodal_state
+
+   !> Add what points over which fronts move feel more than their openings, as in the last step (`hampm_interface_step`): nodes there are fast.
+   subroutine add_lag(m)
+      type(problem_t), intent(inout) :: m
+      real(dp) :: lag(ndim)
+      integer :: k
+      do k = 1, m%interfaces%n_at_end
+         associate (point => m%interfaces%list(k))
+            if (point%plane == 0) cycle
+            lag = point%stiffness*(point%felt - point%before)
+            if (is_half(point)) lag = dot_product(lag, point%normal)*point%normal
+            call give_nodes(point%jump_t, -lag, m%fields%external)
+         end associate
+      end do
+   end subroutine add_lag
 
    !> Solve for the acceleration that the next step then has.
    subroutine solve_for_step(m, failure)

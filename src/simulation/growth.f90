@@ -11,7 +11,7 @@ module hampm_growth
    use hampm_moving_front, only: advance_region
    use hampm_nodal_state, only: internal_force, external_force
    use hampm_plane_cuts, only: fronts_of, find_unbonded, open_more
-   use hampm_plane_points, only: follow_fronts
+   use hampm_plane_points, only: follow_fronts, late_release
    use hampm_fatigue, only: count_cycles, has_fractured
    use hampm_static_front_growth, only: ratios_of_points, advance_points, at_points, even_out_points, book_points, take_points
    use hampm_growing, only: growing_t, next_t
@@ -73,31 +73,33 @@ contains
          return
       end if
       if (allocated(s%growing%planes)) then
-         call move_fronts(s, failure)
+         if (.not. s%problem%interfaces%are_bounded) call move_fronts(s, s%problem%state%time, failure)
          return
       end if
       if (must_check(s%growing, s%model, s%problem, s%cracks)) call check_tips(s, failure)
       if (.not. s%growing%is_paced) call plan_growth(s, failure)
    end subroutine prepare_growth
 
-   !> Before a step: let the fronts of cracks in planes go the way of this step, and what they leave behind go.
-   subroutine move_fronts(s, failure)
+   !> Let the fronts of cracks in planes go the way of a step, and what they leave behind go: after a step that is explicit, before one that is
+   !> implicit, at whose end all is in balance with them.
+   subroutine move_fronts(s, time, failure)
       type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: time               !! at its start [s]
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: ways(:)
-      real(dp) :: released
+      real(dp) :: dropped, released
       logical :: meets_itself, have_moved
       integer :: k
-      associate (m => s%problem, time => s%problem%state%time)
+      associate (m => s%problem, now => s%problem%state%time)
          if (mod(m%state%steps, int(steps_between_measurements, long)) == 0 .and. &
-             any([(law_of_plane(s%model, s%growing%planes, k, time, s%dt) > 0, k=1, size(m%grid%planes))])) then
+             any([(law_of_plane(s%model, s%growing%planes, k, now, s%dt) > 0, k=1, size(m%grid%planes))])) then
             if (.not. all(s%model%growth%law%gives_speed())) then
                if (.not. has_measured_tips(m, s%measurements)) then
                   call update_particles(m)
                   call measure_tips(s%model, m, s%cracks, s%measurements, failure)
                end if
                if (failure%failed()) return
-               call find_speeds(s%model, m%materials, s%cracks, s%measurements%fronts, time, m%grid%finest_cell, &
+               call find_speeds(s%model, m%materials, s%cracks, s%measurements%fronts, now, m%grid%finest_cell, &
                                 s%growing%planes, s%growing%fronts)
             end if
          end if
@@ -115,8 +117,9 @@ contains
             end associate
          end do
          if (.not. have_moved) return
-         call follow_fronts(m%interfaces, m%matter_t, released)
+         call follow_fronts(m%interfaces, m%matter_t, m%interfaces%are_bounded, dropped, released)
          m%energies%fracture_energy = m%energies%fracture_energy + released
+         if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + (dropped - released)
          if (.not. open_more(m%grid%planes, m%grid%forest)) return
          call update_particles(m)
          call change_cut(s, failure)
@@ -223,6 +226,7 @@ contains
    subroutine follow_growth(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
+      real(dp) :: late                           ! what fronts take in an implicit step more than at its start [J]
       if (failure%failed() .or. .not. s%growing%are_there()) return
       if (s%growing%is_static) then
          call measure_state(s, failure)
@@ -235,6 +239,15 @@ contains
             call load_to_onset(s, failure)
             call book_step(s, failure)
          end if
+      else if (allocated(s%growing%planes)) then
+         if (s%problem%interfaces%are_bounded) then
+            call move_fronts(s, s%problem%state%time - s%dt, failure)
+            return
+         end if
+         late = late_release(s%problem%interfaces)
+         s%problem%energies%fracture_energy = s%problem%energies%fracture_energy + late
+         if (s%problem%audit) s%problem%energies%numerical_loss = s%problem%energies%numerical_loss - late
+         return
       else if (.not. s%growing%is_paced) then
          call move_tips(s%growing, s%model, s%problem, s%cracks, s%problem%state%time - s%dt, s%dt, s%warning)
       end if
