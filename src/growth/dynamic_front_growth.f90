@@ -2,8 +2,9 @@
 !>
 !> By law = toughness the speed v of a place is that at which its G is the toughness there. For a front that is straight and alone (Freund 1972)
 !> G = g(v) G*, where g falls to 0 at the speed c of Rayleigh waves, nearly as 1 - v/c, and G* does not depend on v. From G, which is
-!> measured again and again, G* = G/(1 - v/c) follows, and from that the speed (1 - toughness/G*) c = v + (1 - toughness/G)(c - v), to which v
-!> goes in the time that shear waves take through some cells.
+!> measured again and again, G* = G/(1 - v/c) follows, and from that the speed (1 - toughness/G*) c = v + (1 - toughness/G)(c - v),
+!> to which v goes in the time that shear waves take through some cells. Where G is below the toughness v falls to G/toughness of it in
+!> that time, as near c the front of cells has more G than 1 - v/c of G*. A toughness that depends on the speed is that at the new one.
 module hampm_dynamic_front_growth
    use hampm_archive, only: archive_t
    use hampm_crack_placement, only: body_at
@@ -12,6 +13,7 @@ module hampm_dynamic_front_growth
    use hampm_front_values, only: front_values_t
    use hampm_history, only: history_t
    use hampm_kinds, only: dp, ndim
+   use hampm_law, only: value_of
    use hampm_material, only: material_t
    use hampm_model, only: model_t
    use hampm_moving_tip, only: rayleigh_speed
@@ -141,9 +143,8 @@ contains
       type(growing_plane_t), intent(inout) :: planes(:)
       type(growing_front_t), allocatable, intent(inout) :: fronts(:)
       type(growing_front_t), allocatable :: new(:)
-      real(dp), parameter :: least = 1e-3_dp     ! of the toughness, below which G is as good as none
-      real(dp) :: v, fastest, part, taken
-      integer :: f, j, law
+      real(dp) :: v, fastest, part, low, high
+      integer :: f, j, i, law
       allocate (new(size(cracks%fronts)))
       do f = 1, size(new)
          associate (measured => values(f), plane => planes(cracks%fronts(f)%crack), &
@@ -154,7 +155,8 @@ contains
             if (law == 0) cycle
             if (model%growth(law)%law%gives_speed()) cycle
             fastest = rayleigh_speed(material)
-            part = 1
+            if (value_of(model%growth(law)%constants, 'limit_speed', 0.0_dp) > 0) &
+               fastest = min(fastest, value_of(model%growth(law)%constants, 'limit_speed', 0.0_dp))
             if (plane%measured >= 0) part = 1 - exp(-(time - plane%measured)*material%shear_wave_speed()/(memory*cell))
             if (plane%measured < 0) part = 0
             do j = 1, size(new(f)%speed)
@@ -164,11 +166,17 @@ contains
                else if (size(fronts) > 0) then
                   v = speed_nearest_to(measured%at(:, j))
                end if
-               associate (of => model%growth(law))
-                  taken = toughness_at(of, v)
-                  v = v + part*(fastest - v)*(1 - taken/max(measured%g(j), least*taken))
-                  new(f)%speed(j) = min(max(v, 0.0_dp), fastest*(1 - epsilon(v)))
-               end associate
+               low = 0
+               high = fastest
+               do i = 1, digits(v)
+                  if (.not. low < high) exit
+                  if (followed((low + high)/2) > (low + high)/2) then
+                     low = (low + high)/2
+                  else
+                     high = (low + high)/2
+                  end if
+               end do
+               new(f)%speed(j) = low
             end do
          end associate
       end do
@@ -176,6 +184,18 @@ contains
       planes%measured = time
 
    contains
+
+      !> The speed to which the hat goes, if the toughness is that at a speed [m/s].
+      real(dp) function followed(speed)
+         real(dp), intent(in) :: speed           !! [m/s]
+         associate (taken => toughness_at(model%growth(law), speed), g => values(f)%g(j))
+            if (g > taken) then
+               followed = v + part*(fastest - v)*(1 - taken/g)
+            else
+               followed = v - part*v*(1 - max(g, 0.0_dp)/taken)
+            end if
+         end associate
+      end function followed
 
       !> The toughness of the hat at a speed [J/m2].
       real(dp) function toughness_at(of, speed)

@@ -73,7 +73,9 @@ contains
          return
       end if
       if (allocated(s%growing%planes)) then
-         if (.not. s%problem%interfaces%are_bounded) call move_fronts(s, s%problem%state%time, failure)
+         if (s%problem%interfaces%are_bounded) return
+         call check_fronts(s, failure)
+         if (.not. failure%failed()) call move_fronts(s, s%problem%state%time, failure)
          return
       end if
       if (must_check(s%growing, s%model, s%problem, s%cracks)) call check_tips(s, failure)
@@ -90,19 +92,7 @@ contains
       real(dp) :: dropped, released
       logical :: meets_itself, have_moved
       integer :: k
-      associate (m => s%problem, now => s%problem%state%time)
-         if (mod(m%state%steps, int(steps_between_measurements, long)) == 0 .and. &
-             any([(law_of_plane(s%model, s%growing%planes, k, now, s%dt) > 0, k=1, size(m%grid%planes))])) then
-            if (.not. all(s%model%growth%law%gives_speed())) then
-               if (.not. has_measured_tips(m, s%measurements)) then
-                  call update_particles(m)
-                  call measure_tips(s%model, m, s%cracks, s%measurements, failure)
-               end if
-               if (failure%failed()) return
-               call find_speeds(s%model, m%materials, s%cracks, s%measurements%fronts, now, m%grid%finest_cell, &
-                                s%growing%planes, s%growing%fronts)
-            end if
-         end if
+      associate (m => s%problem)
          have_moved = .false.
          do k = 1, size(m%grid%planes)
             associate (plane => m%grid%planes(k), growing => s%growing%planes(k))
@@ -127,6 +117,24 @@ contains
          if (.not. failure%failed()) call hold_new_nodes(m)
       end associate
    end subroutine move_fronts
+
+   !> Measure along fronts where it is time, and find the speeds of those that grow by their toughness: with fronts where they are, after an explicit
+   !> step has moved them, and before an implicit one does.
+   subroutine check_fronts(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      integer :: k
+      if (failure%failed() .or. all(s%model%growth%law%gives_speed())) return
+      associate (m => s%problem, now => s%problem%state%time)
+         if (mod(m%state%steps, int(steps_between_measurements, long)) /= 0 .or. &
+             all([(law_of_plane(s%model, s%growing%planes, k, now, s%dt) == 0, k=1, size(m%grid%planes))])) return
+         call update_particles(m)
+         call measure_tips(s%model, m, s%cracks, s%measurements, failure)
+         if (.not. failure%failed()) &
+            call find_speeds(s%model, m%materials, s%cracks, s%measurements%fronts, now, m%grid%finest_cell, s%growing%planes, &
+                             s%growing%fronts)
+      end associate
+   end subroutine check_fronts
 
    !> Let points at nodes that are open now hold them with the force with which the material on both sides goes on together.
    subroutine hold_new_nodes(m)
@@ -242,6 +250,7 @@ contains
       else if (allocated(s%growing%planes)) then
          if (s%problem%interfaces%are_bounded) then
             call move_fronts(s, s%problem%state%time - s%dt, failure)
+            call check_fronts(s, failure)
             return
          end if
          late = late_release(s%problem%interfaces)
