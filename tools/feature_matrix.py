@@ -10,6 +10,7 @@ built, else "no". "no" also stands for two values of one key. What no rule decid
 """
 
 import argparse
+import functools
 import json
 import os
 import re
@@ -115,7 +116,9 @@ class Rules:
         self.always = {group["group"] for group in keys if group["required"] or group["assumed"]}
         self.choices = {(group["group"], key["key"]): frozenset(key["choices"]) for group in keys for key in group["keys"] if key.get("choices")}
 
-    def atom(self, text):
+    @staticmethod
+    @functools.cache
+    def atom(text):
         """(group, key, comparison, values) of a condition's word; group alone, or key without values; of a named feature ("", text, "", ())."""
         match = re.fullmatch(r"&(\w+)(?: (\w+)(?: (=|/=|<|>) (.+))?)?", text.strip())
         if not match:
@@ -200,15 +203,19 @@ class Rules:
         while is_new:
             is_new = False
             for rule in self.rules:
-                known = [self.place(word) for text in (rule["subject"], rule["other"]) for word in re.split(" and | or ", text)]
-                not_built = rule["basis"] == "not built" or not model.by_not_built.isdisjoint(known)
                 try:
                     changed = self.apply(model, rule)
-                    is_new = is_new or bool(changed)
-                    model.by_not_built |= changed if not_built else set()
                 except Contradiction:
-                    return NOT_YET if not_built else NO
+                    return NOT_YET if self.is_by_not_built(model, rule) else NO
+                if changed:
+                    is_new = True
+                    model.by_not_built |= changed if self.is_by_not_built(model, rule) else set()
         return YES
+
+    def is_by_not_built(self, model, rule):
+        """Whether what a rule says of a model comes of something that is not built."""
+        known = [self.place(word) for text in (rule["subject"], rule["other"]) for word in re.split(" and | or ", text)]
+        return rule["basis"] == "not built" or not model.by_not_built.isdisjoint(known)
 
     def place(self, text):
         """What a word of a condition is about: a key, a group or a named feature."""
