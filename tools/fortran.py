@@ -69,6 +69,7 @@ class Program:
             Reader(Path(path), self.scopes).read(text)
         self.modules = {scope.name: scope for scope in self.scopes if scope.host is None}
         self.procedures = [scope for scope in self.scopes if scope.is_procedure()]
+        self.extending = [scope for scope in self.scopes if scope.extends]
 
     def imports(self):
         """Of each module or program those of these sources that it uses itself, in any of its procedures."""
@@ -124,7 +125,7 @@ class Program:
         if kind is None:
             return [], 0
         owners = [one for one in self._line(kind) if name in one.holds][:1]
-        owners += [one for one in self.scopes if one.extends and one is not kind and name in one.holds and kind in self._line(one)]
+        owners += [one for one in self.extending if one is not kind and name in one.holds and kind in self._line(one)]
         return [procedure for one in owners for procedure in self._procedures(one.holds[name], one)], 1
 
     def _procedures(self, what, scope):
