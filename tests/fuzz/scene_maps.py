@@ -157,13 +157,15 @@ def without_waiting(column, row):
     return values if length is None else values[~(np.isnan(values) & (length == 0))]
 
 
-def isometric_columns(row, q):
-    """The columns of the history of the mapped scene."""
+def isometric_columns(row, q, normal=None):
+    """The columns of the history of the mapped scene; of a solid with a crack across an axis. There K_II is along the outward normal e_1 of the front, of the side
+    to which that axis points, and K_III along e_1 x n."""
     flips, found = round(np.linalg.det(q)) < 0, {}
+    signs = {"K_II": q[:, "xyz".index(normal)].sum(), "K_III": -1 if flips else 1} if normal else {}
     for column, values in row.items():
         name = family(column)
         odd = (name in ("K_II", "K_II_by_fields", "kink_angle", "oscillation_index", "crack_sliding", "mouth_sliding", "angular_momentum") or name.startswith("sliding_") or len(q) == 2 and name.startswith("G_") and name.endswith("_II"))
-        if name == "mode_mixity" or len(q) == 3 and name in ("K_II", "K_III"):   # whose signs are by the way along a front
+        if name == "mode_mixity":
             continue
         if name == "tip_angle":
             angle = np.radians(values)
@@ -179,7 +181,7 @@ def isometric_columns(row, q):
             others = [axis_of(q, axis) for axis in axes]
             found[column] = math.prod(q[axis, other] for axis, other in zip(axes, others)) * row[name[:-2] + "".join("xyz"[k] for k in sorted(others))]
         else:
-            found[column] = -values if odd and flips else values
+            found[column] = values * signs.get(name.partition("_front")[0], -1 if odd and flips else 1)
     return found
 
 
