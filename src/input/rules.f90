@@ -154,6 +154,9 @@ module hampm_rules
              "&material law = 'j2_plastic' and &run plane /= 'stress' and &grid order = 1", mechanics, &
              "yielding cells lock: they are too stiff, and loads rise beyond the limit load", &
              use="&material volumetric = 'b_bar'"), &
+      rule_t("&material volumetric = 'standard'", warned_with, "&material law = 'j2_plastic' and a solid", mechanics, &
+             "yielding cells lock: they are too stiff, and loads rise beyond the limit load", &
+             use="&material volumetric = 'b_bar'"), &
       rule_t(with_history, not_with, "&growth law = {growth laws at rest}", mechanics, no_rate), &
       rule_t(with_history, not_with, "&growth law = {growth laws in motion by toughness} and &method time = 'implicit'", &
              mechanics, no_rate), &

@@ -246,3 +246,28 @@ def test_wrong_cracks_are_refused_in_words(tmp_path, crack, message):
     keys = "  ".join(f"{key} = {value if isinstance(value, str) else vector(value)}" for key, value in crack.items())
     lines = [f"&crack {keys} /" if line.startswith("&crack") else line for line in text.splitlines()]
     assert message in run(tmp_path, "\n".join(lines), code=2)
+
+
+def test_what_is_said_of_a_plane_crack(tmp_path):
+    """Its name is in the results; its length is none, and no end of a run."""
+    text = """
+&run end_time = 1e-3{run} /
+&grid lower = 0.0, 0.0, 0.0  cell = 1.0  cells = 3, 3, 4 /
+&material name = 'a'  young = 1.0  poisson = 0.3  density = 1.0{law} /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 3.0, 3.0, 4.0 /
+&crack kind = 'plane'  name = 'flaw'  normal = 'z'  front = 'disc'  center = 1.0, 1.0, 2.0  radii = 1.6 /
+&output file = 'case.h5' /
+"""
+
+    def call(*words, run="", law=""):
+        (tmp_path / "case.nml").write_text(text.format(run=run, law=law))
+        return subprocess.run([SOLID_PROGRAM, "case.nml", "--force", *words], cwd=tmp_path, capture_output=True, text=True)
+
+    assert call("--quiet").returncode == 0
+    with h5py.File(tmp_path / "case.h5") as file:
+        assert file["history"].attrs["cracks"] in ("flaw", b"flaw")
+    refused = call("--check", run="  stop_when = 'crack_length'  stop_length = 3.0")
+    assert refused.returncode == 2 and "is not allowed with a solid" in refused.stderr
+    plastic = "  law = 'j2_plastic'  yield_stress = 1e-3"
+    assert "yielding cells lock" in call("--check", law=plastic).stderr
+    assert "lock" not in call("--check", law=plastic + "  volumetric = 'b_bar'").stderr
