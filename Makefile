@@ -272,7 +272,7 @@ $(O)/kernels.o: $(KERNELS)
 
 $(O)/processor.o: src/processor.c $(O)/flags
 	$(call say,$(FC) $<)
-	$(quietly)$(FC) -Wall -Wextra -O1 $(filter -march=%,$(FLAGS)) -c -o $@ $<
+	$(quietly)$(if $(filter portable,$(build)),gcc,$(FC)) -Wall -Wextra -O1 $(filter -march=%,$(FLAGS)) -c -o $@ $<
 
 # The commit that a program is of. Only the main program has it: nothing else is built anew where it changes
 $(O)/main.o: $(O)/version.inc

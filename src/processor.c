@@ -1,5 +1,5 @@
 // Before anything else of a program runs: OpenBLAS is told to start no threads, which would wait busily, and those of OpenMP to sleep
-// after some tens of microseconds of waiting, if the user does not say how they wait (docs/evidence/performance.md). And where the processor lacks
+// after some tens of microseconds of waiting, if the user does not say how they wait (docs/evidence/performance.md). Sums of its threads would have other last bits, too. And where the processor lacks
 // instructions for which the program was compiled, it ends with a sentence, not by the signal SIGILL at the first of them. Compiled with
 // the same -march as the rest, in instructions that all have.
 #define _GNU_SOURCE

@@ -95,7 +95,7 @@ VALUES = {
     "material.name": ["b"], "material.moduli": ["15e9,20e9", "0.9*"], "material.relaxation_times": ["0.2,2.0"], "material.angle": ["10.0,0.0,0.0"], "body.material": ["b", "n"],
     "body.lower": ["0.0,0.0,2e-3", "6e-3,6e-3,2e-3"], "body.upper": ["6e-3,4e-3,8e-3", "0.9*"], "body.center": ["6e-3,6e-3,5e-3"], "body.velocity": ["0.1,0.0,0.3"], "body.spin": ["1.0,0.0,3.0"],
     "body.eigenstrain": ["1e-4,1e-4,1e-4,3e-4", "1e-4,0,0,0"], "body.points_per_cell": ["3", "1"], "body.contact_group": ["x"], "body.profile_direction": ["0.0,0.8,0.6"],
-    "constraint.lower": ["2e-3,0.0,0.0", "0.0,0.0,2e-3", "4e-3,0.0,0.0"], "constraint.upper": ["4e-3,6e-3,0.0"], "constraint.displacement": ["1e-7,0.0,1e-6", "0.0,0.0,1e-7"],
+    "constraint.lower": ["2e-3,0.0,0.0", "0.0,0.0,2e-3", "4e-3,0.0,0.0"], "constraint.upper": ["4e-3,6e-3,0.0", "2e-3,4e-3,0.0"], "constraint.displacement": ["1e-7,0.0,1e-6", "0.0,0.0,1e-7"],
     "constraint.velocity": ["0.0,0.0,2.0"], "constraint.history": HISTORIES, "load.history": HISTORIES, "constraint.fix": ["z", "xy", "xyz", "xz", "x"], "constraint.name": ["bar"],
     "constraint.start": ["1e-6", "0.3", "-1e-7"], "load.start": ["1e-6", "0.3", "-1e-6"], "constraint.times": ["0.0,0.5,0.8", "0.0,2e-6"], "load.times": ["0.0,1e-6"],
     "constraint.factors": ["0.0,0.5,0.1"], "load.factors": ["0.0,0.5"], "load.name": ["bar"], "load.lower": ["2e-3,0.0,8e-3", "0.0,0.0,6e-3"], "load.upper": ["4e-3,6e-3,8e-3", "6e-3,6e-3,6e-3"],
