@@ -224,7 +224,7 @@ contains
       character(:), allocatable :: key
       key = 'lower'
       if (body%shape == 'polygon') key = 'points'
-      if (any(body%shape == [character(8) :: 'circle', 'cylinder', 'sphere'])) key = 'center'
+      if (any(body%shape == ['circle', 'sphere'])) key = 'center'
    end function place_key
 
    !> In the total frame material never meets other material than it began with: bodies apart from the first one would go through it

@@ -405,3 +405,15 @@ def test_memory_of_cells_around_a_front_is_as_foretold(tmp_path):
                                         capture_output=True, text=True, check=True).stdout.split()[-1])
     print(f"{peak:.0f} MB, foretold {foretold:.0f}")
     assert foretold == pytest.approx(peak, rel=0.3)
+
+
+def test_a_cylinder_outside_of_the_grid_is_named_by_its_ends(tmp_path):
+    (tmp_path / "case.nml").write_text("""
+&run end_time = 1.0 /
+&grid cell = 1.0  cells = 4, 4, 4 /
+&material name = 'a'  young = 1.0  poisson = 0.3  density = 1.0 /
+&body material = 'a'  shape = 'cylinder'  lower = 2.0, 2.0, -1.0  upper = 2.0, 2.0, 3.0  radius = 1.0 /
+&output file = 'case.h5' /
+""")
+    result = subprocess.run([SOLID_PROGRAM, "case.nml", "--check"], cwd=tmp_path, capture_output=True, text=True)
+    assert result.returncode == 2 and "lower = 2.0, 2.0, -1.0: must be within the grid" in result.stderr, result.stderr
