@@ -20,7 +20,7 @@ module hampm_front_integral
    use hampm_kinds, only: dp, ndim
    use hampm_basis, only: inside_cell
    use hampm_front, only: front_t
-   use hampm_interface_points, only: bonded, energy_of, face_force, is_pressed
+   use hampm_interface_points, only: bonded, energy_of, face_force, find_face_force, is_pressed
    use hampm_material, only: material_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
@@ -65,8 +65,10 @@ contains
       real(dp), allocatable, intent(out) :: g(:, :), k(:, :, :)
       real(dp), allocatable :: of_node(:, :, :)  ! material forces, and those of the interaction, (ndim, 0:modes, n_points)
       real(dp), allocatable :: length(:)
+      real(dp) :: force(ndim), slope(ndim)
       real(dp) :: at(0:front_modes), of_unit, a(ndim, ndim), s(ndim, ndim), of_s(ndim), of_a(ndim)
       integer :: i, mode, r
+      logical :: is_there
       type(front_place_t) :: place
       associate (grid => problem%grid, front => domain%front, material => problem%materials(domain%material))
          allocate (of_node(ndim, 0:front_modes, grid%n_points), source=0.0_dp)
@@ -86,7 +88,12 @@ contains
                place = locate(front, point%middle, maxval(domain%radius))
                if (place%node == 0) cycle
                at = 0
-               if (point%law == bonded) at(0) = -energy_of(point)*place%curvature/(1 + place%curvature*place%ahead)
+               if (point%law == bonded) then
+                  at(0) = -energy_of(point)*place%curvature/(1 + place%curvature*place%ahead)
+               else if (point%friction > 0) then
+                  call find_face_force(problem%interfaces, i, place%outward, force, slope, is_there)
+                  at(0) = dot_product(force, slope)
+               end if
                place%above = 0
                if (point%law /= bonded) call take_mean_place(point%length/2, place%ahead)
                do mode = 1, merge(front_modes, 0, domain%has_modes .and. point%law /= bonded .and. place%ahead < 0)

@@ -60,6 +60,7 @@ module hampm_crack_groups
    type, extends(crack_shape_t) :: plane_spec_t
       character(name_len) :: name = ''           !! '' for none
       logical :: contact = .false.               !! whether its faces press on each other
+      real(dp) :: friction = 0                   !! coefficient [-]
    end type plane_spec_t
 
    type(group_t), parameter :: growth_group = group_t('growth', repeats, is_optional, &
@@ -199,6 +200,7 @@ contains
             spec%axis = max(1, index('xyz', trim(settings%text(entry, 'normal'))))
             spec%is_symmetry = settings%text(entry, 'kind') == 'symmetry'
             spec%contact = settings%text(entry, 'contact') /= 'none'
+            if (settings%text(entry, 'contact') == 'friction') spec%friction = settings%number(entry, 'friction')
             spec%direction = settings%vector(entry, 'direction')
             numbers = settings%numbers(entry, 'center')
             if (spec%front == 'straight') numbers = settings%numbers(entry, 'tip')

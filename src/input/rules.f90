@@ -97,7 +97,6 @@ module hampm_rules
              use="&crack kind = 'plane'"), &
       rule_t("&crack kind = 'plane'", requires, "a solid", mechanics, "in a plane a crack is a line", use="&crack kind = 'line'"), &
       (rule_t("&crack "//of_planes(k), requires, "a solid", mechanics, "in a plane a crack is a line"), k=1, size(of_planes)), &
-      rule_t("&crack contact = 'friction'", not_with, "a solid", not_built, use="&crack contact = 'frictionless'"), &
       rule_t("&crack and &method frame = 'updated'", not_with, "a solid", not_built, &
              "planes of cracks stay where they are in the grid", use="&method frame = 'total'"), &
       rule_t("&cohesive", not_with, "a solid", not_built, "cohesion is along lines"), &

@@ -21,8 +21,8 @@ module hampm_interface_placement
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, faces_at, nearest_carrier, place_of_faces_t, place_between, jump_between, &
                                 find_half_stiffness
-   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, holds, along, &
-                                     add_interface_point, force_of, face_force, overlap_of, sliding_of, energy_of, &
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, cohesive, holds, along, direction_of, &
+                                     add_interface_point, force_of, face_force, overlap_of, sliding_of, along_faces, energy_of, &
                                      is_half, add_interface_forces, vector_of, components_of
    use hampm_forest, only: forest_t, outside
    use hampm_ghost_penalty, only: stabilise_small_cut_cells, hold_lone_particles
@@ -301,12 +301,20 @@ contains
       type(interface_point_t), intent(in) :: before
       logical, intent(in) :: keep_slip           !! whether what those have slid since the last step is not yet kept
       real(dp) :: felt(ndim), strain(ndim), across
+      integer :: d
       if (point%tip == 0) point%opening = turned(before%opening, before, point) ! else it has one of its own
       point%damage = before%damage
       point%taken = before%taken
       if (holds(point)) return
       strain = turned(face_force(before)/before%stiffness, before, point)
-      if (keep_slip) strain = dot_product(strain, point%normal)*point%normal + sliding_of(before)*along(point)
+      if (keep_slip) then
+         strain = dot_product(strain, point%normal)*point%normal
+         associate (sliding => sliding_of(before))
+            do d = 2, ndim
+               strain = strain + sliding(d - 1)*direction_of(point, d)
+            end do
+         end associate
+      end if
       felt = merge(point%length/before%length, point%area/before%area, ndim == plane)*before%stiffness/point%stiffness*strain
       if (point%law == contact) then
          if (before%law == contact) strain = strain + turned(before%start, before, point)
@@ -323,7 +331,7 @@ contains
             point%touch = dot_product(n, point%opening) - across
          end if
          point%pressed = max(0.0_dp, -dot_product(n, felt))
-         point%slip = dot_product(along(point), point%opening - strain)
+         point%slip = along_faces(point, point%opening - strain)
       end associate
    end subroutine go_on_as
 
@@ -707,7 +715,7 @@ contains
                if (side == 1) point%n_left = n
             end associate
          end do
-         point%slip = dot_product(along(point), point%opening)
+         point%slip = along_faces(point, point%opening)
          point%pressed = max(0.0_dp, -dot_product(normal, point%opening))
       end associate
 

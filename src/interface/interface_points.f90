@@ -42,6 +42,7 @@ module hampm_interface_points
    implicit none
    private
    public :: interfaces_t, interface_point_t, bonded, contact, ghost, cohesive, holds, pulls, are_apart, cohesion_at, along, &
+             along_faces, &
              add_interface_forces, forces_of_firm_faces, stretch_interfaces, &
              open_interfaces, commit_slip, ease_faces, direction_of, components_of, vector_of, of_direction, &
              interface_energy, interface_states, interface_stiffness, stiffness_of_axes, force_of, force_at, &
@@ -69,7 +70,7 @@ module hampm_interface_points
       real(dp) :: friction = 0                   !! coefficient [-]
       real(dp) :: opening(ndim) = 0              !! g, of the left face from the right one [m]
       real(dp) :: touch = -huge(1.0_dp)          !! opening across the faces below which they press on each other [m]
-      real(dp) :: slip = 0                       !! sliding at which they hold each other without a force along them [m]
+      real(dp) :: slip(ndim - 1) = 0             !! sliding at which they hold each other without a force along them [m]
       real(dp) :: pressed = 0                    !! by how much the faces overlapped after the last step [m]
       real(dp) :: felt(ndim) = 0                 !! opening that had the force of the last step, where forces are those at its end [m]
       real(dp) :: most_held = -1                 !! what friction holds at most, over the stiffness; below 0 where that follows the
@@ -144,6 +145,34 @@ contains
          t = identity(:, mod(maxloc(abs(point%normal), dim=1) + d - 2, ndim) + 1)
       end if
    end function direction_of
+
+   !> Components of a vector along the faces.
+   pure function along_faces(point, vector) result(components)
+      type(interface_point_t), intent(in) :: point
+      real(dp), intent(in) :: vector(ndim)
+      real(dp) :: components(ndim - 1)
+      integer :: d
+      do d = 2, ndim
+         components(d - 1) = dot_product(direction_of(point, d), vector)
+      end do
+   end function along_faces
+
+   !> How long a vector along faces is.
+   pure real(dp) function length_along(components) result(length)
+      real(dp), intent(in) :: components(ndim - 1)
+      length = merge(abs(components(1)), norm2(components), ndim == 2)
+   end function length_along
+
+   !> What is as long as a limit in the direction of a sliding.
+   pure function in_direction_of(sliding, limit) result(components)
+      real(dp), intent(in) :: sliding(ndim - 1), limit
+      real(dp) :: components(ndim - 1)
+      if (ndim == 2) then
+         components = sign(limit, sliding)
+      else
+         components = limit/max(norm2(sliding), tiny(limit))*sliding
+      end if
+   end function in_direction_of
 
    !> Components of a vector in these directions.
    pure function components_of(point, vector) result(components)
@@ -220,7 +249,7 @@ contains
       state = sticks
       if (.not. is_free(point)) return
       holds = point%friction > 0
-      if (holds) holds = abs(sliding_of(point)) <= limit_of(point)
+      if (holds) holds = length_along(sliding_of(point)) <= limit_of(point)
       if (.not. holds) state = slides
       if (overlap_of(point) < 0) state = merge(sticks_apart, is_open, holds .and. point%most_held >= 0)
    end function state_of
@@ -240,9 +269,10 @@ contains
    end function overlap_of
 
    !> How far faces have slid from where they would hold each other without a force along them [m].
-   pure real(dp) function sliding_of(point) result(sliding)
+   pure function sliding_of(point) result(sliding)
       type(interface_point_t), intent(in) :: point
-      sliding = dot_product(along(point), felt_by_faces(point)) - point%slip
+      real(dp) :: sliding(ndim - 1)
+      sliding = along_faces(point, felt_by_faces(point)) - point%slip
    end function sliding_of
 
    !> What friction holds at most, over the stiffness [m].
@@ -255,10 +285,11 @@ contains
    !> Force by which faces that touch resist to be parted [N].
    pure function face_force(point) result(force)
       type(interface_point_t), intent(in) :: point
-      real(dp) :: force(ndim), sliding
-      sliding = sliding_of(point)
-      force = point%stiffness*(sign(min(limit_of(point), abs(sliding)), sliding)*along(point) &
-                                - max(overlap_of(point), 0.0_dp)*point%normal)
+      real(dp) :: force(ndim), held(ndim - 1)
+      held = sliding_of(point)
+      held = in_direction_of(held, min(limit_of(point), length_along(held)))
+      force = point%stiffness*(held(1)*along(point) - max(overlap_of(point), 0.0_dp)*point%normal)
+      if (ndim > 2) force = force + point%stiffness*held(ndim - 1)*direction_of(point, ndim)
    end function face_force
 
    !> Let friction hold no more than what follows from the present pressure, whatever that becomes.
@@ -354,6 +385,10 @@ contains
                  is_free(interfaces%list(k)) .and. state_of(interfaces%list(k)) /= is_open
       if (.not. is_there) return
       force = force_at(interfaces, k)
+      if (ndim > 2) then
+         slope = slope_on_face(interfaces, k, direction)
+         return
+      end if
       before = merge(k - 1, k, is_next(max(k - 1, 1)))
       after = merge(k + 1, k, is_next(min(k + 1, interfaces%n)))
       line = direction
@@ -381,6 +416,30 @@ contains
          end associate
       end function is_next
    end subroutine find_face_force
+
+   !> The change of the opening along a direction in space, by that at the points of the nodes beside it [-].
+   pure function slope_on_face(interfaces, k, direction) result(slope)
+      type(interfaces_t), intent(in) :: interfaces
+      integer, intent(in) :: k
+      real(dp), intent(in) :: direction(ndim)
+      real(dp) :: slope(ndim), way(ndim), changes(ndim, ndim), square(ndim)
+      integer :: other, d
+      changes = 0
+      square = 0
+      associate (point => interfaces%list(k))
+         do other = 1, interfaces%n
+            associate (beside => interfaces%list(other))
+               if (beside%law /= contact .or. beside%line /= point%line) cycle
+               way = beside%place - point%place
+               d = maxloc(abs(way), dim=1)
+               if (abs(way(d)) > 1.1_dp*point%cell .or. count(abs(way) > 1e-3_dp*point%cell) /= 1) cycle
+               changes(:, d) = changes(:, d) + way(d)*(beside%opening - point%opening)
+               square(d) = square(d) + way(d)**2
+            end associate
+         end do
+      end associate
+      slope = matmul(changes, direction/max(square, tiny(square)))
+   end function slope_on_face
 
    !> How far faces that may touch have parted at a place of their crack [m]: the opening at the two points that are next to it on one side, continued. Not
    !> there without such points.
@@ -438,6 +497,7 @@ contains
       integer, intent(in) :: k
       real(dp) :: tangent(ndim, ndim)
       type(cohesive_state_t) :: answer
+      real(dp) :: sliding(ndim - 1), turning
       integer :: state
       tangent = 0
       associate (point => interfaces%list(k), caution => interfaces%caution)
@@ -451,7 +511,18 @@ contains
             tangent(2, 2) = point%stiffness*merge(1.0_dp, caution, state == sticks .or. state == slides)
          end if
          if (is_half(point)) tangent(1, 1) = 0
-         if (ndim > 2) tangent(ndim, ndim) = tangent(1, 1)
+         if (ndim > 2) then
+            tangent(ndim, ndim) = tangent(1, 1)
+            if (point%friction > 0 .and. state == slides) then ! the force turns with the sliding
+               sliding = sliding_of(point)
+               turning = (1 - caution)*point%stiffness*limit_of(point)/length_along(sliding)
+               sliding = sliding/length_along(sliding)
+               tangent(1, 1) = tangent(1, 1) + turning*(1 - sliding(1)**2)
+               tangent(ndim, ndim) = tangent(ndim, ndim) + turning*(1 - sliding(ndim - 1)**2)
+               tangent(1, ndim) = -turning*sliding(1)*sliding(ndim - 1)
+               tangent(ndim, 1) = tangent(1, ndim)
+            end if
+         end if
          if (point%is_firm) tangent = interfaces%weight*tangent
       end associate
    end function stiffness_of_axes
@@ -597,7 +668,7 @@ contains
    !> where they will meet, and what is damaged stays so.
    pure subroutine commit_slip(interfaces)
       type(interfaces_t), intent(inout) :: interfaces
-      real(dp) :: sliding, pressed
+      real(dp) :: sliding(ndim - 1), pressed
       type(cohesive_state_t) :: answer
       integer :: k
       if (interfaces%n_contact + interfaces%n_cohesive == 0 .or. interfaces%keep_slip) return
@@ -609,17 +680,17 @@ contains
                point%taken = point%taken + merge(2, 1, is_half(point))*answer%taken/point%area
                interfaces%of_cohesion = interfaces%of_cohesion + sum(answer%taken)
                interfaces%loss = interfaces%loss + sum(answer%taken)
-               point%slip = dot_product(along(point), point%opening)
+               point%slip = along_faces(point, point%opening)
             end if
             if (.not. is_free(point)) cycle
             sliding = sliding_of(point)
             pressed = max(0.0_dp, overlap_of(point))
             select case (state_of(point))
              case (is_open)
-               point%slip = dot_product(along(point), felt_by_faces(point))
+               point%slip = along_faces(point, felt_by_faces(point))
              case (slides)
                sliding = slid_by(point)
-               interfaces%loss = interfaces%loss + point%stiffness*point%friction*abs(sliding) &
+               interfaces%loss = interfaces%loss + point%stiffness*point%friction*length_along(sliding) &
                                  *merge(pressed, (point%pressed + pressed)/2, k <= interfaces%n_at_end)
                point%slip = point%slip + sliding
             end select
@@ -629,9 +700,10 @@ contains
    end subroutine commit_slip
 
    !> How far faces have slid from where friction holds them, beyond what that lets them do without [m].
-   pure real(dp) function slid_by(point)
+   pure function slid_by(point)
       type(interface_point_t), intent(in) :: point
-      slid_by = sliding_of(point) - sign(point%friction*max(0.0_dp, overlap_of(point)), sliding_of(point))
+      real(dp) :: slid_by(ndim - 1)
+      slid_by = sliding_of(point) - in_direction_of(sliding_of(point), point%friction*max(0.0_dp, overlap_of(point)))
    end function slid_by
 
    !> Energy that the interface points store [J].
@@ -740,7 +812,8 @@ contains
          call archive%archive_logicals('follows_leaf', n, of%follows_leaf)
          call archive%archive_reals('fraction_left', n, of%fraction_left)
          call archive%archive_reals('touch', n, of%touch)
-         call archive%archive_reals('slip', n, of%slip)
+         call archive%archive_reals('slip', n, of%slip(1))
+         if (ndim > 2) call archive%archive_reals('slip_2', n, of%slip(ndim - 1))
          call archive%archive_reals('reached', n, of%reached)
          call archive%archive_reals('stored', n, of%stored)
          call archive%archive_reals('mass', n, of%mass)

@@ -565,7 +565,8 @@ contains
          is_done = all(states == interface_states(interfaces))
          slope = dot_product(direction, rest)
          if (.not. (of_least < 0 .and. slope > -near*of_least)) then ! at 0 it is rounding
-            if (is_done .and. interfaces%n_cohesive > 0) is_done = maxval(abs(rest)) <= of_cohesion*maxval(abs(f))
+            if (is_done .and. (interfaces%n_cohesive > 0 .or. ndim > 2)) & ! what is not linear by pieces
+               is_done = maxval(abs(rest)) <= of_cohesion*maxval(abs(f))
             if (is_done) return
             cycle
          end if

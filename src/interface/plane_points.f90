@@ -1,7 +1,7 @@
 !> Interface points on the faces of cells along cracks in planes of the grid (`hampm_plane_cuts`), by area; of solids only.
 !>
-!> Each part of a face has a point in the middle of what is bonded of it, and where the faces of the crack may touch one in the middle
-!> of all of it.
+!> Each part of a face has a point in the middle of what is bonded of it. Where the faces of the crack may touch, each of their open nodes has a point, for the
+!> integral of its function: fewer would leave nodes free, and of more some would say what others do.
 !>
 !> Where fronts move while the mesh stays each point is in the middle of its part, with the stiffness of what is bonded of it. Open nodes
 !> near the front have points too, that have no stiffness: they tell how far nodes are open when cells are cut anew, from which points of
@@ -12,8 +12,8 @@ module hampm_plane_points
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_face_jumps, only: faces, find_half_stiffness, jump_between
    use hampm_forest, only: level_width
-   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, add_interface_point, interface_energy, &
-                                     is_half
+   use hampm_interface_points, only: interfaces_t, interface_point_t, bonded, contact, add_interface_point, along_faces, &
+                                     interface_energy, is_half
    use hampm_matter, only: matter_t
    use hampm_plane_cuts, only: plane_cut_t, has_face_in
    use hampm_tensors, only: identity
@@ -29,6 +29,11 @@ module hampm_plane_points
 
    !> The same of faces that touch.
    real(dp), parameter :: of_contact = 3e4_dp
+
+   !> The same with friction, which does not find its limits between faces as firm as those.
+   real(dp), parameter :: of_rubbing = 300
+
+   real(dp), parameter :: none = 1e-14_dp        !! share of a node
 
 contains
 
@@ -54,18 +59,69 @@ contains
                         associate (from => low + [i - 1, j - 1]*part)
                            call cut%unbonded(forest%level_of(leaf))%uncracked(from, from + part, area, middle)
                            if (cut%moves) middle = from + part/2
-                           if (area > 0) call add_point(interfaces, m, cut, k, bonded, side, middle, area)
+                           if (area > 0) call add_point(interfaces, m, cut, k, bonded, side, middle, middle, area)
                            if (area > 0 .and. cut%moves) &
                               call place_part(interfaces%list(interfaces%n), m, k, part(1), opening, is_known)
-                           if (cut%contact) call add_point(interfaces, m, cut, k, contact, side, from + part/2, product(part))
                         end associate
                      end do
                   end do
                end do
             end do
+            if (cut%contact) call add_contact(interfaces, m, cut, k)
          end associate
       end do
    end subroutine add_points_of_planes
+
+   !> Add the points of faces that may touch.
+   pure subroutine add_contact(interfaces, m, cut, number)
+      type(interfaces_t), intent(inout) :: interfaces
+      type(matter_t), intent(in) :: m
+      type(plane_cut_t), intent(in) :: cut
+      integer, intent(in) :: number              !! of the crack
+      real(dp), allocatable :: area(:), beside(:, :) ! of nodes [m2]; the middle of a part of a face at them [m]
+      integer, allocatable :: side_of(:)
+      real(dp) :: low(2), high(2), part(2), weight(m%grid%n_functions, most_nodes_of_leaf)
+      integer :: leaf, side, i, j, c, n, e(faces), master(most_nodes_of_leaf)
+      allocate (area(m%grid%n_nodes), source=0.0_dp)
+      allocate (beside(2, m%grid%n_nodes), side_of(m%grid%n_nodes))
+      side_of = 0
+      associate (forest => m%grid%forest)
+         do leaf = 1, forest%leaf_count()
+            do side = 1, faces
+               if (.not. is_of(m, cut, leaf, side)) cycle
+               call cut%rectangle_of(forest, leaf, low, high)
+               part = (high - low)/parts
+               do j = 1, parts
+                  do i = 1, parts
+                     associate (middle => low + ([i, j] - 0.5_dp)*part)
+                        e = elements_beside(m, cut, side, cut%in_space(middle))
+                        if (any(e == 0)) cycle
+                        call m%grid%dofs%masters_of(m%grid%support_of(e(side)), n, master, weight)
+                        do c = 0, 3
+                           associate (x => cut%in_space(middle + ([mod(c, 2), c/2] - 0.5_dp)*part))
+                              area(master(:n)) = area(master(:n)) + product(part)/4*matmul( &
+                                                 m%grid%functions_in(e(side), m%grid%local_coordinate(e(side), x)), weight(:, :n))
+                           end associate
+                        end do
+                        do c = 1, n
+                           if (any(abs(cut%in_plane(m%grid%node_position(:, master(c))) - middle) > 0.6_dp*part)) cycle
+                           beside(:, master(c)) = middle
+                           side_of(master(c)) = side
+                        end do
+                     end associate
+                  end do
+               end do
+            end do
+         end do
+         do n = 1, size(area)
+            if (area(n) > none*maxval(area) .and. side_of(n) > 0) then
+               if (cut%opens_at(forest, m%grid%node_position(:, n))) &
+                  call add_point(interfaces, m, cut, number, contact, side_of(n), cut%in_plane(m%grid%node_position(:, n)), &
+                                 beside(:, n), area(n))
+            end if
+         end do
+      end associate
+   end subroutine add_contact
 
    !> Let a point follow the front of a crack over its square, from the opening of its nodes.
    pure subroutine place_part(point, m, plane, edge, opening, is_known)
@@ -119,7 +175,7 @@ contains
                      call cut%unbonded(forest%level_of(leaf))%uncracked(x - edge, x + edge, area, middle)
                      if (.not. area > 0) cycle
                      n = interfaces%n
-                     call add_point(interfaces, m, cut, number, bonded, side, x, area, (low + high)/2)
+                     call add_point(interfaces, m, cut, number, bonded, side, x, (low + high)/2, area)
                      if (interfaces%n == n) cycle
                      associate (point => interfaces%list(interfaces%n))
                         if (count(point%node > 0) /= merge(1, faces, cut%is_symmetry)) then
@@ -252,7 +308,7 @@ contains
    end function elements_beside
 
    !> Add a point.
-   pure subroutine add_point(interfaces, m, cut, number, law, side, middle, area, beside)
+   pure subroutine add_point(interfaces, m, cut, number, law, side, middle, beside, area)
       type(interfaces_t), intent(inout) :: interfaces
       type(matter_t), intent(in) :: m
       type(plane_cut_t), intent(in) :: cut
@@ -260,13 +316,11 @@ contains
       integer, intent(in) :: law                 !! `bonded` or `contact`
       integer, intent(in) :: side                !! see `elements_beside`
       real(dp), intent(in) :: middle(2)          !! in the plane [m]
+      real(dp), intent(in) :: beside(2)          !! a place inside of a face that it is on [m]
       real(dp), intent(in) :: area               !! [m2]
-      real(dp), intent(in), optional :: beside(2) !! a place on the faces of whose elements it is a corner [m]
-      real(dp), parameter :: none = 1e-14_dp     ! share of a node
       real(dp) :: weight(m%grid%n_functions, most_nodes_of_leaf), share(most_nodes_of_leaf)
       integer :: e(faces), master(most_nodes_of_leaf), n, j, i, k
-      e = elements_beside(m, cut, side, cut%in_space(middle))
-      if (present(beside)) e = elements_beside(m, cut, side, cut%in_space(beside))
+      e = elements_beside(m, cut, side, cut%in_space(beside))
       if (all(e == 0)) return
       call add_interface_point(interfaces, law)
       associate (point => interfaces%list(interfaces%n), x => cut%in_space(middle))
@@ -277,10 +331,15 @@ contains
          point%opening = jump_between(m, e, x)
          point%length = sqrt(area)
          point%area = area
-         if (law == contact) point%line = number
-         call find_half_stiffness(m, e, x, merge(of_contact, of_bonded, law == contact), point%cell, point%stiffness)
+         if (law == contact) then
+            point%line = number
+            point%friction = cut%friction
+            point%slip = along_faces(point, point%opening)
+         end if
+         point%is_firm = law == contact .and. .not. cut%friction > 0
+         call find_half_stiffness(m, e, x, merge(of_contact, merge(of_rubbing, of_bonded, law == contact), point%is_firm), &
+                                  point%cell, point%stiffness)
          point%stiffness = area*point%stiffness
-         point%is_firm = law == contact
          n = 0
          do k = 1, faces
             if (e(k) > 0) then

@@ -23,6 +23,7 @@ module hampm_plane_cuts
       logical :: moves = .false.                 !! whether its fronts do while the mesh stays
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! of all material [m]
       real(dp) :: spacing = 0                    !! of the nodes of its fronts, roughly [m]
+      real(dp) :: friction = 0                   !! coefficient [-]
       integer(long) :: at = 0                    !! place of the plane along its axis
       type(region_t), allocatable :: unbonded(:) !! of faces of each level, from 0 on: what is not bonded
       type(place_table_t) :: open                !! places of the nodes that are open, and of middles of edges and faces

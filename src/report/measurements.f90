@@ -324,7 +324,7 @@ contains
                                                                 m%plastic_dissipation)
          if (any(problem%materials%has_history .and. .not. problem%materials%yields)) &
             call history%record('viscous_dissipation', 'J', 'energy taken by the viscosity of the material', m%viscous_dissipation)
-         if (any(model%paths%friction > 0) .or. model%contact%is_wanted()) &
+         if (any(model%paths%friction > 0) .or. any(model%planes%friction > 0) .or. model%contact%is_wanted()) &
             call history%record('friction_loss', 'J', 'energy taken by friction', &
                                 problem%interfaces%loss - problem%interfaces%of_cohesion + problem%body_contact%friction_loss)
          if (problem%interfaces%n_cohesive > 0) &

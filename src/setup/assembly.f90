@@ -207,6 +207,7 @@ contains
             plane%spacing = finest_cell(model)
             plane%region_t = region_of(model%planes(k)%crack_shape_t, plane%lower, plane%upper, plane%spacing)
             plane%contact = model%planes(k)%contact
+            plane%friction = model%planes(k)%friction
             plane%moves = any(model%growth%path == k .and. .not. model%growth%law%is_static)
          end associate
       end do

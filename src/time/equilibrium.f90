@@ -11,7 +11,7 @@ module hampm_equilibrium
    use hampm_kinds, only: dp, ndim, long
    use hampm_archive, only: archive_t
    use hampm_balance, only: balance_t, part_t, start_t, is_in_touch
-   use hampm_interface_points, only: along, relax_interfaces, have_friction, contact
+   use hampm_interface_points, only: along_faces, relax_interfaces, have_friction, contact
    use hampm_failure, only: failure_t, exit_computation
    use hampm_integrator, only: book_step
    use hampm_problem, only: problem_t, map_to_grid, stored_energy, dissipated_energy, archive_history
@@ -358,14 +358,14 @@ contains
          do k = 1, m%interfaces%n                   ! what friction holds stays
             associate (point => m%interfaces%list(k))
                if (point%law == contact) point%start = 0
-               point%slip = point%slip - dot_product(along(point), point%opening)
+               point%slip = point%slip - along_faces(point, point%opening)
                point%opening = 0
             end associate
          end do
          call displace(m, u)
          do k = 1, m%interfaces%n
             associate (point => m%interfaces%list(k))
-               point%slip = point%slip + dot_product(along(point), point%opening)
+               point%slip = point%slip + along_faces(point, point%opening)
             end associate
          end do
          if (m%constraints%only_push()) call lift_by(m, u)

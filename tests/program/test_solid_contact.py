@@ -190,3 +190,82 @@ def test_a_block_slides_down_a_slope_across_the_grid(tmp_path, contact, friction
         assert velocity @ down == pytest.approx((0.1 - 0.02) * g * (math.sin(a) - friction * math.cos(a)), rel=0.02)
     else:
         assert np.linalg.norm(velocity) < 0.02 * 0.08 * g * math.sin(a)
+
+
+# Half of a block with a penny crack that is sheared along x and pressed together, half of a side of 2.5 radii
+RUBBING = """
+&run end_time = {end} /
+&grid lower = -2.5, 0.0, {low}  cell = {h!r}  cells = {n2}, {n}, {m} /
+&material name = 'a'  young = 1.0  poisson = 0.3  density = 1.0 /
+&body material = 'a'  lower = -2.5, 0.0, -2.5  upper = 2.5, 2.5, 2.5 /
+&constraint lower = -2.5, 0.0, -2.5  upper = 2.5, 0.0, 2.5  fix = 'y' /
+&load kind = 'traction'  lower = -2.5, 0.0, 2.5  upper = 2.5, 2.5, 2.5  force = 12.5, 0.0, {down} {rise} /
+&load kind = 'traction'  lower = -2.5, 0.0, -2.5  upper = 2.5, 2.5, -2.5  force = -12.5, 0.0, {up} {rise} /
+&load kind = 'traction'  lower = 2.5, 0.0, -2.5  upper = 2.5, 2.5, 2.5  force = 0.0, 0.0, 12.5 {rise} /
+&load kind = 'traction'  lower = -2.5, 0.0, -2.5  upper = -2.5, 2.5, 2.5  force = 0.0, 0.0, -12.5 {rise} /
+&crack kind = 'plane'  normal = 'z'  front = 'disc'  center = 0.0, 0.0, 0.0  radii = 1.0  {contact} /
+{more}
+&method {method} /
+&output file = 'case.h5' /
+"""
+
+
+def rubbing(folder, pressure, friction, n, more="", method="time = 'static'  frame = 'total'", end=1.0, rise=""):
+    contact = f"contact = 'friction'  friction = {friction}" if friction else "contact = 'frictionless'"
+    text = RUBBING.format(h=2.5 / n, n=n, n2=2 * n, m=2 * n + 2, low=-2.5 - 2.5 / n, up=12.5 * pressure, down=-12.5 * pressure, contact=contact, more=more,
+                          method=method, end=end, rise=rise)
+    row, _ = run(folder, text)
+    with h5py.File(folder / "case.h5") as file:
+        return row, {name: values[-1] for name, values in file["front"].items()} if "front" in file else {}
+
+
+MEASURED = "&energy_release estimators = 'domain_integral'  energy_balance = .true. /\n"
+
+
+@pytest.mark.verify
+def test_faces_of_a_sheared_penny_rub_on_each_other(tmp_path):
+    """All of the faces slide, against the friction 0.3 p: what they do is what 0.7 of the shear does to faces that do not press on each other. Friction takes
+    its part of what they slide by, the integral of G over all radii. Where friction holds them there is no crack."""
+    more = MEASURED + "&refine indicator = 'tip'  max_level = 1  rings = 2 /"
+    alone, of_alone = rubbing(tmp_path / "alone", 0, 0, 8, more)
+    row, found = rubbing(tmp_path / "pressed", 1, 0.3, 8, more)
+    largest = 0.7 * np.max(of_alone["K_II"])
+    for mode in ("K_II", "K_III"):
+        assert difference(mode, found[mode], 0.7 * of_alone[mode], largest) < 0.02
+    assert difference("G", row["G_mean"][-1], 0.49 * alone["G_mean"][-1]) < 0.03
+    assert difference("friction", row["friction_loss"][-1], 0.7 * 0.3 * np.pi / 3 * alone["G_mean"][-1]) < 0.03
+    stuck, of_stuck = rubbing(tmp_path / "stuck", 1, 1.2, 8, more)
+    print("stuck", stuck["G_mean"][-1] / alone["G_mean"][-1], np.max(np.abs(of_stuck["K_II"])) / np.max(of_alone["K_II"]))
+    assert stuck["G_mean"][-1] < 2e-3 * alone["G_mean"][-1] and stuck["friction_loss"][-1] == 0
+    assert np.max(np.abs(of_stuck["K_II"])) < 0.03 * np.max(of_alone["K_II"])
+
+
+@pytest.mark.parametrize("more", ["", "&refine indicator = 'tip'  max_level = 1  rings = 1 /"],
+                         ids=["", "finer"])
+def test_friction_takes_its_part_of_the_work(tmp_path, more):
+    """With the energy C of a crack under the shear 1 it takes 0.3 times 0.7 C, as all that slides is 0.7 of that. C is by two other runs: without friction,
+    and with so much that nothing slides, under the pressure 1 whose energy is known."""
+    work = {name: rubbing(tmp_path / name, *keys, 4, more)[0] for name, keys in (("alone", (0, 0)), ("pressed", (1, 0.3)), ("stuck", (1, 1.2)))}
+    of_crack = work["alone"]["external_work"][-1] - (work["stuck"]["external_work"][-1] - 2.5 * 5 * 5 / 2)
+    assert difference("friction", work["pressed"]["friction_loss"][-1], 0.21 * of_crack) < 0.005
+    assert work["stuck"]["friction_loss"][-1] == 0
+
+
+@pytest.mark.parametrize("method", ["time = 'explicit'  frame = 'total'", pytest.param("time = 'implicit'  time_step = 0.5", marks=pytest.mark.verify),
+                                    pytest.param("scheme = 'usl'  frame = 'total'", marks=pytest.mark.verify),
+                                    pytest.param("mass = 'consistent'  frame = 'total'", marks=pytest.mark.verify)])
+def test_energy_of_faces_that_rub_is_booked(tmp_path, method):
+    row, _ = rubbing(tmp_path / "case", 1, 0.3, 4, "&energy_release energy_balance = .true. /", method, 10.0, "history = 'smooth_ramp'  rise_time = 5.0")
+    inside = sum(row[name] for name in ("kinetic_energy", "strain_energy", "numerical_loss", "friction_loss"))
+    assert row["friction_loss"][-1] > 0.1
+    assert difference("energy", inside, row["external_work"], row["external_work"].max()) < 1e-12
+
+
+def test_a_run_with_faces_that_rub_goes_on_from_a_checkpoint(tmp_path):
+    rubbing(tmp_path / "whole", 1, 0.3, 4, MEASURED.replace("'domain_integral'", ""), "time = 'explicit'  frame = 'total'", 6.0, "history = 'smooth_ramp'  rise_time = 5.0")
+    for words, code in ((["case.nml", "--output", "threads", "--threads", "3"], 0), (["case.nml", "--output", "parts", "--steps", "7"], 5),
+                        (["--resume", "parts/case.h5.checkpoint"], 0)):
+        result = subprocess.run([SOLID_PROGRAM, "--quiet", *words], cwd=tmp_path / "whole", capture_output=True, text=True)
+        assert result.returncode == code, result.stderr
+    assert differing(tmp_path / "whole/case.h5", tmp_path / "whole/threads/case.h5") == []
+    assert differing(tmp_path / "whole/case.h5", tmp_path / "whole/parts/case.h5") == []
