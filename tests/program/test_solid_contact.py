@@ -192,6 +192,49 @@ def test_a_block_slides_down_a_slope_across_the_grid(tmp_path, contact, friction
         assert np.linalg.norm(velocity) < 0.02 * 0.08 * g * math.sin(a)
 
 
+HERTZ = """
+&run end_time = 0.9 /
+&grid lower = -2.0, -2.0, -1.0  cell = 0.16666666666666667  cells = 24, 24, 19 /
+&material name = 'm' law = 'neo_hookean' young = 1e6 poisson = 0.3 density = 1000.0 /
+&body material = 'm' lower = -1.8333333333333333, -1.8333333333333333, -0.8333333333333333 upper = 1.8333333333333333, 1.8333333333333333, 0.0 /
+&body material = 'm' shape = 'sphere' center = 0.0, 0.0, 1.0 radius = 1.0 /
+&constraint lower = -9.0, -9.0, -9.0 upper = 9.0, 9.0, -0.8333333333333333 fix = 'xyz' /
+&load kind = 'body' force = 0.0, 0.0, -{force} lower = -9.0, -9.0, 1e-6 upper = 9.0, 9.0, 9.0 history = 'smooth_ramp' rise_time = 0.3 /
+&damping rate = 16.0 /
+&contact bodies = 'frictionless' /
+&method frame = 'updated' /
+&refine indicator = 'zz' tolerance = 0.99 max_level = 1 region_lower = -0.5, -0.5, -0.5 region_upper = 0.5, 0.5, 0.5 max_particles = 40000 /
+&output file = 'case.h5'  history_interval = 0.009 snapshot_interval = 0.9 /
+"""
+
+
+def below(r, z, a):
+    """Stress zz below a Hertzian pressure 1 on a circle (Huber 1904)."""
+    q = r**2 + z**2 - a**2
+    u = (q + np.sqrt(q**2 + 4 * a**2 * z**2)) / 2
+    return -(z / np.sqrt(u))**3 * a**2 * u / (u**2 + a**2 * z**2)
+
+
+@pytest.mark.verify
+def test_a_ball_on_a_block_has_the_contact_of_hertz(tmp_path):
+    """As far as three cells to the contact radius resolve it; docs/explanation/solids.md has six."""
+    elastic, a = 1e6 / (2 * (1 - 0.3**2)), 0.25
+    row, fields = run(tmp_path / "ball", HERTZ.format(force=4 * elastic * a**3 / 3))
+    start = fields["place"] - fields["displacement"]
+    r, z = np.hypot(start[:, 0], start[:, 1]), -start[:, 2]
+    near = (fields["body"] == 1) & (r < 2 * a) & (z < 2 * a)
+    fits = []
+    for radius in np.linspace(0.7 * a, 1.3 * a, 121):
+        unit = below(r[near], z[near], radius)
+        pressure = unit @ fields["stress_zz"][near] / (unit @ unit)
+        fits.append((np.sum((fields["stress_zz"][near] - pressure * unit)**2), radius / a, pressure / (2 * elastic * a / np.pi)))
+    force = row["contact_force_z"][-8:].mean() / (4 * elastic * a**3 / 3)
+    print(force, min(fits))
+    assert force == pytest.approx(1, abs=0.03)
+    assert min(fits)[1] == pytest.approx(1, abs=0.1) and min(fits)[2] == pytest.approx(1, abs=0.15)
+    assert min(fits)[1]**2 * min(fits)[2] == pytest.approx(1, abs=0.05)      # which is its force
+
+
 # Half of a block with a penny crack that is sheared along x and pressed together, half of a side of 2.5 radii
 RUBBING = """
 &run end_time = {end} /
@@ -206,14 +249,14 @@ RUBBING = """
 &crack kind = 'plane'  normal = 'z'  front = 'disc'  center = 0.0, 0.0, 0.0  radii = 1.0  {contact} /
 {more}
 &method {method} /
-&output file = 'case.h5' /
+&output file = 'case.h5'{interval} /
 """
 
 
 def rubbing(folder, pressure, friction, n, more="", method="time = 'static'  frame = 'total'", end=1.0, rise=""):
     contact = f"contact = 'friction'  friction = {friction}" if friction else "contact = 'frictionless'"
     text = RUBBING.format(h=2.5 / n, n=n, n2=2 * n, m=2 * n + 2, low=-2.5 - 2.5 / n, up=12.5 * pressure, down=-12.5 * pressure, contact=contact, more=more,
-                          method=method, end=end, rise=rise)
+                          method=method, end=end, rise=rise, interval=f"  history_interval = {end / 10}" if rise else "")
     row, _ = run(folder, text)
     with h5py.File(folder / "case.h5") as file:
         return row, {name: values[-1] for name, values in file["front"].items()} if "front" in file else {}
