@@ -319,6 +319,7 @@ contains
       type(nodal_state_t), intent(in) :: state
       type(front_values_t), intent(inout) :: values
       real(dp), allocatable :: g(:, :), k(:, :, :), beside(:, :), of_mode(:, :)
+      logical, allocatable :: at_free_end(:, :)
       real(dp) :: of_k(size(values%arc))         ! G that goes with K
       real(dp) :: sliding(size(values%arc))      ! K_II with the G of K_II and K_III
       integer :: mode
@@ -328,11 +329,14 @@ contains
       associate (front => values%domain%front, material => problem%materials(values%domain%material), radii => size(g, 2))
          values%mean_error = spread_of(matmul(hat_lengths(front), g)/front%length)
          beside = g
-         if (.not. front%is_closed) then         ! modes share G at ends as they do beside them
+         if (.not. front%is_closed) then         ! modes at ends are as beside them, and on free sides share G so
             beside([1, front%n()], :) = g([2, front%n() - 1], :)
             k(:, [1, front%n()], :) = k(:, [2, front%n() - 1], :)
          end if
          beside = matmul(values%mean_of, beside)
+         allocate (at_free_end(size(beside, 1), radii), source=.false.)
+         if (values%is_free(1)) at_free_end(1, :) = .true.
+         if (values%is_free(2)) at_free_end(size(beside, 1), :) = .true.
          g = matmul(values%mean_of, g)
          values%g = sum(g, dim=2)/radii
          values%g_error = maxval(g, dim=2) - minval(g, dim=2) + off_by_place(problem, values)
@@ -341,7 +345,7 @@ contains
          if (.not. values%domain%has_modes) return
          do mode = 1, front_modes
             of_mode = matmul(values%mean_of, k(mode, :, :))
-            where (beside > 0) of_mode = of_mode*sqrt(max(g, 0.0_dp)/beside)
+            where (beside > 0 .and. at_free_end) of_mode = of_mode*sqrt(max(g, 0.0_dp)/beside)
             associate (place => off_by_place(problem, values))
                values%k(mode, :) = sum(of_mode, dim=2)/radii
                values%k_error(mode, :) = maxval(of_mode, dim=2) - minval(of_mode, dim=2) &
