@@ -127,7 +127,8 @@ contains
       j = 1
       do while (j <= size(listed))
          b = listed(j)
-         n = min(m%blocks%alike(b), size(listed) - j + 1, most_blocks, max(1, most_rows/m%blocks%rows(b)))
+         n = min(m%blocks%alike(b), size(listed) - j + 1, max(1, most_rows/m%blocks%rows(b)))
+         if (most_rows > most_blocks) n = min(n, most_blocks)
          do while (listed(j + n - 1) /= b + n - 1) ! listed blocks are ascending
             n = n - 1
          end do
