@@ -74,7 +74,7 @@ def step(program, folder):
     for frame in ("updated", "total"):
         for n in (10, 23, 32, 50):
             particles, dt = 8 * n**3, 0.2 / n / speed
-            few, many = 5, 5 + max(40, 40_000_000 // particles)
+            few, many = 5, 5 + max(30, 10_000_000 // particles)
             turns = []
             for _ in range(3):
                 taken = []

@@ -4,8 +4,8 @@ program test_particle_kernels
    use hampm_basis, only: shape_functions, shape_gradients
    use hampm_cell_blocks, only: of_mass, of_momentum, of_force, n_sums, lanes
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_particle_kernels, only: most_rows, clear, take_corners, add_field, add_gradient, add_gradient_product, add_mass, &
-                                     add_momentum, add_matrix, add_stress, divergence
+   use hampm_particle_kernels, only: most_rows, n_across, clear, take_corners, add_field, add_gradient, add_mass, add_momentum, &
+                                     add_matrix, add_stress, divergence
    implicit none
 
    integer, parameter :: runs = 200, blocks = 3, rows = 3, cells = lanes*blocks, places = lanes*most_rows, used = cells*rows
@@ -65,10 +65,10 @@ contains
          v = 2
          h = 3
          call add_field(blocks, rows, places, xi, of_corners, v)
-         call add_gradient(blocks, rows, places, xi, of_corners, h)
+         call add_gradient(blocks, rows, places, .false., xi, of_corners, h)
          call random_number(before)
          g = before
-         call add_gradient_product(blocks, rows, places, xi, of_corners, g)
+         call add_gradient(blocks, rows, places, .true., xi, of_corners, g)
          do i = 1, used
             associate (at_corner => factor*field(:, nodes(:, cell_of(i))))
                error(1) = max(error(1), maxval(abs(v(i, :) - 2 - matmul(at_corner, shape_functions(local(i))))))
@@ -80,7 +80,7 @@ contains
       end do
       call check_close(error(1), 0.0_dp, rounding, 'add_field sums the corners by the shape functions')
       call check_close(error(2), 0.0_dp, rounding, 'add_gradient sums the corners by the gradients')
-      call check_close(error(3), 0.0_dp, rounding, 'add_gradient_product adds L (I + H)')
+      call check_close(error(3), 0.0_dp, rounding, 'add_gradient adds L (I + H)')
       call check_close(maxval(abs(v(used + 1:, :) - 2)), 0.0_dp, 0.0_dp, 'no other rows are touched')
    end subroutine fields_at_particles
 
@@ -132,7 +132,7 @@ contains
 
    !> Internal forces, the gradients being those in cells of a size.
    subroutine divergence_of_stress()
-      real(dp) :: t(lanes, ndim*ndim, rows, blocks), total(lanes, ndim*ndim, blocks), moment(lanes, ndim*ndim, blocks)
+      real(dp) :: t(lanes, ndim*ndim, rows, blocks), moments(lanes, ndim*ndim, n_across, blocks)
       real(dp) :: contribution(lanes, corners, n_sums, blocks), expected(ndim, corners, cells), inverse_size(lanes, blocks), error
       integer :: n, i, c, row
       error = 0
@@ -140,11 +140,10 @@ contains
          call random_number(xi)
          call random_number(t)
          call random_number(inverse_size)
-         total = 0
-         moment = 0
+         moments = 0
          expected = 0
-         call add_stress(blocks, rows, places, xi, t, total, moment)
-         call divergence(blocks, inverse_size, total, moment, contribution)
+         call add_stress(blocks, rows, places, xi, t, moments)
+         call divergence(blocks, inverse_size, moments, contribution)
          do i = 1, used
             c = cell_of(i)
             row = mod((i - 1)/lanes, rows) + 1
