@@ -358,6 +358,7 @@ contains
       character(:), allocatable, intent(inout) :: message !! to the user, a line each
       character(:), allocatable :: text
       text = 'tip '//to_text(number)//' '//what
+      if (ndim > 2) text = 'a front '//what      ! of which the number is that of a place
       if (.not. allocated(message)) message = ''
       if (index(message, text(:index(text//':', ':') - 1)) > 0) return
       call add_line(message, text)

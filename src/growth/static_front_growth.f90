@@ -12,7 +12,7 @@
 !> than increments then do not grow.
 module hampm_static_front_growth
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: body_at, finest_cell, find_extents
+   use hampm_crack_placement, only: body_at, finest_cell, find_extents, distance_to_loads
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: fatigue_t, ways_of
    use hampm_front, only: front_t, region_t, find_fronts
@@ -140,8 +140,8 @@ contains
             cracks%fronts(first:last) = found
             if (.not. all([(has_room(f), f=first, last)])) then
                cracks%fronts(first:last) = before_it
-               call stop_fronts(first, last, 'a step further it has less than two of the finest cells to another front, or '// &
-                                'leaves the material')
+               call stop_fronts(first, last, 'a step further it has less than two of the finest cells to another front or '// &
+                                'less than six to a load, or leaves the material')
             end if
          end if
       end do
@@ -166,7 +166,7 @@ contains
       !> Whether a front is inside of the material, with room for the integrals around it.
       logical function has_room(number)
          integer, intent(in) :: number
-         real(dp), parameter :: least = 2        ! finest cells
+         real(dp), parameter :: least = 2, to_loads = 6 ! finest cells
          integer :: node, other
          has_room = .true.
          do other = 1, size(cracks%fronts)
@@ -177,7 +177,9 @@ contains
             end do
          end do
          do node = 1, cracks%fronts(number)%n()
-            has_room = has_room .and. body_at(model, cracks%fronts(number)%at(:, node)) > 0
+            associate (at => cracks%fronts(number)%at(:, node))
+               has_room = has_room .and. body_at(model, at) > 0 .and. distance_to_loads(model, at) >= to_loads*finest_cell(model)
+            end associate
          end do
       end function has_room
 

@@ -226,3 +226,22 @@ def test_what_does_not_go(tmp_path):
         (tmp_path / f"{name}.nml").write_text(text.replace(*change))
         said = subprocess.run([SOLID_PROGRAM, f"{name}.nml", "--quiet"], cwd=tmp_path, capture_output=True, text=True)
         assert said.returncode == 2 and why in said.stderr, said.stderr
+
+
+@pytest.mark.verify
+def test_a_crack_inside_grows_as_on_a_plane_of_symmetry(tmp_path):
+    """The same quarter of a penny with both halves of the cube, whose copies of nodes are held together by points."""
+    half = tough("front = 'ellipse'  radii = 1.0, 0.95", 3, 0.1)
+    whole = half.replace("lower = 0.0, 0.0, 0.0  cell = 0.5  cells = 8, 8, 9", "lower = 0.0, 0.0, -4.5  cell = 0.5  cells = 8, 8, 18") \
+        .replace("lower = 0.0, 0.0, 0.0  upper = 4.0, 4.0, 4.0", "lower = 0.0, 0.0, -4.0  upper = 4.0, 4.0, 4.0") \
+        .replace("lower = 0.0, 0.0, 0.0  upper = 4.0, 4.0, 0.0  fix = 'z'", "lower = 4.0, 4.0, 0.0  upper = 4.0, 4.0, 0.0  fix = 'z'") \
+        .replace("lower = 0.0, 0.0, 0.0  upper = 0.0", "lower = 0.0, 0.0, -4.0  upper = 0.0") \
+        .replace("lower = 0.0, 0.0, 0.0  upper = 4.0, 0.0", "lower = 0.0, 0.0, -4.0  upper = 4.0, 0.0") \
+        .replace("force = 0.0, 0.0, 16.0 /", "force = 0.0, 0.0, 16.0 /\n&load kind = 'traction'  lower = 0.0, 0.0, -4.0  upper = 4.0, 4.0, -4.0  force = 0.0, 0.0, -16.0 /") \
+        .replace("kind = 'symmetry'", "kind = 'plane'")
+    (one, of_half, off), (other, of_whole, off_whole) = (grown(tmp_path / name, text) for name, text in (("half", half), ("whole", whole)))
+    for column in ("G", "x", "extension"):
+        assert np.max(np.abs(one[column] - other[column])) < 1e-6 * np.max(np.abs(one[column])), column
+    assert of_whole["load_factor"] == pytest.approx(of_half["load_factor"], rel=1e-6)
+    print("energy", off, off_whole)
+    assert of_whole["fracture_energy"] == pytest.approx(2 * of_half["fracture_energy"], rel=1e-6) and np.max(np.abs(off - off_whole)) < 1e-4
