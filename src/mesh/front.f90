@@ -102,7 +102,7 @@ contains
          case default
             d = region%in_plane(shape%direction)
             d = d/norm2(d)
-            reach = 2*norm2(upper - lower) + norm2(shape%center - lower) + norm2(shape%center - upper)
+            reach = 2*norm2(upper - lower) + norm2(max(abs(shape%center - lower), abs(shape%center - upper))) ! as in a mirror
             allocate (region%outline(2, 4))
             region%outline = reach*reshape([d(2), -d(1), -d(2), d(1), -d(2) - d(1), d(1) - d(2), d(2) - d(1), -d(1) - d(2)], [2, 4])
             region%outline = region%outline + spread(center, 2, 4)
