@@ -150,8 +150,9 @@ contains
          to = 1
          if (length < far*chord) return
          call clip_edge(of%at(:, k), of%at(:, modulo(k, n) + 1), low, high, from, to)
+         if (to <= from) return                  ! beside the box, however near
          from = max(0.0_dp, from - outside*chord/length)
-         if (to > 0) to = min(1.0_dp, to + outside*chord/length)
+         to = min(1.0_dp, to + outside*chord/length)
       end subroutine find_part
    end subroutine divide
 
