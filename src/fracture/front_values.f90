@@ -437,7 +437,8 @@ contains
                   away = norm2(from - part*way)
                   if (away >= least) cycle
                   least = away
-                  at(i) = (front%arc(k) + part*norm2(way))/(values%arc(2) - values%arc(1))
+                  at(i) = front%arc(k) + part*(merge(front%arc(next), front%length, next > k) - front%arc(k))
+                  at(i) = at(i)/(values%arc(2) - values%arc(1))
                end associate
             end do
          end do
