@@ -539,6 +539,7 @@ contains
          states = interface_states(interfaces)
          slopes = slopes_of_law(self, interfaces)
          is_new = is_new .or. any(states /= self%states) .or. any(slopes > self%slopes .or. slopes < lowered*self%slopes)
+         if (any(interfaces%list(:interfaces%n)%plane > 0)) is_new = is_new .or. any(slopes < self%slopes) ! as fronts move
          if (is_new) then
             self%states = states
             self%slopes = slopes

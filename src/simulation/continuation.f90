@@ -84,7 +84,7 @@ contains
          call use_threads(threads, s%problem%particles%n)
          call rebuild_on_mesh(s, failure)
          call archive_rest(checkpoint, s)
-         call renew_fronts(s%model, s%problem, s%cracks, s%measurements)
+         if (.not. checkpoint%failure%failed()) call renew_fronts(s%model, s%problem, s%cracks, s%measurements)
       end if
       call checkpoint%finish(failure)
    end subroutine rebuild

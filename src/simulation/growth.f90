@@ -96,6 +96,11 @@ contains
          have_moved = .false.
          do k = 1, size(m%grid%planes)
             associate (plane => m%grid%planes(k), growing => s%growing%planes(k))
+               if (growing%has_stopped) then
+                  growing%is_running = .false.
+                  growing%mean = 0
+                  growing%largest = 0
+               end if
                if (.not. growing%grows .or. growing%has_stopped) cycle
                ways = ways_of_fronts(s%model, s%cracks, s%growing%planes, s%growing%fronts, k, time, s%dt)
                call advance_region(plane%region_t, pack(s%cracks%fronts, s%cracks%fronts%crack == k), ways, plane%lower, &

@@ -172,7 +172,10 @@ def test_every_column_of_solids_is_documented(hampm, tmp_path):
     along_fronts = {row[0]: (row[1], row[2]) for row in rows("results.md", "| of solids |") if "/history" in row[3]}
     recorded = {}
     for name, text in (("points", SOLID.format("quantity = 'displacement', 'velocity', 'strain', 'stress'  at = 0.03, 0.03, 0.03")),
-                       ("loads", SOLID.format("quantity = 'load_line'  of = 'grip'")), ("front", (INPUT / "solid/penny.nml").read_text())):
+                       ("loads", SOLID.format("quantity = 'load_line'  of = 'grip'")), ("front", (INPUT / "solid/penny.nml").read_text()),
+                       ("growing", (INPUT / "solid/penny.nml").read_text().replace("time = 'static'", "time = 'explicit'").replace("= 1.0\n", "= 1e-6\n", 1)
+                        .replace("snapshot_interval = 1.0", "history_interval = 1e-6")
+                        + "&growth law = 'prescribed'  speed = 1.0  direction = 'straight' /\n")):
         (tmp_path / f"{name}.nml").write_text(text)
         result = hampm(f"{name}.nml", "--set", f"output.file={name}.h5", program=SOLID_PROGRAM)
         assert result.returncode == 0, result.stderr

@@ -287,6 +287,10 @@ class Solid(Drawing):
             keys["contact"] = "frictionless"
         if chance.random() < 0.5:
             found.append(["load", {"kind": "pressure", "on": "crack", "pressure": chance.uniform(-1, 1) * self.strain * self.young} | self.history()])
+        if self.time == "explicit" and chance.random() < 0.6:
+            keys = {"law": "prescribed", "speed": chance.uniform(0.02, 0.4) * self.cell / self.tick} if chance.random() < 0.5 else \
+                {"law": "toughness", "toughness": chance.uniform(0.01, 1) * self.strain**2 * self.young * self.cell}
+            found.append(["growth", keys | {"direction": "straight"}])
         return found
 
     def energy_release(self):

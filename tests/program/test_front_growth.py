@@ -220,7 +220,7 @@ def test_threads_and_restarts_change_no_byte_of_growth(tmp_path):
 def test_what_does_not_go(tmp_path):
     """Fronts stay in their plane, and have no tips."""
     text = tough(DISC, 2, 0.1)
-    for name, change, why in (("direction", ("direction = 'straight'", "direction = 'hoop_stress'"), "fronts stay in the plane of their crack"),
+    for name, change, why in (("direction", ("direction = 'straight'", "direction = 'hoop_stress'"), "cracks stay in their planes"),
                               ("tips", ("toughness = 1.0", "toughness = 1.0  tips = 'largest'"), "a front has no tips"),
                               ("length", ("toughness = 1.0", "toughness = 1.0  max_length = 2.0"), "a crack in a plane has an area")):
         (tmp_path / f"{name}.nml").write_text(text.replace(*change))

@@ -1,0 +1,122 @@
+"""Fronts of cracks in planes that grow in motion: a strip between grips, |y| < 10 mm, whose upper edge is moved by u_0 and held, between rollers."""
+
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+from paths import SOLID_PROGRAM
+
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+
+STEADY = 26.922                                    # rho c_d**2 u_0**2/h, what is stored ahead of a crack that runs (Nilsson 1974)
+T = np.linspace(0, 60e-6, 21)
+RISE = (f"history = 'table'  times = {', '.join(f'{t:.6g}' for t in T)}  "
+        f"factors = {', '.join(f'{f:.8g}' for f in (1 - np.cos(np.pi * T / 60e-6)) / 2)}")
+
+
+def strip(growth, cells=1, h=2e-3, kind="symmetry", end=58e-6, method="", ahead=20e-3, tough=None):
+    """Half of it, or all, some cells wide; the front is at x = 0 and goes along x."""
+    half, w = kind == "symmetry", cells * h
+    low, n = (0.0, round(10e-3 / h) + 1) if half else (-10e-3, round(20e-3 / h) + 2)
+    box = lambda x0, y0, z0, x1, y1, z1: f"lower = {x0}, {y0}, {z0}  upper = {x1}, {y1}, {z1}"
+    x0, x1 = -10e-3, ahead
+    parts = [(0.0, w, "")] if tough is None else [(0.0, w / 2, f"toughness = {tough[0]}"), (w / 2, w, f"toughness = {tough[1]}")]
+    bodies = "\n".join(f"&body material = 'a'  {box(x0, low, a, x1, 10e-3, b)}  {key} /" for a, b, key in parts)
+    below = f"{box(x0, 0.0, 0.0, x1, 0.0, w)}  fix = 'y'" if half else \
+        f"{box(x0, low, 0.0, x1, low, w)}  fix = 'xyz'  displacement = 0.0, -1e-6, 0.0  {RISE}"
+    return f"""&run end_time = {end} /
+&grid lower = {x0}, {0.0 if half else -10e-3 - h}, 0.0  cell = {h}  cells = {round((x1 - x0) / h)}, {n}, {cells} /
+&material name = 'a'  young = 199.992e9  poisson = 0.3  density = 5000 /
+{bodies}
+&constraint {box(x0, 10e-3, 0.0, x1, 10e-3, w)}  fix = 'xyz'  displacement = 0.0, 1e-6, 0.0  {RISE} /
+&constraint {below} /
+&constraint {box(x0, low, 0.0, x1, 10e-3, 0.0)}  fix = 'z' /
+&constraint {box(x0, low, w, x1, 10e-3, w)}  fix = 'z' /
+&constraint {box(x1, low, 0.0, x1, 10e-3, w)}  fix = 'x' /
+&crack kind = '{kind}'  normal = 'y'  front = 'straight'  tip = 0.0, 0.0, 0.0  direction = 1.0, 0.0, 0.0 /
+&growth {growth}  direction = 'straight' /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. /
+&output file = 'case.h5'  history_interval = 0.5e-6 /
+{method}
+"""
+
+
+def run(hampm, tmp_path, text, *options, code=0):
+    (tmp_path / "case.nml").write_text(text)
+    result = hampm("case.nml", "--force", *options, program=SOLID_PROGRAM)
+    assert result.returncode == code, result.stderr
+    return read(tmp_path)
+
+
+def read(tmp_path):
+    with h5py.File(tmp_path / "case.h5") as file:
+        row = {name: data[()] for name, data in file["history"].items()}
+        return row, {name: data[()] for name, data in file["front"].items()}
+
+
+def missing(row):
+    """Of the energy at all samples, in parts of the work."""
+    kept = sum(row[name] for name in ("kinetic_energy", "strain_energy", "fracture_energy", "numerical_loss"))
+    return np.max(np.abs(row["external_work"] - kept)) / np.max(row["external_work"])
+
+
+GIVEN = "law = 'prescribed'  speed = 1455.0  start = 50e-6"
+TOUGH = "law = 'toughness'  toughness = 20.0"
+
+
+def test_a_front_at_a_given_speed(hampm, tmp_path):
+    """Energy at all samples; a wider half as one cell of the whole; straight, and where it is to be."""
+    row, front = run(hampm, tmp_path, strip(GIVEN, cells=4))
+    whole, _ = run(hampm, tmp_path, strip(GIVEN, kind="plane"))
+    assert np.ptp(front["x"], axis=1).max() == 0
+    assert front["x"][-1, 0] == pytest.approx(1455 * 8e-6, rel=1e-9)
+    assert row["crack_area"][-1] - row["crack_area"][0] == pytest.approx(8e-3 * 1455 * 8e-6, rel=1e-9)
+    assert whole["fracture_energy"] == pytest.approx(row["fracture_energy"] / 2, rel=1e-9, abs=1e-15)
+    assert missing(row) < 1e-12
+    assert missing(whole) < 1e-12
+    assert np.abs(row["numerical_loss"][-1]) < 0.02 * row["fracture_energy"][-1]
+
+
+def test_a_tough_half_lags(hampm, tmp_path):
+    row, front = run(hampm, tmp_path, strip(TOUGH, cells=8, tough=(15, 30), end=50e-6))
+    x = front["x"][-1]
+    print(x)
+    assert x[np.argmin(front["z"][-1])] > 2 * x[np.argmax(front["z"][-1])] + 2e-3
+    assert missing(row) < 1e-12
+
+
+def test_a_front_runs_through(hampm, tmp_path):
+    """It is said, and there is none any more."""
+    (tmp_path / "case.nml").write_text(strip(GIVEN, ahead=10e-3))
+    result = hampm("case.nml", program=SOLID_PROGRAM)
+    assert "crack 1 has run through at t = " in result.stderr
+    row, _ = read(tmp_path)
+    assert np.isnan(row["G_mean"][-1]) and row["front_speed"][-1] == 0
+    assert row["crack_area"][-1] == pytest.approx(20e-3 * 2e-3)
+
+
+@pytest.mark.parametrize("method, steps", (("", 200), ("&method time = 'implicit'  time_step = 0.5e-6 /", 90)))
+def test_a_run_that_is_resumed(hampm, tmp_path, method, steps):
+    text = strip(TOUGH, kind="plane", method=method)
+    once, _ = run(hampm, tmp_path, text)
+    run(hampm, tmp_path, text, "--steps", str(steps), code=5)
+    assert subprocess.run([SOLID_PROGRAM, "--resume", "case.h5.checkpoint"], cwd=tmp_path, capture_output=True).returncode == 0
+    again, _ = read(tmp_path)
+    assert once["crack_area"][-1] > once["crack_area"][0]
+    for name in once:                              # in explicit steps the last digit of a node that opens is not kept
+        scale = np.nanmax(np.abs(once[name])) if method == "" else 0
+        assert again[name] == pytest.approx(once[name], rel=0, abs=1e-12 * scale, nan_ok=True), name
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("growth", ("law = 'prescribed'  speed = 1455.0  start = 70e-6",
+                                    "law = 'toughness'  toughness = 10.0  limit_speed = 1500.0"))
+def test_what_is_stored_ahead_is_released(hampm, tmp_path, growth):
+    """Whatever the speed (Nilsson 1974). By its toughness it goes where 10/(1 - v/1500) is that."""
+    row, _ = run(hampm, tmp_path, strip(growth, h=1e-3, ahead=80e-3, end=90e-6))
+    late = row["time"] > 75e-6
+    print(np.mean(row["G_mean"][late]) / STEADY, np.mean(row["front_speed"][late]) / (1500 * (1 - 10 / STEADY)))
+    assert np.mean(row["G_mean"][late]) == pytest.approx(STEADY, rel=0.03)
+    if "toughness" in growth:
+        assert np.mean(row["front_speed"][late]) == pytest.approx(1500 * (1 - 10 / STEADY), rel=0.05)
