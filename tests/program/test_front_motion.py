@@ -78,6 +78,28 @@ def test_a_front_at_a_given_speed(hampm, tmp_path):
     assert np.abs(row["numerical_loss"][-1]) < 0.02 * row["fracture_energy"][-1]
 
 
+PENNY = """&run end_time = 21 /
+&grid lower = 0.0, 0.0, 0.0  cell = 1.0  cells = 9, 9, 8 /
+&material name = 'a'  young = 1.0  poisson = 0.25  density = 1.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 9.0, 9.0, 7.0 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 9.0, 9.0, 0.0  fix = 'z' /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.0, 9.0, 7.0  fix = 'x' /
+&constraint lower = 0.0, 0.0, 0.0  upper = 9.0, 0.0, 7.0  fix = 'y' /
+&load kind = 'traction'  lower = 0.0, 0.0, 7.0  upper = 9.0, 9.0, 7.0  force = 0.0, 0.0, 0.01 /
+&crack kind = 'symmetry'  normal = 'z'  front = 'disc'  center = 0.0, 0.0, 0.0  radii = 4.0 /
+&growth law = 'prescribed'  speed = 0.25  start = 9.0  direction = 'straight' /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. /
+&output file = 'case.h5'  history_interval = 3.0 /
+"""
+
+
+def test_a_disc_stays_one(hampm, tmp_path):
+    row, front = run(hampm, tmp_path, PENNY)
+    assert row["crack_area"][-1] == pytest.approx(np.pi / 4 * 7**2, rel=1e-4)
+    assert np.hypot(front["x"][-1], front["y"][-1]) == pytest.approx(7, rel=5e-3)
+    assert missing(row) < 1e-12
+
+
 def test_a_tough_half_lags(hampm, tmp_path):
     row, front = run(hampm, tmp_path, strip(TOUGH, cells=8, tough=(15, 30), end=50e-6))
     x = front["x"][-1]
