@@ -71,7 +71,7 @@ contains
    !> The field at two corners of cells side by side, from the points of a row.
    pure subroutine take_row(row, a)
       real(dp), intent(in) :: row(ndim, lanes + 1)
-      real(dp), intent(inout) :: a(lanes, corners, ndim)
+      real(dp), intent(inout) :: a(lanes, corners, *)   !! from the first of the two corners on
       integer :: l, d
       !$omp simd
       do l = 1, lanes
