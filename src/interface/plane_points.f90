@@ -1,7 +1,8 @@
 !> Interface points on the faces of cells along cracks in planes of the grid (`hampm_plane_cuts`), by area; of solids only.
 !>
 !> Each part of a face has a point in the middle of what is bonded of it. Where the faces of the crack may touch, each of their open nodes has a point, for the
-!> integral of its function: fewer would leave nodes free, and of more some would say what others do.
+!> integral of its function: fewer would leave nodes free, and of more some would say what others do. Where
+!> nodes of cut cells hang on others, functions of one side are not those of the other, and each part has one in its middle.
 !>
 !> Where fronts move while the mesh stays each point is in the middle of its part, with the stiffness of what is bonded of it. Open nodes
 !> near the front have points too, that have no stiffness: they tell how far nodes are open when cells are cut anew, from which points of
@@ -62,12 +63,14 @@ contains
                            if (area > 0) call add_point(interfaces, m, cut, k, bonded, side, middle, middle, area)
                            if (area > 0 .and. cut%moves) &
                               call place_part(interfaces%list(interfaces%n), m, k, part(1), opening, is_known)
+                           if (cut%contact .and. m%grid%aggregated_nodes%are_there()) &
+                              call add_point(interfaces, m, cut, k, contact, side, from + part/2, from + part/2, product(part))
                         end associate
                      end do
                   end do
                end do
             end do
-            if (cut%contact) call add_contact(interfaces, m, cut, k)
+            if (cut%contact .and. .not. m%grid%aggregated_nodes%are_there()) call add_contact(interfaces, m, cut, k)
          end associate
       end do
    end subroutine add_points_of_planes

@@ -263,7 +263,7 @@ class Solid(Drawing):
         else:
             keys |= {"center": self.place(*at()), "radii": [chance.uniform(1.5, 3) * self.cell for _ in range(1 if keys["front"] == "disc" else 2)]}
         if not symmetry and chance.random() < 0.3:
-            keys["contact"] = "frictionless"
+            keys |= chance.choice([{"contact": "frictionless"}, {"contact": "friction", "friction": chance.choice([0.1, 0.6])}])
         self.crack = keys["kind"]
         found = [["crack", keys]]
         if chance.random() < 0.3:
@@ -284,7 +284,7 @@ class Solid(Drawing):
             keys |= {"tip": self.place(4, chance.choice([4.0, chance.uniform(3.6, y - 3.6)]), 1), "direction": [0.0, chance.choice([-1.0, 1.0]), 0.0]}
         found = [["crack", keys]]
         if not symmetry and chance.random() < 0.3:
-            keys["contact"] = "frictionless"
+            keys |= chance.choice([{"contact": "frictionless"}, {"contact": "friction", "friction": chance.choice([0.1, 0.6])}])
         if chance.random() < 0.5:
             found.append(["load", {"kind": "pressure", "on": "crack", "pressure": chance.uniform(-1, 1) * self.strain * self.young} | self.history()])
         if self.time == "explicit" and chance.random() < 0.6:
