@@ -144,7 +144,7 @@ contains
    !> Let points at nodes that are open now hold them with the force with which the material on both sides goes on together.
    subroutine hold_new_nodes(m)
       type(problem_t), intent(inout) :: m
-      real(dp), allocatable :: force(:, :), loads(:, :)
+      real(dp), allocatable :: force(:, :), loads(:, :), mass(:, :)
       real(dp) :: weight, light
       integer :: k, side
       if (.not. any(m%interfaces%list(:m%interfaces%n)%is_new)) return
@@ -152,13 +152,18 @@ contains
       call internal_force(m, force)
       call external_force(m, m%state%time, loads)
       force = force + loads
+      allocate (mass(1, m%grid%n_points), source=0.0_dp)
+      do k = 1, m%particles%n
+         mass(1, m%nodes_of(k)) = mass(1, m%nodes_of(k)) + m%particles%mass(k)*m%functions_of(k)
+      end do
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, 1, mass)
       do k = 1, m%interfaces%n
-         associate (point => m%interfaces%list(k), masses => m%fields%mass_matrix%lumped)
+         associate (point => m%interfaces%list(k))
             if (.not. point%is_new) cycle
             point%is_new = .false.
             weight = 0
             do side = 1, count(point%node > 0)
-               light = 1/masses(point%node(side))
+               light = 1/mass(1, point%node(side))
                weight = weight + light
                point%held = point%held + point%share(side)*light*force(:, point%node(side))
             end do
