@@ -100,6 +100,10 @@ module hampm_rules
       rule_t("&crack and &method frame = 'updated'", not_with, "a solid", not_built, &
              "planes of cracks stay where they are in the grid", use="&method frame = 'total'"), &
       rule_t("&cohesive", not_with, "a solid", not_built, "cohesion is along lines"), &
+      rule_t("&crack contact = 'frictionless' and &growth law = {growth laws in motion}", not_with, "a solid", not_built, &
+             "fronts move between free faces", use="&crack contact = 'none'"), &
+      rule_t("&crack contact = 'friction' and &growth", not_with, "a solid", not_built, &
+             "what faces have slid is not kept where fronts grow", use="&crack contact = 'none'"), &
       rule_t("&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy' | 'path'", not_with, "a solid", mechanics, &
              "cracks stay in their planes", use="&growth direction = 'straight'"), &
       rule_t("&growth law = {growth laws in motion} and &growth mixed_mode /= 'none'", not_with, &

@@ -287,7 +287,7 @@ class Solid(Drawing):
             keys |= chance.choice([{"contact": "frictionless"}, {"contact": "friction", "friction": chance.choice([0.1, 0.6])}])
         if chance.random() < 0.5:
             found.append(["load", {"kind": "pressure", "on": "crack", "pressure": chance.uniform(-1, 1) * self.strain * self.young} | self.history()])
-        if self.time == "explicit" and chance.random() < 0.6:
+        if self.time == "explicit" and "contact" not in keys and chance.random() < 0.6:
             keys = {"law": "prescribed", "speed": chance.uniform(0.02, 0.4) * self.cell / self.tick} if chance.random() < 0.5 else \
                 {"law": "toughness", "toughness": chance.uniform(0.01, 1) * self.strain**2 * self.young * self.cell}
             found.append(["growth", keys | {"direction": "straight"}])
