@@ -68,19 +68,19 @@ def test_pressed_faces(tmp_path):
     pressed = re.sub(r"&load kind = 'traction'.*?/\n", "", shifted)
     slanted = """
 &run end_time = 1.0 /
-&grid lower = 0.0, 0.0, 0.0  cell = 1.0  cells = 10, 14, 2 /
+&grid lower = 0.0, 0.0, 0.0  cell = 1.0  cells = 14, 14, 2 /
 &material name = 'a'  young = 1.0  poisson = 0.3  density = 1.0 /
-&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 10.0, 14.0, 2.0 /
-&constraint lower = 0.0, 0.0, 0.0  upper = 10.0, 14.0, 0.0  fix = 'z' /
-&constraint lower = 10.0, 7.0, 0.0  upper = 10.0, 7.0, 2.0  fix = 'xy' /
-&constraint lower = 9.0, 7.0, 0.0  upper = 9.0, 7.0, 2.0  fix = 'y' /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 14.0, 14.0, 2.0 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 14.0, 14.0, 0.0  fix = 'z' /
+&constraint lower = 14.0, 7.0, 0.0  upper = 14.0, 7.0, 2.0  fix = 'xy' /
+&constraint lower = 12.0, 7.0, 0.0  upper = 12.0, 7.0, 2.0  fix = 'y' /
 &crack kind = 'plane'  normal = 'y'  tip = 4.5, 7.0, 0.0  direction = 1.0, 0.0, 0.0 /
 &load kind = 'point'  lower = 0.0, 14.0, 1.0  upper = 0.0, 14.0, 1.0  force = 0.02, 0.0, 0.0 /
 &load kind = 'point'  lower = 0.0, 0.0, 1.0  upper = 0.0, 0.0, 1.0  force = -0.02, 0.0, 0.0 /
 &method time = 'static' /
 &output file = 'case.h5' /
 """
-    pulled = "".join(f"&load kind = 'pressure'  lower = 0.0, {y}, 0.0  upper = 10.0, {y}, 2.0  pressure = -0.01 /\n" for y in (0.0, 14.0))
+    pulled = "".join(f"&load kind = 'pressure'  lower = 0.0, {y}, 0.0  upper = 14.0, {y}, 2.0  pressure = -0.01 /\n" for y in (0.0, 14.0))
     for name, scenes in (("penny", (text, pressed)), ("sheared", (slanted + pulled, slanted + "&load kind = 'pressure'  on = 'crack'  pressure = 0.01 /\n"))):
         (pull, _), (press, _) = (front(tmp_path / f"{name}{k}", scene) for k, scene in enumerate(scenes))
         for column in (c for c in ("G", "K_I", "K_II", "K_III") if c in pull):
