@@ -23,7 +23,6 @@ module hampm_front_integral
    use hampm_interface_points, only: bonded, energy_of, face_force, find_face_force, is_pressed
    use hampm_material, only: material_t
    use hampm_nodal_state, only: nodal_state_t
-   use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
    use hampm_tensors, only: identity
    implicit none

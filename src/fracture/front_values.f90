@@ -21,7 +21,7 @@ module hampm_front_values
    implicit none
    private
    public :: front_values_t, renew_front_values, archive_front_values, measure_front, record_front, mean_rate, front_fields, &
-             part_along, parts_of
+             part_along, between_hats, parts_of
 
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
@@ -444,6 +444,16 @@ contains
          end do
       end associate
    end function part_along
+
+   !> A value of hats at a place between them, by lines.
+   pure real(dp) function between_hats(values, is_closed, along) result(value)
+      real(dp), intent(in) :: values(:)          !! of all hats of a front
+      logical, intent(in) :: is_closed           !! whether the last hat is followed by the first
+      real(dp), intent(in) :: along              !! in hats from the first on
+      integer :: k
+      k = min(int(along), size(values) - merge(1, 2, is_closed))
+      value = values(k + 1) + (along - k)*(values(modulo(k + 1, size(values)) + 1) - values(k + 1))
+   end function between_hats
 
    !> The part of the front that each hat stands for.
    pure function parts_of(values) result(part)

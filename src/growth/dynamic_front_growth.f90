@@ -10,7 +10,7 @@ module hampm_dynamic_front_growth
    use hampm_crack_placement, only: body_at
    use hampm_crack_groups, only: growth_t
    use hampm_cracks, only: cracks_t
-   use hampm_front_values, only: front_values_t
+   use hampm_front_values, only: front_values_t, between_hats
    use hampm_history, only: history_t
    use hampm_kinds, only: dp, ndim
    use hampm_law, only: value_of
@@ -110,7 +110,8 @@ contains
             if (front%crack /= number) cycle
             if (law > 0 .and. f <= size(fronts)) then
                if (.not. model%growth(law)%law%gives_speed()) then
-                  ways = [ways, (step*at_part(fronts(f)%speed, front%is_closed, front%arc(k)/front%length), k=1, front%n())]
+                  ways = [ways, (step*between_hats(fronts(f)%speed, front%is_closed, front%arc(k)/front%length &
+                                             *(size(fronts(f)%speed) - merge(0, 1, front%is_closed))), k=1, front%n())]
                   cycle
                end if
             end if
@@ -118,19 +119,6 @@ contains
          end associate
       end do
    end function ways_of_fronts
-
-   !> A value of hats that are even along a front, between them by lines.
-   pure real(dp) function at_part(values, is_closed, part)
-      real(dp), intent(in) :: values(:)
-      logical, intent(in) :: is_closed
-      real(dp), intent(in) :: part               !! of the way along the front [-]
-      real(dp) :: along
-      integer :: k, n
-      n = size(values) - merge(0, 1, is_closed)
-      along = part*n
-      k = min(int(along), n - 1)
-      at_part = values(k + 1) + (along - k)*(values(modulo(k + 1, size(values)) + 1) - values(k + 1))
-   end function at_part
 
    !> Find the speeds of fronts from what has been measured along them.
    subroutine find_speeds(model, materials, cracks, values, time, cell, planes, fronts)
@@ -277,11 +265,8 @@ contains
       type(growing_plane_t), intent(in) :: plane
       type(plane_cut_t), intent(in) :: cut
       type(history_t), intent(inout) :: history
-      real(dp) :: rest, middle(2)
-      associate (low => cut%in_plane(cut%lower), high => cut%in_plane(cut%upper))
-         call cut%uncracked(low, high, rest, middle)
-         call history%record('crack_area', 'm2', 'area of the crack, in the box around the material', product(high - low) - rest)
-      end associate
+      call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', &
+                          cut%area_in(cut%lower, cut%upper))
       call history%record('front_speed', 'm/s', 'speed at which its fronts grow, mean', plane%mean)
       call history%record('front_speed_largest', 'm/s', 'the largest along them', plane%largest)
    end subroutine record_plane

@@ -14,9 +14,9 @@ module hampm_static_front_growth
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: body_at, finest_cell, find_extents, distance_to_loads
    use hampm_cracks, only: cracks_t
-   use hampm_fatigue, only: fatigue_t, ways_of
+   use hampm_fatigue, only: ways_of
    use hampm_front, only: front_t, region_t, find_fronts
-   use hampm_front_values, only: front_values_t, part_along, parts_of
+   use hampm_front_values, only: front_values_t, part_along, between_hats, parts_of
    use hampm_growing, only: growing_t, next_t
    use hampm_lapack, only: dposv
    use hampm_law, only: value_of
@@ -29,8 +29,7 @@ module hampm_static_front_growth
    use hampm_toughness, only: advance_t
    implicit none
    private
-   public :: record_points
-   public :: ratios_of_points, advance_points, at_points, even_out_points, book_points, take_points
+   public :: ratios_of_points, advance_points, at_points, even_out_points, book_points, record_points, take_points
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: floor_of_fall = 0.1_dp !! fall of G over G with the way of a whole front over its length, which no mode of A has [-]
@@ -39,7 +38,7 @@ module hampm_static_front_growth
    type :: fall_t
       real(dp), allocatable :: of(:, :)          !! [1/m], (points, points)
       real(dp), allocatable :: part(:)           !! of the front at each point [-]
-      real(dp) :: least = 0                 !! of a way of the whole front, by toughness [1/m]
+      real(dp) :: least = 0                      !! of a way of the whole front, by toughness [1/m]
       integer :: before = 0                      !! points of the fronts before it
    end type fall_t
 
@@ -93,11 +92,11 @@ contains
       character(:), allocatable, intent(inout) :: message
       type(front_t), allocatable :: found(:), before_it(:)
       type(region_t) :: region
-      real(dp) :: way(size(growing%tips)), lower(ndim), upper(ndim), part
+      real(dp) :: way(size(growing%tips)), lower(ndim), upper(ndim)
       real(dp), allocatable :: of_nodes(:)
       logical :: meets_itself
       logical, allocatable :: have_met(:)
-      integer :: c, f, i, k, n, before, first, last
+      integer :: c, f, i, n, before, first, last
       way = find_ways(growing, model, fronts)
       have_moved = any(way > 0)
       growing%tips%advance = 0
@@ -110,11 +109,8 @@ contains
             n = size(fronts(f)%arc)
             if (cracks%fronts(f)%crack == c) then
                do i = 1, cracks%fronts(f)%n()
-                  part = cracks%fronts(f)%arc(i)/(fronts(f)%arc(2) - fronts(f)%arc(1))
-                  k = min(int(part), n - merge(1, 2, fronts(f)%domain%front%is_closed))
-                  associate (here => way(before + k + 1), next => way(before + modulo(k + 1, n) + 1))
-                     of_nodes = [of_nodes, here + (part - k)*(next - here)]
-                  end associate
+                  of_nodes = [of_nodes, between_hats(way(before + 1:before + n), fronts(f)%domain%front%is_closed, &
+                                                     cracks%fronts(f)%arc(i)/(fronts(f)%arc(2) - fronts(f)%arc(1)))]
                end do
             end if
             before = before + n
@@ -402,16 +398,14 @@ contains
       type(front_values_t), intent(in) :: fronts(:)
       real(dp), intent(in) :: values(:, :)       !! (any, points)
       real(dp) :: at(size(values, 1), size(values, 2)), along(size(values, 2))
-      integer :: f, j, k, before, n
+      integer :: f, j, i, before, n
       before = 0
       do f = 1, size(fronts)
          n = size(fronts(f)%arc)
          along(:n) = part_along(fronts(f), places_of(growing, before, n))
          do j = 1, n
-            k = min(int(along(j)), n - merge(1, 2, fronts(f)%domain%front%is_closed))
-            associate (first => values(:, before + k + 1), second => values(:, before + modulo(k + 1, n) + 1))
-               at(:, before + j) = first + (along(j) - k)*(second - first)
-            end associate
+            at(:, before + j) = [(between_hats(values(i, before + 1:before + n), fronts(f)%domain%front%is_closed, along(j)), &
+                                  i=1, size(values, 1))]
          end do
          before = before + n
       end do
@@ -496,16 +490,13 @@ contains
       integer, intent(in) :: number              !! of the front
       type(history_t), intent(inout) :: history
       type(next_t) :: next(size(growing%tips))
-      real(dp) :: rest, middle(2)
       integer :: first, last
       last = sum([(size(fronts(first)%arc), first=1, number)])
       first = last - size(fronts(number)%arc) + 1
       if (.not. growing%tips(first)%grows) return
       associate (domain => fronts(number)%domain)
-         associate (low => domain%front%in_plane(domain%lower), high => domain%front%in_plane(domain%upper))
-            call domain%front%uncracked(low, high, rest, middle)
-            call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', product(high - low) - rest)
-         end associate
+         call history%record('crack_area', 'm2', 'area of the crack, in the box around all material', &
+                             domain%front%area_in(domain%lower, domain%upper))
       end associate
       next = next_of_points(growing, model, fronts)
       call history%record_along_front('extension', 'm', 'way that the front has grown there', growing%tips(first:last)%extension)

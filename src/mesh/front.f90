@@ -44,6 +44,7 @@ module hampm_front
       procedure :: distance
       procedure :: contains => holds
       procedure :: uncracked
+      procedure :: area_in
       procedure :: shrunk
       procedure :: is_narrow
    end type region_t
@@ -434,6 +435,17 @@ contains
       end if
       if (area > whole*(1 - rounding)) area = whole
    end subroutine uncracked
+
+   !> The area that is cracked in a box [m2].
+   pure real(dp) function area_in(self, lower, upper)
+      class(region_t), intent(in) :: self
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
+      real(dp) :: rest, middle(2)
+      associate (low => self%in_plane(lower), high => self%in_plane(upper))
+         call self%uncracked(low, high, rest, middle)
+         area_in = product(high - low) - rest
+      end associate
+   end function area_in
 
    !> Keep of a polygon what has a coordinate of this value or less.
    pure subroutine cut_polygon(polygon, axis, most)

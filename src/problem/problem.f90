@@ -1,6 +1,6 @@
 !> The problem that a run solves, and its state between two steps.
 module hampm_problem
-   use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_kinds, only: dp, corners, long
    use hampm_absorbing_edges, only: absorbing_edges_t, nodes_of_dashpots
    use hampm_body_contact, only: body_contact_t, rebuild_body_contact
    use hampm_constraints, only: constraints_t, rebuild_constraints, find_levers

@@ -17,7 +17,6 @@ module hampm_measurements
    use hampm_cracks, only: cracks_t
    use hampm_energy, only: linear_momentum, angular_momentum, n_turns, dissipation, largest_displacement
    use hampm_failure, only: failure_t
-   use hampm_grid, only: grid_t
    use hampm_static_front_growth, only: record_points
    use hampm_growing, only: growing_t, record_growth, record_frame, record_place, record_onset
    use hampm_dynamic_front_growth, only: record_plane
@@ -36,7 +35,7 @@ module hampm_measurements
    use hampm_text, only: to_text
    implicit none
    private
-   public :: renew_fronts, measurements_t, new_measurements, note_initial_energy, rebuild_extrapolation, measure, measure_tips, &
+   public :: measurements_t, new_measurements, renew_fronts, note_initial_energy, rebuild_extrapolation, measure, measure_tips, &
              has_measured_tips, take_row, declare_columns, energy_residual, archive_measurements, dcb_energy_release_rate, &
              chi_foundation
 

@@ -5,7 +5,7 @@ module hampm_probes
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: left_face, right_face, both_faces
    use hampm_crack_placement, only: body_at, path_at
-   use hampm_cracks, only: cracks_t, first_point, last_point
+   use hampm_cracks, only: cracks_t
    use hampm_history, only: history_t
    use hampm_load_lines, only: find_load_line
    use hampm_model, only: model_t, probe_t, path_of
