@@ -174,6 +174,8 @@ draw_solid_front() {
     "$python" postprocess/plot_front.py $out/solid/plate.h5 --over z --scale 0.5293609 --reference tests/reference/solid/plate.csv --output $out/solid_plate.png
     build/release3d/hampm3d input/solid/fatigue_ellipse.nml --output $out/solid --force --quiet
     "$python" postprocess/plot_front.py $out/solid/fatigue_ellipse.h5 --fronts 6 --dpi 100 --output $out/solid_fatigue_ellipse.png
+    build/release3d/hampm3d input/solid/ball.nml --output $out/solid --force --quiet
+    "$python" postprocess/plot_field.py $out/solid/ball.h5 --field von_mises --slice y=0.0003 --time 6e-5 --width 5 --dpi 100 --output $out/solid_ball.png
 }
 draw_mixed_mode() {
     run input/mixed_mode.nml mixed_mode
