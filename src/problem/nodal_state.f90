@@ -51,7 +51,7 @@ contains
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, m%fields%force)
       if (size(m%loads) + m%interfaces%n > 0) then
          call find_external_force(m, .false., merge(m%interfaces%n_at_end, 0, is_of_step) + 1)
-         if (.not. is_of_step .and. m%interfaces%are_bounded) call add_lag(m)
+         if (.not. is_of_step .and. m%interfaces%are_bounded) call add_felt_before(m)
          call add_scaled(size(m%fields%force), 1.0_dp, m%fields%external, m%fields%force)
       end if
       if (is_of_step) then
@@ -75,19 +75,19 @@ contains
    end subroutine find_nodal_state
 
    !> Add what points over which fronts move feel more than their openings, as in the last step (`hampm_interface_step`): nodes there are fast.
-   subroutine add_lag(m)
+   subroutine add_felt_before(m)
       type(problem_t), intent(inout) :: m
-      real(dp) :: lag(ndim)
+      real(dp) :: force(ndim)
       integer :: k
       do k = 1, m%interfaces%n_at_end
          associate (point => m%interfaces%list(k))
             if (point%plane == 0) cycle
-            lag = point%stiffness*(point%felt - point%before)
-            if (is_half(point)) lag = dot_product(lag, point%normal)*point%normal
-            call give_nodes(point%jump_t, -lag, m%fields%external)
+            force = point%stiffness*(point%felt - point%before)
+            if (is_half(point)) force = dot_product(force, point%normal)*point%normal
+            call give_nodes(point%jump_t, -force, m%fields%external)
          end associate
       end do
-   end subroutine add_lag
+   end subroutine add_felt_before
 
    !> Solve for the acceleration that the next step then has.
    subroutine solve_for_step(m, failure)
