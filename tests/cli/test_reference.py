@@ -173,6 +173,7 @@ def test_every_column_of_solids_is_documented(hampm, tmp_path):
     recorded = {}
     for name, text in (("points", SOLID.format("quantity = 'displacement', 'velocity', 'strain', 'stress'  at = 0.03, 0.03, 0.03")),
                        ("loads", SOLID.format("quantity = 'load_line'  of = 'grip'")), ("front", (INPUT / "solid/penny.nml").read_text()),
+                       ("ball", (INPUT / "solid/ball.nml").read_text().replace("8e-5", "1e-6").replace("2e-5", "1e-6")),
                        ("growing", (INPUT / "solid/penny.nml").read_text().replace("time = 'static'", "time = 'explicit'").replace("= 1.0\n", "= 1e-6\n", 1)
                         .replace("snapshot_interval = 1.0", "history_interval = 1e-6")
                         + "&growth law = 'prescribed'  speed = 1.0  direction = 'straight' /\n")):
@@ -181,7 +182,7 @@ def test_every_column_of_solids_is_documented(hampm, tmp_path):
         assert result.returncode == 0, result.stderr
         with h5py.File(tmp_path / f"{name}.h5") as file:
             for column, data in file["history"].items():
-                recorded[re.sub("_grip(?=_|$)", "_<name>", column)] = (data.attrs["units"], data.attrs["long_name"].replace(" of grip", " of <name>"))
+                recorded[re.sub("_(grip|table)(?=_|$)", "_<name>", column)] = (data.attrs["units"], data.attrs["long_name"].replace(" of grip", " of <name>"))
     assert set(of_solids) <= set(recorded)
     texts = documented | of_solids | along_fronts
     assert recorded == {column: texts.get(column) for column in recorded}
