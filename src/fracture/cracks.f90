@@ -445,7 +445,34 @@ contains
          call archive%section('tip_'//to_text(k))
          call archive_surroundings(cracks%tips(k), archive)
       end do
+      if (allocated(cracks%fronts)) call archive_fronts(cracks%fronts, archive)
    end subroutine archive_cracks
+
+   !> Keep which front has which number: `fronts_of` finds them anew.
+   subroutine archive_fronts(fronts, archive)
+      type(front_t), allocatable, intent(inout) :: fronts(:)
+      class(archive_t), intent(inout) :: archive
+      integer :: n, k, nodes
+      n = size(fronts)
+      call archive%section('fronts')
+      call archive%serialise('number', n)
+      if (archive%failure%failed()) return
+      if (archive%is_read) then
+         deallocate (fronts)
+         allocate (fronts(n))
+      end if
+      do k = 1, n
+         nodes = 0
+         if (.not. archive%is_read) nodes = fronts(k)%n()
+         call archive%section('front_'//to_text(k))
+         call archive%serialise('crack', fronts(k)%crack)
+         call archive%serialise('nodes', nodes)
+         if (archive%is_read) then
+            allocate (fronts(k)%at(ndim, nodes), fronts(k)%outward(ndim, nodes), fronts(k)%arc(nodes), fronts(k)%on_outline(nodes))
+         end if
+         call archive%archive_reals('at', ndim*nodes, fronts(k)%at)
+      end do
+   end subroutine archive_fronts
 
    !> Let the planes of a grid be cracked as the fronts have it.
    pure subroutine open_planes(cracks, planes)

@@ -116,20 +116,25 @@ contains
    subroutine archive_front_values(values, archive)
       type(front_values_t), allocatable, intent(inout) :: values(:)
       class(archive_t), intent(inout) :: archive
+      type(front_values_t), allocatable :: at_start(:)
       integer :: n, k, hats
       n = size(values)
       call archive%serialise('number', n)
       if (archive%failure%failed()) return
       if (archive%is_read) then
-         deallocate (values)
+         call move_alloc(values, at_start)
          allocate (values(n))
+         values(:min(n, size(at_start))) = at_start(:min(n, size(at_start))) ! what of those that have ended stays
       end if
       do k = 1, n
          hats = 0
          if (.not. archive%is_read) hats = size(values(k)%arc)
          call archive%section('front_values_'//to_text(k))
          call archive%serialise('hats', hats)
+         call archive%serialise('is_closed', values(k)%domain%front%is_closed)
          if (archive%is_read) then
+            if (k <= size(at_start)) deallocate (values(k)%arc, values(k)%at, values(k)%g, values(k)%g_error, values(k)%k, &
+                                                 values(k)%k_error, values(k)%closure, values(k)%closure_error)
             allocate (values(k)%arc(hats), values(k)%at(ndim, hats), values(k)%g(hats), values(k)%g_error(hats))
             allocate (values(k)%k(front_modes, hats), values(k)%k_error(front_modes, hats))
             allocate (values(k)%closure(front_modes, hats), values(k)%closure_error(front_modes, hats))

@@ -31,7 +31,8 @@ module hampm_dynamic_front_growth
 
    !> A front, as it was measured last.
    type :: growing_front_t
-      real(dp), allocatable :: speed(:)          !! of its hats [m/s]
+      logical :: is_closed = .false.
+      real(dp), allocatable :: speed(:)          !! of its hats, none of one that has ended [m/s]
       real(dp), allocatable :: at(:, :)          !! their places then [m], (ndim, hats)
    end type growing_front_t
 
@@ -108,10 +109,10 @@ contains
       do f = 1, size(cracks%fronts)
          associate (front => cracks%fronts(f))
             if (front%crack /= number) cycle
-            if (law > 0 .and. f <= size(fronts)) then
+            if (law > 0 .and. size(fronts) > 0) then
                if (.not. model%growth(law)%law%gives_speed()) then
-                  ways = [ways, (step*between_hats(fronts(f)%speed, front%is_closed, front%arc(k)/front%length &
-                                             *(size(fronts(f)%speed) - merge(0, 1, front%is_closed))), k=1, front%n())]
+                  ways = [ways, (step*speed_there(fronts, f, front%is_closed, front%arc(k)/front%length, front%at(:, k)), &
+                                 k=1, front%n())]
                   cycle
                end if
             end if
@@ -119,6 +120,31 @@ contains
          end associate
       end do
    end function ways_of_fronts
+
+   !> The speed of a place of a front: where this was closed and no longer is, or is new, that of the nearest place.
+   pure real(dp) function speed_there(fronts, number, is_closed, part, x) result(speed)
+      type(growing_front_t), intent(in) :: fronts(:)
+      integer, intent(in) :: number              !! of the front
+      logical, intent(in) :: is_closed
+      real(dp), intent(in) :: part               !! of the way along the front [-]
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: least
+      integer :: i
+      if (number <= size(fronts)) then
+         if (fronts(number)%is_closed .eqv. is_closed) then
+            speed = between_hats(fronts(number)%speed, is_closed, part*(size(fronts(number)%speed) - merge(0, 1, is_closed)))
+            return
+         end if
+      end if
+      speed = 0
+      least = huge(least)
+      do i = 1, size(fronts)
+         associate (distance => norm2(fronts(i)%at - spread(x, 2, size(fronts(i)%speed)), dim=1))
+            if (minval(distance) < least) speed = fronts(i)%speed(minloc(distance, dim=1))
+            least = min(least, minval(distance))
+         end associate
+      end do
+   end function speed_there
 
    !> Find the speeds of fronts from what has been measured along them.
    subroutine find_speeds(model, materials, cracks, values, time, cell, planes, fronts)
@@ -137,8 +163,12 @@ contains
       do f = 1, size(new)
          associate (measured => values(f), plane => planes(cracks%fronts(f)%crack), &
                     material => materials(values(f)%domain%material))
-            allocate (new(f)%speed(size(measured%arc)), source=0.0_dp)
-            new(f)%at = measured%at
+            associate (hats => merge(0, size(measured%arc), measured%has_ended))
+               allocate (new(f)%speed(hats), source=0.0_dp)
+               new(f)%at = measured%at(:, :hats)
+            end associate
+            if (measured%has_ended) cycle
+            new(f)%is_closed = measured%domain%front%is_closed
             law = law_of_plane(model, planes, cracks%fronts(f)%crack, time, 0.0_dp)
             if (law == 0) cycle
             if (model%growth(law)%law%gives_speed()) cycle
@@ -148,12 +178,8 @@ contains
             if (plane%measured >= 0) part = 1 - exp(-(time - plane%measured)*material%shear_wave_speed()/(memory*cell))
             if (plane%measured < 0) part = 0
             do j = 1, size(new(f)%speed)
-               v = 0
-               if (size(fronts) == size(new)) then
-                  v = fronts(f)%speed(j)
-               else if (size(fronts) > 0) then
-                  v = speed_nearest_to(measured%at(:, j))
-               end if
+               v = speed_there(fronts, f, measured%domain%front%is_closed, &
+                               measured%arc(j)/measured%domain%front%length, measured%at(:, j))
                low = 0
                high = fastest
                do i = 1, digits(v)
@@ -198,21 +224,6 @@ contains
          end if
          toughness_at = of%toughness_at(advance)
       end function toughness_at
-
-      !> The speed at the place that is nearest, as there were other fronts.
-      real(dp) function speed_nearest_to(x)
-         real(dp), intent(in) :: x(ndim)         !! [m]
-         real(dp) :: least
-         integer :: i
-         speed_nearest_to = 0
-         least = huge(least)
-         do i = 1, size(fronts)
-            associate (distance => norm2(fronts(i)%at - spread(x, 2, size(fronts(i)%speed)), dim=1))
-               if (minval(distance) < least) speed_nearest_to = fronts(i)%speed(minloc(distance, dim=1))
-               least = min(least, minval(distance))
-            end associate
-         end do
-      end function speed_nearest_to
    end subroutine find_speeds
 
    !> Note how fronts of a crack have moved in a step, and what there is to tell of it.
@@ -298,6 +309,7 @@ contains
          m = 0
          if (.not. archive%is_read) m = size(fronts(f)%speed)
          call archive%serialise('hats_'//to_text(f), m)
+         call archive%serialise('is_closed_'//to_text(f), fronts(f)%is_closed)
          if (archive%is_read) allocate (fronts(f)%speed(m), fronts(f)%at(ndim, m))
          call archive%archive_reals('speed_'//to_text(f), m, fronts(f)%speed)
          call archive%archive_reals('at_'//to_text(f), ndim*m, fronts(f)%at)

@@ -36,30 +36,50 @@ module hampm_plane_cuts
 
 contains
 
-   !> Find the fronts of all of them, where they are now. Those of a crack that has run through keep their numbers, without nodes.
+   !> Find the fronts of all of them, where they are now, each with the number of that of the same crack before which is nearest. Those that have ended
+   !> keep their numbers, without nodes; those that are new come behind all others.
    pure subroutine fronts_of(cuts, fronts)
       type(plane_cut_t), intent(in) :: cuts(:)
       type(front_t), allocatable, intent(inout) :: fronts(:)
       type(front_t), allocatable :: before(:), of_cut(:), more(:)
-      integer :: k, n, i
+      real(dp), allocatable :: away(:, :)        ! of the middle of each front from each one before [m]
+      integer :: k, i, j, n, pair(2)
       if (allocated(fronts)) call move_alloc(fronts, before)
       if (.not. allocated(before)) allocate (before(0))
-      allocate (fronts(0))
+      fronts = before
+      do i = 1, size(before)
+         fronts(i)%region_t = cuts(before(i)%crack)%region_t
+         fronts(i)%at = before(i)%at(:, :0)
+         fronts(i)%outward = before(i)%outward(:, :0)
+         fronts(i)%arc = before(i)%arc(:0)
+         fronts(i)%on_outline = before(i)%on_outline(:0)
+      end do
       do k = 1, size(cuts)
          call find_fronts(cuts(k)%region_t, cuts(k)%lower, cuts(k)%upper, cuts(k)%spacing, of_cut)
-         if (size(of_cut) == 0) then
-            deallocate (of_cut)
-            allocate (of_cut(count(before%crack == k)))
-            do i = 1, size(of_cut)
-               of_cut(i)%region_t = cuts(k)%region_t
-               allocate (of_cut(i)%at(ndim, 0), of_cut(i)%outward(ndim, 0), of_cut(i)%arc(0), of_cut(i)%on_outline(0))
-            end do
-         end if
          of_cut%crack = k
+         allocate (away(size(of_cut), size(before)), source=huge(1.0_dp))
+         do j = 1, size(before)
+            if (before(j)%crack /= k .or. before(j)%n() == 0) cycle
+            do i = 1, size(of_cut)
+               away(i, j) = minval(norm2(before(j)%at - spread(of_cut(i)%at(:, of_cut(i)%n()/2 + 1), 2, before(j)%n()), dim=1))
+            end do
+         end do
+         do while (any(away < huge(away)))
+            pair = minloc(away)
+            fronts(pair(2)) = of_cut(pair(1))
+            of_cut(pair(1))%crack = 0
+            away(pair(1), :) = huge(away)
+            away(:, pair(2)) = huge(away)
+         end do
+         deallocate (away)
          n = size(fronts)
-         allocate (more(n + size(of_cut)))
+         allocate (more(n + count(of_cut%crack == k)))
          more(:n) = fronts
-         more(n + 1:) = of_cut
+         do i = 1, size(of_cut)
+            if (of_cut(i)%crack == 0) cycle
+            n = n + 1
+            more(n) = of_cut(i)
+         end do
          call move_alloc(more, fronts)
       end do
    end subroutine fronts_of

@@ -118,6 +118,44 @@ def test_a_front_runs_through(hampm, tmp_path):
     assert row["crack_area"][-1] == pytest.approx(20e-3 * 2e-3)
 
 
+def test_a_run_resumed_after_the_front_has_ended(hampm, tmp_path):
+    """All columns go on: all of the front is known as not there."""
+    text = strip(GIVEN, ahead=10e-3, kind="plane").replace("'domain_integral'", "'domain_integral', 'vcct'")
+    once, along = run(hampm, tmp_path, text)
+    run(hampm, tmp_path, text, "--steps", "229", code=5)
+    assert subprocess.run([SOLID_PROGRAM, "--resume", "case.h5.checkpoint"], cwd=tmp_path, capture_output=True).returncode == 0
+    again, along_again = read(tmp_path)
+    assert np.isnan(again["K_I"][-1]) and np.isnan(again["G_vcct_I"][-1])
+    for one, other in ((once, again), (along, along_again)):
+        assert all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
+
+
+BAND = """&run end_time = {end} /
+&grid lower = 0.0, 0.0, -1.0  cell = 1.0  cells = 20, 1, 21 /
+&material name = 'a'  young = 1.0  poisson = 0.25  density = 1.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 20.0, 1.0, 19.0 /
+&load kind = 'traction'  lower = 0.0, 0.0, 19.0  upper = 20.0, 1.0, 19.0  force = 0.0, 0.0, 0.2 /
+&load kind = 'traction'  lower = 0.0, 0.0, 0.0  upper = 20.0, 1.0, 0.0  force = 0.0, 0.0, -0.2 /
+&crack name = 'band'  kind = 'plane'  normal = 'z'  front = 'polygon'  points = 4.5, -1.0, 6.0, 9.5, -1.0, 6.0, 9.5, 2.0, 6.0, 4.5, 2.0, 6.0 /
+&crack name = 'other'  kind = 'plane'  normal = 'z'  front = 'straight'  tip = 15.0, 0.0, 13.0  direction = -1.0, 0.0, 0.0 /
+&growth crack = 'band'  law = 'prescribed'  speed = 0.5  start = 1.0  direction = 'straight' /
+&energy_release estimators = 'domain_integral' /
+&output file = 'case.h5'  history_interval = 1.0 /
+"""
+
+
+def test_fronts_keep_their_numbers(hampm, tmp_path):
+    """One of the two fronts of a crack ends on a side: the other, and that of another crack, go on as what they were. A resumed run knows it too."""
+    _, once = run(hampm, tmp_path, BAND.format(end=14.0))
+    assert np.all(once["x"] == pytest.approx(9.5 + np.arange(-1, 14)[:, None].clip(0) / 2 * np.ones(once["x"].shape[1]))), once["x"]
+    assert np.all(np.isfinite(once["x_front2"][:10])) and np.all(np.isnan(once["x_front2"][12:]))
+    assert np.all(once["x_front3"] == 15) and np.all(np.isfinite(once["G_front3"]))
+    run(hampm, tmp_path, BAND.format(end=14.0), "--steps", "11", code=5)
+    assert subprocess.run([SOLID_PROGRAM, "--resume", "case.h5.checkpoint"], cwd=tmp_path, capture_output=True).returncode == 0
+    _, again = read(tmp_path)
+    assert all(np.array_equal(once[name], again[name], equal_nan=True) for name in once)
+
+
 @pytest.mark.parametrize("method, steps", (("", 200), ("&method time = 'implicit'  time_step = 0.5e-6 /", 90)))
 def test_a_run_that_is_resumed(hampm, tmp_path, method, steps):
     text = strip(TOUGH, kind="plane", method=method)
