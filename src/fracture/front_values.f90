@@ -394,18 +394,19 @@ contains
       if (values%by_domain .and. values%domain%has_modes) modes_of = merge(1, front_modes, values%domain%front%is_symmetry)
    end function modes_of
 
-   !> The fronts as lines between the middles of the hats, with the number of the front, G and K: those of modes that there are not are 0.
+   !> The fronts that there are, as lines between the middles of the hats, with the number of the front, G and K: those of modes that there are not are 0.
    subroutine front_fields(fronts, output)
       type(front_values_t), intent(in) :: fronts(:)
       type(piece_t), intent(out) :: output
       real(dp), allocatable :: number(:), g(:), k(:, :)
       integer :: f, i, n, before, mode
-      n = sum([(size(fronts(f)%arc), f=1, size(fronts))])
+      n = sum([(merge(0, size(fronts(f)%arc), fronts(f)%has_ended), f=1, size(fronts))])
       allocate (output%points(ndim, n), output%connectivity(0), number(n), g(n), k(front_modes, n))
       output%name = 'fronts'
       before = 0
       do f = 1, size(fronts)
          associate (front => fronts(f))
+            if (front%has_ended) cycle
             n = size(front%arc)
             number(before + 1:before + n) = f
             output%points(:, before + 1:before + n) = front%at

@@ -613,7 +613,8 @@ module hampm_rules
       rule_t("&energy_release estimators = {estimators}", requires, "&crack"), &
       rule_t("&energy_release estimators = {estimators at nodes}", not_with, "tips at no nodes", mechanics, &
              "virtual crack closure needs a tip at a node", use="'domain_integral' or 'series_fit'"), &
-      rule_t("&energy_release estimators = {estimators at nodes}", not_with, "&growth and &crack kind = 'symmetry'", mechanics, &
+      rule_t("&energy_release estimators = {estimators at nodes}", not_with, &
+             "&growth and &crack kind = 'symmetry' and a plane", mechanics, &
              "virtual crack closure needs a tip at a node, and a growing tip is between nodes", use="'domain_integral'"), &
       rule_t("&energy_release estimators = {estimators at nodes}", not_with, "&cohesive", mechanics, &
              "virtual crack closure assumes traction-free crack faces", use="'domain_integral'"), &

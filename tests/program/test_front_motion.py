@@ -119,13 +119,18 @@ def test_a_front_runs_through(hampm, tmp_path):
 
 
 def test_a_run_resumed_after_the_front_has_ended(hampm, tmp_path):
-    """All columns go on: all of the front is known as not there."""
-    text = strip(GIVEN, ahead=10e-3, kind="plane").replace("'domain_integral'", "'domain_integral', 'vcct'")
+    """All columns go on, and say that there is no front, as snapshots do. G by closure is that of the whole."""
+    text, whole = (strip(GIVEN, ahead=10e-3, kind=kind).replace("'domain_integral'", "'domain_integral', 'vcct'")
+                   .replace("history_interval", "snapshot_interval = 5.75e-6  history_interval") for kind in ("symmetry", "plane"))
+    of_whole, _ = run(hampm, tmp_path, whole)
     once, along = run(hampm, tmp_path, text)
     run(hampm, tmp_path, text, "--steps", "229", code=5)
     assert subprocess.run([SOLID_PROGRAM, "--resume", "case.h5.checkpoint"], cwd=tmp_path, capture_output=True).returncode == 0
     again, along_again = read(tmp_path)
     assert np.isnan(again["K_I"][-1]) and np.isnan(again["G_vcct_I"][-1])
+    assert once["G_vcct_I"] == pytest.approx(of_whole["G_vcct_I"], rel=1e-7, nan_ok=True)
+    with h5py.File(tmp_path / "case.h5") as file:
+        assert file["VTKHDF/fronts/NumberOfPoints"][-2:].tolist() == [5, 0]
     for one, other in ((once, again), (along, along_again)):
         assert all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
 
