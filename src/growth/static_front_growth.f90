@@ -418,9 +418,12 @@ contains
       real(dp), intent(inout) :: values(:)       !! of the points
       real(dp) :: old(size(values)), along(size(values)), ahead(size(values)), behind(size(values)), part
       integer :: f, i, n, before, first, second
+      n = 0
       before = 0
       do f = 1, size(fronts)
+         before = before + n
          n = size(fronts(f)%arc)
+         if (fronts(f)%has_ended) cycle
          old(:n) = values(before + 1:before + n)
          along(:n) = part_along(fronts(f), places_of(growing, before, n))
          do i = 1, n
@@ -436,7 +439,6 @@ contains
             if (part > 0) part = abs(behind(first))/part
             values(before + i) = old(first) + part*(old(second) - old(first))
          end do
-         before = before + n
       end do
    end subroutine even_out_points
 

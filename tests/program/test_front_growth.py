@@ -217,6 +217,36 @@ def test_threads_and_restarts_change_no_byte_of_growth(tmp_path):
         assert found[0].keys() == found[1].keys() and all(np.array_equal(values, found[1][column]) for column, values in found[0].items())
 
 
+PULLED_APART = """
+&run end_time = 5 /
+&grid lower = -1.0, 0.0, -1.0  cell = 1.0  cells = 14, 1, 24 /
+&material name = 'a'  young = 1.0  poisson = 0.25  density = 1.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 12.0, 1.0, 21.0 /
+&constraint lower = 0.0, 0.0, 21.0  upper = 12.0, 1.0, 21.0  fix = 'xyz'  displacement = 0.0, 0.0, 0.05 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 12.0, 1.0, 0.0  fix = 'xyz'  displacement = 0.0, 0.0, -0.05 /
+&crack name = 'p'  kind = 'plane'  normal = 'z'  front = 'straight'  tip = 7.3, 0.0, 7.0  direction = 1.0, 0.0, 0.0 /
+&crack name = 'q'  kind = 'plane'  normal = 'z'  front = 'straight'  tip = 7.0, 0.0, 14.0  direction = -1.0, 0.0, 0.0 /
+&growth crack = 'p'  law = 'quasi_static'  toughness = 1e-4  increment = 1.2  direction = 'straight' /
+&energy_release estimators = 'domain_integral' /
+&method time = 'static'  frame = 'total'  load_steps = 5 /
+&output file = 'case.h5' /
+"""
+
+
+def test_one_of_two_fronts_runs_through(tmp_path):
+    """The other one is measured as before, without a load on it; a run that is resumed after that has the same."""
+    once, history, _ = grown(tmp_path / "once", PULLED_APART)
+    assert np.isfinite(history["G_mean"]).tolist() == [True] * 3 + [False] * 3 and np.all(once["x_front2"] == 7)
+    assert history["G_mean_front2"][2] > 1e-5 and np.max(np.abs(history["G_mean_front2"][3:])) < 1e-20
+    folder = tmp_path / "again"
+    folder.mkdir()
+    (folder / "case.nml").write_text(PULLED_APART)
+    for call, code in ((("--steps", "4", "case.nml"), 5), (("--resume", "case.h5.checkpoint"), 0)):
+        assert subprocess.run([SOLID_PROGRAM, "--quiet", *call], cwd=folder, capture_output=True).returncode == code
+    with h5py.File(folder / "case.h5") as file:
+        assert all(np.array_equal(values, file["front"][name][()], equal_nan=True) for name, values in once.items())
+
+
 def test_what_does_not_go(tmp_path):
     """Fronts stay in their plane, and have no tips."""
     text = tough(DISC, 2, 0.1)
