@@ -63,30 +63,38 @@ contains
       end do
    end subroutine press_faces
 
-   !> Find, of solids, the faces of particles in the plane of a crack: of all cells with an open node. What lies ahead of the front is pressed as much from
-   !> both sides.
+   !> Find, of solids, the faces of particles in the plane of a crack: of all cells with an open node those next to the plane, wherever the rows of particles
+   !> are in the cells. What lies ahead of the front is pressed as much from both sides.
    pure subroutine find_faces(m, cut, edges)
       type(matter_t), intent(in) :: m
       type(plane_cut_t), intent(in) :: cut
       type(edges_t), intent(out) :: edges
       logical :: is_pressed(2, m%grid%forest%leaf_count())
+      real(dp) :: nearest(2, m%grid%forest%leaf_count()) ! particle in each leaf, from either side of the plane [m]
       real(dp) :: spacing(ndim), side, middle(ndim)
       integer :: leaf, i, k
       do leaf = 1, size(is_pressed, 2)
          is_pressed(:, leaf) = [(has_face_in(cut, m%grid%forest, leaf, k), k=1, 2)]
          if (any(is_pressed(:, leaf))) is_pressed(:, leaf) = is_pressed(:, leaf) .and. cut%opens_face(m%grid%forest, leaf)
       end do
+      nearest = huge(nearest)
+      do i = 1, m%particles%n
+         side = cut%plane - m%particles%reference(i, cut%axis)
+         associate (least => nearest(merge(1, 2, side < 0), m%grid%element_leaf(m%particles%cell(i))))
+            least = min(least, abs(side))
+         end associate
+      end do
       allocate (edges%list(64))
       do i = 1, m%particles%n
-         associate (pressed => is_pressed(:, m%grid%element_leaf(m%particles%cell(i))))
-            if (.not. any(pressed)) cycle
-            spacing = spacing_of(m%particles, i)
-            side = cut%plane - m%particles%reference(i, cut%axis)
-            if (abs(side) > 0.75_dp*spacing(cut%axis) .or. .not. pressed(merge(1, 2, side < 0))) cycle
-            middle = m%particles%reference(i, :)
-            middle(cut%axis) = cut%plane
-            call add_edge(m%particles, i, cut%axis, -sign(1.0_dp, side), middle, 0*middle, product(spacing(cut%along)), edges)
-         end associate
+         side = cut%plane - m%particles%reference(i, cut%axis)
+         k = merge(1, 2, side < 0)
+         leaf = m%grid%element_leaf(m%particles%cell(i))
+         if (.not. is_pressed(k, leaf)) cycle
+         spacing = spacing_of(m%particles, i)
+         if (abs(side) > min((1 + touching)*spacing(cut%axis), nearest(k, leaf) + spacing(cut%axis)/2)) cycle
+         middle = m%particles%reference(i, :)
+         middle(cut%axis) = cut%plane
+         call add_edge(m%particles, i, cut%axis, -sign(1.0_dp, side), middle, 0*middle, product(spacing(cut%along)), edges)
       end do
    end subroutine find_faces
 

@@ -158,7 +158,8 @@ contains
       real(wide) :: force, stiffness
       integer :: k
       associate (far => model%grid%lower + model%grid%cell*model%grid%cells)
-         stiffness = minval(model%materials%least_young())*real(model%run%thickness%at(far), wide)
+         stiffness = minval(model%materials%least_young())*real(model%run%thickness%at(far), wide) &
+                     *maxval(far - model%grid%lower)**(ndim - 2)
       end associate
       force = 0
       do k = 1, size(loads)

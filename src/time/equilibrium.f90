@@ -330,7 +330,8 @@ contains
       integer :: k
       work = m%energies%external_work - start%instant%energies%external_work
       least = merge(of_all, rounding, m%interfaces%n_cohesive > 0)*start%stored
-      least = max(least, epsilon(least)*m%interfaces%thickness%at(maxval(m%grid%node_position, dim=2))*maxval(self%moved**2) &
+      least = max(least, epsilon(least)*m%interfaces%thickness%at(maxval(m%grid%node_position, dim=2)) &
+                         *m%grid%forest%cell**(ndim - 2)*maxval(self%moved**2) &
                          *maxval([(m%materials(k)%plane_modulus(), k=1, size(m%materials))])) ! of bodies that are but carried along
       stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss - start%stored
       if (.not. self%newton%is_stable()) then

@@ -344,10 +344,10 @@ contains
    pure real(dp) function largest_force(m, r)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: r(:, :)            !! the residual [N]
-      real(dp) :: thickness
+      real(dp) :: area                           ! of the side of a cell that acts on one of its corners [m2]
       real(dp), allocatable :: by_faces(:, :)
       integer :: k
-      thickness = m%interfaces%thickness%at(maxval(m%grid%node_position, dim=2))
+      area = (m%grid%forest%cell/2)**(ndim - 1)*m%interfaces%thickness%at(maxval(m%grid%node_position, dim=2))
       largest_force = max(maxval(abs(r)), tiny(1.0_dp))
       if (m%blocks%n > 0) largest_force = max(largest_force, &
                                               maxval(abs(m%fields%contribution(:, :, of_force:of_force + ndim - 1, 1:m%blocks%n))))
@@ -357,12 +357,10 @@ contains
          largest_force = max(largest_force, maxval(abs(by_faces)))
       end if
       do k = 1, size(m%materials)                ! a body that is free to take its eigenstrain has no forces at rest
-         if (m%materials(k)%has_eigenstrain) largest_force = max(largest_force, thickness*m%grid%forest%cell/2 &
-                                                                 *maxval(abs(m%materials(k)%stress_at_first())))
+         if (m%materials(k)%has_eigenstrain) largest_force = max(largest_force, area*maxval(abs(m%materials(k)%stress_at_first())))
       end do
       if (m%particles%n == 0) return             ! and one that its supports turn has what rounding leaves of that
-      largest_force = max(largest_force, of_turn*thickness*m%grid%forest%cell/2 &
-                                         *maxval([(m%materials(k)%plane_modulus(), k=1, size(m%materials))]) &
+      largest_force = max(largest_force, of_turn*area*maxval([(m%materials(k)%plane_modulus(), k=1, size(m%materials))]) &
                                          *maxval(abs(m%particles%gradient(:m%particles%n, :, :))))
    end function largest_force
 

@@ -417,3 +417,21 @@ def test_a_cylinder_outside_of_the_grid_is_named_by_its_ends(tmp_path):
 """)
     result = subprocess.run([SOLID_PROGRAM, "case.nml", "--check"], cwd=tmp_path, capture_output=True, text=True)
     assert result.returncode == 2 and "lower = 2.0, 2.0, -1.0: must be within the grid" in result.stderr, result.stderr
+
+
+def test_equilibrium_is_found_as_well_in_small_bodies(tmp_path):
+    """Plastic material with an eigenstrain that is held, and the same with lengths and times by 2^-30: the same stresses and strains."""
+    rows = []
+    for part in (1.0, 2.0**-20):
+        text = f"""
+&run end_time = {0.004 * part} /
+&grid lower = 0.0, 0.0, 0.0  cell = {part}  cells = 3, 2, 2 /
+&material name = 'a'  young = 2.0e5  poisson = 0.3  density = 1.0  law = 'j2_plastic'  yield_stress = 60.0  hardening = 2.0e4 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = {3 * part}, {2 * part}, {2 * part}  eigenstrain = 4.0e-4, 2.0e-4, 0.0, 1.0e-4 /
+&constraint lower = 0.0, 0.0, 0.0  upper = 0.0, {2 * part}, {2 * part}  fix = 'xyz' /
+&method time = 'implicit'  time_step = {0.002 * part} /
+&output file = 'case.h5'  history_interval = {0.004 * part} /
+"""
+        with run(tmp_path / str(len(rows)), SOLID_PROGRAM, text) as file:
+            rows.append([file["history"][name][-1] / part**3 for name in ("strain_energy", "plastic_dissipation")])
+    assert min(rows[0]) > 0 and difference("strain energy and plastic dissipation", rows[1], rows[0]) < 1e-12

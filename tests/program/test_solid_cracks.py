@@ -208,6 +208,27 @@ def test_pressure_on_the_faces_is_tension_less_that_of_the_block(tmp_path):
             assert difference(f"an {'eighth' if scale > 1 else 'whole'}", scale * pressure, tension - 4.0) < 1e-12
 
 
+@pytest.mark.parametrize("more", ["", "&refine indicator = 'tip'  max_level = 1  rings = 1 /"], ids=["", "finer"])
+def test_pressure_presses_on_both_faces_where_rows_of_particles_do_not_fit_the_cells(tmp_path, more):
+    """A block of 7.5 cells: no particle is as far from the plane of the crack as on the other side, and the block is held by no force."""
+    (tmp_path / "case.nml").write_text(f"""
+&run end_time = 1.0 /
+&grid lower = 0.0, 0.0, 0.0  cell = 0.25  cells = 8, 8, 8 /
+&material name = 'a'  young = 1.0  poisson = {NU}  density = 1.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 1.875, 2.0, 2.0 /
+&constraint name = 'a'  lower = 0.0, 0.0, 0.0  upper = 0.0, 2.0, 2.0  fix = 'xyz' /
+&crack kind = 'plane'  normal = 'x'  front = 'disc'  center = 1.0, 1.0, 1.0  radii = 0.6 /
+&load kind = 'pressure'  on = 'crack'  pressure = 1.0 /
+{more}
+&method time = 'static' /
+&output file = 'case.h5' /
+""")
+    subprocess.run([SOLID_PROGRAM, "case.nml", "--quiet"], cwd=tmp_path, check=True)
+    with h5py.File(tmp_path / "case.h5") as results:
+        assert results["history/strain_energy"][-1] > 0
+        assert difference("force that holds the block", results["history/reaction_a_x"][-1], 0.0, np.pi * 0.6**2) < 1e-9
+
+
 def test_faces_in_contact_are_none(tmp_path):
     """A cracked cube under compression is one without a crack, but for the stiffness of what presses; under tension contact does nothing."""
     text = whole(1.0, 4, disc(0.62))
