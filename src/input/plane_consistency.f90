@@ -22,9 +22,11 @@ contains
    pure subroutine check_planes(model, settings)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
-      integer :: k, before
+      character(*), parameter :: of_shape(*) = [character(9) :: 'normal', 'front', 'center', 'radii', 'points', 'tip', 'direction']
+      integer :: k, d, before
       do k = 1, size(model%planes)
          associate (entry => settings%find('crack', k))
+            if (.not. all([(settings%good(entry, trim(of_shape(d))), d=1, size(of_shape))])) cycle
             before = settings%errors%count
             call check_shape(model, model%planes(k), settings, entry)
             if (settings%errors%count == before) call check_place(model, model%planes(k), settings, entry)
@@ -50,7 +52,7 @@ contains
                                    ', the normal, and not 0')
        case ('disc', 'ellipse')
          if (size(plane%radii) /= merge(1, 2, plane%front == 'disc')) then
-            call settings%complain(entry, 'radii', 'must have '//merge('1 value ', '2 values', plane%front == 'disc')// &
+            call settings%complain(entry, 'radii', 'must have '//trim(merge('1 value ', '2 values', plane%front == 'disc'))// &
                                    ' with front = '''//trim(plane%front)//'''')
          else if (2*minval(plane%radii) < least_width*finest_cell(model)) then
             call settings%complain(entry, 'radii', 'must be '//to_text(least_width/2)//' of the finest cells, '// &

@@ -282,6 +282,25 @@ def test_a_beam(tmp_path, cell):
 
 
 @pytest.mark.verify
+@pytest.mark.parametrize(("free", "f"), [(2, 1.05), (1, 1.04)], ids=["corner", "surface"])
+def test_a_quarter_of_a_disc_at_sides(tmp_path, free, f):
+    """A corner crack and a semicircular surface crack in a block of 10 radii, beside equations of Newman & Raju, NASA TM 85793 (1984), of which the
+    factors at a corner are 1.05 (1 + 0.08 (1 - sin)^3) (1 + 0.08 (1 - cos)^3), at a side 1.04 (1 + 0.1 (1 - sin)^2), over the root of 2.464."""
+    text = part((10.0, 10.0, 10.0), 2, disc(1.0), refine="&refine indicator = 'tip'  max_level = 3  rings = 3 /")
+    for axis, far in (("x", "10.0, 0.0, 0.0"), ("y", "0.0, 10.0, 0.0"))[2 - free:]:
+        text, n = re.subn(rf"&constraint lower = 0.0, 0.0, 0.0(  upper = [^f]*  fix = '{axis}')", rf"&constraint lower = {far}\1", text)
+        text = re.sub(rf"(lower = {far}  upper = )(0.0(, 10.0, 10.0)|10.0, 0.0(, 10.0))", r"\g<1>10.0, 10.0, 10.0", text)
+        assert n == 1
+    along, _ = front(tmp_path / "crack", text)
+    angle = np.arctan2(along["y"][-1], along["x"][-1])
+    fit = f * ((1 + 0.08 * (1 - np.sin(angle))**3) * (1 + 0.08 * (1 - np.cos(angle))**3) if free == 2 else 1 + 0.1 * (1 - np.sin(angle))**2)
+    for name, k in (("domain integral", along["K_I"][-1]), ("closure", k_of(along["G_vcct_I"][-1]))):
+        error = k / (fit * np.sqrt(np.pi / 2.464)) - 1
+        print(name, error)
+        assert np.max(np.abs(error[3:-3] if free == 2 else error)) < 0.04
+
+
+@pytest.mark.verify
 def test_an_ellipse_in_a_block(tmp_path):
     """Half axes 2 and 1, 16 cells to the smaller one: K along the front is that of finite elements of degree 4."""
     tip = TIP.replace("max_level = 1", "max_level = 3").replace("rings = 2", "rings = 4")

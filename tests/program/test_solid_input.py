@@ -47,6 +47,13 @@ def test_the_template_is_a_solid_that_runs(tmp_path):
     assert text.startswith("Usage: hampm3d [options] case.nml\n") and "hampm " not in text
 
 
+def test_a_mistake_in_a_front_is_told_once(tmp_path):
+    """A value that is none is not measured, counted or looked for in the material besides."""
+    for setting in ("crack.radii=-0.01", "crack.front=circle", "crack.center=0.0,0.0", "crack.normal=w"):
+        done = run(tmp_path, SOLID_PROGRAM, INPUT / "solid/penny.nml", "--set", setting)
+        assert done.returncode == 2 and done.stderr.count("\n") == 1 and f"&crack {setting[6:].split('=')[0]} = " in done.stderr, done.stderr
+
+
 @pytest.mark.parametrize(("setting", "code", "says"), [
     ("body.upper=0.2,0.04", 2, "&body upper = 0.2, 0.04: must have 3 values, or none, not 2"),
     ("load.lower=0.2,0,0.04", 2, "must equal lower = (0.2, 0.0, 0.04) in exactly one direction: a traction acts on a side"),
