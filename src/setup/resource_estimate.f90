@@ -12,6 +12,7 @@ module hampm_resource_estimate
    use hampm_law, only: value_of
    use hampm_path_placement, only: path_tips
    use hampm_placement, only: particle_number
+   use hampm_material, only: material_t
    use hampm_model, only: model_t, mass_used
    use hampm_stiffness, only: most_direct
    use hampm_model_materials, only: materials_of
@@ -30,8 +31,8 @@ module hampm_resource_estimate
    ! Bytes, measured (tests/program/test_needs.py)
    real(dp), parameter :: of_program = 2.0e7_dp     !! without any model
    logical, parameter :: solid = ndim == 3
-   real(dp), parameter :: of_particle = merge(231, 156, solid), of_cell = merge(930, 520, solid), &
-                          of_full_cell = merge(1700, 465, solid)
+   real(dp), parameter :: of_particle = merge(237, 156, solid), of_cell = merge(850, 520, solid), &
+                          of_full_cell = merge(400, 465, solid), of_full_cell_in_total = merge(1050, 465, solid)
    real(dp), parameter :: of_quadratic_cell = 1840, of_full_quadratic_cell = 1060, of_domain = 270
    real(dp), parameter :: of_refined_particle = 60, of_refined_cell = 200
    real(dp), parameter :: of_mass = merge(1400, 480, solid), of_cg = merge(950, 200, solid), &
@@ -42,6 +43,7 @@ module hampm_resource_estimate
    ! The solution at rest: for the estimated errors of a crack, and for the distance of a damped motion
    real(dp), parameter :: of_stiffness = 205.0_dp   !! per entry of its factors, as counted by `fill_of` [bytes]
    real(dp), parameter :: of_unknown = 1800, of_entry = 101, of_multigrid = 3700 !! of a solid, see below
+   real(dp), parameter :: of_lasting = merge(3.4_dp, 2.35_dp, solid) !! factors that solve each step, which are kept as columns, too [-]
    real(dp), parameter :: of_mass_entry = 346    !! of the factor of a mass matrix of a solid [bytes]
    real(dp), parameter :: of_quadratic_fill = 1.25_dp  !! entries beside those of as many nodes of bilinear cells [-]
    real(dp), parameter :: most_static = 2.5e5_dp    !! cells with particles for which it is found
@@ -144,16 +146,17 @@ contains
    end function front_length
 
    !> Memory of a run with so many particles, cells and cells with particles [bytes].
-   pure real(dp) function memory_for(model, particles, cells, occupied) result(bytes)
+   real(dp) function memory_for(model, particles, cells, occupied) result(bytes)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: particles, cells, occupied
-      real(dp) :: fill                           ! entries of the factors of the stiffness
+      type(material_t), allocatable :: materials(:)
+      real(dp) :: fill, copies                   ! entries of the factors of the stiffness, times as which they are kept
       bytes = of_program + of_particle*particles
       if (model%grid%order == 2) then
          bytes = bytes + of_quadratic_cell*cells + of_full_quadratic_cell*occupied
          fill = of_quadratic_fill*fill_of(4*occupied)
       else
-         bytes = bytes + of_cell*cells + of_full_cell*occupied
+         bytes = bytes + of_cell*cells + merge(of_full_cell_in_total, of_full_cell, model%method%frame == 'total')*occupied
          fill = fill_of(occupied)
       end if
       if (model%method%shape_functions == 'cpdi') bytes = bytes + of_domain*particles
@@ -163,10 +166,12 @@ contains
          + merge(of_viewed_quadratic_cell, of_viewed_cell, model%grid%order == 2)*cells
       if ((size(model%energy_release%chosen) > 0 .or. model%damping%rate > 0) .and. occupied <= most_static &
           .or. model%method%time /= 'explicit') then
+         materials = materials_of(model)
+         copies = merge(of_lasting, 1.0_dp, model%method%time == 'implicit' .and. all(materials%linear))
          if (solid) then
-            bytes = bytes + stiffness_of_solid(model, occupied)
+            bytes = bytes + stiffness_of_solid(model, occupied, copies)
          else
-            bytes = bytes + of_stiffness*fill
+            bytes = bytes + copies*of_stiffness*fill
          end if
       end if
       if (mass_used(model) == 'lumped') return
@@ -186,15 +191,16 @@ contains
 
    !> Memory of the stiffness of a solid: the matrix, and its factor by nested dissection, which has some times the width of the body
    !> in entries a row, or the levels of the multigrid [bytes].
-   pure real(dp) function stiffness_of_solid(model, occupied) result(bytes)
+   pure real(dp) function stiffness_of_solid(model, occupied, copies) result(bytes)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: occupied
+      real(dp), intent(in) :: copies             !! of the factor
       real(dp) :: unknowns
       unknowns = ndim*occupied
       if (model%method%solver == 'cg' .or. model%method%solver == 'auto' .and. unknowns > most_direct) then
          bytes = of_multigrid*unknowns
       else
-         bytes = of_unknown*unknowns + of_entry*ndim**2*occupied*width_of(model, occupied)
+         bytes = of_unknown*unknowns + copies*of_entry*ndim**2*occupied*width_of(model, occupied)
       end if
    end function stiffness_of_solid
 
