@@ -459,14 +459,15 @@ contains
       type(growing_t), intent(inout) :: growing
       type(front_values_t), intent(in) :: fronts(:)
       type(problem_t), intent(inout) :: m
-      real(dp) :: taken, rate
-      real(dp), allocatable :: width(:)
+      real(dp) :: taken, rate, width(size(growing%tips))
       integer :: f, j, k
       k = 0
       taken = 0
       do f = 1, size(fronts)
-         width = fronts(f)%domain%front%length*parts_of(fronts(f))*merge(0.5_dp, 1.0_dp, fronts(f)%domain%front%is_symmetry)
-         do j = 1, size(width)
+         associate (parts => parts_of(fronts(f)), front => fronts(f)%domain%front)
+            width(:size(parts)) = front%length*parts*merge(0.5_dp, 1.0_dp, front%is_symmetry)
+         end associate
+         do j = 1, size(fronts(f)%arc)
             k = k + 1
             associate (point => growing%tips(k))
                if (.not. point%grows) cycle
