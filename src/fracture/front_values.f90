@@ -275,7 +275,7 @@ contains
       real(dp) :: off(size(values%arc))          ! from the domain integral
       integer :: mode
       call closure_rates(values%domain, problem, rate)
-      twice = values%closure
+      allocate (twice, source=values%closure)
       do mode = 1, front_modes
          values%closure(mode, :) = matmul(values%mean_of, rate(mode, :, 1))
          twice(mode, :) = matmul(values%mean_of, rate(mode, :, 2))

@@ -703,7 +703,8 @@ contains
    pure function slid_by(point)
       type(interface_point_t), intent(in) :: point
       real(dp) :: slid_by(ndim - 1)
-      slid_by = sliding_of(point) - in_direction_of(sliding_of(point), point%friction*max(0.0_dp, overlap_of(point)))
+      slid_by = sliding_of(point)
+      slid_by = slid_by - in_direction_of(slid_by, point%friction*max(0.0_dp, overlap_of(point)))
    end function slid_by
 
    !> Energy that the interface points store [J].

@@ -47,6 +47,7 @@ contains
       real(dp), allocatable :: opening(:, :, :)  ! of nodes, where it is known: now, before the last step, and felt in that [m]
       logical, allocatable :: is_known(:)
       integer :: k, leaf, side, i, j
+      allocate (opening(ndim, 3, 0), is_known(0))
       do k = 1, size(m%grid%planes)
          associate (cut => m%grid%planes(k), forest => m%grid%forest)
             if (cut%moves) call add_points_of_nodes(interfaces, m, k, old, opening, is_known)

@@ -42,15 +42,14 @@ contains
       integer, intent(in) :: n                   !! how often
       logical, intent(out) :: meets
       type(front_t), allocatable :: fronts(:)
-      real(dp), allocatable :: ways(:), x(:), out(:)
+      real(dp), allocatable :: ways(:)
       integer :: i, f, k
       do i = 1, n
          call find_fronts(region, lower, upper, h, fronts)
          ways = [real(dp) ::]
          do f = 1, size(fronts)
-            x = [(place(fronts(f)%on_outline(k), region), k=1, fronts(f)%n())]
-            out = fronts(f)%outward(1, :)
-            ways = [ways, way(1) + way(2)*out**2 + way(3)*x]
+            ways = [ways, (way(1) + way(2)*fronts(f)%outward(1, k)**2 + way(3)*place(fronts(f)%on_outline(k), region), &
+                           k=1, fronts(f)%n())]
          end do
          call advance_region(region, fronts, ways, lower, upper, h, meets)
          if (meets) return
