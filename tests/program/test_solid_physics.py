@@ -149,6 +149,47 @@ def test_standing_waves_of_all_methods_converge(tmp_path, kind, axes, method):
     check_orders(tmp_path, (4, 6, 8), kind, axes, method)
 
 
+def error_in_space(folder, cells, kind, method):
+    """The same of the mode u_n = A_n sin(pi x_n) cos(..) cos(..) of all three directions, of which an eighth is enough: at its inner sides two components are 0."""
+    amplitude = np.array((1.0, 1.0, 1.0) if kind == "dilatation" else (1.0, -2.0, 1.0))    # along the wave vector, or across it
+    frequency = np.pi * 3**0.5 * (DILATATIONAL_SPEED if kind == "dilatation" else SHEAR_SPEED)
+    end = float(PART * 2 * np.pi / frequency)
+
+    def mode(x):
+        sine, cosine = np.sin(np.pi * x), np.cos(np.pi * x)
+        return AMPLITUDE * np.stack([amplitude[n] * sine[:, n] * cosine[:, n - 1] * cosine[:, n - 2] for n in range(3)], axis=1)
+
+    def box(lower, upper):
+        return "lower = {}, {}, {}  upper = {}, {}, {}".format(*map(float, lower), *map(float, upper))
+
+    text = [f"&run end_time = {end} /", f"&grid cell = {1 / cells}  cells = {cells // 2}, {cells // 2}, {cells // 2} /",
+            f"&material name = 'a'  young = 1.0  poisson = {POISSON}  density = 1.0 /"]
+    for place in itertools.product(range(cells), repeat=3):
+        lower = np.array(place) / (2 * cells)
+        velocity = frequency * mode(lower[None] + 1 / (4 * cells))[0]
+        text.append(f"&body material = 'a'  {box(lower, lower + 1 / (2 * cells))}  velocity = " + ", ".join(repr(float(v)) for v in velocity) + " /")
+    for axis, side in itertools.product(range(3), range(2)):
+        lower, upper = np.zeros(3), np.full(3, 0.5)
+        lower[axis] = upper[axis] = side / 2
+        text.append(f"&constraint {box(lower, upper)}  fix = '{'xyz'.replace('xyz'[axis], '') if side else 'xyz'[axis]}' /")
+    text.append(f"&method {method} /\n&output file = 'case.h5'  history_interval = {end}  snapshot_interval = {end} /\n")
+    particles = run(folder, "\n".join(text))["VTKHDF/particles"]
+    last = int(particles["NumberOfPoints"][-1])
+    u = particles["PointData/displacement"][-last:]
+    exact = mode(particles["Points"][-last:] - u)
+    return float(np.sqrt(np.sum((u - np.sin(2 * np.pi * PART) * exact) ** 2) / np.sum(exact**2)))
+
+
+@pytest.mark.verify
+@pytest.mark.parametrize("method", ALL_METHODS)
+@pytest.mark.parametrize("kind", ["shear", "dilatation"])
+def test_waves_in_all_directions_converge(tmp_path, kind, method):
+    errors = [error_in_space(tmp_path, cells, kind, method) for cells in (4, 6)]
+    order = np.log(errors[0] / errors[1]) / np.log(6 / 4)
+    print(kind, method, "errors", errors, "order", order)
+    assert order > 1.9
+
+
 ONE_POINT = """
 &run end_time = 1.0 /
 &grid cell = 0.01  cells = 20, 4, 4 /
