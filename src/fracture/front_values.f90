@@ -360,7 +360,7 @@ contains
          of_k = (sum(values%k(:2, :)**2, dim=1)*(1 - material%poisson) + values%k(3, :)**2)/(2*material%mu)
          associate (k_1 => values%k(1, :), k_2 => values%k(2, :), k_3 => values%k(3, :), amount => values%of_g(1, :))
             sliding = sign(sqrt(k_2**2 + k_3**2/(1 - material%poisson)), merge(k_2, k_3, abs(k_2) >= abs(k_3)))
-            amount = amount/max(hypot(k_1, sliding), tiny(1.0_dp))
+            amount = amount/max(sqrt(k_1**2 + sliding**2), tiny(1.0_dp))
             values%of_g(2, :) = amount*sliding
             values%of_g(1, :) = amount*k_1
          end associate

@@ -28,7 +28,7 @@ module hampm_rules
 
    !> A row of the table.
    type :: rule_t
-      character(96) :: subject                  !! condition
+      character(104) :: subject                 !! condition
       integer :: verdict
       character(112) :: other                    !! condition; '' for one that always holds
       integer :: basis = by_meaning             !! kind of reason
@@ -106,7 +106,7 @@ module hampm_rules
              "what faces have slid is not kept where fronts grow", use="&crack contact = 'none'"), &
       rule_t("&growth direction = 'hoop_stress' | 'local_symmetry' | 'max_energy' | 'path'", not_with, "a solid", mechanics, &
              "cracks stay in their planes", use="&growth direction = 'straight'"), &
-      rule_t("&growth law = {growth laws in motion} and &growth mixed_mode /= 'none'", not_with, &
+      rule_t("&growth law = {growth laws in motion} and &growth mixed_mode = 'hutchinson_suo' | 'benzeggagh_kenane'", not_with, &
              "a solid", not_built, "of fronts in motion it is not", use="&growth mixed_mode = 'none'"), &
       (rule_t("&growth law = {growth laws in motion} and &growth "//trim(of_tips(k)), not_with, "a solid", not_built, &
               "of fronts in motion it is not"), k=1, size(of_tips)), &

@@ -42,7 +42,7 @@ class Keys:
             elif found := self.LINE.match(line):
                 key, value, meaning = found.groups()
                 last = re.split(r"; ", meaning)
-                self.kind[group, key] = "logical" if ".true. | .false." in meaning else "text" if "'" in value or last[-1] == "text" or "; text" in meaning else \
+                self.kind[group, key] = "logical" if ".true. | .false." in meaning else "text" if "'" in value or last[-1] == "text" or "; text" in meaning or " | " in last[-1] else \
                     "integer" if "; integer in" in meaning else "real"
                 if "text" in last:
                     self.free_text.add((group, key))

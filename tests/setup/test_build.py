@@ -13,6 +13,7 @@ from paths import ROOT
 
 PROCESSOR = ROOT / "src/processor.c"
 SOURCES = {
+    "src/processor.c": "int processor;\n",
     "src/base/deep.f90": "module hampm_deep\nimplicit none\ncontains\n"
                          "integer function number()\nnumber = 1\nend function number\nend module hampm_deep\n",
     "src/base/middle.f90": "module hampm_middle\nuse hampm_deep, only: number\nimplicit none\nend module hampm_middle\n",
@@ -48,7 +49,7 @@ def edit(tree, name, before, after):
 
 
 def test_a_line_a_file_and_nothing_where_nothing_has_changed(tree):
-    built = ["gfortran src/base/deep.f90", "gfortran src/base/middle.f90", "gfortran src/main.f90", "build/quick/hampm"]
+    built = ["gfortran src/base/deep.f90", "gfortran src/base/middle.f90", "gfortran src/processor.c", "gfortran src/main.f90", "build/quick/hampm"]
     assert tree("program") == built
     assert [line for line in tree("program") if "Nothing to be done" not in line] == []
     edit(tree, "src/main.f90", "print *", "print '(i0)'")

@@ -128,6 +128,7 @@ def test_make_hands_on_where_to_install_and_what_to_run(tmp_path):
     shutil.copy(ROOT / "tools/depends.awk", tmp_path / "tools")
     (tmp_path / "src").mkdir()
     (tmp_path / "src/main.f90").write_text("end\n")
+    (tmp_path / "src/processor.c").write_text("int processor;\n")
     for name, does in (("setup.sh", "echo setup $@"), ("version.sh", "echo 1"), ("install.sh", 'echo "$PREFIX|$DESTDIR|$packages|$*"')):
         (tmp_path / "tools" / name).write_text(f"#!/bin/sh\n{does}\n")
         (tmp_path / "tools" / name).chmod(0o755)
