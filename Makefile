@@ -77,7 +77,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup clean run install uninstall figures sweep slurm docs notebooks structure lab test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
+TASKS := help setup lock clean run install uninstall figures sweep slurm docs notebooks structure lab test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -222,6 +222,9 @@ tradeoff: setup  ## measure accuracy against cost for every kind of setting and 
 
 setup:  ## install what is missing: compiler, libraries, Python environment
 	@tools/setup.sh
+
+lock:  ## resolve the versions of all Python packages anew, for every Python from 3.11.2 on: requirements.lock
+	tools/lock.sh
 
 program: $(PROGRAM)
 

@@ -25,7 +25,7 @@ def main(arguments=None):
     try:
         import snakemake  # noqa: F401
     except ImportError as missing:
-        raise ResultError(f"{missing}: run tools/setup.sh batch with a Python of 3.11 or later, or make install packages='run batch'") from missing
+        raise ResultError(f"{missing}: run tools/setup.sh batch with a Python of 3.11 to 3.13, or make install packages='run batch'") from missing
     settings = {"sweep": options.sweep.resolve(), "program": program.resolve(), "strict": str(options.strict).lower()}
     command = [sys.executable, "-m", "snakemake", "-s", str(HERE / "Snakefile"), *further]
     if options.profile:
