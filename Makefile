@@ -143,7 +143,8 @@ lab:  ## compile an edited step in seconds, with all checks, for the exercises o
 	@$(MAKE) -j$(JOBS) --no-print-directory program build=checked
 	$(if $(exercise),$(PYTHON) -m pytest -q --tb=short tests/lab/exercises.py::test_$(exercise))
 
-test: setup  ## install what is missing, build, run all tests
+test:  ## install what is missing, build, run all tests
+	@tools/setup.sh test
 	@$(MAKE) -j$(JOBS) --no-print-directory program tools $(patsubst %,build/release/test_%,manufactured crossing_levels patch)
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked build/checked/bench_step
 	@$(MAKE) -j$(JOBS) --no-print-directory program build/quick3d/test_transition_cells build=quick dim=3

@@ -3,11 +3,12 @@
 #
 #     tools/setup.sh              install all
 #     tools/setup.sh PART...      install what parts of it need: run (draws and tabulates), batch (sweeps), docs (pages of modules),
-#                                 test (all), program (compiler, libraries and a Python, without its packages)
-#     tools/setup.sh valgrind     all, and some package of the distribution, such as valgrind or flang-19
+#                                 test (these and what make test needs), verify (all: VTK, PyVista and SciPy too),
+#                                 program (compiler, libraries and a Python, without its packages)
+#     tools/setup.sh valgrind     what test needs, and some package of the distribution, such as valgrind or flang-19
 #     tools/setup.sh --check      only list what is missing; exit code 1 if anything is
 #
-# What is present is left alone, so that a second run does nothing. On Debian and Ubuntu the packages are installed with
+# It says what it installs before it does. What is present is left alone, so that a second run does nothing and says nothing. On Debian and Ubuntu the packages are installed with
 # apt-get, as root or through sudo; elsewhere, or without these rights, they are named and the exit code is 1. The Python packages of
 # a part are those of requirements/PART.txt, in the versions of requirements.lock.
 set -eu
@@ -16,8 +17,30 @@ packages="gfortran make liblapack-dev libopenblas-dev libsuitesparse-dev libhdf5
 to_draw="gnuplot-nox"
 root=$(cd "$(dirname "$0")/.." && pwd)
 lock=$root/requirements.lock
-all="run batch docs test"
+of_test="run batch docs test"
+all="$of_test verify"
 parts=
+
+# MB on the disk and seconds, measured on two cores: packages of Debian by what they bring beside those above them, parts likewise
+costs="
+gfortran 200 30
+make 2 2
+liblapack-dev 20 5
+libopenblas-dev 100 5
+libsuitesparse-dev 30 5
+libhdf5-dev 60 8
+gnuplot-nox 30 8
+python3 30 5
+python3-venv 10 3
+valgrind 70 5
+flang-19 700 60
+libomp-19-dev 10 3
+run 175 15
+batch 130 40
+docs 120 20
+test 120 25
+verify 740 40
+"
 
 main() {
     case "$*" in
@@ -37,9 +60,10 @@ understand() {
         case $word in
             program) to_draw= ;;
             run | batch | docs) parts="$parts $word" ;;
-            test) parts=$all ;;
-            valgrind) parts=$all packages="$packages valgrind" ;;
-            flang-19) parts=$all packages="$packages flang-19 libomp-19-dev" ;;
+            test) parts="$parts $of_test" ;;
+            verify) parts=$all ;;
+            valgrind) parts="$parts $of_test" packages="$packages valgrind" ;;
+            flang-19) parts="$parts $of_test" packages="$packages flang-19 libomp-19-dev" ;;
             *)
                 usage >&2
                 exit 2
@@ -47,9 +71,35 @@ understand() {
         esac
     done
     [ $# -gt 0 ] || parts=$all
+    # Each once, in the order of the table
+    asked=" $parts " parts=
+    for part in $all; do
+        case $asked in *" $part "*) parts="$parts $part" ;; esac
+    done
 }
 
-usage() { sed -n '2,13s/^# \{0,1\}//p' "$0"; }
+# What some packages or parts cost by the table, in words: about 300 MB, 2 minutes.
+cost() {
+    megabytes=0 seconds=0
+    for name in "$@"; do
+        set_cost "${costs#*"
+$name "}"
+    done
+    if [ "$seconds" -lt 100 ]; then
+        echo "about $megabytes MB, $seconds s"
+    else
+        echo "about $megabytes MB, $(((seconds + 30) / 60)) minutes"
+    fi
+}
+
+# The first two numbers of a text are added to the sums.
+set_cost() {
+    line=${1%%"
+"*}
+    megabytes=$((megabytes + ${line% *})) seconds=$((seconds + ${line#* }))
+}
+
+usage() { sed -n '2,15s/^# \{0,1\}//p' "$0"; }
 
 has_command() { command -v "$1" >/dev/null 2>&1; }
 
@@ -121,10 +171,18 @@ install_packages() {
 
 # Install $missing; the arguments are the command that apt-get is run through.
 apt() {
-    echo "installing $missing"
+    # shellcheck disable=SC2086 # a list of words
+    echo "installing $(listed $missing) by apt-get: $(cost $missing)"
     "$@" DEBIAN_FRONTEND=noninteractive apt-get -qq update
     # shellcheck disable=SC2086 # a list of words
     "$@" DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends $missing
+}
+
+# Words with commas between them.
+listed() {
+    printf '%s' "$1"
+    shift
+    [ $# = 0 ] || printf ', %s' "$@"
 }
 
 fail() {
@@ -136,7 +194,7 @@ fail() {
 
 # The first Python that is new enough and can make environments with pip.
 find_python() {
-    for python in python3 /usr/bin/python3 python3.13 python3.12 python3.11 python3.10; do
+    for python in python3 /usr/bin/python3 python3.14 python3.13 python3.12 python3.11 python3.10; do
         if "$python" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1; then
             echo "$python"
             return
@@ -147,14 +205,17 @@ find_python() {
 # A part that is installed is noted by the sum of what it asks for.
 sum_of() { cat "$root/requirements/$1.txt" "$lock" | cksum; }
 
-is_installed() {
-    [ -x "$root/.venv/bin/python" ] && [ -f "$root/.venv/$1.cksum" ] && [ "$(cat "$root/.venv/$1.cksum")" = "$(sum_of "$1")" ]
-}
+is_installed() { [ -f "$root/.venv/$1.cksum" ] && [ "$(cat "$root/.venv/$1.cksum")" = "$(sum_of "$1")" ]; }
+
+# An environment has lost its packages where the Python that it was made of is gone or has become another one.
+environment_works() { [ -x "$root/.venv/bin/python" ] && "$root/.venv/bin/python" -c 'import pip' >/dev/null 2>&1; }
 
 # Which of some parts are not installed.
 missing_parts() {
+    works=false
+    ! environment_works || works=true
     for part in "$@"; do
-        is_installed "$part" || echo "$part"
+        { $works && is_installed "$part"; } || echo "$part"
     done
 }
 
@@ -167,10 +228,10 @@ install_python() {
     [ -n "$missing" ] || return 0
     python=$(find_python)
     [ -n "$python" ] || fail "no python3 >= 3.10 with the modules venv and ensurepip"
-    echo "installing the Python packages to ${missing}into .venv"
-    # Where no part is as it should be there is no environment, or the versions are others
     # shellcheck disable=SC2086
-    [ "$(missing_parts $all)" != "$(printf '%s\n' $all)" ] || "$python" -m venv --clear "$root/.venv"
+    echo "installing the Python packages to $(listed $missing) into .venv: $(cost $missing)"
+    environment_works || "$python" -m venv --clear "$root/.venv"
+    python=$root/.venv/bin/python
     set --
     for part in $missing; do
         set -- "$@" -r "$root/requirements/$part.txt"
@@ -178,7 +239,11 @@ install_python() {
     if "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))'; then
         set -- "$@" -c "$lock"
     fi
-    "$root/.venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
+    # Modules are compiled when they are used first: all of them would take 160 MB. What has no wheel is built without its own setup.py install
+    if ! "$python" -m pip install --progress-bar off --disable-pip-version-check --no-compile --use-pep517 "$@" >"$root/.venv/install.log" 2>&1; then
+        cat "$root/.venv/install.log" >&2
+        fail "the Python packages to $(listed $missing) have not been installed"
+    fi
     # The package of python/ as it stands there
     for packages_of in "$root"/.venv/lib/python*/site-packages; do
         [ ! -d "$packages_of" ] || echo "$root/python/src" >"$packages_of/hampm.pth"

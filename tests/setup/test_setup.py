@@ -1,16 +1,19 @@
 """tools/setup.sh on machines it does not run on: every command it finds is a stub that notes how it was called."""
 
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from packaging.utils import canonicalize_name, canonicalize_version
 
 SETUP = Path(__file__).resolve().parents[2] / "tools" / "setup.sh"
 ORDINARY = ["cat", "chmod", "cksum", "cp", "dirname", "env", "mkdir", "mktemp", "rm", "sed", "sh", "tr"]
 LIBRARIES = ["liblapack-dev", "libopenblas-dev", "libsuitesparse-dev", "libhdf5-dev"]
-PARTS = ["run", "batch", "docs", "test"]
+OF_TEST = ["run", "batch", "docs", "test"]
+PARTS = [*OF_TEST, "verify"]
 PYTHON = """case $1 in
     -c) exit 0 ;;
     -m) [ "$2" != venv ] || { for folder; do :; done; mkdir -p "$folder/bin"; cp "$0" "$folder/bin/python"; } ;;
@@ -59,6 +62,10 @@ class Machine:
         return subprocess.run([self.folder / "project/tools/setup.sh", *arguments], env={"PATH": str(self.bin)},
                               stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20)
 
+    def installs(self):
+        """Arguments of every installation of Python packages so far."""
+        return [call for call in self.calls("python") if call.startswith("-m pip install")]
+
     def calls(self, name):
         """Arguments of every call of a command so far."""
         lines = self.log.read_text().splitlines() if self.log.exists() else []
@@ -74,31 +81,78 @@ def test_what_is_present_is_not_installed_again(machine):
     machine.debian(*LIBRARIES)
     first = machine.run()
     assert first.returncode == 0, first.stderr
-    assert len(machine.calls("python")) == 1 and "-r" in machine.calls("python")[0]
+    assert len(machine.installs()) == 1 and "-r" in machine.installs()[0]
     second = machine.run()
     assert (second.returncode, second.stdout, second.stderr) == (0, "", "")
-    assert len(machine.calls("python")) == 1 and machine.calls("apt-get") == []
+    assert len(machine.installs()) == 1 and machine.calls("apt-get") == []
 
 
 def test_new_requirements_are_installed(machine):
+    """Into the environment that is there, in which pip changes what differs."""
     machine.debian(*LIBRARIES)
     machine.run()
     machine.require("test", "pytest==8.4.2\n")
-    assert machine.run().returncode == 0 and len(machine.calls("python")) == 2 and machine.calls("python")[-1].count(" -r ") == 1
+    assert machine.run().returncode == 0 and len(machine.installs()) == 2 and machine.installs()[-1].count(" -r ") == 1
     machine.pin("tqdm==4.70.1\n")
-    assert machine.run().returncode == 0 and len(machine.calls("python")) == 3
-    assert machine.calls("python")[-1].endswith("requirements.lock")
+    assert machine.run().returncode == 0 and len(machine.installs()) == 3 and machine.installs()[-1].count(" -r ") == len(PARTS)
+    assert machine.installs()[-1].endswith("requirements.lock")
+    assert sum(call.startswith("-m venv") for call in machine.calls("python3")) == 1
+
+
+@pytest.mark.parametrize("lost", ["removed", "another"])
+def test_an_environment_whose_python_is_gone_is_made_anew(machine, lost):
+    """Removed, or become another one, which does not know the packages."""
+    machine.debian(*LIBRARIES)
+    machine.run("run")
+    python = machine.folder / "project/.venv/bin/python"
+    if lost == "removed":
+        python.unlink()
+    else:
+        python.write_text("#!/bin/sh\nexit 1\n")
+    assert machine.run("run").returncode == 0 and sum(call.startswith("-m venv --clear") for call in machine.calls("python3")) == 2
+    assert len(machine.installs()) == 2 and machine.run("run").stdout == ""
 
 
 def test_each_part_is_installed_when_it_is_needed_into_one_environment(machine):
     machine.debian(*LIBRARIES)
-    for words, installed in (("run", ["run"]), ("run batch", ["batch"]), ("run", []), ("docs", ["docs"]), ("test", ["test"]), ("", []), ("valgrind", [])):
-        before = len(machine.calls("python"))
+    for words, installed in (("run", ["run"]), ("run batch", ["batch"]), ("run", []), ("docs", ["docs"]), ("test", ["test"]), ("valgrind", []),
+                             ("verify", ["verify"]), ("", [])):
+        before = len(machine.installs())
         machine.stub("valgrind")
         assert machine.run(*words.split()).returncode == 0
-        files = [Path(word).stem for call in machine.calls("python")[before:] for word in call.split() if word.endswith(".txt")]
+        files = [Path(word).stem for call in machine.installs()[before:] for word in call.split() if word.endswith(".txt")]
         assert files == installed
     assert sum(call.startswith("-m venv") for call in machine.calls("python3")) == 1
+
+
+def test_what_is_installed_is_said_before_it_is(machine):
+    """With its size and time, which are the sums of those of its rows in the table of the script."""
+    machine.debian(*LIBRARIES[2:])
+    machine.stub("id", "echo 0")
+    rows = {name: (int(size), int(time)) for name, size, time in re.findall(r"^([\w-]+) (\d+) (\d+)$", SETUP.read_text(), re.MULTILINE)}
+    assert {*LIBRARIES, *PARTS, "gfortran", "make", "gnuplot-nox", "python3", "python3-venv", "valgrind"} <= rows.keys() and all(size > 0 for size, _ in rows.values())
+    machine.stub("apt-get", 'echo "apt-get $*"')
+    said = machine.run("run", "docs").stdout.splitlines()
+    by_apt = [sum(rows[name][k] for name in LIBRARIES[:2]) for k in (0, 1)]
+    by_pip = [rows["run"][k] + rows["docs"][k] for k in (0, 1)]
+    assert said[0] == f"installing liblapack-dev, libopenblas-dev by apt-get: about {by_apt[0]} MB, {by_apt[1]} s"
+    assert said[1].startswith("apt-get ") and said[-1] == f"installing the Python packages to run, docs into .venv: about {by_pip[0]} MB, {by_pip[1]} s"
+    minutes = round(sum(rows[part][1] for part in PARTS[1:2] + PARTS[3:]) / 60)
+    assert f"MB, {minutes} minutes" in machine.run().stdout
+
+
+def test_a_failed_installation_shows_all_that_pip_says(machine):
+    """As it is no part of a good one."""
+    machine.debian(*LIBRARIES)
+    says = 'case $* in "-m pip"*) echo "Collecting soupsieve"; echo "DEPRECATION: old" >&2; exit %d ;; esac'
+    machine.stub("python3", says % 1 + "\n" + PYTHON)
+    failed = machine.run("docs")
+    assert failed.returncode == 1 and "Collecting soupsieve\nDEPRECATION: old\n" in failed.stderr
+    assert failed.stderr.endswith("setup.sh: the Python packages to docs have not been installed\n")
+    machine.stub("python3", says % 0 + "\n" + PYTHON)
+    (machine.folder / "project/.venv/bin/python").unlink()
+    good = machine.run("docs")
+    assert (good.returncode, good.stderr) == (0, "") and len(good.stdout.splitlines()) == 1
 
 
 def test_the_program_alone_needs_a_python_without_packages_and_no_gnuplot(machine):
@@ -110,10 +164,11 @@ def test_the_program_alone_needs_a_python_without_packages_and_no_gnuplot(machin
 
 
 def test_parts_are_what_their_targets_ask_for():
-    """What is run needs numpy, h5py and matplotlib, and no more; all is the sum of the parts."""
+    """What is run needs numpy, h5py and matplotlib, and no more; the tests do without VTK; all is the sum of the parts."""
     requirements = SETUP.parents[1] / "requirements"
     names = {part: [line.partition("==")[0] for line in (requirements / f"{part}.txt").read_text().splitlines() if line[0] != "#"] for part in PARTS}
     assert set(names["run"]) - {"f90nml"} == {"numpy", "h5py", "matplotlib"} and names["batch"][0] == "snakemake" and names["docs"] == ["mkdocs-material", "latex2mathml", "ford", "jupytext"]
+    assert names["verify"] == ["vtk", "pyvista", "scipy"]
     assert (SETUP.parents[1] / "requirements.txt").read_text().split() == [word for part in PARTS for word in ("-r", f"requirements/{part}.txt")]
 
 
@@ -123,8 +178,14 @@ def test_every_package_is_pinned():
     if sys.version_info < (3, 11):
         pytest.skip("the lock file is for Python 3.11 or later")
     freeze = subprocess.run([sys.executable, "-m", "pip", "freeze"], check=True, capture_output=True, text=True).stdout.splitlines()
-    pinned = (SETUP.parents[1] / "requirements.lock").read_text().splitlines()
-    assert [line for line in freeze if line not in pinned and not line.startswith(("hampm=", "numba=", "llvmlite="))] == []
+    pinned = {same(line.partition(" ;")[0]) for line in (SETUP.parents[1] / "requirements.lock").read_text().splitlines() if line[0] != "#"}
+    assert [line for line in freeze if same(line) not in pinned and not line.startswith(("hampm", "numba=", "llvmlite="))] == []
+
+
+def same(line):
+    """name==version, however it is spelled."""
+    name, _, version = line.partition("==")
+    return canonicalize_name(name), canonicalize_version(version)
 
 
 def test_root_installs_only_what_is_missing(machine):
@@ -190,7 +251,8 @@ def test_failed_python_packages_are_tried_again(machine):
     machine.stub("python3", PYTHON + '\ncase $0 in *.venv*) exit 1 ;; esac')
     assert machine.run().returncode != 0
     machine.stub("python3", PYTHON)
-    assert machine.run().returncode == 0 and len(machine.calls("python")) == 2
+    shutil.copy(machine.bin / "python3", machine.folder / "project/.venv/bin/python")
+    assert machine.run().returncode == 0 and len(machine.installs()) == 2
 
 
 def test_other_systems_are_told_what_is_missing(machine):
@@ -204,7 +266,7 @@ def test_other_systems_are_told_what_is_missing(machine):
 def test_other_systems_that_have_everything_get_the_python_packages(machine):
     result = machine.run()
     assert result.returncode == 0, result.stderr
-    assert len(machine.calls("python")) == 1
+    assert len(machine.installs()) == 1
 
 
 def test_check_lists_and_changes_nothing(machine):
