@@ -208,7 +208,7 @@ vtk: setup  ## hold the snapshots to another version of VTK than that of require
 	@$(MAKE) --no-print-directory $(O)/results_driver
 	@test -x build/vtk-$(version)/bin/pytest || { $(PYTHON) -m venv build/vtk-$(version) && \
 		build/vtk-$(version)/bin/python -m pip install --quiet --disable-pip-version-check vtk==$(version) \
-		$(shell grep -hE '^(numpy|h5py|pytest)=' requirements/*.txt); }
+		-r requirements/run.txt $(shell grep -h '^pytest=' requirements/test.txt); }
 	build/vtk-$(version)/bin/python -m pytest -q tests/output
 
 extremes: setup  ## run the extremes of every part of a scene and write docs/evidence/stability.md

@@ -3,7 +3,7 @@
 #
 #     tools/setup.sh              install all
 #     tools/setup.sh PART...      install what parts of it need: run (draws and tabulates), batch (sweeps), docs (pages of modules),
-#                                 test (these and what make test needs), verify (all: VTK, PyVista and SciPy too),
+#                                 test (run, batch and what tests need), verify (all: VTK and PyVista too),
 #                                 program (compiler, libraries and a Python, without its packages)
 #     tools/setup.sh valgrind     what test needs, and some package of the distribution, such as valgrind or flang-19
 #     tools/setup.sh --check      only list what is missing; exit code 1 if anything is
@@ -17,8 +17,8 @@ packages="gfortran make liblapack-dev libopenblas-dev libsuitesparse-dev libhdf5
 to_draw="gnuplot-nox"
 root=$(cd "$(dirname "$0")/.." && pwd)
 lock=$root/requirements.lock
-of_test="run batch docs test"
-all="$of_test verify"
+of_test="run batch test"
+all="run batch docs test verify"
 parts=
 
 # MB on the disk and seconds, measured on two cores: packages of Debian by what they bring beside those above them, parts likewise
@@ -37,9 +37,9 @@ flang-19 700 60
 libomp-19-dev 10 3
 run 175 15
 batch 130 40
-docs 120 20
-test 120 25
-verify 740 40
+docs 115 20
+test 255 35
+verify 620 30
 "
 
 main() {

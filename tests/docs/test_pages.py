@@ -75,6 +75,7 @@ def test_the_site_has_every_page():
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     """The site, built as `make docs` builds it, without the pages of the sources."""
+    pytest.importorskip("mkdocs", reason="mkdocs is not installed: tools/setup.sh docs")
     folder = tmp_path_factory.mktemp("site")
     done = subprocess.run([sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", folder], cwd=ROOT,
                           env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True)
@@ -82,6 +83,7 @@ def site(tmp_path_factory):
     return folder
 
 
+@pytest.mark.verify
 def test_the_site_is_read_without_a_network(site):
     for page in site.rglob("*.html"):
         assert fetches(page.read_text()) == [], page
@@ -89,6 +91,7 @@ def test_the_site_is_read_without_a_network(site):
     assert max(page.stat().st_size for page in site.rglob("*.html")) < 500e3
 
 
+@pytest.mark.verify
 def test_pages_of_the_site_can_be_read_by_all(site):
     """What an audit of accessibility asks of each page: its language, one first heading, no level left out, and words for each picture."""
     for page in site.rglob("*.html"):

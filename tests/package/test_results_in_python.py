@@ -124,8 +124,9 @@ def test_snapshots_are_datasets_of_xarray(plate_result):
         snapshots.to_xarray(snapshot=7)
 
 
+@pytest.mark.verify
 def test_snapshots_are_blocks_of_pyvista(plate_result):
-    pytest.importorskip("pyvista")
+    pytest.importorskip("pyvista", reason="PyVista is not installed: tools/setup.sh verify")
     snapshots = package.Snapshots(plate_result)
     blocks, particles = snapshots.to_pyvista(), snapshots.to_xarray("particles")
     assert set(blocks.keys()) == {"particles", "mesh", "cracks"}
@@ -273,6 +274,7 @@ def test_all_that_is_public_is_typed_and_explained():
     assert missing == []
 
 
+@pytest.mark.verify
 def test_the_page_of_python_runs(tmp_path, monkeypatch):
     """Its twelve cases; K of cells of size zero is that of theory, but for the width of the plate."""
     monkeypatch.chdir(tmp_path)

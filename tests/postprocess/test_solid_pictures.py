@@ -131,8 +131,9 @@ def test_what_is_seen_from_along_an_axis(bar):
     assert f"{np.count_nonzero((leaves.level == 2) & (leaves.particles > 0))} of level 2" in figure.axes[0].get_title()
 
 
+@pytest.mark.verify
 def test_pyvista_draws_the_same_surface(bar, tmp_path, capfd):
-    pyvista = pytest.importorskip("pyvista")
+    pyvista = pytest.importorskip("pyvista", reason="PyVista is not installed: tools/setup.sh verify")
     words = [str(bar), "--pyvista", "--field", "von_mises", "--dpi", "30"]
     plot_field.main([*words, "-o", str(tmp_path / "bar.png")])
     picture = pyvista.read(tmp_path / "bar.png")

@@ -17,8 +17,8 @@ ORDERS = [(1, 2), (2, 3)]                                                  # ord
 def particles(hampm, *names):
     """Reference positions, displacements and fields of the particles at the end."""
     block = read_steps(hampm.folder / "out.h5")[1][-1][0]
-    u = field(block.GetPointData(), "displacement")[:, :2]
-    return points(block)[:, :2] - u, u, *(field(block.GetPointData(), name) for name in names)
+    u = field(block.point_data, "displacement")[:, :2]
+    return points(block)[:, :2] - u, u, *(field(block.point_data, name) for name in names)
 
 
 def off(found, exact):

@@ -165,7 +165,7 @@ def test_faces_that_part_by_more_than_a_cell_keep_their_opening(hampm, tmp_path)
     assert result.returncode == 0, result.stderr
     mouth = History(tmp_path / "beam.h5").columns["mouth_opening"][-1]
     data = read_steps(tmp_path / "beam.h5")[1][-1][0]
-    displacement = field(data.GetPointData(), "displacement")
+    displacement = field(data.point_data, "displacement")
     start = points(data) - displacement
     pair = [displacement[np.argmin(np.abs(start - (0.0, y, 0.0)).sum(axis=1)), 1] for y in (0.0106, 0.0094)]
     assert mouth > 2.5e-3

@@ -46,9 +46,9 @@ def test_cracks_are_lines_with_their_tips(steps):
     assert times == pytest.approx([0, 2e-6, 4e-6])
     for _, _, cracks in blocks:
         np.testing.assert_allclose(points(cracks)[:, :2], [*INNER, *EDGE], rtol=1e-15)
-        assert list(field(cracks.GetPointData(), "tip")) == [2, 1, 0, 0, 3]
-        assert list(field(cracks.GetCellData(), "crack")) == [1, 2, 2]
-        lines = [[cracks.GetCell(k).GetPointId(end) for end in (0, 1)] for k in range(cracks.GetNumberOfCells())]
+        assert list(field(cracks.point_data, "tip")) == [2, 1, 0, 0, 3]
+        assert list(field(cracks.cell_data, "crack")) == [1, 2, 2]
+        lines = [list(cell) for cell in cracks.cells]
         assert lines == [[0, 1], [2, 3], [3, 4]]
 
 
@@ -60,7 +60,7 @@ def height(start, end, places):
 
 def test_particles_have_the_side_on_which_they_began(steps):
     for particles, _, _ in steps[1]:
-        data = particles.GetPointData()
+        data = particles.point_data
         began = (points(particles) - field(data, "displacement"))[:, :2]
         side, piece = field(data, "side"), field(data, "piece")
         assert set(side) == {-1, 0, 1} and np.array_equal(side != 0, piece != 0)
@@ -76,11 +76,11 @@ def test_particles_have_the_side_on_which_they_began(steps):
 def test_pieces_of_a_cell_are_on_either_side_of_its_crack(steps):
     """A cell that is cut is there once for each piece, with the particles of that."""
     particles, mesh, _ = steps[1][-1]
-    data = particles.GetPointData()
+    data = particles.point_data
     began = (points(particles) - field(data, "displacement"))[:, :2]
-    piece, count = field(mesh.GetCellData(), "piece"), field(mesh.GetCellData(), "particles")
+    piece, count = field(mesh.cell_data, "piece"), field(mesh.cell_data, "particles")
     assert set(piece) == {0, 1, 2}
-    corners = np.array([mesh.GetCell(k).GetBounds()[:4] for k in range(mesh.GetNumberOfCells())])
+    corners = np.array([mesh.bounds(k)[:4] for k in range(len(mesh.cells))])
     squares = {}
     for k in np.flatnonzero(piece):
         squares.setdefault(tuple(np.round(corners[k], 9)), {})[piece[k]] = k
@@ -113,16 +113,16 @@ def test_lines_are_in_the_files_too(hampm, tmp_path, file):
     assert hampm("line.nml", "--quiet").returncode == 0
     for particles, mesh, cracks in read_steps(tmp_path / "line.h5")[1]:
         np.testing.assert_allclose(points(cracks)[:, :2], [[-4e-3, 0], [5e-3, 0]], rtol=0, atol=1e-15)
-        assert list(field(cracks.GetPointData(), "tip")) == [2, 1]
-        assert not any(np.any(field(data, "piece")) for data in (particles.GetPointData(), mesh.GetCellData()))
+        assert list(field(cracks.point_data, "tip")) == [2, 1]
+        assert not any(np.any(field(data, "piece")) for data in (particles.point_data, mesh.cell_data))
     assert names(tmp_path / "line.h5") == names(file)
 
 
 def test_a_symmetry_plane_that_stays_is_not_in_the_file(file, dcb_result):
     """Such files, and those of scenes without cracks, have two blocks, with the fields that they always have."""
     particles, mesh = read_steps(dcb_result)[1][0]
-    assert sorted(field_names(particles.GetPointData())) == PARTICLE_FIELDS
-    assert sorted(field_names(mesh.GetCellData())) == ["level", "particles"]
+    assert sorted(field_names(particles.point_data)) == PARTICLE_FIELDS
+    assert sorted(field_names(mesh.cell_data)) == ["level", "particles"]
     added = set(names(file)) - set(names(dcb_result))
     assert {name for name in added if not name.startswith("cracks/")} == {
         "cracks", "particles/PointData/piece", "particles/PointData/side", "mesh/CellData/piece"}

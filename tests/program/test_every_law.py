@@ -180,7 +180,7 @@ def test_a_block_is_pulled_and_let_back(hampm, tmp_path, law, plane, method, ord
     expected = EXPECTED[(law, *free)][PARTS - 1::PARTS]*(np.pi if plane == "axisymmetric" else 1.0)
     got = force[[np.argmin(np.abs(time - t*END)) for t in CORNERS[1:]]]
     path = np.max(np.abs(got - expected))/np.max(np.abs(expected))
-    particles = read_steps(tmp_path / "out.h5")[1][-1][0].GetPointData()
+    particles = read_steps(tmp_path / "out.h5")[1][-1][0].point_data
     stress = np.array([field(particles, name).ravel() for name in ("stress_xx", "stress_yy", "stress_xy")])
     patch = np.max(np.ptp(stress, axis=1))/np.max(np.abs(stress))
     TABLE.setdefault((law, plane, method, order), {}).update(patch=f"{patch:.0e}", path=f"{path:.0e}")

@@ -343,7 +343,7 @@ def test_waves_of_yielding_material_are_slower(run, tmp_path, frame, pressure, c
     slow = math.sqrt((kappa + 4*mu/3*hardening/(3*mu + hardening))/7800)
     yields = YIELD
     step = read_steps(tmp_path / "case.h5")[1][1][0]
-    x, stress, velocity = points(step)[:, 0], -field(step.GetPointData(), "stress_xx"), field(step.GetPointData(), "velocity")[:, 0]
+    x, stress, velocity = points(step)[:, 0], -field(step.point_data, "stress_xx"), field(step.point_data, "velocity")[:, 0]
     near = (x > 0.004) & (x < 0.6*slow*8e-6)
     between = (x > 1.1*slow*8e-6) & (x < 0.95*fast*6.5e-6)
     speeds = yields/(7800*fast) + (pressure - yields)/(7800*slow), yields/(7800*fast)
@@ -455,7 +455,7 @@ def test_a_resumed_run_has_the_bytes_of_an_unbroken_one(hampm, tmp_path, law, se
 
 def test_the_snapshot_has_the_equivalent_plastic_strain(run, tmp_path):
     run(TENSION["j2_plastic"], "method.time=static", "method.load_steps=10")
-    strain = field(read_steps(tmp_path / "case.h5")[1][-1][0].GetPointData(), "plastic_strain")
+    strain = field(read_steps(tmp_path / "case.h5")[1][-1][0].point_data, "plastic_strain")
     assert strain.max() > 1e-3 and strain.min() >= 0
 
 

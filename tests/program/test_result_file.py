@@ -76,20 +76,20 @@ def test_snapshots_fall_on_their_times(steps):
 
 
 @pytest.mark.parametrize("k", range(4))
-def test_vtk_reads_particles_and_mesh(steps, k):
+def test_snapshots_have_particles_and_mesh(steps, k):
     particles, mesh = steps[1][k]
-    assert (particles.GetNumberOfPoints(), mesh.GetNumberOfPoints(), mesh.GetNumberOfCells()) == (160, 84, 60)
-    assert sorted(field_names(particles.GetPointData())) == PARTICLE_FIELDS
-    for data in (particles.GetPointData(), mesh.GetPointData(), mesh.GetCellData()):
+    assert (len(points(particles)), len(points(mesh)), len(mesh.cells)) == (160, 84, 60)
+    assert sorted(field_names(particles.point_data)) == PARTICLE_FIELDS
+    for data in (particles.point_data, mesh.point_data, mesh.cell_data):
         for name in field_names(data):
             assert np.all(np.isfinite(field(data, name))), name
-    assert np.sum(field(mesh.GetCellData(), "particles")) == 160
+    assert np.sum(field(mesh.cell_data, "particles")) == 160
     assert np.all(points(particles)[:, :2] > [-0.001, -0.001]) and np.all(points(particles)[:, :2] < [0.101, 0.011])
 
 
 @pytest.mark.parametrize("k", range(1, 4))
 def test_snapshots_agree_with_the_history(dcb_result, steps, k):
-    particles, mesh = (data.GetPointData() for data in steps[1][k])
+    particles, mesh = (data.point_data for data in steps[1][k])
     columns = History(dcb_result).columns
     sample = np.argmin(np.abs(columns["time"] - 1e-4 * k))
     assert np.sum(field(mesh, "mass")) == pytest.approx(MASS, rel=1e-12)
@@ -101,7 +101,7 @@ def test_snapshots_agree_with_the_history(dcb_result, steps, k):
 
 def test_the_deformation_gradient_is_that_of_the_stored_energy(steps):
     """Half of the stress times the strain, which is the symmetric part of F - I: components xx, xy, yx, yy."""
-    particles = steps[1][3][0].GetPointData()
+    particles = steps[1][3][0].point_data
     f = field(particles, "deformation_gradient")
     xx, xy, yy = (field(particles, f"stress_{name}") for name in ("xx", "xy", "yy"))
     energy = (xx * (f[:, 0] - 1) + xy * (f[:, 1] + f[:, 2]) + yy * (f[:, 3] - 1)) / 2

@@ -131,8 +131,8 @@ def elastica(load):
 def end_deflection(path):
     _, steps = read_steps(path)
     particles = steps[-1][0]
-    u = field(particles.GetPointData(), "displacement")[:, 1]
-    x = (points(particles) - field(particles.GetPointData(), "displacement"))[:, 0]
+    u = field(particles.point_data, "displacement")[:, 1]
+    x = (points(particles) - field(particles.point_data, "displacement"))[:, 0]
     last, before = sorted(set(np.round(x, 7)))[-2:][::-1]
     a, b = (np.mean(u[np.abs(x - place) < 1e-6]) for place in (before, last))
     return b + (b - a) / (last - before) * (1 - last)

@@ -200,7 +200,7 @@ def test_halves_fly_apart(hampm, law, method, refine, contact):
     for time, blocks in zip(times, steps, strict=True):
         if time < row["separated"]:
             continue
-        x, data = points(blocks[0]), blocks[0].GetPointData()
+        x, data = points(blocks[0]), blocks[0].point_data
         x, velocity = x - field(data, "displacement"), field(data, "velocity")
         upper = x[:, 1] > x[:, 0] / 2
         momenta.append((time, mass * np.sum(velocity[upper, 1]), mass * np.sum(velocity[~upper, 1])))

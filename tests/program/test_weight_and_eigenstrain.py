@@ -35,7 +35,7 @@ def bodies(text, cells, lower, cell, *, plane="stress", time="time = 'static'", 
 def particles(tmp_path):
     """Particles of the last snapshot: places X in the reference configuration, displacements, and the data."""
     grid = read_steps(tmp_path / "out.h5")[1][-1][0]
-    data = grid.GetPointData()
+    data = grid.point_data
     u = field(data, "displacement")[:, :2]
     return points(grid)[:, :2] - u, u, data
 

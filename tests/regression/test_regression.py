@@ -82,10 +82,10 @@ class Run:
     def snapshot(self, name, step=-1, body=None):
         """A field of the particles of all bodies or of one, in the order of their numbers; `position` is one."""
         data = self.snapshots[step]
-        values = points(data) if name == "position" else field(data.GetPointData(), name)
-        order = np.argsort(field(data.GetPointData(), "id"))
+        values = points(data) if name == "position" else field(data.point_data, name)
+        order = np.argsort(field(data.point_data, "id"))
         if body is not None:
-            order = order[field(data.GetPointData(), "body")[order] == body]
+            order = order[field(data.point_data, "body")[order] == body]
         return values[order]
 
 
