@@ -77,7 +77,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup lock clean run install uninstall figures sweep slurm docs notebooks structure lab test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
+TASKS := help setup lock bare clean run install uninstall figures sweep slurm docs notebooks structure lab test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -226,6 +226,9 @@ setup:  ## install what is missing: compiler, libraries, Python environment
 
 lock:  ## resolve the versions of all Python packages anew, for every Python from 3.11.2 on: requirements.lock
 	tools/lock.sh
+
+bare:  ## try everything on bare Debians of their own, which debootstrap makes, as root: make bare [suites="bookworm trixie"] [steps="run docs"]
+	tools/bare_root.sh $(addprefix --suite ,$(suites)) $(steps)
 
 program: $(PROGRAM)
 

@@ -23,15 +23,15 @@ parts=
 
 # MB on the disk and seconds, measured on two cores: packages of Debian by what they bring beside those above them, parts likewise
 costs="
-gfortran 200 30
-make 2 2
-liblapack-dev 20 5
-libopenblas-dev 100 5
-libsuitesparse-dev 30 5
-libhdf5-dev 60 8
-gnuplot-nox 30 8
-python3 30 5
-python3-venv 10 3
+gfortran 220 40
+make 2 5
+liblapack-dev 33 10
+libopenblas-dev 98 15
+libsuitesparse-dev 9 10
+libhdf5-dev 39 20
+gnuplot-nox 66 40
+python3 38 10
+python3-venv 8 6
 valgrind 70 5
 flang-19 700 60
 libomp-19-dev 10 3
