@@ -122,7 +122,7 @@ sweep:  ## run the cases of a sweep on all cores and make its table: make sweep 
 slurm:  ## run sweeps on a real Slurm of this machine, with jobs that are cancelled, killed, preempted and at their limit of time
 	@tools/setup.sh run batch
 	@$(MAKE) --no-print-directory program
-	@test -x .venv/bin/snakemake || { echo "batches need Python 3.11 or later: remove .venv, put one first in PATH"; exit 1; }
+	@test -x .venv/bin/snakemake || { echo "batches need Python 3.11 to 3.13: remove .venv, put one first in PATH"; exit 1; }
 	$(PYTHON) tools/slurm.py $(parts)
 
 docs:  ## write the site of docs/, with pages of every module and procedure of src/: build/site/index.html, without a network
@@ -204,7 +204,7 @@ fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at r
 
 # The oldest version that reads the snapshots, unless another is named
 version ?= 9.4.2
-vtk: setup  ## hold the snapshots to another version of VTK than that of requirements.txt: make vtk [version=9.4.2]
+vtk: setup  ## hold the snapshots to another version of VTK than that of requirements/verify.txt: make vtk [version=9.4.2]
 	@$(MAKE) --no-print-directory $(O)/results_driver
 	@test -x build/vtk-$(version)/bin/pytest || { $(PYTHON) -m venv build/vtk-$(version) && \
 		build/vtk-$(version)/bin/python -m pip install --quiet --disable-pip-version-check vtk==$(version) \

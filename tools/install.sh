@@ -106,7 +106,7 @@ install_python() {
     fi
     set -- -c "$share/requirements.lock"
     for part in $parts; do
-        [ -f "$share/requirements/$part.txt" ] || fail "packages: there is no part $part; there are run, batch, docs, test and none"
+        [ -f "$share/requirements/$part.txt" ] || fail "packages: there is no part $part; there are run, batch, docs, test, verify and none"
         set -- "$@" -r "$share/requirements/$part.txt"
     done
     wanted=$(cat "$share/requirements.lock" && echo "$parts")

@@ -32,9 +32,9 @@ libhdf5-dev 39 20
 gnuplot-nox 66 40
 python3 38 10
 python3-venv 8 6
-valgrind 70 5
-flang-19 700 60
-libomp-19-dev 10 3
+valgrind 80 10
+flang-19 1080 120
+libomp-19-dev 16 5
 run 175 15
 batch 130 40
 docs 115 20
