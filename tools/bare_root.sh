@@ -88,10 +88,11 @@ take() {
     before=$(size) began=$(date +%s) code=0
     said=$logs/$suite.$1.log
     # POSIX times: of this shell's children, before and after
-    inside sh -c 'cd /source 2>/dev/null || cd /; "$@"; code=$?; times | tail -n 1 >/tmp/times; exit $code' sh $(command_of "$1") >"$said" 2>&1 || code=$?
+    inside sh -c 'cd /source 2>/dev/null || cd /; "$@"; code=$?; times >/tmp/times; exit $code' sh $(command_of "$1") >"$said" 2>&1 || code=$?
     [ $code = 0 ] || status=1
     result="exit $code"
-    ! counts=$(grep -hE '[0-9]+ (passed|failed|error).* in [0-9.]+s' "$said" | tail -n 1 | tr -d '=') || result="$result, $counts"
+    counts=$(grep -hE '[0-9]+ (passed|failed|error).* in [0-9.]+s' "$said" | tail -n 1 | tr -d '=')
+    [ -z "$counts" ] || result="$result, $counts"
     printf '%-10s %-12s %8d %10s %8d %9d  %s\n' "$suite" "$1" $(($(date +%s) - began)) "$(processor)" $(($(size) - before)) \
         "$(inside dpkg-query -f '.\n' -W | wc -l)" "$result" | tee -a "$table"
 }
@@ -107,7 +108,7 @@ command_of() {
 }
 
 # Seconds of the processor, of the children of the last step: 1m2.50s 0m3.00s
-processor() { sed 's/[ms]/ /g' "$bare/tmp/times" 2>/dev/null | awk '{printf "%d", 60 * $1 + $2 + 60 * $3 + $4}'; }
+processor() { tail -n 1 "$bare/tmp/times" | sed 's/[ms]/ /g' | awk '{printf "%d", 60 * $1 + $2 + 60 * $3 + $4}'; }
 
 size() { du -smx "$bare" | cut -f 1; }
 
