@@ -56,8 +56,8 @@ endif
 FLAGS := $(COMMON) $($(build)) -J$(O)
 
 SOURCES := $(wildcard src/*.f90 src/*/*.f90)
-UNIT_TESTS := $(if $(solid),tests/unit/test_transition_cells.f90,$(wildcard tests/unit/test_*.f90))
-UNIT_TOOLS := $(if $(solid),$(addprefix tests/unit/,harness.f90 samples.f90),$(filter-out $(UNIT_TESTS),$(wildcard tests/unit/*.f90)))
+UNIT_TESTS := $(wildcard tests/unit/test_$(if $(solid),transition_cells,*).f90)
+UNIT_TOOLS := $(if $(solid),$(wildcard $(addprefix tests/unit/,harness.f90 samples.f90)),$(filter-out $(UNIT_TESTS),$(wildcard tests/unit/*.f90)))
 objects = $(patsubst %,$(O)/%.o,$(basename $(notdir $(1))))
 LIBRARY := $(call objects,$(filter-out src/main.f90,$(SOURCES)))
 ifneq ($($(build)_kernels),)
