@@ -204,3 +204,49 @@ def test_where_a_program_is_found(tmp_path, monkeypatch, dimensions, name, varia
             path.unlink()
     with pytest.raises(hampm.FileError, match=f"the program {name} is not found"):
         finding.find_program(dimensions=dimensions)
+
+
+def test_the_tool_says_what_it_cannot_do(tmp_path):
+    """And mounts nothing in what it tries; it asks for the packages that the lock file or requirements/wheel.txt pin."""
+    tool = ROOT / "tools/wheel.sh"
+    (tmp_path / "tools").mkdir()
+    shutil.copy(tool, tmp_path / "tools")
+    wrong = subprocess.run([tmp_path / "tools/wheel.sh", "--inside"], capture_output=True, text=True)
+    assert wrong.returncode == 2 and "tools/wheel.sh --try [FOLDER]" in wrong.stdout + wrong.stderr
+    nowhere = subprocess.run([tmp_path / "tools/wheel.sh", "--in", tmp_path], capture_output=True, text=True)
+    assert (nowhere.returncode, nowhere.stderr) == (1, f"wheel.sh: {tmp_path}: there is no /usr/bin/python3 in it\n")
+    assert not re.search(r"\bmount -|--r?bind", tool.read_text())
+    pins = (ROOT / "requirements/wheel.txt").read_text().splitlines()[1:]
+    assert all(re.fullmatch(r"[\w-]+==[\d.]+", line) for line in pins)
+    assert [line for line in pins if line.startswith("hatchling")] == [line for line in (ROOT / "requirements/test.txt").read_text().splitlines() if line.startswith("hatchling")]
+    if shutil.which("shellcheck"):
+        subprocess.run(["shellcheck", tool], check=True)
+
+
+@pytest.mark.verify
+@pytest.mark.xdist_group("wheel")
+def test_a_wheel_with_its_libraries_runs_in_a_new_environment(tmp_path):
+    """As tools/wheel.sh makes it of the programs built here: installed with its dependencies from the index, it runs models by both programs and from Python."""
+    made = subprocess.run([ROOT / "tools/wheel.sh"], capture_output=True, text=True)
+    assert made.returncode == 0, made.stdout + made.stderr
+    wheel, = (ROOT / "build/wheel").glob("hampm-*.whl")
+    assert re.fullmatch(rf"hampm-{re.escape(VERSION)}-py3-none-manylinux_2_\d+_{os.uname().machine}\.whl", wheel.name) and wheel.stat().st_size < 60e6
+    assert re.search(rf"^\| with its libraries \| \d+ \| {re.escape(wheel.name)} [\d.]+ MB: libgfortran.*libmetis", made.stdout, re.MULTILINE)
+    shown = subprocess.run([ROOT / "build/wheel/venv/bin/auditwheel", "show", wheel], check=True, capture_output=True, text=True).stdout
+    assert "manylinux" in re.sub(r"\s+", " ", shown).partition("is consistent with the following platform tag: ")[2][:20]
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("HAMPM", "PYTHON"))}
+
+    def run(*words):
+        return subprocess.run(list(map(str, words)), cwd=tmp_path, env=environment, check=True, capture_output=True, text=True).stdout
+    run(sys.executable, "-m", "venv", "venv")
+    run("venv/bin/python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check", wheel)
+    for program, model in (("hampm", "edge_crack"), ("hampm3d", "solid/beam")):
+        assert run(f"venv/bin/{program}", "--version").split()[:2] == ["hampm", VERSION]
+        run(f"venv/bin/{program}", ROOT / f"input/{model}.nml", "--quiet")
+        assert (tmp_path / f"{Path(model).name}.h5").exists()
+        loaded = run("ldd", f"{tmp_path}/venv/lib/python{sys.version_info[0]}.{sys.version_info[1]}/site-packages/hampm/bin/{program}")
+        others = re.findall(r"=> (?!.*/hampm\.libs/)\S*/(lib[\w-]+)\.so", loaded)
+        assert set(others) <= {"libc", "libm", "libgcc_s", "libdl", "libpthread"}, loaded
+    said = run("venv/bin/python", "-c", "import hampm; print(hampm.find_program(), hampm.__version__, *hampm.run("
+               f"{str(ROOT / 'input/edge_crack.nml')!r}, output='python', progress=False).value('J'))").split()
+    assert said[0].endswith("site-packages/hampm/bin/hampm") and said[1] == VERSION and float(said[2]) > 0
