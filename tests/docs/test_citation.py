@@ -35,7 +35,8 @@ def test_metadata_of_the_software_agree_with_the_citation():
 
 
 @pytest.mark.parametrize("file, pattern", [
-    ("python/src/hampm/__init__.py", r'^__version__ = "(.*)"$')])
+    ("python/src/hampm/__init__.py", r'^__version__ = "(.*)"$'), ("recipes/conda/recipe.yaml", r'^  version: "(.*)"$'),
+    ("recipes/spack/package.py", r'^    version\("(.*)"\)$'), ("recipes/spack/package.py", r"hampm@([\w.]+)")])
 def test_what_names_the_version_names_this_one(file, pattern):
     assert re.findall(pattern, (ROOT / file).read_text(), re.MULTILINE) == [VERSION]
 
