@@ -56,8 +56,8 @@ endif
 FLAGS := $(COMMON) $($(build)) -J$(O)
 
 SOURCES := $(wildcard src/*.f90 src/*/*.f90)
-UNIT_TESTS := $(if $(solid),tests/unit/test_transition_cells.f90,$(wildcard tests/unit/test_*.f90))
-UNIT_TOOLS := $(if $(solid),$(addprefix tests/unit/,harness.f90 samples.f90),$(filter-out $(UNIT_TESTS),$(wildcard tests/unit/*.f90)))
+UNIT_TESTS := $(wildcard tests/unit/test_$(if $(solid),transition_cells,*).f90)
+UNIT_TOOLS := $(if $(solid),$(wildcard $(addprefix tests/unit/,harness.f90 samples.f90)),$(filter-out $(UNIT_TESTS),$(wildcard tests/unit/*.f90)))
 objects = $(patsubst %,$(O)/%.o,$(basename $(notdir $(1))))
 LIBRARY := $(call objects,$(filter-out src/main.f90,$(SOURCES)))
 ifneq ($($(build)_kernels),)
@@ -77,7 +77,7 @@ JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup lock bare clean run install uninstall figures sweep slurm docs notebooks structure lab test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
+TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -109,6 +109,9 @@ install:  ## install program, scripts, manual page and completions, with dim=3 h
 
 uninstall:  ## remove what has been installed: make uninstall [PREFIX=/usr/local] [DESTDIR=...]
 	@PREFIX='$(PREFIX)' DESTDIR='$(DESTDIR)' tools/install.sh --uninstall
+
+wheel:  ## build a wheel of the Python package with both programs and their libraries in it, build/wheel; try=1: and try it in a bare Debian
+	@tools/wheel.sh $(if $(try),--try)
 
 figures: setup  ## draw the pictures of the docs in results/, listed in tools/figures.txt; with DOCS=1 replace those in docs/
 	@$(MAKE) --no-print-directory program tools
@@ -153,6 +156,7 @@ test:  ## install what is missing, build, run all tests
 
 verify: setup  ## run the tests that take long, which `make test` leaves out, and write the tables of docs/evidence/verification.md
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit
+	@$(MAKE) -j$(JOBS) --no-print-directory program dim=3
 	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked
 	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m verify --junitxml=results/verify.xml tests

@@ -85,8 +85,8 @@ install_files() {
     place 755 "$program" bin/hampm
     [ -z "$solid" ] || place 755 "$solid" bin/hampm3d
     place 755 "$root/tools/hampm-tool" bin/hampm-tool
-    for folder in batch postprocess input requirements tools/upgrade.py tools/install.sh requirements.txt requirements.lock python; do
-        [ ! -e "$root/$folder" ] || (cd "$root" && find "$folder" -name __pycache__ -prune -o -name '*.egg-info' -prune -o -name .pytest_cache -prune -o \
+    for folder in batch postprocess input requirements tools/upgrade.py tools/install.sh requirements.txt requirements.lock VERSION python; do
+        [ ! -e "$root/$folder" ] || (cd "$root" && find "$folder" -name __pycache__ -prune -o -name dist -prune -o -name '*.egg-info' -prune -o -name .pytest_cache -prune -o \
             -type f -print) | while IFS= read -r file; do
             place 644 "$root/$file" "share/hampm/$file"
         done

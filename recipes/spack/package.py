@@ -1,5 +1,5 @@
 """The package of hampm for Spack. In a repository of your own (`spack repo create NAME`) as packages/hampm/package.py, with the sources as they
-are in a folder: `spack dev-build hampm@main` there."""
+are in a folder: `spack dev-build hampm@2.0.0` there."""
 
 from spack.package import *
 
@@ -9,7 +9,7 @@ class Hampm(MakefilePackage):
 
     license("MIT")
 
-    version("main")
+    version("2.0.0")
 
     variant("python", default=True, description="Scripts that draw and tabulate results")
 
@@ -34,8 +34,9 @@ class Hampm(MakefilePackage):
 
     def build(self, spec, prefix):
         make("program", *self.linked)
+        make("program", "dim=3", *self.linked)
 
     def install(self, spec, prefix):
         """Python comes from Spack; what is built already is not built again."""
         filter_file("@tools/setup.sh program", "", "Makefile", string=True)
-        make("install", f"PREFIX={prefix}", "packages=none", *self.linked)
+        make("install", "dim=3", f"PREFIX={prefix}", "packages=none", *self.linked)

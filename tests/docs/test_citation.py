@@ -3,6 +3,8 @@
 import json
 import re
 
+import pytest
+
 from paths import ROOT
 
 CITATION = (ROOT / "CITATION.cff").read_text()
@@ -29,8 +31,21 @@ def test_metadata_of_the_software_agree_with_the_citation():
     """codemeta.json, which catalogues of software read."""
     found = json.loads((ROOT / "codemeta.json").read_text())
     assert (found["version"], found["dateModified"]) == (VERSION, value("date-released")) and found["license"].endswith("/MIT")
-    assert f'version = "{VERSION}"' in (ROOT / "python/pyproject.toml").read_text()
     assert all((ROOT / found[name]).exists() for name in ("readme", "buildInstructions", "softwareHelp"))
+
+
+@pytest.mark.parametrize("file, pattern", [
+    ("python/src/hampm/__init__.py", r'^__version__ = "(.*)"$'), ("recipes/conda/recipe.yaml", r'^  version: "(.*)"$'),
+    ("recipes/spack/package.py", r'^    version\("(.*)"\)$'), ("recipes/spack/package.py", r"hampm@([\w.]+)")])
+def test_what_names_the_version_names_this_one(file, pattern):
+    assert re.findall(pattern, (ROOT / file).read_text(), re.MULTILINE) == [VERSION]
+
+
+def test_the_package_takes_its_version_from_the_file_of_the_repository():
+    text = (ROOT / "python/pyproject.toml").read_text()
+    assert 'dynamic = ["version"]' in text and '[tool.hatch.version]\npath = "../VERSION"' in text and VERSION not in text
+    pattern = re.search(r"^pattern = '(.*)'$", text, re.MULTILINE)[1]
+    assert re.search(pattern, (ROOT / "VERSION").read_text(), re.MULTILINE)["version"] == VERSION
 
 
 def test_changelog_begins_with_this_version():

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import warnings
+import zipfile
 
 import h5py
 import numpy as np
@@ -295,13 +296,13 @@ def test_the_page_of_python_runs(tmp_path, monkeypatch):
 
 def test_all_of_the_package_is_installed(tmp_path):
     """All modules, and the mark that it is typed."""
-    shutil.copytree(ROOT / "python", tmp_path / "python", ignore=shutil.ignore_patterns("build", "*.egg-info", "__pycache__"))
-    built = subprocess.run([sys.executable, "-c", "from setuptools import setup; setup()", "build", "--build-lib", tmp_path / "built"],
-                           cwd=tmp_path / "python", capture_output=True, text=True)
+    built = subprocess.run([sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", tmp_path], cwd=ROOT / "python", capture_output=True, text=True,
+                           env=os.environ | {"HAMPM_PURE": "1"})
     assert built.returncode == 0, built.stderr
-    own, built = ({str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts}
-                  for folder in (ROOT / "python/src/hampm", tmp_path / "built/hampm"))
-    assert built == own
+    wheel, = tmp_path.glob("*.whl")
+    own = {f"hampm/{path.relative_to(ROOT / 'python/src/hampm')}" for path in (ROOT / "python/src/hampm").rglob("*")
+           if path.is_file() and "__pycache__" not in path.parts}
+    assert {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name} == own
 
 
 def test_the_package_needs_little(tmp_path):

@@ -1,11 +1,15 @@
-"""The recipes for containers and for Spack say what tools/setup.sh and the Makefile do."""
+"""The recipes for containers, for Spack and for conda say what tools/setup.sh and the Makefile do."""
 
 import ast
+import os
 import re
 import shutil
 import subprocess
+import sys
+from pathlib import Path
 
 import pytest
+import yaml
 
 from paths import ROOT
 
@@ -15,6 +19,10 @@ PACKAGES = re.search(r'^packages="(.*)"$', SETUP, re.MULTILINE)[1].split()
 BUILT_WITH = {*PACKAGES, "python3", "python3-venv", "ca-certificates", "git"}
 # What libraries are in Spack; CHOLMOD and UMFPACK are in suite-sparse
 IN_SPACK = {"gfortran": "fortran", "make": "gmake", "liblapack-dev": "lapack", "libopenblas-dev": "blas", "libsuitesparse-dev": "suite-sparse",
+            "libhdf5-dev": "hdf5"}
+
+# And for conda, in conda-forge
+IN_CONDA = {"gfortran": '${{ compiler("fortran") }}', "make": "make", "liblapack-dev": "liblapack", "libopenblas-dev": "libblas", "libsuitesparse-dev": "suitesparse",
             "libhdf5-dev": "hdf5"}
 
 
@@ -91,6 +99,49 @@ def test_the_package_for_spack_depends_on_the_same_libraries():
     # The line of the Makefile that it leaves out, as it stands
     left_out = re.search(r'filter_file\("(.*?)"', (RECIPES / "spack/package.py").read_text())[1]
     assert (ROOT / "Makefile").read_text().count(f"\t{left_out}\n") == 1
+
+
+def conda():
+    """The recipe, and the shell script of its build."""
+    recipe = yaml.safe_load((RECIPES / "conda/recipe.yaml").read_text())
+    return recipe, recipe["build"]["script"]
+
+
+def test_the_recipe_for_conda_depends_on_the_same_libraries_and_packages():
+    recipe, script = conda()
+    assert recipe["package"] == {"name": "hampm", "version": "${{ version }}"}
+    needed = recipe["requirements"]
+    assert {IN_CONDA[name] for name in PACKAGES} | {'${{ compiler("c") }}'} <= {*needed["build"], *needed["host"]}
+    package = (ROOT / "python/pyproject.toml").read_text()
+    asked = ast.literal_eval(re.search(r"^dependencies = (\[.*\])$", package, re.MULTILINE)[1])
+    assert needed["run"] == ["python", *(re.sub("(>=)", r" \1", name) for name in asked)]
+    back_end, = ast.literal_eval(re.search(r"^requires = (\[.*\])$", package, re.MULTILINE)[1])
+    assert {"python", "pip", back_end.replace(">=", " >=")} <= set(needed["host"])
+    assert all((RECIPES / "conda" / recipe["source"]["path"] / name).exists() for name in ("Makefile", recipe["about"]["license_file"]))
+    subprocess.run(["sh", "-n"], input=script, text=True, check=True)
+    named = set(re.findall(r"\b([A-Z][A-Z0-9_]+)=", script)) - {"HAMPM_PURE"}
+    assert named == {"HDF5_LINK", "ALGEBRA_LINK", "FC"} and all(re.search(rf"^{name} [?:]?=", (ROOT / "Makefile").read_text(), re.MULTILINE) for name in named)
+
+
+@pytest.mark.verify
+@pytest.mark.xdist_group("wheel")
+def test_the_script_for_conda_installs_programs_and_package(tmp_path):
+    """In an environment that stands for that of conda, of programs that are built already: the tests of the recipe pass there, with the programs not in PATH."""
+    prefix = tmp_path / "prefix"
+    subprocess.run([sys.executable, "-m", "venv", "--system-site-packages", prefix], check=True)
+    if sys.prefix != sys.base_prefix:       # hatchling of this environment, but not the package of the checkout
+        for packages in prefix.glob("lib/python3*/site-packages"):
+            (packages / "outer.pth").write_text("\n".join(path for path in sys.path if path.endswith("site-packages")))
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("HAMPM", "PYTHON", "MAKE"))}
+    recipe, script = conda()
+    subprocess.run(["sh", "-e"], input=script, text=True, check=True, cwd=ROOT,
+                   env=environment | {"PREFIX": str(prefix), "PYTHON": str(prefix / "bin/python"), "CPU_COUNT": "2", "FC": "gfortran"})
+    version = recipe["context"]["version"]
+    for name in ("hampm", "hampm3d"):
+        assert subprocess.run([prefix / "bin" / name, "--version"], check=True, capture_output=True, text=True).stdout.split()[:2] == ["hampm", version]
+    found = subprocess.run([prefix / "bin/python", "-c", "import hampm; print(hampm.__file__, hampm.find_program(), hampm.find_program(dimensions=3))"], check=True,
+                           capture_output=True, text=True, cwd=tmp_path, env=environment).stdout.split()
+    assert Path(found[0]).is_relative_to(prefix) and found[1:] == [str(prefix / "bin/hampm"), str(prefix / "bin/hampm3d")]
 
 
 def test_what_tries_them_in_a_bare_root_installs_the_same():

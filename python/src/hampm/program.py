@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
@@ -14,18 +15,20 @@ from .errors import FileError, Message, error_of
 
 ROOT = Path(__file__).resolve().parents[3]   # of the checkout, or PREFIX/share/hampm of an installation
 BUILT = ROOT / "build/release/hampm"
+PACKED = Path(__file__).resolve().parent / "bin"    # of a wheel
 SOLID = 3           # dimensions of the models of the program for solids
 CELLS = re.compile(r"&grid\b[^/&]*?\bcells\s*=\s*(\d+(?:[\s,]+\d+)*)", re.IGNORECASE)
 
 
 def find_program(program: str | Path | None = None, dimensions: int = 2) -> Path:
-    """Path of the program: the one that is named, else by the environment variable HAMPM, else of the checkout in which this package is
-    (`build/release/hampm`), or that has been installed with it (PREFIX/bin), else `hampm` in PATH. Models in three dimensions are of the
-    program for solids: HAMPM3D, `build/release3d/hampm3d`, or `hampm3d` in these places."""
+    """Path of the program: the one that is named, else by the environment variable HAMPM, else the one that is in this package, where a wheel
+    has brought it, else of the checkout in which this package is (`build/release/hampm`), or that has been installed with it (PREFIX/bin),
+    else `hampm` in the environment of this Python, else in PATH. Models in three dimensions are of the program for solids: HAMPM3D,
+    `build/release3d/hampm3d`, or `hampm3d` in these places."""
     if program is None:
         name, variable, built, how = ("hampm", "HAMPM", BUILT, "make program") if dimensions < SOLID else \
             ("hampm3d", "HAMPM3D", ROOT / "build/release3d/hampm3d", "make program dim=3")
-        places = built, *([ROOT.parent.parent / "bin" / name] if ROOT.parent.name == "share" else [])
+        places = PACKED / name, built, *([ROOT.parent.parent / "bin" / name] if ROOT.parent.name == "share" else []), Path(sys.prefix, "bin", name)
         program = os.environ.get(variable) or next((place for place in places if place.is_file()), None) or shutil.which(name)
         if program is None:
             raise FileError([Message(f"the program {name} is not found: build it with `{how}`, or set {variable} to its path")])
