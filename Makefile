@@ -20,26 +20,31 @@ ARCHIVES ?= $(hdf5_folder) -Wl,-Bstatic -lhdf5_hl -lhdf5 -lsz -laec -lz -lumfpac
 endif
 HDF5_LINK ?= $(hdf5_folder) -lhdf5_serial_hl -lhdf5_serial
 ALGEBRA_LINK ?= -lumfpack -lcholmod -llapack -lblas
-COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimplicit-interface -Wno-do-subscript
+# With optimisation gfortran says of descriptors of arrays that are not allocated, and in solids of code for a plane alone, that they are not
+# initialised. The debug build asks what is not; memcheck, and reals that begin as signalling NaN, find what is read before it is set
+COMMON := -std=f2008 -fimplicit-none -fopenmp -fno-backtrace -Wall -Wextra -Wimplicit-interface -Wno-do-subscript \
+	$(if $(filter debug,$(build)),,-Wno-uninitialized -Wno-maybe-uninitialized)
 
 # Vectors of 512 bits are no faster on the processors that have them: cells come in blocks of four
 width := $(if $(filter x86_64,$(shell uname -m)),-mprefer-vector-width=256)
-# Kernels that several procedures call are to be put into all of them
-release := -O3 --param inline-unit-growth=100 -fno-tree-loop-distribute-patterns -march=$(ARCH) $(width) -finline-limit=1000
-# What a step computes is optimised as one piece in these builds
-release_kernels := -flto
-counted_kernels := -flto
-kernel_folders := base solve law mesh points element interface problem time adapt fracture
+# The release is optimised by how often code runs. Kernels of a step, and of sums over particles, are put into all procedures that call them,
+# with what the rest of their folders has, as one piece (kernels.o). What runs once a run, a mesh or a front is compiled for a short build
+release := -march=$(ARCH) $(width) -fno-tree-loop-distribute-patterns
+release_kernels := -O3 --param inline-unit-growth=100 -finline-limit=1000 -flto
+release_often := -O2 -fpeel-loops -fno-schedule-insns2 --param max-inline-insns-auto=200 -flto
+release_seldom := -Og -ffrontend-optimize
+kernels := $(notdir $(wildcard src/law/*.f90)) $(addsuffix .f90,audit_kernels basis domain_pass element_kernels matching mean_force missing_energy \
+	nodal_kernels particle_kernels particle_pass pass recovery sparse support_pass tensors tip_domain)
+seldom_folders := input simulation growth setup report output
+seldom := $(addsuffix .f90,absorbing_edges archive balance bodies body_contact closed_faces cohesive_zone constraints crack_errors crack_lines \
+	crack_measurements crack_values cracks domains edge_parts error_context estimated_errors estimator estimators failure fatigue_rates \
+	fine_region front front_closure front_values growth_laws indicators instant interface_placement interruption json kinks load_following \
+	load_sharing local_leapfrog material_force moving_front nodal_release patch path_closure plane_cuts plane_points quadratic_children \
+	quadratic_points quadratic_tip_offset reference_step ring_moments static_equilibrium step_groups supports symmetric_turns t_stress text \
+	tip_measurements version)
 # To compile what is edited, and run it, in a few seconds
-quick := -O1 -Wno-maybe-uninitialized -Wno-uninitialized
+quick := -O1
 debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
-# The release, to be run under valgrind; the run apart, so that what it calls is counted by procedure
-counted := $(release) -g
-counted_run := -fno-inline
-counted_recording := $(counted_run)
-counted_mesh_changes := $(counted_run)
-counted_simulation := $(counted_run)
-counted_nodal_state := $(counted_run)
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
 # The checks of the debug build at half of its cost: of the tests, and of many short runs
 checked := -O2 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan
@@ -61,8 +66,10 @@ UNIT_TOOLS := $(if $(solid),$(wildcard $(addprefix tests/unit/,harness.f90 sampl
 objects = $(patsubst %,$(O)/%.o,$(basename $(notdir $(1))))
 LIBRARY := $(call objects,$(filter-out src/main.f90,$(SOURCES)))
 ifneq ($($(build)_kernels),)
-KERNELS := $(call objects,$(foreach folder,$(kernel_folders),$(wildcard src/$(folder)/*.f90)))
-LIBRARY := $(filter-out $(KERNELS),$(LIBRARY)) $(O)/kernels.o
+KERNELS := $(filter $(LIBRARY),$(call objects,$(kernels)))
+SELDOM := $(call objects,$(wildcard src/*.f90) $(foreach folder,$(seldom_folders),$(wildcard src/$(folder)/*.f90)) $(seldom))
+OFTEN := $(filter-out $(KERNELS) $(SELDOM),$(LIBRARY))
+LIBRARY := $(filter $(SELDOM),$(LIBRARY)) $(O)/kernels.o
 endif
 LIBRARY += $(O)/processor.o
 TOOLS := $(addprefix $(O)/,forced_step newton_steps eigenvalue_limit)
@@ -71,13 +78,18 @@ MEASURED := $(addprefix $(O)/,bench_step minimal_step)
 UNIT_PROGRAMS := $(patsubst %.o,%,$(call objects,$(UNIT_TESTS)))
 PROGRAMS := $(PROGRAM) $(TOOLS) $(DRIVERS) $(MEASURED) $(UNIT_PROGRAMS)
 
+# What make check runs beside the command line: a case of each program
+checks := tests/regression tests/program/test_solid.py -k "cli or static_bar or release_rate_of_a_slab"
+
 # Files compiled, and tests run, at a time
 JOBS := $(shell n=$$(nproc 2>/dev/null || echo 1); echo $$((n < 4 ? n : 4)))
+# Of a make below this one: as many at a time, unless -j was given
+parallel = --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,-j$(JOBS))
 
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
+TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab check test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -87,7 +99,8 @@ help:  ## list the targets
 
 run:  ## install what is missing, build, run input/dcb.nml, draw G(t)/G_ref; with dim=3 build the program for solids, run and draw a beam
 	@tools/setup.sh run
-	@$(MAKE) --no-print-directory program
+	@test -x $(PROGRAM) || echo "building $(PROGRAM): three minutes of processor time, with $(JOBS) files at a time"
+	@$(MAKE) $(parallel) program
 ifeq ($(solid),)
 	$(PROGRAM) input/dcb.nml --output results --force
 	$(PYTHON) postprocess/plot_g.py results/dcb.h5 --converged 1.28737 --output results/dcb_G.png
@@ -103,8 +116,8 @@ endif
 PREFIX ?= /usr/local
 install:  ## install program, scripts, manual page and completions, with dim=3 hampm3d too: make install [PREFIX=/usr/local] [DESTDIR=...] [packages="run batch"]
 	@tools/setup.sh program
-	@$(MAKE) -j$(JOBS) --no-print-directory program
-	@$(if $(solid),$(MAKE) -j$(JOBS) --no-print-directory program dim=2)
+	@$(MAKE) $(parallel) program
+	@$(if $(solid),$(MAKE) $(parallel) program dim=2)
 	@PREFIX='$(PREFIX)' DESTDIR='$(DESTDIR)' packages='$(packages)' tools/install.sh build/$(build)/hampm $(if $(solid),$(PROGRAM))
 
 uninstall:  ## remove what has been installed: make uninstall [PREFIX=/usr/local] [DESTDIR=...]
@@ -114,17 +127,17 @@ wheel:  ## build a wheel of the Python package with both programs and their libr
 	@tools/wheel.sh $(if $(try),--try)
 
 figures: setup  ## draw the pictures of the docs in results/, listed in tools/figures.txt; with DOCS=1 replace those in docs/
-	@$(MAKE) --no-print-directory program tools
+	@$(MAKE) $(parallel) program tools
 	tools/figures.sh $(O)/hampm $(PYTHON) $(if $(DOCS),--docs)
 
 sweep:  ## run the cases of a sweep on all cores and make its table: make sweep file=input/dcb_sweep.yaml [strict=1]
 	@tools/setup.sh run batch
-	@$(MAKE) --no-print-directory program
+	@$(MAKE) $(parallel) program
 	$(PYTHON) batch/run_sweep.py "$(or $(file),input/dcb_sweep.yaml)" --program $(PROGRAM) $(if $(strict),--strict)
 
 slurm:  ## run sweeps on a real Slurm of this machine, with jobs that are cancelled, killed, preempted and at their limit of time
 	@tools/setup.sh run batch
-	@$(MAKE) --no-print-directory program
+	@$(MAKE) $(parallel) program
 	@test -x .venv/bin/snakemake || { echo "batches need Python 3.11 to 3.13: remove .venv, put one first in PATH"; exit 1; }
 	$(PYTHON) tools/slurm.py $(parts)
 
@@ -143,56 +156,64 @@ structure:  ## count lines, arguments and uses between the folders of src/, and 
 
 lab:  ## compile an edited step in seconds, with all checks, for the exercises of docs/lessons/exercises: make lab [exercise=scheme: and test it]
 	@tools/setup.sh $(if $(exercise),test,program)
-	@$(MAKE) -j$(JOBS) --no-print-directory program build=checked
+	@$(MAKE) $(parallel) program build=checked
 	$(if $(exercise),$(PYTHON) -m pytest -q --tb=short tests/lab/exercises.py::test_$(exercise))
+
+check:  ## compile what was edited in seconds, run tests/cli and a case of each program, in a minute once built
+	@tools/setup.sh test
+	@$(MAKE) $(parallel) program build=quick
+	@$(MAKE) $(parallel) program build=quick dim=3
+	HAMPM=build/quick/hampm HAMPM3D=build/quick3d/hampm3d $(PYTHON) -m pytest -q -n $(JOBS) -m "not verify" tests/cli $(checks)
 
 test:  ## install what is missing, build, run all tests
 	@tools/setup.sh test
-	@$(MAKE) -j$(JOBS) --no-print-directory program tools $(patsubst %,build/release/test_%,manufactured crossing_levels patch)
-	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked build/checked/bench_step
-	@$(MAKE) -j$(JOBS) --no-print-directory program build/quick3d/test_transition_cells build=quick dim=3
-	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
+	@$(MAKE) $(parallel) program tools build/release/bench_step $(patsubst %,build/release/test_%,manufactured crossing_levels patch)
+	@$(MAKE) $(parallel) program unit build=checked build/checked/bench_step
+	@$(MAKE) $(parallel) program build/release3d/test_transition_cells dim=3
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests
 
 verify: setup  ## run the tests that take long, which `make test` leaves out, and write the tables of docs/evidence/verification.md
-	@$(MAKE) -j$(JOBS) --no-print-directory program unit
-	@$(MAKE) -j$(JOBS) --no-print-directory program dim=3
-	@$(MAKE) -j$(JOBS) --no-print-directory program unit build=checked
-	@! command -v valgrind >/dev/null || $(MAKE) -j$(JOBS) --no-print-directory build=counted build/counted/bench_step
+	@$(MAKE) $(parallel) program unit
+	@$(MAKE) $(parallel) program tools dim=3
+	@$(MAKE) $(parallel) program unit build=checked
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m verify --junitxml=results/verify.xml tests
 	$(PYTHON) tools/verification_table.py results/verify.xml docs/evidence/verification.md
 
-verification: setup  ## run tests/regression and write build/verification.html: references, errors, orders, machine, what was not run; quick=1: without long runs
-	@$(MAKE) -j$(JOBS) --no-print-directory program
+verification:  ## run tests/regression and write build/verification.html: references, errors, orders, machine, what was not run; quick=1: without long runs
+	@tools/setup.sh test
+	@$(MAKE) $(parallel) program
 	@status=0; $(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup $(if $(quick),-m "not verify") --junitxml=results/regression.xml tests/regression || status=$$?; \
 		$(PYTHON) tools/verification_table.py --html build/verification.html $(wildcard results/verify.xml) results/regression.xml; exit $$status
 
-portability: setup  ## compile everything by another compiler, flang, and run unit and regression tests with what it makes
+portability:  ## compile everything by another compiler, flang, and run unit and regression tests with what it makes
 	@tools/setup.sh flang-19
-	@$(MAKE) -j$(JOBS) --no-print-directory build=portable program unit
+	@$(MAKE) $(parallel) build=portable program unit
 	HAMPM=build/portable/hampm $(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests/unit tests/regression
 
-coverage: setup  ## count which lines of src/ the tests run: a table; an error below 90 %
-	@$(MAKE) -j$(JOBS) --no-print-directory build=coverage program unit
+coverage:  ## count which lines of src/ the tests run: a table; an error below 90 %
+	@tools/setup.sh test
+	@$(MAKE) $(parallel) build=coverage program unit
 	$(PYTHON) tools/coverage.py
 
-sanitize: setup  ## run unit tests, random input and the coarse cases with AddressSanitizer and UndefinedBehaviorSanitizer
-	@$(MAKE) -j$(JOBS) --no-print-directory build=sanitize program unit
+sanitize:  ## run unit tests, random input and the coarse cases with AddressSanitizer and UndefinedBehaviorSanitizer
+	@tools/setup.sh test
+	@$(MAKE) $(parallel) build=sanitize program unit
 	$(PYTHON) tools/checked_runs.py sanitize
 
 memcheck:  ## run unit tests and short cases under valgrind
 	@tools/setup.sh valgrind
-	@$(MAKE) -j$(JOBS) --no-print-directory build=memcheck program unit
+	@$(MAKE) $(parallel) build=memcheck program unit
 	$(PYTHON) tools/checked_runs.py memcheck
 
-fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at random; set every key in scenes over all features; try 1000 runs that go wrong, 50 000 scenes at random, and 10 000 spoilt results and checkpoints each
-	@$(MAKE) -j$(JOBS) --no-print-directory build=checked program build/checked/fuzz_driver
+fuzz:  ## read 1 000 000 namelists and command lines that are changed at random; set every key in scenes over all features; try 1000 runs that go wrong, 50 000 scenes at random, and 10 000 spoilt results and checkpoints each
+	@tools/setup.sh test
+	@$(MAKE) $(parallel) build=checked program build/checked/fuzz_driver
 	$(PYTHON) tests/fuzz/fuzz.py --build checked --cases 1000000 --seed 100
 	$(PYTHON) tests/fuzz/every_key.py --program build/checked/hampm
 	$(PYTHON) tests/fuzz/runs.py --program build/checked/hampm --cases 1000 --seed 100
 	$(PYTHON) tests/fuzz/combinations.py --program build/checked/hampm --cases 5000 --seed 100
 	$(PYTHON) tests/fuzz/combinations.py --program build/checked/hampm --cases 370 --seed 46 --cracked
-	@$(MAKE) -j$(JOBS) --no-print-directory program build=checked dim=3
+	@$(MAKE) $(parallel) program build=checked dim=3
 	$(PYTHON) tests/fuzz/solid_scenes.py --cases 2000 --seed 100
 	$(PYTHON) tests/fuzz/solid_keys.py
 	$(PYTHON) tests/fuzz/growth_scenes.py --program build/checked/hampm --cases 10000 --seed 100
@@ -209,19 +230,21 @@ fuzz: setup  ## read 1 000 000 namelists and command lines that are changed at r
 # The oldest version that reads the snapshots, unless another is named
 version ?= 9.4.2
 vtk: setup  ## hold the snapshots to another version of VTK than that of requirements/verify.txt: make vtk [version=9.4.2]
-	@$(MAKE) --no-print-directory $(O)/results_driver
+	@$(MAKE) $(parallel) $(O)/results_driver
 	@test -x build/vtk-$(version)/bin/pytest || { $(PYTHON) -m venv build/vtk-$(version) && \
 		build/vtk-$(version)/bin/python -m pip install --quiet --disable-pip-version-check vtk==$(version) \
 		-r requirements/run.txt $(shell grep -h '^pytest=' requirements/test.txt); }
 	build/vtk-$(version)/bin/python -m pytest -q tests/output
 
-extremes: setup  ## run the extremes of every part of a scene and write docs/evidence/stability.md
-	@$(MAKE) --no-print-directory program
+extremes:  ## run the extremes of every part of a scene and write docs/evidence/stability.md
+	@tools/setup.sh test
+	@$(MAKE) $(parallel) program
 	$(PYTHON) bench/extremes.py --output results/extremes --document 1
 	tools/figures.sh $(O)/hampm $(PYTHON) --docs stability
 
-tradeoff: setup  ## measure accuracy against cost for every kind of setting and write docs/evidence/tradeoff.md
-	@$(MAKE) --no-print-directory program
+tradeoff:  ## measure accuracy against cost for every kind of setting and write docs/evidence/tradeoff.md
+	@tools/setup.sh test
+	@$(MAKE) $(parallel) program
 	$(PYTHON) bench/tradeoff.py --output results/tradeoff --document 1
 	tools/figures.sh $(O)/hampm $(PYTHON) --docs tradeoff
 
@@ -246,8 +269,11 @@ clean:  ## remove what was built; results stay
 
 # --- objects and programs -----------------------------------------------------------------------------------------------------
 
+# A line for each file that is compiled, with how many of src/ are; what the compiler says is shown, and kept in a file beside the object
 say = $(if $(V),,@echo "$(1)")
+counted = $(if $(filter src/%,$<),[$$(ls $(O) | grep -c '\.o$$')/$(words $(SOURCES))] )
 quietly := $(if $(V),,@)
+noting = 2> $@.log; status=$$?; cat $@.log >&2; exit $$status
 
 $(PROGRAM): $(O)/main.o
 $(PROGRAM): private with := $(ARCHIVES)
@@ -256,11 +282,14 @@ $(UNIT_PROGRAMS): $(call objects,$(UNIT_TOOLS))
 $(filter-out $(PROGRAM),$(PROGRAMS)): $(O)/%: $(O)/%.o
 $(PROGRAMS): $(LIBRARY)
 	$(call say,$@)
-	$(quietly)$(if $(with),$(FC) $(FLAGS) -o $@ $^ $(with) 2>/dev/null || )$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK)
+	$(quietly){ $(if $(with),$(FC) $(FLAGS) -o $@ $^ $(with) 2> $@.log || )$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK) 2> $@.log; }; \
+		status=$$?; cat $@.log >&2; exit $$status
 
 # All laws, indicators, integrators and estimators are given what one of them needs
 $(call objects,$(wildcard src/law/*.f90 src/adapt/*.f90 src/time/*.f90 src/fracture/*.f90)): private unused := $(if $(filter portable,$(build)),,-Wno-unused-dummy-argument)
-$(KERNELS): private kernels := $($(build)_kernels)
+$(KERNELS): private level = $($(build)_kernels)
+$(OFTEN): private level = $($(build)_often)
+$(SELDOM): private level = $($(build)_seldom)
 
 # Arrays of run-time size are in these those of an element, a node or a tip: they need no memory from the heap
 small_arrays := basis grid matter recovery element_stiffness element_assembly error_indicator missing_energy expected_error tip_domain \
@@ -273,17 +302,16 @@ $(O)/kinds.o: private dimensions := -cpp -DDIMENSIONS=$(dim)
 
 # A changed flag, here or on the command line, builds everything anew
 $(O)/%.o: %.f90 $(O)/flags
-	$(call say,$(FC) $<)
-	$(quietly)$(FC) $(FLAGS) $($(build)_$*) $(dimensions) $(kernels) $(stack) $(unused) -c -o $@ $<
+	$(call say,$(counted)$(FC) $<)
+	$(quietly)$(FC) $(FLAGS) $(level) $(dimensions) $(stack) $(unused) -c -o $@ $< $(noting)
 
-# Of a solid, code that is for a plane alone is inlined where it is never reached
-$(O)/kernels.o: $(KERNELS)
+$(O)/kernels.o: $(KERNELS) $(OFTEN)
 	$(call say,$@)
-	+$(quietly)$(FC) $(FLAGS) -Wno-maybe-uninitialized $(if $(solid),-Wno-uninitialized) -fPIE -flto=auto -r -flinker-output=nolto-rel -o $@ $^
+	+$(quietly)$(FC) $(FLAGS) $($(build)_often) -fPIE --param inline-unit-growth=100 -flto=auto -r -flinker-output=nolto-rel -o $@ $^ $(noting)
 
 $(O)/processor.o: src/processor.c $(O)/flags
-	$(call say,$(FC) $<)
-	$(quietly)$(if $(filter portable,$(build)),gcc,$(FC)) -Wall -Wextra -O1 $(filter -march=%,$(FLAGS)) -c -o $@ $<
+	$(call say,$(counted)$(FC) $<)
+	$(quietly)$(if $(filter portable,$(build)),gcc,$(FC)) -Wall -Wextra -O1 $(filter -march=%,$(FLAGS)) -c -o $@ $< $(noting)
 
 # The commit that a program is of. Only the main program has it: nothing else is built anew where it changes
 $(O)/main.o: $(O)/version.inc
@@ -293,9 +321,10 @@ $(O)/version.inc: FORCE
 	@echo "character(*), parameter :: built_version = '$$(tools/version.sh)'" | cmp -s - $@ || \
 		echo "character(*), parameter :: built_version = '$$(tools/version.sh)'" > $@
 
+$(O)/flags: private flags = $(FC) $(FLAGS) $(foreach part,kernels often seldom,$($(build)_$(part))) $(kernels) / $(seldom_folders) $(seldom)
 $(O)/flags: FORCE
 	@mkdir -p $(O)
-	@echo '$(FC) $(FLAGS) $($(build)_kernels) $(kernel_folders)' | cmp -s - $@ || echo '$(FC) $(FLAGS) $($(build)_kernels) $(kernel_folders)' > $@
+	@echo '$(flags)' | cmp -s - $@ || { rm -f $(O)/*.o; echo '$(flags)' > $@; }
 FORCE:
 
 $(O)/depends.mk: $(SOURCES) $(UNIT_TESTS) $(UNIT_TOOLS) $(wildcard tests/output/*.f90 tests/fuzz/*.f90 bench/*.f90) tools/depends.awk

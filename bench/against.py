@@ -37,7 +37,7 @@ COLUMNS = ["part", "case", "quantity", "before", "after", "value", "range", "ove
 ROUNDING = 1e-11     # of results: builds with other optimisation differ by 4e-14 in these scenes
 INSTRUCTIONS = 1.02  # of those before, at most
 TIME = 1.03
-NEEDS = {"results": "release/hampm", "instructions": "counted/bench_step", "programs": "counted/hampm",
+NEEDS = {"results": "release/hampm", "instructions": "release/bench_step", "programs": "release/hampm",
          "time": "release/bench_step"}
 CASES = [*(Case(cells) for cells in SIZES), *(Case(cells, frame="total") for cells in CELLS),
          *(Case(CELLS[0], frame=frame, scheme=scheme) for frame in ("updated", "total") for scheme in ("usl", "usf", "usavg")),
@@ -216,12 +216,10 @@ PARTS = {"results": results, "instructions": count_steps, "programs": count_runs
 
 def build(folder, parts, if_missing=False):
     """Build in a clone what the parts need; where its builds are."""
-    for kind in dict.fromkeys(NEEDS[part].split("/")[0] for part in parts):
-        targets = [f"build/{NEEDS[part]}" for part in parts if NEEDS[part].startswith(kind)]
-        if not (if_missing and all((folder / target).exists() for target in targets)):
-            print(f"{folder}: make {' '.join(targets)}", file=sys.stderr)
-            subprocess.run(["make", f"-j{min(processors(), 4)}", f"build={kind}", *targets], cwd=folder, check=True,
-                           stdout=subprocess.DEVNULL)
+    targets = sorted({f"build/{NEEDS[part]}" for part in parts})
+    if not (if_missing and all((folder / target).exists() for target in targets)):
+        print(f"{folder}: make {' '.join(targets)}", file=sys.stderr)
+        subprocess.run(["make", f"-j{min(processors(), 4)}", *targets], cwd=folder, check=True, stdout=subprocess.DEVNULL)
     return folder / "build"
 
 
@@ -250,7 +248,7 @@ def main():
         parser.error(f"a part is one of {', '.join(PARTS)}")
     if not can_count():
         print("valgrind is missing: no instructions are counted", file=sys.stderr)
-        parts = [part for part in parts if not NEEDS[part].startswith("counted")]
+        parts = [part for part in parts if part not in ("instructions", "programs")]
     options.output.mkdir(parents=True, exist_ok=True)
     rows = [COLUMNS]
     with tempfile.TemporaryDirectory() as folder:

@@ -1,6 +1,6 @@
 """Counts of instructions by valgrind's callgrind, which do not depend on how busy the machine is.
 
-The programs have to be built for it: `make build=counted program build/counted/bench_step`.
+They are of the release: valgrind knows the instructions of AVX2, and that OpenBLAS asks which there are.
 """
 
 import os

@@ -5,7 +5,7 @@
     energy     total energy over 1000 periods of the undamped beam of three and seven sizes of cells, about eight minutes
 
 Run by `make -C bench local_steps`, about ten minutes, or for one part: .venv/bin/python bench/local_time_steps.py cost. Instructions
-need `make build=counted program` and valgrind, which takes fifty times as long as the program: they are counted on a short
+need `make program` and valgrind, which takes fifty times as long as the program: they are counted on a short
 piece of the runs on 5 mm cells.
 """
 
@@ -18,7 +18,7 @@ from tables import ROOT, command_line, write
 
 sys.path.insert(0, str(ROOT / "postprocess"))
 CASE = ROOT / "tests/regression/dcb_refined/case.nml"
-COUNTED = ROOT / "build/counted/hampm"
+RELEASE = ROOT / "build/release/hampm"
 FINE = ["grid.cell=2.5e-3", "grid.cells=40,5", "refine.max_level=4", "refine.rings=8"]
 REST = "run.end_time=2.4e-3"
 BEAMS = {  # name: settings, courant, end times of what is counted [s]
@@ -54,7 +54,7 @@ def count(folder, scene, words, ends):
     counts = []
     for end in ends:
         text = [word for item in [*words, f"run.end_time={end}"] for word in ("--set", item)]
-        counts.append(run_counted(COUNTED, scene, "--quiet", "--force", "--output", folder, *text)[1])
+        counts.append(run_counted(RELEASE, scene, "--quiet", "--force", "--output", folder, *text)[1])
     return counts[1] - counts[0]
 
 
@@ -63,7 +63,7 @@ def costs(program, scene, words, repeats, ends):
     times = [[program(scene, words[steps])[0] for steps in STEPS] for _ in range(repeats)]
     ratio = statistics.median(local / common for common, local in times)
     counted = ("", "", "")
-    if ends and can_count() and COUNTED.is_file():
+    if ends and can_count() and RELEASE.is_file():
         counts = [count(program.folder, scene, words[steps], ends) for steps in STEPS]
         counted = (f"{counts[0]:.3e}", f"{counts[1]:.3e}", f"{counts[1] / counts[0]:.3f}")
     return (*(f"{statistics.median(column):.2f}" for column in zip(*times)), f"{ratio:.2f}", *counted), ratio

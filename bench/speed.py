@@ -8,8 +8,8 @@
     shares        of measuring, of checks, of writing, of adapting the mesh and of the errors to expect, in the instructions of each example of input/
 
 The cases of a comparison take turns within one run; a ratio is the median over these turns. Run by `make -C bench speed`, or for some parts:
-.venv/bin/python bench/speed.py time --output DIR. The last two need valgrind and `make build=counted program
-build/counted/bench_step`.
+.venv/bin/python bench/speed.py time --output DIR. The last two need valgrind and `make program
+build/release/bench_step`.
 """
 
 import os
@@ -26,7 +26,7 @@ from typing import NamedTuple
 from instructions import can_count, costs_of_calls, instructions, run_counted
 from tables import ROOT, command_line, write
 
-COUNTED = ROOT / "build/counted"
+RELEASE = ROOT / "build/release"
 COLUMNS = ["part", "scene", "frame", "scheme", "particles", "threads", "processors", "quantity", "value", "bytes", "copy",
            "over copy", "minimal", "over minimal", "compared with", "over that", "target", "met"]
 CELLS = (50, 158, 500)  # along an edge: 10k, 100k, 1M particles
@@ -166,7 +166,7 @@ def peak(program, case):
 
 def count(_, __):
     """Instructions of a step beside those of the least."""
-    program, case = COUNTED / "bench_step", Case(CELLS[0])
+    program, case = RELEASE / "bench_step", Case(CELLS[0])
     least = instructions(program, case.least())
     rows = []
     for each in (case, *(Case(CELLS[0], scheme=scheme) for scheme in ("usl", "usf", "usavg")), Case(CELLS[0], frame="total")):
@@ -190,11 +190,11 @@ def shares_of(example):
         steps, spent, end = 1, 0.0, 5
         while end == 5 and spent < SECONDS:
             steps = 2 * steps
-            process = subprocess.Popen([str(word) for word in (COUNTED / "hampm", *words, steps)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            process = subprocess.Popen([str(word) for word in (RELEASE / "hampm", *words, steps)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             _, status, usage = os.wait4(process.pid, 0)
             end, spent = os.waitstatus_to_exitcode(status), usage.ru_utime
         profile = Path(folder) / "profile"
-        run_counted(COUNTED / "hampm", *words, steps, profile=profile, codes=(0, 5))
+        run_counted(RELEASE / "hampm", *words, steps, profile=profile, codes=(0, 5))
         costs = costs_of_calls(profile)
     rows, tips = "__hampm_measurements_MOD_measure", "__hampm_measurements_MOD_measure_tips"
     whole, adapting, recording, expecting = (costs[f"__hampm_{procedure}"] for procedure in (
@@ -219,8 +219,8 @@ def main():
                              repeats=(9, "turns of which the median is taken"))
     rows = [COLUMNS]
     for part in arguments.part:
-        if part in ("instructions", "shares") and not (can_count() and (COUNTED / "bench_step").exists()):
-            print(f"{part}: left out, as valgrind or build/counted/bench_step is missing", file=sys.stderr)
+        if part in ("instructions", "shares") and not (can_count() and (RELEASE / "bench_step").exists()):
+            print(f"{part}: left out, as valgrind or build/release/bench_step is missing", file=sys.stderr)
             continue
         rows += PARTS[part](arguments.program, arguments.repeats)
     write(rows, "bench", arguments.output)

@@ -6,8 +6,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PROGRAM = (ROOT / os.environ.get("HAMPM", "build/release/hampm")).resolve()
 CHECKED_PROGRAM = ROOT / "build/checked/hampm"
-SOLID_PROGRAM = ROOT / "build/quick3d/hampm3d"
-COUNTED_BENCH = ROOT / "build/counted/bench_step"
+SOLID_PROGRAM = ROOT / "build/release3d/hampm3d"
+RELEASE_BENCH = ROOT / "build/release/bench_step"
 CHECKED_BENCH = ROOT / "build/checked/bench_step"
 RESULTS_DRIVER = PROGRAM.with_name("results_driver")
 SCRIPTS = ROOT / "postprocess"

@@ -112,7 +112,10 @@ contains
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: stress(:)          !! [Pa]
       real(dp) :: in_plane(ndim, ndim)
-      in_plane = reshape(stress(:n_stress), [ndim, ndim])
+      integer :: j
+      do j = 1, ndim                             ! reshape would be a call of the library
+         in_plane(:, j) = stress((j - 1)*ndim + 1:j*ndim)
+      end do
       energy = material%stress_energy_density(in_plane, stress(size(stress)))
    end function energy_of_stress
 

@@ -165,7 +165,7 @@ SOLID = """
 """
 
 
-@pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+@pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 def test_every_column_of_solids_is_documented(hampm, tmp_path):
     """What a plane does not have, in tables of its own; those along fronts among them."""
     documented, of_solids = ({row[0]: (row[1], row[2]) for row in rows("results.md", head)} for head in ("| column |", "| column of solids |"))

@@ -15,7 +15,7 @@ from drawn_scenes import CHOICES, Drawing, copy_of, group, groups
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = ROOT / "build/checked3d/hampm3d"
-QUICK = ROOT / "build/quick3d/hampm3d"
+RELEASE = ROOT / "build/release3d/hampm3d"
 PLANE = ROOT / "build/release/hampm"
 LAWS = ["linear_elastic", "linear_elastic", "linear_elastic", "neo_hookean", "mooney_rivlin", "j2_plastic", "viscoelastic", "orthotropic"]
 ROLLERS = "slab"       # name of the constraint that makes a slab plane strain
@@ -482,9 +482,9 @@ ORACLES = OWN_IMAGES | {"slab": slab} | {name: of_few(oracle) if name in ("slow"
 class SolidBench(combinations.Bench):
     """Runs scenes of solids."""
 
-    def __init__(self, program=PROGRAM, release=QUICK, exact=False):
+    def __init__(self, program=PROGRAM, release=RELEASE, exact=False):
         super().__init__(program, release, exact, draw, ORACLES)
 
 
 if __name__ == "__main__":
-    combinations.main(SolidBench, PROGRAM, QUICK)
+    combinations.main(SolidBench, PROGRAM, RELEASE)

@@ -63,7 +63,7 @@ def test_every_key_acts(keys, extra):
     assert not every_key.try_each_once(PROGRAM, random.Random(1), extra, keys)
 
 
-@pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+@pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 @pytest.mark.parametrize(("keys", "extra"), [(10, 4), pytest.param(None, 30, marks=pytest.mark.verify)])
 def test_every_key_of_solids_acts(keys, extra):
     """In one scene at least, or it is refused there; and where it does not, this is said."""
@@ -122,7 +122,7 @@ def test_combinations_at_random(numbers):
     assert ends["done"] >= len(numbers) // 2
 
 
-@pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+@pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 @pytest.mark.parametrize("numbers", [(0, 3, 7), pytest.param(range(40, 70), marks=pytest.mark.verify)])
 def test_solids_at_random(numbers):
     """The same of solids, with mirrors in three axes, axes exchanged, and slabs that are plane strain."""

@@ -10,7 +10,7 @@ import hampm as package
 from hampm.program import dimensions_of, program_of_model
 from paths import BATCH, INPUT, PROGRAM, SOLID_PROGRAM
 
-pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 
 BAR = """&run end_time = 1.0 /
 &grid ! of cubes / not of squares

@@ -18,7 +18,7 @@ from pictures import MM
 
 from hampm.stored_model import StoredModel
 
-pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 
 SIZE = np.array([0.3, 0.1, 0.15])
 FORCE, YOUNG, POISSON = 3e4, 200e9, 0.3

@@ -8,7 +8,7 @@ import pytest
 from paths import SOLID_PROGRAM
 from test_solid import run
 
-pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 
 MODULUS = 1 / (1 - 0.3**2)
 

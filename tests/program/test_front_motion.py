@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from paths import SOLID_PROGRAM
 
-pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 
 STEADY = 26.922                                    # rho c_d**2 u_0**2/h, what is stored ahead of a crack that runs (Nilsson 1974)
 T = np.linspace(0, 60e-6, 21)

@@ -13,7 +13,7 @@ from paths import INPUT, PROGRAM, REFERENCE, SCRIPTS, SOLID_PROGRAM
 from test_solid import G_REF, beam, run
 from test_solid_cracks import NU, TIP, disc, part, reference
 
-pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 
 MEASURED = "&energy_release estimators = 'domain_integral', 'vcct' /\n"
 UNIT = 2 / np.sqrt(np.pi)   # K of a penny crack of radius 1 under tension 1

@@ -13,7 +13,7 @@ import pytest
 from history import ResultError, read_curve
 from paths import INPUT, PROGRAM, REFERENCE, SCRIPTS, SOLID_PROGRAM
 
-pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 
 PLATE = """
 &run end_time = 4e-4  plane = 'strain'{thickness} /

@@ -10,7 +10,7 @@ from harness import differing
 from paths import PROGRAM, SOLID_PROGRAM
 from test_solid import difference
 
-pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 
 
 def written(folder, text):

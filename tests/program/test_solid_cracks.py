@@ -9,7 +9,7 @@ import pytest
 from paths import REFERENCE, SOLID_PROGRAM
 from test_solid import difference
 
-pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 
 NU = 0.3
 TIP = "&refine indicator = 'tip'  max_level = 1  rings = 2 /"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from paths import DCB, INPUT, PROGRAM, SOLID_PROGRAM
 
-pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 
 BEAM = INPUT / "solid/beam.nml"
 AT_REST = ("--set", "method.time=static", "--set", "output.history_interval=0", "--set", "damping.rate=0", "--set", "grid.cell=0.02", "--set", "grid.cells=10,2,2")

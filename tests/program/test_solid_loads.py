@@ -8,7 +8,7 @@ import pytest
 from paths import PROGRAM, SOLID_PROGRAM
 from test_solid import IN_PLANE, IN_SPACE, difference, run, vector
 
-pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 
 YOUNG, NUS, SHEARS = (140.0e9, 10.0e9, 12.0e9), {(0, 1): 0.3, (0, 2): 0.28, (1, 2): 0.45}, {(0, 1): 5.0e9, (0, 2): 4.0e9, (1, 2): 3.0e9}
 

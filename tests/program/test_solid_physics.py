@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from paths import REFERENCE, SOLID_PROGRAM
 
-pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 FORCED = SOLID_PROGRAM.with_name("forced_step")
 
 # Loads at places without symmetry set in at once, and move all modes of the cube. Lengths are in cells, with Young's modulus and density 1
@@ -64,7 +64,7 @@ def test_limit_of_a_free_cell(tmp_path, poisson, consistent, lumped):
 def test_limit_is_that_of_the_run(tmp_path, cells, mass, poisson):
     """Below it nothing grows, above it everything does."""
     if not FORCED.exists():
-        pytest.skip("make build/quick3d/forced_step build=quick dim=3 makes it")
+        pytest.skip("make build/release3d/forced_step dim=3 makes it")
     named = named_limit(tmp_path, cells, poisson, mass)
     assert survives(tmp_path, 0.99 * named, cells, poisson, mass)
     assert not survives(tmp_path, (1.01 if cells < 6 else 1.04) * named, cells, poisson, mass)

@@ -9,7 +9,7 @@ from harness import differing
 from paths import PROGRAM, SOLID_PROGRAM
 from test_solid import difference, run, vector
 
-pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program build=quick dim=3 makes it")
+pytestmark = pytest.mark.skipif(not SOLID_PROGRAM.exists(), reason="make program dim=3 makes it")
 
 E, NU, DENSITY = 200.0e9, 0.3, 7800.0
 STEEL = f"&material name = 'a'  young = {E}  poisson = {NU}  density = {DENSITY} /"

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from paths import BENCH, COUNTED_BENCH
+from paths import BENCH, RELEASE_BENCH
 
 sys.path.insert(0, str(BENCH))
 
@@ -16,17 +16,17 @@ CELLS = 50  # along an edge: 10 000 particles
 
 
 @pytest.mark.skipif(not can_count(), reason="valgrind is not installed")
-@pytest.mark.skipif(not COUNTED_BENCH.exists(), reason="no counted build")
+@pytest.mark.skipif(not RELEASE_BENCH.exists(), reason="bench_step is not built")
 def test_a_step_takes_hardly_more_instructions_than_the_least():
-    program, least = (instructions(COUNTED_BENCH, f"{code}:updated:musl:{CELLS}:1") for code in ("program", "minimal"))
+    program, least = (instructions(RELEASE_BENCH, f"{code}:updated:musl:{CELLS}:1") for code in ("program", "minimal"))
     print(f"{program:.1f} instructions a particle and step, {program / least:.2f} of the least")
     assert program / least <= LIMIT
 
 
 @pytest.mark.skipif(not can_count(), reason="valgrind is not installed")
-@pytest.mark.skipif(not COUNTED_BENCH.exists(), reason="no counted build")
+@pytest.mark.skipif(not RELEASE_BENCH.exists(), reason="bench_step is not built")
 def test_in_the_total_frame_a_step_of_linear_cells_takes_less_than_a_quarter():
-    total = instructions(COUNTED_BENCH, f"program:total:musl:{CELLS}:1")
-    least = instructions(COUNTED_BENCH, f"minimal:updated:musl:{CELLS}:1")
+    total = instructions(RELEASE_BENCH, f"program:total:musl:{CELLS}:1")
+    least = instructions(RELEASE_BENCH, f"minimal:updated:musl:{CELLS}:1")
     print(f"{total:.1f} instructions a particle and step, {total / least:.2f} of the least in the updated frame")
     assert total / least <= TOTAL_LIMIT

@@ -1,0 +1,114 @@
+"""Instructions of whole runs, from the namelist to the result: what users ask, each question by a model of input/ that is made short.
+
+The counts are those of valgrind's callgrind on one thread, and do not depend on how busy the machine is. A run counts as a whole: reading,
+building, steps or equilibrium, measuring, writing. With `--before PROGRAM PROGRAM` (of the plane and of solids) the earlier programs are counted as
+well, and the table gives the ratio and the largest difference of the columns of G, K and J.
+
+    .venv/bin/python bench/whole_runs.py [QUESTION ...] [--before build/earlier/hampm build/earlier/hampm3d] [--output DIR]
+
+The table is whole_runs.csv.
+"""
+
+import argparse
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+import h5py
+from instructions import can_count, run_counted
+from questions import difference
+from tables import ROOT, write
+
+INPUT = ROOT / "input"
+
+
+class Question(NamedTuple):
+    """A model of input/ and its settings."""
+
+    model: str
+    settings: tuple = ()
+
+    @property
+    def is_solid(self):
+        return self.model.startswith("solid/")
+
+
+ONE_STEP = "run.end_time=1", "method.load_steps=1", "output.snapshot_interval=0"
+
+
+def at_rest(levels, *more):
+    """Settings of a beam at rest, refined around its tip."""
+    return ("method.time=static", "method.frame=total", "refine.indicator=tip", f"refine.max_level={levels}", "refine.rings=4", "energy_release.energy_balance=.false.",
+            "output.snapshot_interval=0", *more)
+
+
+def moving(end, *more):
+    """Settings of a motion that ends early [s], without snapshots."""
+    return (f"run.end_time={end}", "output.snapshot_interval=0", *more)
+
+
+QUESTIONS = {
+    "K at rest, DCB": Question("dcb", at_rest(3)),
+    "K at rest, slanted": Question("two_cracks", ONE_STEP),
+    "K at rest, quadratic cells": Question("dcb", at_rest(4, "grid.order=2", "body.points_per_cell=3", "grid.cell=2.5e-3", "grid.cells=40,5", "energy_release.estimators=vcct,domain_integral")),
+    "path at rest": Question("bend_path", (*ONE_STEP, "grid.cell=2e-3", "grid.cells=62,17")),
+    "fatigue": Question("fatigue_centre_crack", (*ONE_STEP, "refine.max_level=2")),
+    "nucleation": Question("v_notch", (*ONE_STEP, "refine.max_level=6", "growth.increment=6.25e-5", "nucleation.increment=3.125e-5")),
+    "G(t), explicit": Question("dcb", moving(4e-5, "method.frame=total")),
+    "G(t), implicit": Question("dcb", moving(1e-4, "method.frame=total", "method.time=implicit", "method.courant=0", "method.time_step=1e-6")),
+    "G(t), weighted mass": Question("dcb", moving(5e-6, "method.mass=weighted")),
+    "G(t), refined by gradient": Question("fig10_adaptive", moving(4e-5)),
+    "Freund": Question("freund", moving(4e-7, "grid.cell=0.2e-3", "grid.cells=100,51")),
+    "growth by toughness": Question("dcb_growth_dynamic", moving(1e-4)),
+    "growth at a given speed": Question("freund_growth", moving(4e-7)),
+    "contact of faces": Question("kalthoff", moving(1e-5)),
+    "meeting bodies": Question("kalthoff_striker", moving(2e-6)),
+    "updated frame": Question("dcb", moving(4e-5, "method.frame=updated")),
+    "DCB, a solid at rest": Question("solid/dcb", ("grid.cell=2.5e-3", "grid.cells=40,5,2", "output.snapshot_interval=0")),
+    "penny, a solid at rest": Question("solid/penny", ("refine.max_level=0", "output.snapshot_interval=0")),
+    "beam, a solid in motion": Question("solid/beam", moving(2e-4)),
+    "front that grows": Question("solid/fatigue_ellipse", (*ONE_STEP, "refine.max_level=1", "crack.radii=0.016,0.014", "growth.increment=1e-3")),
+}
+
+
+def count(program, question):
+    """Instructions of a run, and its history by column."""
+    with tempfile.TemporaryDirectory() as folder:
+        words = [word for setting in (*question.settings, "output.file=run.h5") for word in ("--set", setting)]
+        _, instructions = run_counted(program, INPUT / f"{question.model}.nml", *words, "--quiet", "--force", "--threads", "1", "--output", folder)
+        with h5py.File(Path(folder) / "run.h5") as file:
+            return instructions, {name: column[...] for name, column in file["history"].items()}
+
+
+def row(name, programs, before):
+    """The row of a question; both programs are given as that of the plane and that of solids."""
+    question = QUESTIONS[name]
+    now, history = count(programs[question.is_solid], question)
+    if not before:
+        return [name, f"{now / 1e6:.1f}", "", "", ""]
+    earlier, earlier_history = count(before[question.is_solid], question)
+    return [name, f"{now / 1e6:.1f}", f"{earlier / 1e6:.1f}", f"{now / earlier:.4f}", f"{difference(earlier_history, history):.1e}"]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("question", nargs="*", help=f"parts of {', '.join(QUESTIONS)}; default: all")
+    parser.add_argument("--programs", metavar="PROGRAM", type=Path, nargs=2, default=(ROOT / "build/release/hampm", ROOT / "build/release3d/hampm3d"),
+                        help="of the plane and of solids; default: those of the release")
+    parser.add_argument("--before", metavar="PROGRAM", type=Path, nargs=2, help="earlier programs of the plane and of solids")
+    parser.add_argument("--jobs", metavar="N", type=int, default=2, help="runs at a time; default: 2")
+    parser.add_argument("--output", metavar="DIR", type=Path, default=Path("results"), help="folder of the table")
+    options = parser.parse_args()
+    if not can_count():
+        sys.exit("valgrind is missing: no instructions are counted")
+    options.output.mkdir(parents=True, exist_ok=True)
+    names = [name for name in QUESTIONS if not options.question or any(word in name for word in options.question)]
+    with ThreadPoolExecutor(options.jobs) as several:
+        rows = list(several.map(lambda name: row(name, options.programs, options.before), names))
+    write([["question", "instructions [1e6]", "before [1e6]", "ratio", "difference of G, K, J"], *rows], "whole_runs", options.output)
+
+
+if __name__ == "__main__":
+    main()
