@@ -33,20 +33,21 @@ release := -march=$(ARCH) $(width) -fno-tree-loop-distribute-patterns
 release_kernels := -O3 --param inline-unit-growth=100 -finline-limit=1000 -flto
 release_often := -O2 -fpeel-loops -fno-schedule-insns2 --param max-inline-insns-auto=200 -flto
 release_seldom := -Og -ffrontend-optimize
-kernels := $(notdir $(wildcard src/law/*.f90)) $(addsuffix .f90,audit_kernels basis domain_pass element_kernels matching mean_force missing_energy \
-	nodal_kernels particle_kernels particle_pass pass recovery sparse support_pass tensors tip_domain)
+kernels := $(notdir $(wildcard src/law/*.f90)) $(addsuffix .f90,audit_kernels basis domain_pass element_assembly element_kernels element_stiffness \
+	matching mean_force missing_energy nodal_kernels particle_kernels particle_pass pass recovery sparse stencils support_pass tensors tip_domain)
 seldom_folders := input simulation growth setup report output
 seldom := $(addsuffix .f90,absorbing_edges archive balance bodies body_contact closed_faces cohesive_zone constraints crack_errors crack_lines \
 	crack_measurements crack_values cracks domains edge_parts error_context estimated_errors estimator estimators failure fatigue_rates \
 	fine_region front front_closure front_values growth_laws indicators instant interface_placement interruption json kinks load_following \
 	load_sharing local_leapfrog material_force moving_front nodal_release patch path_closure plane_cuts plane_points quadratic_children \
-	quadratic_points quadratic_tip_offset reference_step ring_moments static_equilibrium step_groups supports symmetric_turns t_stress text \
+	quadratic_points quadratic_tip_offset reference_step static_equilibrium step_groups supports symmetric_turns t_stress text \
 	tip_measurements version)
 # To compile what is edited, and run it, in a few seconds
 quick := -O1
 debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
 # The checks of the debug build at half of its cost: of the tests, and of many short runs
+checked_seldom := -Og
 checked := -O2 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan
 # To be run under valgrind, which knows what was never set
 memcheck := -O1 -g
@@ -65,9 +66,9 @@ UNIT_TESTS := $(wildcard tests/unit/test_$(if $(solid),transition_cells,*).f90)
 UNIT_TOOLS := $(if $(solid),$(wildcard $(addprefix tests/unit/,harness.f90 samples.f90)),$(filter-out $(UNIT_TESTS),$(wildcard tests/unit/*.f90)))
 objects = $(patsubst %,$(O)/%.o,$(basename $(notdir $(1))))
 LIBRARY := $(call objects,$(filter-out src/main.f90,$(SOURCES)))
+SELDOM := $(call objects,$(wildcard src/*.f90) $(foreach folder,$(seldom_folders),$(wildcard src/$(folder)/*.f90)) $(seldom))
 ifneq ($($(build)_kernels),)
 KERNELS := $(filter $(LIBRARY),$(call objects,$(kernels)))
-SELDOM := $(call objects,$(wildcard src/*.f90) $(foreach folder,$(seldom_folders),$(wildcard src/$(folder)/*.f90)) $(seldom))
 OFTEN := $(filter-out $(KERNELS) $(SELDOM),$(LIBRARY))
 LIBRARY := $(filter $(SELDOM),$(LIBRARY)) $(O)/kernels.o
 endif
@@ -193,6 +194,7 @@ portability:  ## compile everything by another compiler, flang, and run unit and
 coverage:  ## count which lines of src/ the tests run: a table; an error below 90 %
 	@tools/setup.sh test
 	@$(MAKE) $(parallel) build=coverage program unit
+	@$(MAKE) $(parallel) build=coverage dim=3 program unit
 	$(PYTHON) tools/coverage.py
 
 sanitize:  ## run unit tests, random input and the coarse cases with AddressSanitizer and UndefinedBehaviorSanitizer
@@ -269,9 +271,9 @@ clean:  ## remove what was built; results stay
 
 # --- objects and programs -----------------------------------------------------------------------------------------------------
 
-# A line for each file that is compiled, with how many of src/ are; what the compiler says is shown, and kept in a file beside the object
+# A line for each file that is compiled, with its number among those of src/; what the compiler says is shown, and kept in a file beside the object
 say = $(if $(V),,@echo "$(1)")
-counted = $(if $(filter src/%,$<),[$$(ls $(O) | grep -c '\.o$$')/$(words $(SOURCES))] )
+counted = $(if $(filter src/%,$<),[$$(($$(ls $(O) | grep -c '\.o$$') + 1))/$(words $(SOURCES) src/processor.c)] )
 quietly := $(if $(V),,@)
 noting = 2> $@.log; status=$$?; cat $@.log >&2; exit $$status
 
@@ -290,6 +292,8 @@ $(call objects,$(wildcard src/law/*.f90 src/adapt/*.f90 src/time/*.f90 src/fract
 $(KERNELS): private level = $($(build)_kernels)
 $(OFTEN): private level = $($(build)_often)
 $(SELDOM): private level = $($(build)_seldom)
+$(call objects,$(wildcard bench/*.f90)): private level = $(filter-out -flto,$($(build)_kernels))
+$(call objects,$(wildcard tests/*/*.f90)): private level = -O0
 
 # Arrays of run-time size are in these those of an element, a node or a tip: they need no memory from the heap
 small_arrays := basis grid matter recovery element_stiffness element_assembly error_indicator missing_energy expected_error tip_domain \
@@ -321,7 +325,7 @@ $(O)/version.inc: FORCE
 	@echo "character(*), parameter :: built_version = '$$(tools/version.sh)'" | cmp -s - $@ || \
 		echo "character(*), parameter :: built_version = '$$(tools/version.sh)'" > $@
 
-$(O)/flags: private flags = $(FC) $(FLAGS) $(foreach part,kernels often seldom,$($(build)_$(part))) $(kernels) / $(seldom_folders) $(seldom)
+$(O)/flags: private flags = $(FC) $(FLAGS) $(foreach part,kernels often seldom,$($(build)_$(part))) $(if $($(build)_seldom),$(kernels) / $(seldom_folders) $(seldom))
 $(O)/flags: FORCE
 	@mkdir -p $(O)
 	@echo '$(flags)' | cmp -s - $@ || { rm -f $(O)/*.o; echo '$(flags)' > $@; }

@@ -1,10 +1,10 @@
-"""Run the tests with the coverage build and count which lines of src/ they run: one table, by file.
+"""Run the tests with the coverage builds of both programs and count which lines of src/ they run in either: one table, by file.
 
     python tools/coverage.py [--keep] [--missing PART]
 
 --keep counts what earlier runs left, without running anything; --missing lists the lines of files whose path holds PART that
 never ran. Exit code 1 where a test fails or less than 90 % of the lines ran. The tests are the unit tests, tests/cli and
-tests/program.
+tests/program. A line counts that the compiler has kept in one of the builds, since what is for solids alone is left out of that of the plane.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from collections import defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-BUILD = ROOT / "build/coverage"
+BUILDS = {"plane": ROOT / "build/coverage", "solids": ROOT / "build/coverage3d"}
 ALONE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
 LEAST = 90  # percent
 TESTS = ["tests/cli", "tests/program"]
@@ -26,25 +26,39 @@ TESTS = ["tests/cli", "tests/program"]
 
 def run_tests():
     """Run unit tests and the program's tests; whether all went well."""
-    for old in BUILD.glob("*.gcda"):
-        old.unlink()
     good = True
-    for source in sorted(ROOT.glob("tests/unit/test_*.f90")):
-        run = subprocess.run([BUILD / source.stem], capture_output=True, text=True, timeout=600,
-                             env=os.environ | ALONE)
-        if run.returncode:
-            print(f"{source.stem} failed\n{run.stdout}{run.stderr}")
-            good = False
-    tests = subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *TESTS],
-                           cwd=ROOT, env=os.environ | {"HAMPM": str(BUILD / "hampm")})
+    for build in BUILDS.values():
+        for old in build.glob("*.gcda"):
+            old.unlink()
+        for program in sorted(path for path in build.glob("test_*") if not path.suffix):
+            run = subprocess.run([program], capture_output=True, text=True, timeout=600, env=os.environ | ALONE)
+            if run.returncode:
+                print(f"{program} failed\n{run.stdout}{run.stderr}")
+                good = False
+    tests = subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", str(os.cpu_count()), "-m", "not verify", *TESTS],
+                           cwd=ROOT, env=os.environ | {"HAMPM": str(BUILDS["plane"] / "hampm"), "HAMPM3D": str(BUILDS["solids"] / "hampm3d")})
     return good and tests.returncode == 0
 
 
 def lines_run():
-    """How often each line of each file of src/ ran, as `counts[file][line]`."""
+    """How often each line of each file of src/ ran, as `counts[file][line]`, and the same by program."""
+    of = {name: lines_of(build) for name, build in BUILDS.items()}
+    counts = defaultdict(lambda: defaultdict(int))
+    for found in of.values():
+        for path, of_file in found.items():
+            for number, count in of_file.items():
+                counts[path][number] += count
+    for path in ROOT.glob("src/**/*.f90"):      # what no test even loads counts as a file without lines that ran
+        if str(path.relative_to(ROOT)) not in counts and "subroutine" in path.read_text():
+            print(f"{path.relative_to(ROOT)}: no test runs anything of it")
+    return counts, of
+
+
+def lines_of(build):
+    """The same of one build."""
     counts = defaultdict(lambda: defaultdict(int))
     with tempfile.TemporaryDirectory() as folder:
-        data = sorted(BUILD.glob("*.gcda"))
+        data = sorted(build.glob("*.gcda"))
         subprocess.run(["gcov", "--json-format", *data], cwd=folder, capture_output=True, check=True)
         for report in Path(folder).glob("*.gcov.json.gz"):
             for file in json.loads(gzip.decompress(report.read_bytes()))["files"]:
@@ -53,9 +67,6 @@ def lines_run():
                     continue
                 for line in file["lines"]:
                     counts[str(path)][line["line_number"]] += line["count"]
-    for path in ROOT.glob("src/**/*.f90"):      # what no test even loads counts as a file without lines that ran
-        if str(path.relative_to(ROOT)) not in counts and "subroutine" in path.read_text():
-            print(f"{path.relative_to(ROOT)}: no test runs anything of it")
     return counts
 
 
@@ -77,9 +88,11 @@ def main():
     parser.add_argument("--missing", metavar="PART", help="list lines that never ran")
     options = parser.parse_args()
     good = options.keep or run_tests()
-    counts = lines_run()
+    counts, of = lines_run()
     text, percent = table(counts)
     print(text)
+    for name, found in of.items():
+        print(f"{name} alone: {table(found)[0].splitlines()[-1]}")
     for path, of_file in sorted(counts.items()):
         if options.missing is None or options.missing not in path:
             continue

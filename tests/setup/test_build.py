@@ -1,6 +1,7 @@
 """The build says little and does no more than it has to, and its programs say so where the processor is not one they are for."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from paths import ROOT
+from paths import CHECKED_PROGRAM, PROGRAM, ROOT, SOLID_PROGRAM
 
 PROCESSOR = ROOT / "src/processor.c"
 SOURCES = {
@@ -48,8 +49,31 @@ def edit(tree, name, before, after):
     path.write_text(path.read_text().replace(before, after))
 
 
+def names(lines):
+    """Lines without the number of the file among those of src/."""
+    return [re.sub(r"^\[\d+/\d+\] ", "", line) for line in lines]
+
+
+def test_compilers_have_said_nothing_of_what_is_tested():
+    """Each command that compiles or links keeps what it says in a file beside what it makes."""
+    logs = [log for program in (PROGRAM, CHECKED_PROGRAM, SOLID_PROGRAM) for log in program.parent.glob("*.log")]
+    assert {log.name for log in logs} >= {"step.o.log", "main.o.log", "kernels.o.log", "hampm.log", "hampm3d.log", "processor.o.log"}
+    assert {str(log): log.read_text() for log in logs if log.stat().st_size} == {}
+
+
+def test_what_a_compiler_says_is_shown_and_kept(tree):
+    edit(tree, "src/base/deep.f90", "integer function number()\n", "integer function number()\ninteger :: unused\n")
+    run = subprocess.run(["make", "HDF5_LINK=", "ALGEBRA_LINK=", "build=quick", "program"], cwd=tree.folder, capture_output=True, text=True)
+    assert run.returncode == 0 and "Unused variable" in run.stderr
+    assert "Unused variable" in (tree.folder / "build/quick/deep.o.log").read_text()
+    edit(tree, "src/base/deep.f90", "number = 1", "number = one")
+    run = subprocess.run(["make", "HDF5_LINK=", "ALGEBRA_LINK=", "build=quick", "program"], cwd=tree.folder, capture_output=True, text=True)
+    assert run.returncode == 2 and "no IMPLICIT type" in run.stderr
+
+
 def test_a_line_a_file_and_nothing_where_nothing_has_changed(tree):
-    built = ["gfortran src/base/deep.f90", "gfortran src/base/middle.f90", "gfortran src/processor.c", "gfortran src/main.f90", "build/quick/hampm"]
+    built = ["[1/4] gfortran src/base/deep.f90", "[2/4] gfortran src/base/middle.f90", "[3/4] gfortran src/processor.c", "[4/4] gfortran src/main.f90",
+             "build/quick/hampm"]
     assert tree("program") == built
     assert [line for line in tree("program") if "Nothing to be done" not in line] == []
     edit(tree, "src/main.f90", "print *", "print '(i0)'")
@@ -62,13 +86,13 @@ def test_what_uses_a_module_is_compiled_where_its_interface_has_changed(tree):
     module = tree.folder / "build/quick/hampm_deep.mod"
     before = module.stat().st_mtime_ns
     edit(tree, "src/base/deep.f90", "number = 1", "number = 2")
-    compiled = tree("program")
+    compiled = names(tree("program"))
     if module.stat().st_mtime_ns != before:
         pytest.skip("this compiler writes the same module anew")
     assert compiled == ["gfortran src/base/deep.f90", "build/quick/hampm"]
     assert subprocess.run([tree.folder / "build/quick/hampm"], capture_output=True, text=True, check=True).stdout.split() == ["2"]
     edit(tree, "src/base/deep.f90", "end module", "integer function other()\nother = 3\nend function other\nend module")
-    assert tree("program") == ["gfortran src/base/deep.f90", "gfortran src/base/middle.f90", "build/quick/hampm"]
+    assert names(tree("program")) == ["gfortran src/base/deep.f90", "gfortran src/base/middle.f90", "build/quick/hampm"]
 
 
 def test_a_version_is_its_number_and_the_commit_where_it_is_known(tree):
@@ -90,7 +114,7 @@ def test_a_version_is_its_number_and_the_commit_where_it_is_known(tree):
     git("add", "src", "VERSION")
     git("commit", "-m", "sources")
     commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=tree.folder, check=True, capture_output=True, text=True).stdout[:12]
-    assert tree("program") == ["gfortran src/main.f90", "build/quick/hampm"]
+    assert names(tree("program")) == ["gfortran src/main.f90", "build/quick/hampm"]
     assert version() == f"1.2.4 ({commit})" and [line for line in tree("program") if "Nothing" not in line] == []
     edit(tree, "src/base/deep.f90", "number = 1", "number = 2")
     assert version() == f"1.2.4 ({commit}, modified)"
