@@ -6,6 +6,15 @@ CASES = {
     "test_axisymmetric": {"test_a_penny_crack_grows_at_a_given_speed": 0, "test_a_penny_crack_under_a_step_of_pressure": 1, "test_a_rod_is_pulled": 4,
                           "test_steps_at_their_limit_are_stable_at_the_axis": 5,
                           "test_every_law_in_uniform_strain": 8},
+    "test_documented_sweeps": {"test_a_study_of_twelve_cases_in_two_commands": 0},
+    "test_export": {"test_gnuplot_draws_a_png": 0},
+    "test_figures": {"test_accuracy_against_cost_is_drawn_from_the_tables_beside_the_page": 0},
+    "test_growth_where_tests_are_done": {"test_a_charpy_specimen_on_anvils": 0},
+    "test_install": {"test_packages_are_built_in_a_folder_apart": 0},
+    "test_results_in_python": {"test_a_sweep_goes_on_with_what_was_stopped": 0},
+    "test_solutions": {"test_a_solution_turns_its_test_green": 2},
+    "test_tutorials": {"test_commands_end_as_the_page_says": ("first_hour",)},
+    "test_types": {"test_the_package_is_well_typed": 0},
     "test_body_contact": {"test_a_block_slides_down_a_slope": 1, "test_a_crack_in_any_direction_is_that_along_the_grid": 0,
                           "test_a_run_that_is_stopped_or_has_other_threads_has_the_same_bytes": 1, "test_momentum_is_kept_and_energy_is_booked": 8,
                           "test_two_bars_meet_where_they_are_and_part_when_the_waves_are_back": 1},
@@ -108,8 +117,8 @@ CASES = {
                     "test_a_sudden_pressure_on_a_free_polygon_is_no_instability": 1, "test_a_tube_that_yields": 1,
                     "test_a_turned_square_under_tension_has_the_same_stress_everywhere": 6, "test_cells_refine_and_recombine_at_slanted_edges": 1,
                     "test_the_gallery": 2},
-    "test_sketch": {"test_every_model_has_a_sketch_whose_labels_are_in_it": 12},
-    "test_snakemake": {"test_a_sweep_with_failures_and_kills": 0,
+    "test_sketch": {"test_sketches_of_the_docs_are_those_of_their_models": 0, "test_every_model_has_a_sketch_whose_labels_are_in_it": 12},
+    "test_snakemake": {"test_a_sweep_with_failures_and_kills": 0, "test_paths_with_blanks": 0,
                        "test_where_cases_are_refused_or_fail_is_an_error_when_asked_for": 0},
     "test_solid": {"test_multigrid_is_the_direct_solver": ("linear_elastic",)},
     "test_speed_count": {"test_in_the_total_frame_a_step_of_linear_cells_takes_less_than_a_quarter": 0},
@@ -117,7 +126,7 @@ CASES = {
                     "test_static_values_are_those_that_damped_runs_tend_to": 0},
     "test_static_start": {"test_updated_frame": ("consistent", "pressed", "updated")},
     "test_strained_tip": {"test_modes_of_a_strained_tip": 1},
-    "test_t_stress": {"test_step_wave": 1},
+    "test_t_stress": {"test_step_wave": 0},
     "test_through": {"test_a_run_goes_on_from_a_checkpoint": ("merges at rest", "merges]")},
     "test_time_step_limit": {"test_limit_is_that_of_the_matrices": 18, "test_limit_of_each_mass_matrix": 4,
                              "test_limit_of_finer_cells_that_the_lattice_does_not_fit": 4, "test_limit_of_quadratic_cells": 10,
@@ -136,7 +145,7 @@ CASES = {
 }
 
 # Of these files all that has to do with a part, by the beginning of the name of the case
-PARTS = {"test_lessons": ("6_", "7_", "8_", "9_", "10_", "13_", "14_", "16_", "19_", *(f"solutions/{k}-" for k in (6, 7, 8, 9, 10, 13, 14, 15, 16))),
+PARTS = {"test_lessons": ("2_", "11_", "18_", "20_", "6_", "7_", "8_", "9_", "10_", "13_", "14_", "16_", "19_", *(f"solutions/{k}-" for k in (6, 7, 8, 9, 10, 13, 14, 15, 16))),
          "test_regression": ("dcb_dynamic-alpha10000", "dcb_dynamic-undamped", "chen-0.2mm", "local_time_steps-static",
                              "figure_10-unlumped")}
 

@@ -130,7 +130,8 @@ contains
       if (entry == 0) return
       if (settings%entries(entry)%name /= atom%group) return
       holds = atom%kind == is_present
-      if (holds .or. .not. settings%good(entry, trim(atom%key))) return
+      if (holds) return
+      if (.not. settings%good(entry, trim(atom%key))) return
       associate (setting => settings%entries(entry)%settings(row_of(settings%entries(entry), atom%key)))
          select case (atom%kind)
           case (is_set)
