@@ -293,7 +293,7 @@ $(KERNELS): private level = $($(build)_kernels)
 $(OFTEN): private level = $($(build)_often)
 $(SELDOM): private level = $($(build)_seldom)
 $(call objects,$(wildcard bench/*.f90)): private level = $(filter-out -flto,$($(build)_kernels))
-$(call objects,$(wildcard tests/*/*.f90)): private level = -O0
+$(call objects,$(wildcard tests/*/*.f90)): private level = $(if $(filter debug,$(build)),,-Og)
 
 # Arrays of run-time size are in these those of an element, a node or a tip: they need no memory from the heap
 small_arrays := basis grid matter recovery element_stiffness element_assembly error_indicator missing_energy expected_error tip_domain \
