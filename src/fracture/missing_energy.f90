@@ -170,14 +170,11 @@ contains
       real(dp), intent(in) :: h(:, :)            !! with a column for H_33 there [-]
       real(dp) :: stress(n_stress + size(h, 2) - ndim)
       real(dp) :: h_in_plane(ndim, ndim), in_plane(ndim, ndim), hoop
-      integer :: j
       h_in_plane = h(:, :ndim)
       hoop = 0
       if (size(h, 2) > ndim) hoop = h(1, ndim + 1)
       in_plane = material%small_strain_stress(h_in_plane, hoop)
-      do j = 1, ndim                             ! reshape would be a call of the library
-         stress((j - 1)*ndim + 1:j*ndim) = in_plane(:, j)
-      end do
+      stress(:n_stress) = [in_plane]             ! reshape would be a call of the library
       if (size(h, 2) > ndim) stress(n_stress + 1) = material%small_hoop_stress(h_in_plane, hoop)
    end function stress_of
 
