@@ -39,6 +39,8 @@ module hampm_domain_integral
       real(dp) :: free_rate(ndim, ndim)          !! change of the strain without stress along the crack [1/m]
    end type sample_t
 
+   real(dp), parameter :: rounding = 1e-9_dp     !! of q at a point between nodes outside of the domain, where it is 0 [-]
+
 contains
 
    !> J, and K_I and K_II, of each disc:
@@ -392,10 +394,10 @@ contains
          if (is_half(interfaces%list(n))) at_point = 2*at_point ! there is one face
          if (interfaces%list(n)%tip == domain%number .and. is_softening(interfaces%list(n))) then
             at_point = at_point - 1
-         else if (.not. any(at_point > 0)) then
+         else if (.not. any(at_point > rounding)) then
             cycle
          end if
-         if (domain%has_zone .and. holds(interfaces%list(n))) at_point = merge(at_point - 1, 0.0_dp, at_point > 0)
+         if (domain%has_zone .and. holds(interfaces%list(n))) at_point = merge(at_point - 1, 0.0_dp, at_point > rounding)
          uncertainty = 0
          call find_face_force(interfaces, n, direction, force, slope, is_there)
          is_closed = closed%has(interfaces%list(n))
