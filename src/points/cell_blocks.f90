@@ -165,9 +165,9 @@ contains
       integer :: g, kind, k
       next = 0
       do k = 1, size(occupied)
-         associate (total => next(kind_of(occupied(k)), groups%of_cell(occupied(k))))
-            total = total + 1
-         end associate
+         kind = kind_of(occupied(k))
+         g = groups%of_cell(occupied(k))
+         next(kind, g) = next(kind, g) + 1
       end do
       n = 0
       do g = 0, groups%largest
@@ -180,10 +180,10 @@ contains
       end do
       allocate (cells(n), source=0)
       do k = 1, size(occupied)
-         associate (place => next(kind_of(occupied(k)), groups%of_cell(occupied(k))))
-            cells(place) = occupied(k)
-            place = place + 1
-         end associate
+         kind = kind_of(occupied(k))
+         g = groups%of_cell(occupied(k))
+         cells(next(kind, g)) = occupied(k)
+         next(kind, g) = next(kind, g) + 1
       end do
    contains
       !> 1 for a cell that is kicked between its turns, else 2.
@@ -239,12 +239,12 @@ contains
    subroutine find_materials(blocks, material)
       type(cell_blocks_t), intent(inout) :: blocks
       integer, intent(in) :: material(:)         !! of each particle
-      integer :: b
+      integer :: b, from
       do b = 1, blocks%n
-         associate (materials => material(blocks%first(b):blocks%last(b)))
-            blocks%material(b) = 0
-            if (size(materials) > 0) blocks%material(b) = merge(materials(1), 0, all(materials == materials(1)))
-         end associate
+         from = blocks%first(b)
+         blocks%material(b) = 0
+         if (blocks%last(b) < from) cycle
+         if (all(material(from:blocks%last(b)) == material(from))) blocks%material(b) = material(from)
       end do
       do b = blocks%n, 1, -1
          blocks%alike(b) = 1
