@@ -47,8 +47,8 @@ quick := -O1
 debug := -O0 -g -fcheck=all -ffpe-trap=invalid,zero,overflow -finit-real=snan
 sanitize := -O1 -g -fsanitize=address,undefined -fno-omit-frame-pointer -finit-real=snan
 # The checks of the debug build at half of its cost: of the tests, and of many short runs
-checked_seldom := -Og
 checked := -O2 -g -fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow -finit-real=snan
+checked_seldom := -Og
 # To be run under valgrind, which knows what was never set
 memcheck := -O1 -g
 # Threads that count at once lose counts, never the first one

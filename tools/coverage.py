@@ -35,7 +35,7 @@ def run_tests():
             if run.returncode:
                 print(f"{program} failed\n{run.stdout}{run.stderr}")
                 good = False
-    tests = subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", str(os.cpu_count()), "-m", "not verify", *TESTS],
+    tests = subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", str(os.cpu_count()), *TESTS],
                            cwd=ROOT, env=os.environ | {"HAMPM": str(BUILDS["plane"] / "hampm"), "HAMPM3D": str(BUILDS["solids"] / "hampm3d")})
     return good and tests.returncode == 0
 

@@ -63,11 +63,12 @@ def test_compilers_have_said_nothing_of_what_is_tested():
 
 def test_what_a_compiler_says_is_shown_and_kept(tree):
     edit(tree, "src/base/deep.f90", "integer function number()\n", "integer function number()\ninteger :: unused\n")
-    run = subprocess.run(["make", "HDF5_LINK=", "ALGEBRA_LINK=", "build=quick", "program"], cwd=tree.folder, capture_output=True, text=True)
+    command = ["make", "HDF5_LINK=", "ALGEBRA_LINK=", "build=quick", "program"]
+    run = subprocess.run(command, cwd=tree.folder, capture_output=True, text=True)
     assert run.returncode == 0 and "Unused variable" in run.stderr
     assert "Unused variable" in (tree.folder / "build/quick/deep.o.log").read_text()
     edit(tree, "src/base/deep.f90", "number = 1", "number = one")
-    run = subprocess.run(["make", "HDF5_LINK=", "ALGEBRA_LINK=", "build=quick", "program"], cwd=tree.folder, capture_output=True, text=True)
+    run = subprocess.run(command, cwd=tree.folder, capture_output=True, text=True)
     assert run.returncode == 2 and "no IMPLICIT type" in run.stderr
 
 
