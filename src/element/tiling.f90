@@ -172,10 +172,12 @@ contains
       integer, intent(in) :: block_tile(:)
       logical, intent(in) :: is_first
       integer, intent(out) :: node_tile(:)
+      integer, allocatable :: around(:)
       integer :: b, k
       node_tile = -1
       do b = 1, blocks%n
-         associate (around => nodes_of(blocks, b), of_block => block_tile(b))
+         around = nodes_of(blocks, b)
+         associate (of_block => block_tile(b))
             do k = 1, size(around)
                associate (t => node_tile(around(k)))
                   if (t == -1) then
@@ -200,15 +202,15 @@ contains
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: node_tile(:)
       integer, intent(inout) :: block_tile(:)
+      integer, allocatable :: around(:)
       integer :: b, k
       do b = 1, blocks%n
-         associate (around => nodes_of(blocks, b))
-            do k = 1, size(around)
-               associate (t => block_tile(b), after => node_tile(around(k)))
-                  t = merge(max(t, after), plan%n_tiles + 1, plan%region(t) == plan%region(after))
-               end associate
-            end do
-         end associate
+         around = nodes_of(blocks, b)
+         do k = 1, size(around)
+            associate (t => block_tile(b), after => node_tile(around(k)))
+               t = merge(max(t, after), plan%n_tiles + 1, plan%region(t) == plan%region(after))
+            end associate
+         end do
       end do
    end subroutine place_blocks
 

@@ -95,6 +95,7 @@ contains
       logical, allocatable :: moves(:), is_held(:), is_filled(:), thin(:), at_small(:)
       type(disjoint_sets_t) :: held
       logical :: has_mass, is_in_steps
+      integer, allocatable :: others(:)
       integer :: cell, e, i, k, side
       allocate (at_small(m%grid%n_points), source=.false.)
       allocate (moves(m%grid%n_points), is_held(m%grid%n_elements), is_filled(m%grid%n_elements), thin(m%grid%n_elements))
@@ -134,17 +135,16 @@ contains
       do e = 1, m%grid%n_elements, cell
          if (.not. any(at_small(m%grid%support_of(e)))) cycle
          do side = 1, 2*ndim
-            associate (others => beyond(m%grid, e, side))
-               do k = 1, size(others)
-                  associate (other => others(k))
-                     if (.not. (max(g(e), g(other)) > 0 .and. is_held(e) .and. is_held(other))) cycle
-                     call held%join(e, other)
-                     call hold_side(interfaces, m%grid, max(g(e), g(other))*max(modulus(e), modulus(other)), &
-                                    merge(lightness, 1.0_dp, m%grid%is_quadratic())*max(g(e), g(other))* &
-                                    max(density(e), density(other)), e, other, side)
-                  end associate
-               end do
-            end associate
+            others = beyond(m%grid, e, side)
+            do k = 1, size(others)
+               associate (other => others(k))
+                  if (.not. (max(g(e), g(other)) > 0 .and. is_held(e) .and. is_held(other))) cycle
+                  call held%join(e, other)
+                  call hold_side(interfaces, m%grid, max(g(e), g(other))*max(modulus(e), modulus(other)), &
+                                 merge(lightness, 1.0_dp, m%grid%is_quadratic())*max(g(e), g(other))* &
+                                 max(density(e), density(other)), e, other, side)
+               end associate
+            end do
          end do
       end do
       interfaces%alone = 0

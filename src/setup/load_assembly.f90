@@ -30,7 +30,8 @@ contains
       allocate (loads(sum([(parts_of(model, model%loads(k)), k=1, size(model%loads))])))
       n = 0
       do k = 1, size(model%loads)
-         associate (parts => loads(n + 1:n + parts_of(model, model%loads(k))))
+         i = parts_of(model, model%loads(k))
+         associate (parts => loads(n + 1:n + i))
             do i = 1, size(parts)
                parts(i)%number = k
                parts(i)%history = model%loads(k)%history

@@ -248,12 +248,11 @@ contains
             toward = corner_offset(c) - 0.5_dp
             call locate([(rows(d)%x(i(d)), d=1, ndim)] - first + (1 - margin)*toward*length, at, xi)
             shape = shape_functions(xi)
-            call add_mass(weight/corners, shape, number_of(at, s), s)
-            associate (at_corners => s%nodes(:, number_of(at, s)))
-               do d = 1, ndim
-                  gradient(at_corners, d) = gradient(at_corners, d) + shape*toward(d)/length(d)
-               end do
-            end associate
+            k = number_of(at, s)
+            call add_mass(weight/corners, shape, k, s)
+            do d = 1, ndim
+               gradient(s%nodes(:, k), d) = gradient(s%nodes(:, k), d) + shape*toward(d)/length(d)
+            end do
          end do
          nodes = pack([(k, k=1, size(s%lumped))], sum(abs(gradient), dim=2) > 0)
          call add_stiffness(weight*moduli, gradient(nodes, :), nodes, size(s%lumped), s%stiffness)
