@@ -16,8 +16,8 @@ place=$root/build/wheel
 venv=$place/venv
 table=$place/table
 log=$place/log
-suite=bookworm
 bare=
+. "$root/tools/bare_debian.sh"
 
 main() {
     mkdir -p "$place"
@@ -29,7 +29,7 @@ main() {
         '' | --sdist) build "${1-}" ;;
         --try)
             build
-            make_bare_root "${2:-$root/build/wheel_root}"
+            step "a bare Debian" python_alone "${2:-$root/build/wheel_root}"
             try "$bare"
             ;;
         --in)
@@ -45,11 +45,6 @@ main() {
 }
 
 usage() { sed -n '2,13s/^# \{0,1\}//p' "$0"; }
-
-fail() {
-    echo "wheel.sh: $1" >&2
-    exit 1
-}
 
 # step WHAT COMMAND...: run it; the table gets the seconds and the last line that it says. What it says is in the log, too.
 step() {
@@ -70,7 +65,7 @@ row() { printf '%s\t%s\t%s\n' "$@" >>"$table"; }
 
 finish() {
     rm -f "$place/said"
-    [ -z "$bare" ] || remove
+    remove
     [ ! -s "$table" ] || awk -F '\t' 'BEGIN {print "| step | seconds | result |\n|---|---|---|"} {printf "| %s | %s | %s |\n", $1, $2, $3}' "$table"
 }
 
@@ -140,60 +135,26 @@ try() {
     mkdir -p "$here"
     cp "$file" "$root/input/edge_crack.nml" "$root/input/solid/beam.nml" "$here"
     python=/tmp/hampm_wheel/venv/bin/python
-    step "pip install" inside "$in" sh -c "python3 -m venv venv && $python -m pip install --quiet --disable-pip-version-check $(basename "$file") &&
+    step "pip install" there sh -c "python3 -m venv venv && $python -m pip install --quiet --disable-pip-version-check $(basename "$file") &&
         du -sm venv/lib/python*/site-packages/hampm* | awk '{sum += \$1} END {print sum \" MB installed\"}'"
-    step "hampm --version" inside "$in" venv/bin/hampm --version
-    step "hampm3d --version" inside "$in" venv/bin/hampm3d --version
-    step "input/edge_crack.nml" inside "$in" sh -c 'venv/bin/hampm edge_crack.nml --quiet && ls edge_crack.h5'
-    step "input/solid/beam.nml" inside "$in" sh -c 'venv/bin/hampm3d beam.nml --quiet && ls beam.h5'
-    step "a model from Python" inside "$in" $python -c 'if True:
+    step "hampm --version" there venv/bin/hampm --version
+    step "hampm3d --version" there venv/bin/hampm3d --version
+    step "input/edge_crack.nml" there sh -c 'venv/bin/hampm edge_crack.nml --quiet && ls edge_crack.h5'
+    step "input/solid/beam.nml" there sh -c 'venv/bin/hampm3d beam.nml --quiet && ls beam.h5'
+    step "a model from Python" there $python -c 'if True:
         import hampm
         assert "/venv/lib/" in str(hampm.find_program()) and "/venv/lib/" in str(hampm.find_program(dimensions=3))
         print("J = {:.5g}, error {:.2g}".format(*hampm.run("edge_crack.nml", output="python", progress=False).value("J")))'
     rm -r "$here"
 }
 
-# inside ROOT COMMAND...: in the folder of what is tried. Programs find the libraries beside them by their own path, which is read from /proc;
-# where there is none, the loader takes LD_ORIGIN_PATH.
-# shellcheck disable=SC2016 # the shell inside fills it in
-inside() {
-    there=$1
-    shift
-    chroot "$there" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root OMP_NUM_THREADS=2 ${PIP_CERT:+PIP_CERT="$PIP_CERT"} \
-        sh -c 'cd /tmp/hampm_wheel && export LD_ORIGIN_PATH="$(echo "$PWD"/venv/lib/python3*/site-packages/hampm/bin)" && exec "$@"' sh "$@"
-}
+# there COMMAND...: in the folder of what is tried in the root $in.
+there() { inside "$in" sh -c 'cd /tmp/hampm_wheel && export OMP_NUM_THREADS=2 && exec "$@"' sh "$@"; }
 
-make_bare_root() {
-    [ "$(id -u)" = 0 ] || fail "only root can change into another root"
-    command -v debootstrap >/dev/null || fail "debootstrap is not installed"
-    [ ! -e "$1" ] || fail "$1: is there already"
-    mkdir -p "$1"
-    bare=$(cd "$1" && pwd -P)
-    step "a bare Debian" bare_root
-}
-
-bare_root() {
-    debootstrap --variant=minbase --include=python3,python3-venv "$suite" "$bare" "$(mirror)" >&2
-    umount "$bare/proc" 2>/dev/null || true
-    for file in ${PIP_CERT:-} /etc/pip.conf /etc/hosts /etc/resolv.conf /etc/ssl/certs /usr/local/share/ca-certificates; do
-        [ ! -e "$file" ] || { mkdir -p "$bare$(dirname "$file")" && cp -rL "$file" "$bare$(dirname "$file")/"; }
-    done
+python_alone() {
+    new_root "$1" bookworm --include=python3,python3-venv
     [ -z "$(find "$bare" -name 'libgfortran*' -o -name 'libmetis*' -o -name gfortran)" ] || fail "it has more than Python"
-    echo "Debian $suite with Python, without compiler and libraries"
-}
-
-# The mirror that this machine takes its packages from.
-# shellcheck disable=SC2016 # apt-get fills it in
-mirror() { apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | sed -n 1p; }
-
-mounted() { awk -v below="$bare/" 'index($2 "/", below) == 1 {print $2}' /proc/self/mounts; }
-
-remove() {
-    if [ -n "$(mounted)" ]; then
-        echo "wheel.sh: not removed, as something is mounted below it: $(mounted)" >&2
-    else
-        rm -rf --one-file-system "$bare"
-    fi
+    echo "Debian bookworm with Python, without compiler and libraries"
 }
 
 main "$@"

@@ -207,20 +207,20 @@ def test_where_a_program_is_found(tmp_path, monkeypatch, dimensions, name, varia
 
 
 def test_the_tool_says_what_it_cannot_do(tmp_path):
-    """And mounts nothing in what it tries; it asks for the packages that the lock file or requirements/wheel.txt pin."""
+    """And it asks for the packages that the lock file or requirements/wheel.txt pin."""
     tool = ROOT / "tools/wheel.sh"
     (tmp_path / "tools").mkdir()
-    shutil.copy(tool, tmp_path / "tools")
+    for name in "wheel.sh", "bare_debian.sh":
+        shutil.copy(ROOT / "tools" / name, tmp_path / "tools")
     wrong = subprocess.run([tmp_path / "tools/wheel.sh", "--inside"], capture_output=True, text=True)
     assert wrong.returncode == 2 and "tools/wheel.sh --try [FOLDER]" in wrong.stdout + wrong.stderr
     nowhere = subprocess.run([tmp_path / "tools/wheel.sh", "--in", tmp_path], capture_output=True, text=True)
     assert (nowhere.returncode, nowhere.stderr) == (1, f"wheel.sh: {tmp_path}: there is no /usr/bin/python3 in it\n")
-    assert not re.search(r"\bmount -|--r?bind", tool.read_text())
     pins = (ROOT / "requirements/wheel.txt").read_text().splitlines()[1:]
     assert all(re.fullmatch(r"[\w-]+==[\d.]+", line) for line in pins)
     assert [line for line in pins if line.startswith("hatchling")] == [line for line in (ROOT / "requirements/test.txt").read_text().splitlines() if line.startswith("hatchling")]
     if shutil.which("shellcheck"):
-        subprocess.run(["shellcheck", tool], check=True)
+        subprocess.run(["shellcheck", "-x", tool], check=True)
 
 
 @pytest.mark.verify
