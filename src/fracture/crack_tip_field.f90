@@ -176,10 +176,10 @@ contains
       if (.not. field%apart) field%root = sum(field%root)/2
       associate (a => field%compliance, s => field%root, w => field%w, dw => field%dw)
          do k = 1, 2
-            w(:, 2, k) = [a(1, 1)*s(k)**2 + a(1, 2) - a(1, 3)*s(k), a(1, 2)*s(k) + a(2, 2)/s(k) - a(2, 3)]
+            w(:2, 2, k) = [a(1, 1)*s(k)**2 + a(1, 2) - a(1, 3)*s(k), a(1, 2)*s(k) + a(2, 2)/s(k) - a(2, 3)]
             w(:, 1, k) = w(:, 2, k)/s(k)
          end do
-         dw(:, 2) = [2*a(1, 1)*s(1) - a(1, 3), a(1, 2) - a(2, 2)/s(1)**2]
+         dw(:2, 2) = [2*a(1, 1)*s(1) - a(1, 3), a(1, 2) - a(2, 2)/s(1)**2]
          dw(:, 1) = (dw(:, 2) - w(:, 1, 1))/s(1)
          do k = 1, modes
             w(:, k, :) = factor(k)*w(:, k, :)

@@ -51,10 +51,14 @@ contains
       type(crack_tip_t), intent(in) :: tip
       logical, intent(in) :: cells_divide        !! in motion
       type(crack_values_t), intent(out) :: values
+      type(estimate_t) :: estimate
       integer :: k
       values%cells_divide = cells_divide
-      allocate (values%estimates(count([(associated(chosen(k)%find), k=1, size(chosen))])))
-      values%estimates%by = pack(chosen, [(associated(chosen(k)%find), k=1, size(chosen))])
+      values%estimates = [estimate_t ::]
+      do k = 1, size(chosen)
+         estimate%by = chosen(k)
+         if (associated(estimate%by%find)) values%estimates = [values%estimates, estimate]
+      end do
       if (size(values%estimates) < size(chosen)) allocate (values%j(size(tip%radii)), source=0.0_dp)
       if (allocated(values%j) .and. t_stress) allocate (values%t_stress(size(tip%radii)), source=0.0_dp)
    end subroutine new_crack_values

@@ -46,13 +46,12 @@ contains
    !> Unit vector from the line of a crack on a symmetry plane into the material.
    pure function into_half(model) result(normal)
       type(model_t), intent(in) :: model
-      real(dp) :: normal(ndim), inward(ndim)
-      associate (direction => model%paths(1)%direction, tip => path_tip(model%paths(1), last_end))
-         normal = quarter_turn(direction)
-         associate (body => model%bodies(body_at(model, tip)))
-            inward = (body%lower + body%upper)/2 - tip
-         end associate
-         normal = sign(1.0_dp, dot_product(inward, normal))*normal
+      real(dp) :: normal(ndim), inward(ndim), tip(ndim)
+      tip = path_tip(model%paths(1), last_end)
+      normal = quarter_turn(model%paths(1)%direction)
+      associate (body => model%bodies(body_at(model, tip)))
+         inward = (body%lower + body%upper)/2 - tip
       end associate
+      normal = sign(1.0_dp, dot_product(inward, normal))*normal
    end function into_half
 end module hampm_load_placement

@@ -78,13 +78,14 @@ contains
       real(dp), intent(in) :: of_shear(2)        !! strength [Pa] and toughness [J/m2] of mode II; 0: those of mode I
       logical, intent(in) :: by_power
       real(dp), intent(in) :: exponent
-      real(dp) :: strength(2)                    ! S_I and S_II [Pa]
+      real(dp) :: strength(2), o(size(openings)) ! S_I and S_II [Pa]; openings without their elastic part [m]
       integer :: i
       law%n = size(openings)
       law%elastic = openings(1)/tractions(1)
       strength = maxval(tractions)
       if (of_shear(1) > 0) strength(2) = of_shear(1)
-      associate (o => openings - law%elastic*tractions, n => law%n, x => law%x, t => law%t)
+      o = openings - law%elastic*tractions
+      associate (n => law%n, x => law%x, t => law%t)
          law%toughness = sum((tractions(2:) + tractions(:n - 1))/2*(o(2:) - o(:n - 1)))
          if (of_shear(2) > 0) law%toughness(2) = of_shear(2)
          x(:n) = o*strength(1)/law%toughness(1)
@@ -94,10 +95,8 @@ contains
          end do
          law%p(:n) = law%p(:n)/law%p(n)
       end associate
-      associate (c => law%toughness/strength**2)
-         law%compliance = c(1)
-         law%of_sliding = c(2)/c(1)
-      end associate
+      law%compliance = law%toughness(1)/strength(1)**2
+      law%of_sliding = law%toughness(2)/strength(2)**2/law%compliance
       law%by_power = by_power
       law%exponent = exponent
    end function new_cohesive_law

@@ -11,7 +11,7 @@ module hampm_constraints
    use hampm_kinds, only: dp, ndim, corners
    use hampm_forest, only: corner_offset
    use hampm_grid, only: grid_t
-   use hampm_tensors, only: identity
+   use hampm_tensors, only: identity, quarter_turn
    use hampm_time_history, only: time_history_t
    use hampm_tolerance, only: position_tolerance
    implicit none
@@ -138,7 +138,7 @@ contains
       type(grid_t), intent(in) :: grid
       logical, intent(in) :: has_material(:)     !! by node
       real(dp), parameter :: rounding = 1e-9_dp  ! of a lever
-      real(dp) :: across(ndim)
+      real(dp) :: across(ndim), arm(ndim)
       integer :: i, k, a
       if (.not. any(c%boxes%motion%turns)) return
       allocate (c%turning, mold=c%box)
@@ -149,15 +149,14 @@ contains
          do i = 1, grid%n_nodes
             if (.not. has_material(i)) cycle
             where (c%box(:, i) == k) c%turning(:, i) = k
-            associate (arm => grid%node_position(:, i) - (c%boxes(k)%lower + c%boxes(k)%upper)/2)
-               if (ndim > 2) then                ! around the direction that is free
-                  a = findloc(c%boxes(k)%components, .false., dim=1)
-                  across = cshift(identity(:, a), 1)*cshift(arm, -1) - cshift(identity(:, a), -1)*cshift(arm, 1)
-                  where (c%box(:, i) == k) c%lever(:, i) = across
-                  cycle
-               end if
-               where (c%box(:, i) == k) c%lever(:, i) = [-arm(2), arm(1)]
-            end associate
+            arm = grid%node_position(:, i) - (c%boxes(k)%lower + c%boxes(k)%upper)/2
+            if (ndim > 2) then                   ! around the direction that is free
+               a = findloc(c%boxes(k)%components, .false., dim=1)
+               across = cshift(identity(:, a), 1)*cshift(arm, -1) - cshift(identity(:, a), -1)*cshift(arm, 1)
+            else
+               across = quarter_turn(arm)
+            end if
+            where (c%box(:, i) == k) c%lever(:, i) = across
          end do
          associate (largest => maxval(abs(c%lever), mask=c%turning == k))
             if (all([(spread_of(pack(c%lever(i, :), c%turning(i, :) == k)), i=1, ndim)] <= rounding*grid%forest%cell)) then

@@ -16,7 +16,7 @@ module hampm_cut_cells
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_forest, only: corner_offset, forest_t, outside, level_width
    use hampm_crack_lines, only: both_faces, distance_to_segment, find_nearest_segment, line_t
-   use hampm_tensors, only: quarter_turn
+   use hampm_tensors, only: quarter_turn, in_plane
    implicit none
    private
    public :: cut_cells_t, end_leaf_t, place_of_copy, divides, side_of_ties, is_between, nearly_none, on_line, sample, &
@@ -109,7 +109,7 @@ contains
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf, i, j
       real(dp) :: x(ndim)
-      x = forest%position(forest%place_of(leaf)) + ([i, j] - 0.5_dp)/samples*forest%size_of(leaf)
+      x = forest%position(forest%place_of(leaf)) + in_plane(i - 0.5_dp, j - 0.5_dp)/samples*forest%size_of(leaf)
    end function sample
 
    !> Whether a line that is near a leaf runs between two points.
@@ -500,7 +500,8 @@ contains
       pure function node_place(leaf, i, j) result(place)
          integer, intent(in) :: leaf, i, j       !! leaf, and which place along x and y
          integer(long) :: place(ndim)
-         place = forest%place_of(leaf) + [i - 1, j - 1]*(level_width(forest%level_of(leaf))/(nodes_along - 1))
+         place = forest%place_of(leaf)
+         place(:2) = place(:2) + [i - 1, j - 1]*(level_width(forest%level_of(leaf))/(nodes_along - 1))
       end function node_place
    end subroutine find_copies
 

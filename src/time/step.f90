@@ -145,16 +145,17 @@ contains
       is_near = .false.
       do k = 1, m%interfaces%n
          do j = 1, count(m%interfaces%list(k)%node > 0)
-            call mark(m%interfaces%list(k)%node(j))
+            call mark(m%interfaces%list(k)%node(j), is_near)
          end do
       end do
       do k = 1, m%absorbing%n
-         call mark(m%absorbing%node(k))
+         call mark(m%absorbing%node(k), is_near)
       end do
    contains
       !> Mark the nodes of the cells around one.
-      pure subroutine mark(node)
+      pure subroutine mark(node, is_near)
          integer, intent(in) :: node
+         logical, intent(inout) :: is_near(:)
          integer :: e
          associate (around => m%grid%dofs%elements_at(node))
             do e = 1, size(around)
