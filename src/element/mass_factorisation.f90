@@ -1,5 +1,5 @@
-!> Factorised mass matrices of the directions, each without the degrees of freedom that are fixed in it. Directions share one where all nodes that
-!> are fixed in one are fixed in the other, as on rollers: the nodes that are fixed in one of them only are eliminated last. Nodes that only lumped cells touch
+!> Factorised mass matrices of the directions, each without the degrees of freedom that are fixed in it. Directions share one where in each
+!> all nodes that are fixed in any of them are fixed or none but those of all, as on rollers: these nodes are eliminated last. Nodes that only lumped cells touch
 !> are not among the unknowns: each is divided by its own mass.
 module hampm_mass_factorisation
    use hampm_archive, only: archive_t
@@ -173,11 +173,20 @@ contains
       integer, allocatable :: nodes(:)
       logical, allocatable :: in_all(:, :)       ! the nodes that are fixed in all directions of a factor, (1, n_nodes)
       integer :: of_direction(ndim), d, k        ! which factor belongs to a direction
+      logical :: together(ndim)
       call self%release()
       self%coupled = coupled
       call nodes_of_elements(grid, coupled, nodes)
-      of_direction = [(d, d=1, ndim)]
-      if (may_share .and. any([(all(any(fixed, dim=1) .eqv. fixed(d, :)), d=1, ndim)])) of_direction = 1
+      of_direction = 0
+      do d = 1, ndim
+         of_direction(d) = maxval(of_direction) + 1
+         do k = merge(1, of_direction(d), may_share), of_direction(d) - 1
+            together = of_direction == k
+            together(d) = .true.
+            if (fit_together(fixed, together)) exit
+         end do
+         of_direction(d) = k
+      end do
       allocate (self%factors(maxval(of_direction)))
       allocate (in_all(1, size(fixed, 2)))
       do k = 1, size(self%factors)
@@ -199,6 +208,17 @@ contains
       end do
       self%analyses = self%analyses + 1
    end subroutine analyse
+
+   !> Whether directions may share a factor: in each nothing is fixed but what is fixed in all, or all that is fixed in any of them.
+   pure logical function fit_together(fixed, these) result(fit)
+      logical, intent(in) :: fixed(:, :)         !! which degrees of freedom are fixed, (ndim, n_nodes)
+      logical, intent(in) :: these(ndim)         !! directions
+      logical :: in_all(size(fixed, 2)), in_any(size(fixed, 2))
+      integer :: d
+      in_all = all(fixed .or. .not. spread(these, 2, size(fixed, 2)), dim=1)
+      in_any = any(fixed .and. spread(these, 2, size(fixed, 2)), dim=1)
+      fit = all([(.not. these(d) .or. all(fixed(d, :) .eqv. in_all) .or. all(fixed(d, :) .eqv. in_any), d=1, ndim)])
+   end function fit_together
 
    !> Fill the matrix from its cells; what other cells add to its nodes is on the diagonal.
    subroutine fill(factor, grid, mass, coupled)

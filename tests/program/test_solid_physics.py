@@ -255,3 +255,36 @@ def test_vibrations_of_a_cracked_beam(tmp_path, family, middle, force):
     for values in zip(asked, *found, extrapolated):
         print(family, *(f"{value:.1f}" for value in values), f"off by {100 * (values[-1] / values[0] - 1):.2f} %")
     assert np.max(np.abs(extrapolated / asked - 1)) < 5e-3
+
+
+HELD = """
+&run end_time = 6.0 /
+&grid lower = {low}  cell = 1.0  cells = {cells} /
+&material name = 'a'  young = 1.0  poisson = 0.3  density = 1.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = {upper} /
+&constraint lower = {low}  upper = {high}  fix = '{all}' /
+&constraint lower = 0.0, 0.0, 0.0  upper = {foot}  fix = '{foot_axis}' /
+&constraint lower = {edge}  upper = {edge_end}  fix = '{edge_axis}' /
+&load kind = 'traction'  lower = {top}  upper = {upper}  force = {force} /
+&method mass = '{mass}' {solver} /
+&output file = 'case.h5'  history_interval = 1.5 /
+"""
+
+
+@pytest.mark.parametrize("mass", ["consistent", "weighted"])
+@pytest.mark.parametrize("axes", list(itertools.permutations(range(3))))
+def test_a_component_that_is_held_everywhere(tmp_path, axes, mass):
+    """A block between rollers, whose foot and one edge are held along the two other axes, is pulled: factors give the work of conjugate gradients, whichever axis is
+    which, and something moves."""
+    def turned(*values):
+        return ", ".join(repr(values[axis]) for axis in axes)
+
+    def named(axis):
+        return "xyz"[axes.index(axis)]
+    text = HELD.format(low=turned(-1.0, -1.0, 0.0), cells=turned(6, 5, 1), upper=turned(4.0, 3.0, 1.0), high=turned(5.0, 4.0, 1.0), all=named(2), foot=turned(4.0, 0.0, 1.0),
+                       foot_axis=named(1), edge=turned(4.0, 0.0, 0.0), edge_end=turned(4.0, 0.0, 1.0), edge_axis=named(0), top=turned(0.0, 3.0, 0.0),
+                       force=turned(0.0, 0.008, 0.0), mass=mass, solver="{solver}")
+    by_factors, by_iteration = (run(tmp_path, text.format(solver=solver))["history/external_work"][-1] for solver in ("", "solver = 'cg'"))
+    assert by_factors == pytest.approx(by_iteration, rel=1e-9)
+    if mass == "consistent":
+        assert by_factors == pytest.approx(7.32265e-5, rel=1e-5)
