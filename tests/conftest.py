@@ -8,7 +8,7 @@ from collections import Counter
 import pytest
 
 from long_tests import CASES, CHECKED, PARTS
-from paths import CHECKED_PROGRAM, COARSE_DCB, PACKAGE, PROGRAM, ROOT, SCRIPTS
+from paths import CHECKED_PROGRAM, COARSE_DCB, PACKAGE, PROGRAM, ROOT, SCRIPTS, SOLID_PROGRAM
 
 sys.path[:0] = [str(SCRIPTS), str(PACKAGE)]
 
@@ -64,6 +64,18 @@ def hampm(request, run_hampm, tmp_path):
     def run(*arguments, cwd=tmp_path, program=of_file, **options):
         return run_hampm(*arguments, cwd=cwd, program=program, **options)
     run.folder = tmp_path
+    return run
+
+
+@pytest.fixture
+def hampm3d(hampm):
+    """The same of the program for solids."""
+    if not SOLID_PROGRAM.exists():
+        pytest.skip("make program dim=3 makes it")
+
+    def run(*arguments, **options):
+        return hampm(*arguments, program=SOLID_PROGRAM, **options)
+    run.folder = hampm.folder
     return run
 
 

@@ -14,7 +14,7 @@ module hampm_run_time_checks
    use hampm_cracks, only: crack_t
    use hampm_domains, only: is_tangled
    use hampm_energy, only: energy_density_of, angular_momentum, n_turns, largest_gradient, largest_stretch, most_crushed_particle, &
-                           liveliest_particle, determinant_of
+                           liveliest_particle, determinant_of, largest_displacement
    use hampm_failure, only: failure_t, exit_computation
    use hampm_linear_elastic, only: small_gradient
    use hampm_loads, only: work_of_step
@@ -27,7 +27,7 @@ module hampm_run_time_checks
    use hampm_ghost_penalty, only: fills_of_pieces
    implicit none
    private
-   public :: check_state, check_tip, check_step, check_faces, check_modes, check_normals
+   public :: check_state, check_tip, check_step, check_faces, check_modes, check_normals, check_rest
 
    real(dp), parameter :: most = 20              !! strain of a piece over the largest beside it
    real(dp), parameter :: firm = 0.5_dp          !! part of a cell from which on a piece holds itself: a wave that comes in strains it first
@@ -54,6 +54,7 @@ module hampm_run_time_checks
                               travelled = 'strained material has travelled through the cells', &
                               unbalanced = 'the energy balance has an error of ', &
                               carried = 'the tip of a crack away from its node', &
+                              resting = 'the loads have done no work', &
                               crossed = 'stretched material has passed from cell to cell'
 
 contains
@@ -368,6 +369,20 @@ contains
                 'more than a tenth of what the motion allows. Likely cause: a turning body has few cells for its '// &
                 'mass matrix; use smaller &grid cell or &method mass = ''consistent''', slowed, warning)
    end subroutine check_angular_momentum
+
+   !> Warn where there are loads but no energy above rounding at any sample of a run, and nothing is elsewhere at its end.
+   subroutine check_rest(problem, measurements, warning)
+      type(problem_t), intent(in) :: problem
+      type(measurements_t), intent(in) :: measurements
+      character(:), allocatable, intent(inout) :: warning
+      real(dp), parameter :: little = 1e-8_dp    ! of a cell, which rounding does not move a body
+      integer :: k
+      if (.not. any([(norm2(problem%loads(k)%force) > 0, k=1, size(problem%loads))])) return
+      if (max(measurements%largest_energy, measurements%initial_energy) > measurements%rounding_energy) return
+      if (largest_displacement(problem%particles) > little*problem%grid%forest%cell) return
+      call warn('the loads have done no work, and nothing has moved. Likely cause: they cancel each other, push on what a '// &
+                '&constraint holds, or their histories are 0 in all of the run', resting, warning)
+   end subroutine check_rest
 
    !> Add a warning, unless one with the same phrase is there already.
    subroutine warn(text, phrase, warning)

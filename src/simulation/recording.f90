@@ -9,7 +9,7 @@ module hampm_recording
    use hampm_folders, only: ensure_folder
    use hampm_growing, only: note_branching
    use hampm_dynamic_growth, only: book_rate
-   use hampm_run_time_checks, only: check_state, check_tip, check_faces, check_modes, check_normals
+   use hampm_run_time_checks, only: check_state, check_tip, check_faces, check_modes, check_normals, check_rest
    use hampm_measurements, only: take_row, declare_columns, energy_residual
    use hampm_progress, only: standing_t
    use hampm_static_equilibrium, only: find_distance_to_equilibrium
@@ -172,6 +172,7 @@ contains
       if (.not. failure%failed()) then
          s%distance_to_equilibrium = s%integrator%distance_to_equilibrium
          if (.not. s%integrator%is_static) call find_distance_to_equilibrium(s%problem, s%distance_to_equilibrium)
+         call check_rest(s%problem, s%measurements, s%warning)
       end if
       if (failure%code /= exit_stopped) call check_faces(s%measurements, s%cracks%crack, is_near_equilibrium(s), s%warning)
       call tell_end(s, failure)

@@ -105,7 +105,10 @@ contains
    subroutine book_equilibrium(self, m)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
-      self%distance_to_equilibrium = sqrt(max(self%newton%energy_left, 0.0_dp)/max(stored_energy(m), tiny(1.0_dp)))
+      real(dp) :: stored
+      stored = stored_energy(m)
+      self%distance_to_equilibrium = -1          ! not known where nothing is strained but by rounding
+      if (stored > self%newton%energy_left) self%distance_to_equilibrium = sqrt(max(self%newton%energy_left, 0.0_dp)/stored)
       if (m%audit) m%energies%numerical_loss = m%energies%external_work + self%at_first - stored_energy(m) - dissipated_energy(m) &
                                       - m%interfaces%loss - m%energies%fracture_energy
    end subroutine book_equilibrium

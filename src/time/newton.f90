@@ -39,6 +39,7 @@ module hampm_newton
    integer, parameter :: most_jumps = 40         !! iterations in which faces jump apart: where they go on doing so, they part all along
    integer, parameter :: most_halvings = 10      !! of a displacement, to lessen the residual
    real(dp), parameter :: balanced = 1e-11_dp    !! the residual, over the largest force of a cell
+   real(dp), parameter :: sums = 16*epsilon(1.0_dp) !! what is left of the largest loads of a run where they cancel
    real(dp), parameter :: of_turn = 1e-3_dp      !! part that counts of the forces that a turn would have as a strain: what is then
                                                  !! balanced is 45 times its rounding
    real(dp), parameter :: nearly_balanced = 0.1_dp !! part of the residual that may be left before friction follows the pressure
@@ -348,7 +349,8 @@ contains
       real(dp), allocatable :: by_faces(:, :)
       integer :: k
       area = (m%grid%forest%cell/2)**(ndim - 1)*m%interfaces%thickness%at(maxval(m%grid%node_position, dim=2))
-      largest_force = max(maxval(abs(r)), tiny(1.0_dp))
+      largest_force = max(maxval(abs(r)), tiny(1.0_dp), sums/balanced*sum([(norm2(m%loads(k)%force) &
+                      *abs(m%loads(k)%history%largest_factor()*m%loads(k)%history%scale), k=1, size(m%loads))])) ! where they cancel or are 0
       if (m%blocks%n > 0) largest_force = max(largest_force, &
                                               maxval(abs(m%fields%contribution(:, :, of_force:of_force + ndim - 1, 1:m%blocks%n))))
       if (m%interfaces%n > 0) then               ! tractions that press them together strain no cell
