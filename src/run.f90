@@ -17,7 +17,7 @@ module hampm_run
    use hampm_mesh_changes, only: adapt, adapt_static, carry_cracks
    use hampm_problem, only: update_particles
    use hampm_recording, only: open_results, next_output, is_due, record, record_end, show_progress
-   use hampm_simulation, only: simulation_t, measure_state
+   use hampm_simulation, only: simulation_t, measure_state, follow_stiffening
    use hampm_static_start, only: begin_at_rest
    use hampm_stopping, only: look_for_end
    implicit none
@@ -147,6 +147,7 @@ contains
          call follow_growth(s, failure)
          call carry_cracks(s, failure)
          call adapt(s, before, failure)
+         call follow_stiffening(s)
          if (failure%failed()) return
          call show_progress(s, last=.false.)
          s%steps_left = s%steps_left - 1

@@ -141,11 +141,12 @@ contains
          n = points_of(model, body)
          length = max((body%upper - body%lower)/cell, thinnest)
          start = place_in_cell(model, body)
-         speed = material%dilatational_wave_speed()
-         moduli = material%stiffness/(material%density*speed**2)
+         speed = material%dilatational_wave_speed()*quickening(body)
+         moduli = material%stiffness/(material%density*material%dilatational_wave_speed()**2)
          damping = min(model%damping%rate*smallest_cell(model), 1e100_dp*speed)/speed
          strains_last = model%method%scheme == 'usl'
-         if (material%is_ring) ring = ring_t(start(1) - body%lower(1)/cell, material%hoop_moduli()/(material%density*speed**2))
+         if (material%is_ring) ring = ring_t(start(1) - body%lower(1)/cell, material%hoop_moduli() &
+                                             /(material%density*material%dilatational_wave_speed()**2))
          if (body%outline%is_there() .and. .not. crosses_cells(model, body) .and. model%grid%order == 1) then
             ! Edges cut cells anywhere; those that are less full than `least_fill` move with others
             limit = of_outlines*limit_of_fills([(least_fill + i*(1 - least_fill)/parts, i=0, parts)], least_fill, &
@@ -199,6 +200,14 @@ contains
          end if
       end associate
    end function body_limit
+
+   !> How much faster waves are where they are fastest in a graded body than in its material [-].
+   pure real(dp) function quickening(body)
+      type(body_t), intent(in) :: body
+      quickening = 1
+      if (.not. allocated(body%profile%at)) return
+      if (size(body%profile%at) > 1) quickening = sqrt(maxval(body%profile%stiffness/body%profile%density))
+   end function quickening
 
    !> Whether particles are at the same places in all cells, of which those in finer cells allow no less.
    pure logical function fits_cells(spacing, start, points_per_cell) result(fits)
@@ -301,7 +310,8 @@ contains
       type(model_t), intent(in) :: model
       type(body_t), intent(in) :: a, b
       is_alike = (a%outline%is_there() .eqv. b%outline%is_there()) &
-                 .and. a%material_index == b%material_index .and. a%points_per_cell == b%points_per_cell &
+                 .and. a%material_index == b%material_index .and. .not. abs(quickening(a) - quickening(b)) > 0 &
+                 .and. a%points_per_cell == b%points_per_cell &
                  .and. all(abs((a%upper - a%lower) - (b%upper - b%lower)) <= tolerance(model%grid)) &
                  .and. all(abs(place_in_cell(model, a) - place_in_cell(model, b)) <= grace)
    end function is_alike

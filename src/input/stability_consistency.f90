@@ -18,19 +18,17 @@ module hampm_stability_consistency
 
 contains
 
-   !> Find the courant number of a model that gives none.
+   !> Find the largest courant number of a model, and what is taken where it gives none.
    subroutine choose_courant(model, settings)
       type(model_t), intent(inout) :: model
       type(settings_t), intent(inout) :: settings
       integer :: entry
       entry = settings%find('method', 1)
-      if (.not. settings%good(entry, 'courant') .or. model%method%courant > 0 &
-          .or. model%method%time /= 'explicit') return
+      if (.not. settings%good(entry, 'courant') .or. model%method%time /= 'explicit') return
+      if (is_known(model, settings)) model%method%courant_limit = courant_limit(model)
+      if (model%method%courant > 0) return
       model%method%courant = unknown
-      if (is_known(model, settings)) then
-         model%method%courant_limit = courant_limit(model)
-         model%method%courant = default_courant(model)
-      end if
+      if (model%method%courant_limit > 0) model%method%courant = default_courant(model)
       call settings%set_numbers(entry, 'courant', [model%method%courant])
    end subroutine choose_courant
 

@@ -111,6 +111,7 @@ contains
       call archive_measurements(s%problem, s%measurements, checkpoint)
       call checkpoint%section('run')
       call checkpoint%serialise('longest_step', s%longest_step)
+      call checkpoint%serialise('stiffening', s%stiffening)
       call checkpoint%serialise('limit', s%limit)
       call checkpoint%serialise('steps_left', s%steps_left)
       call checkpoint%serialise('dt', s%dt)

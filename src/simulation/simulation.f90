@@ -14,6 +14,7 @@ module hampm_simulation
    use hampm_growing, only: growing_t, new_growing
    use hampm_integrator, only: integrator_t
    use hampm_interruption, only: interruption_t
+   use hampm_largest_step, only: default_part
    use hampm_measurements, only: measurements_t, new_measurements, rebuild_extrapolation, measure
    use hampm_problem, only: problem_t
    use hampm_pressed_faces, only: press_faces
@@ -21,13 +22,14 @@ module hampm_simulation
    use hampm_indicator, only: refinement_t
    use hampm_refinement, only: refine_at_start
    use hampm_results, only: results_t
+   use hampm_stiffening, only: stiffening_of
    use hampm_stiffness, only: stiffness_t
    use hampm_model, only: model_t
    use hampm_text, only: add_line
    use hampm_threads, only: use_threads
    implicit none
    private
-   public :: simulation_t, build, rebuild_on_mesh, limit_time_step, measure_state, warnings, is_near_equilibrium
+   public :: simulation_t, build, rebuild_on_mesh, limit_time_step, follow_stiffening, measure_state, warnings, is_near_equilibrium
 
    real(dp), parameter :: near_equilibrium = 0.01_dp !! distance from rest up to which values are taken for those at rest [-]
 
@@ -46,6 +48,7 @@ module hampm_simulation
       type(interruption_t) :: interruption
       real(dp) :: distance_to_equilibrium = -1   !! of the last values, see `find_distance_to_equilibrium`; below 0: not known [-]
       real(dp) :: longest_step = 0               !! time step (31) [s]
+      real(dp) :: stiffening = 1                 !! by which its waves are taken to be faster than without strain [-]
       real(dp) :: limit = 0                      !! the same when the steps to the next output were chosen [s]
       integer(long) :: steps_left = 0            !! how many of these are not yet done
       real(dp) :: dt = 0                         !! last time step: not longer, and such that outputs fall on their times [s]
@@ -107,13 +110,31 @@ contains
       if (.not. failure%failed()) call rebuild_extrapolation(s%problem, s%measurements, failure)
    end subroutine rebuild_on_mesh
 
-   !> The longest time step follows the smallest occupied cell.
+   !> The longest time step follows the smallest occupied cell, and waves in strained material where that would be unstable.
    subroutine limit_time_step(s)
       type(simulation_t), intent(inout) :: s
+      real(dp) :: courant
+      courant = s%model%method%courant
+      if (s%stiffening > 1) courant = min(courant, default_part*s%model%method%courant_limit/s%stiffening)
       s%longest_step = stable_time_step(smallest_occupied_cell(s%problem%grid, s%problem%blocks), s%problem%materials, &
-                                        s%model%method%courant, s%model%method%wave_speed)
+                                        courant, s%model%method%wave_speed)
       if (s%integrator%fixed_step > 0) s%longest_step = s%integrator%fixed_step
    end subroutine limit_time_step
+
+   !> After some explicit steps: shorten them where material of laws for any strain has become stiffer, and lengthen them again where it is less so. What
+   !> it is taken for changes by a part that is small against what `default_part` leaves.
+   subroutine follow_stiffening(s)
+      type(simulation_t), intent(inout) :: s
+      integer(long), parameter :: every = 8
+      real(dp), parameter :: part = 1.02_dp
+      real(dp) :: now
+      if (s%model%method%time /= 'explicit' .or. mod(s%problem%state%steps, every) /= 0) return
+      if (.not. any(s%problem%materials%is_finite)) return
+      now = stiffening_of(s%problem%particles, s%problem%materials)
+      if (now < s%stiffening*part .and. now > s%stiffening/part) return
+      s%stiffening = part**floor(log(now)/log(part))
+      call limit_time_step(s)
+   end subroutine follow_stiffening
 
    !> Measure energies, G and K, unless something has failed.
    subroutine measure_state(s, failure, in_passing)

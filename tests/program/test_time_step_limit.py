@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 
+from harness import run
 from paths import BENCH, PROGRAM
 
 sys.path.insert(0, str(BENCH))
@@ -178,3 +179,60 @@ def test_default_is_a_safe_part_of_the_limit(hampm, tmp_path):
     (tmp_path / "case.nml").write_text(scene())
     chosen = re.search(r"courant = (\S+)", hampm("--check", "case.nml").stdout)[1]
     assert 0.89 * limit < float(chosen) <= 0.9 * limit
+
+
+GRADED = """\
+&run end_time = 6e-5 /
+&grid lower = 0.0, -0.004{flat}  cell = {cell} /
+&material name = 'm'  young = 70e9  poisson = 0.3  density = 2700.0 /
+&body material = 'm'  lower = 0.0, -0.004{flat}  upper = 0.1, 0.004{thick}  profile_direction = 1.0, 0.0{zero}  profile_at = 0.0, 0.05, {end}, 0.1  {profile} /
+&constraint lower = 0.1, -0.004{flat}  upper = 0.1, 0.004{thick}  fix = 'x' /
+&load kind = 'traction'  lower = 0.0, -0.004{flat}  upper = 0.0, 0.004{thick}  force = -1e4, 0.0{zero}  history = 'smooth_ramp'  rise_time = 1e-5 /
+&method scheme = '{scheme}' /
+&energy_release energy_balance = .true. /
+&output file = 'case.h5'  history_interval = 2e-6 /
+"""
+PROFILES = [(0.06, "profile_stiffness = 1.0, 1.0, 3.0, 3.0"), (0.06, "profile_density = 1.0, 1.0, 0.2, 0.2"),
+            (0.051, "profile_stiffness = 1.0, 1.0, 100.0, 100.0  profile_density = 30.0, 30.0, 1.0, 1.0"),
+            (0.051, "profile_stiffness = 1.0, 1.0, 1e3, 1e3  profile_density = 1.0, 1.0, 1e3, 1e3")]
+
+
+@pytest.mark.parametrize("end, profile", PROFILES, ids=["stiff", "light", "both", "same speed"])
+@pytest.mark.parametrize("scheme", ["musl", "usl"])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_default_step_counts_the_fastest_place_of_a_graded_body(hampm, hampm3d, dim, scheme, end, profile):
+    """The limit of a courant number is that of the material where waves are fastest, to which it refers."""
+    flat, thick, zero, cell = (", -0.004", ", 0.004", ", 0.0", "0.004  cells = 25, 2, 2") if dim == 3 else ("", "", "", "0.002  cells = 50, 4")
+    text = GRADED.format(flat=flat, thick=thick, cell=cell, zero=zero, end=end, profile=profile, scheme=scheme)
+    rows = run(hampm3d if dim == 3 else hampm, text.replace("&run", "&run plane = 'stress' ") if dim == 2 else text)
+    assert abs(rows["numerical_loss"]).max() < 0.03 * rows["external_work"].max()
+
+
+SQUEEZED = """\
+&run end_time = 0.022 /
+&grid lower = -0.004, -0.012{flat}  cell = {cell} /
+&material name = 'm'  law = '{law}'  young = 1e6  poisson = 0.3  density = 1000.0 /
+&body material = 'm'  lower = 0.0, -0.004{flat}  upper = 0.02, 0.004{thick} /
+&constraint lower = 0.0, -0.004{flat}  upper = 0.0, 0.004{thick}  fix = 'x' /
+&constraint lower = 0.02, -0.004{flat}  upper = 0.02, 0.004{thick}  fix = 'x'  velocity = -0.5, 0.0{zero}  history = 'ramp'  rise_time = 0.0018333333333333333  name = 'plate' /
+&constraint lower = 0.0, -0.004{flat}  upper = 0.02, -0.004{thick}  fix = 'y' /
+&damping rate = 200.0 /
+&method scheme = '{scheme}'  courant = {courant} /
+&energy_release energy_balance = .true. /
+&output file = 'case.h5'  history_interval = 0.00044 /
+"""
+
+
+@pytest.mark.parametrize("dim, scheme, law", [(2, "musl", "neo_hookean"), (2, "usl", "neo_hookean"), (2, "musl", "mooney_rivlin"), (3, "musl", "neo_hookean"),
+                                              (3, "usl", "mooney_rivlin")])
+def test_the_default_step_counts_how_stiff_material_gets(hampm, hampm3d, dim, scheme, law):
+    """A block that is squeezed to half of its length: waves are 2.4 times as fast in the end. Short steps end with the same force."""
+    flat, thick, zero, cell = (", -0.004", ", 0.004", ", 0.0", "0.004  cells = 7, 6, 4") if dim == 3 else ("", "", "", "0.002  cells = 13, 12")
+    text = SQUEEZED.format(flat=flat, thick=thick, cell=cell, zero=zero, scheme=scheme, law=law + ("'  c01 = 0.4e5 !" if law == "mooney_rivlin" else ""), courant="{}")
+    text = text.replace("'  c01 = 0.4e5 !'", "'  c01 = 0.4e5 ")
+    if dim == 2:
+        text = text.replace("&run", "&run plane = 'strain' ")
+    by_default, short = (run(hampm3d if dim == 3 else hampm, text.format(courant)) for courant in (0.0, 0.1))
+    assert by_default["step"][-1] < 0.6 * short["step"][-1]
+    assert by_default["reaction_plate_x"][-1] == pytest.approx(short["reaction_plate_x"][-1], rel=2e-3)
+    assert abs(by_default["numerical_loss"][-1]) < 1e-3 * by_default["external_work"][-1]
