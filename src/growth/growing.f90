@@ -104,6 +104,7 @@ module hampm_growing
       real(dp) :: integral = 0                   !! of G over the new area [J]
       logical :: has_new_end = .false.           !! whether a tip has ended in this step, for which cells are to be cut anew
       integer :: pieces = 0                      !! in how many all material was at the start
+      logical :: is_adrift = .false.             !! whether a piece that has parted goes with the load frame and bears no load
       real(dp) :: separated = -1                 !! when a crack has parted a body; below 0: none has [s]
    contains
       procedure :: are_there
@@ -517,6 +518,7 @@ contains
       call archive%serialise('integral', growing%integral)
       call archive%serialise('pieces', growing%pieces)
       call archive%serialise('separated', growing%separated)
+      call archive%serialise('is_adrift', growing%is_adrift)
       if (allocated(growing%planes)) call archive_planes(growing%planes, growing%fronts, archive)
       call archive%archive_logicals('has_stopped', n, growing%tips%has_stopped)
       call archive%archive_logicals('has_ended', n, growing%tips%has_ended)

@@ -327,7 +327,8 @@ contains
       if (failure%failed()) return
       if (allocated(growing%loads%factor)) then
          booked = m%energies%external_work
-         m%energies%external_work = growing%work + work_between(growing%loads, now)
+         m%energies%external_work = growing%work
+         if (.not. growing%is_adrift) m%energies%external_work = growing%work + work_between(growing%loads, now)
          if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + (m%energies%external_work - booked)
       end if
       growing%loads = now
@@ -342,6 +343,10 @@ contains
       type(failure_t), intent(inout) :: failure
       type(load_state_t) :: now
       if (failure%failed()) return
+      growing%load = 0
+      growing%way = growing%controlled
+      growing%frame_way = growing%controlled
+      if (growing%is_adrift) return
       call find_load_state(m, now, failure)
       if (failure%failed()) return
       call find_frame(m, now, growing%load_factor, growing%load, growing%way)

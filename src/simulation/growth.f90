@@ -28,6 +28,7 @@ module hampm_growth
    use hampm_nucleation, only: find_onset, let_appear, book_onset
    use hampm_problem, only: problem_t, stored_energy, update_particles, refresh_grid
    use hampm_rigid_motions, only: number_of_pieces
+   use hampm_outer_forces, only: scale_loads
    use hampm_state, only: energies_t
    use hampm_simulation, only: simulation_t, measure_state
    use hampm_symmetric_turns, only: symmetric_turns_t, is_symmetric
@@ -472,7 +473,7 @@ contains
    end subroutine look_at_cycles
 
    !> At rest: cut cells along cracks that have grown, and find equilibrium. Where they have parted a body and one of its pieces has no equilibrium,
-   !> the run is over.
+   !> the run is over; where a displacement is prescribed the piece goes with the load frame, and bears no load.
    subroutine cut_at_rest(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -482,6 +483,14 @@ contains
       call note_separation(s, s%problem%state%time + s%dt)
       call s%integrator%initialise(s%problem, s%longest_step, of_pieces)
       if (.not. of_pieces%failed()) return
+      if (s%growing%separated >= 0 .and. s%model%control%leads() .and. s%model%control%quantity == 'displacement') then
+         s%growing%is_adrift = .true.
+         s%growing%load_factor = 0
+         call scale_loads(s%problem, 0.0_dp)
+         of_pieces = failure
+         call s%integrator%initialise(s%problem, s%longest_step, of_pieces)
+         if (.not. of_pieces%failed()) return
+      end if
       s%is_over = s%growing%separated >= 0
       if (s%is_over) then
          call add_line(s%warning, 'the run ends before end_time, as pieces have no equilibrium: '//of_pieces%message)
@@ -662,12 +671,14 @@ contains
          last = critical
          factor = s%growing%load_factor
          call grow(s, failure, has_grown)
-         if (.not. has_grown) exit
+         if (s%is_over) return
+         if (s%growing%is_adrift .or. .not. has_grown) exit
          call load_in_symmetry(s, failure)
          if (failure%failed()) return
          critical = controlled(s)
          if (abs(critical) < abs(target)) cycle
          call shorten_increment(s, before, factor, last, target, failure)
+         if (s%is_over) return
          exit
       end do
       call load_to(s, target, failure)
@@ -699,6 +710,7 @@ contains
          s%growing%part = part(1) - off(1)*(part(2) - part(1))/(off(2) - off(1))
          call put_back(s, before, factor, failure)
          if (.not. failure%failed()) call grow(s, failure)
+         if (s%is_over .or. s%growing%is_adrift) exit
          call load_in_symmetry(s, failure)
          if (failure%failed()) return
          now = controlled(s) - (1 + close)*target
@@ -753,6 +765,7 @@ contains
          return
       end if
       call look_at_frame(s%growing, s%problem, s%model%control%stiffness, failure)
+      if (s%growing%is_adrift) return
       do attempt = 1, most
          factor = s%growing%load_factor
          value = controlled(s)

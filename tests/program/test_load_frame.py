@@ -218,3 +218,36 @@ def test_an_end_loaded_split_specimen_snaps_back(hampm):
     assert released == pytest.approx(np.ones(3), rel=0.08)                 # by steps of 12 mm, whose error falls with their square
     missing = work - stored - row["fracture_energy"] - row["numerical_loss"]
     assert np.abs(missing - missing[0]).max() < 1e-9 * work.max()
+
+
+PARTS = """\
+&run plane = '{plane}'  end_time = 4.0 /
+&grid lower = 0.0, {low}  cell = 0.002  cells = 22, {cells} /
+&material name = 'm'  young = 70e9  poisson = 0.3  density = 2700.0 /
+&body material = 'm'  lower = 0.0, {low}  upper = 0.04, 0.04 /
+&load kind = 'traction'  lower = 0.0, 0.04  upper = 0.04, 0.04  force = 0.0, 1e4 /
+{rest}
+&method time = 'static'  load_steps = 4 /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. /
+&growth direction = 'straight'  toughness = 100.0  increment = 0.001 /
+&control quantity = 'displacement'  displacement = 1e-4  history = 'ramp'  rise_time = 4.0  {stiffness} /
+"""
+HALF = """&constraint lower = 0.01, 0.0  upper = 0.04, 0.0  fix = 'y' /
+&crack kind = 'symmetry'  tip = 0.01, 0.0 /
+&refine indicator = 'tip'  max_level = 2  rings = 6 /"""
+WHOLE = """&constraint lower = 0.0, -0.04  upper = 0.04, -0.04  fix = 'xy' /
+&crack kind = 'path'  points = 0.0, 0.001, 0.01, 0.001 /
+&refine indicator = 'tip'  max_level = 2  rings = 6 /"""
+
+
+@pytest.mark.parametrize("plane, rest, stiffness", [("axisymmetric", HALF, ""), ("stress", HALF, ""), ("strain", WHOLE, ""), ("stress", WHOLE, "stiffness = 1e11")],
+                         ids=["ring", "half", "path", "frame that gives way"])
+def test_a_body_that_parts_under_a_displacement_bears_no_load(hampm, plane, rest, stiffness):
+    """The piece goes with the load frame, which does no work on it, and the run goes on to its end."""
+    rows = run(hampm, PARTS.format(plane=plane, rest=rest, stiffness=stiffness, low=0.0 if rest == HALF else -0.04, cells=22 if rest == HALF else 42))
+    parted = rows["time"] >= rows["separated"]
+    assert rows["time"][-1] == pytest.approx(4.0) and parted[-1]
+    assert abs(rows["load"][parted]).max() == 0
+    assert rows["frame_displacement"] == pytest.approx(2.5e-5 * rows["time"], abs=1e-12)
+    assert abs(rows["strain_energy"][parted]).max() < 1e-12 * rows["external_work"].max()
+    assert np.ptp(rows["external_work"][parted]) == 0 < rows["external_work"][-1]
