@@ -33,6 +33,7 @@ module hampm_crack_values
    contains
       procedure :: best
       procedure :: error_of_t_stress
+      procedure :: times
    end type crack_values_t
 
    !> G by the best of the chosen estimators.
@@ -82,6 +83,23 @@ contains
          end associate
       end if
    end function best
+
+   !> The same under loads that are multiplied by a factor, of a linear body.
+   pure function times(self, factor) result(values)
+      class(crack_values_t), intent(in) :: self
+      real(dp), intent(in) :: factor             !! [-]
+      type(crack_values_t) :: values
+      values = self
+      if (.not. abs(factor - 1) > 0) return
+      values%domain = factor*abs(factor)*self%domain
+      values%intensity = factor*self%intensity
+      values%g_of_k = factor**2*self%g_of_k
+      values%spread_of_k = abs(factor)*self%spread_of_k
+      values%uncertainty_of_j = factor**2*self%uncertainty_of_j
+      values%behind = factor*self%behind
+      if (allocated(self%j)) values%j = factor**2*self%j
+      if (allocated(self%t_stress)) values%t_stress = factor*self%t_stress
+   end function times
 
    !> Estimated error of the T-stress [Pa]: what the domains differ by, the same part of T as K is off by, and the stress by the errors of K where
    !> the largest domain ends.

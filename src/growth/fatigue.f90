@@ -13,7 +13,7 @@ module hampm_fatigue
    use hampm_model, only: model_t
    implicit none
    private
-   public :: fatigue_t, new_fatigue, ways_of, count_cycles, has_fractured, record_cycle, archive_fatigue
+   public :: fatigue_t, new_fatigue, ways_of, count_cycles, has_fractured, has_loads, largest_loads, record_cycle, archive_fatigue
 
    integer, parameter :: parts = 128             !! of an increment, in each of which rates are constant
    real(dp), parameter :: slowest = 1e-20_dp     !! rate over the increment below which there is none: no part has so many cycles, and such K may be rounding
@@ -62,8 +62,8 @@ contains
       end subroutine add
    end subroutine new_fatigue
 
-   !> Range of K, least over largest K, and largest K over K_c of a tip in a block, of both modes. K_I below 0 counts as 0: faces are pressed on each
-   !> other, and shear alone lets the tip grow.
+   !> Range of K, least over largest K, and largest K over K_c of a tip in a block, of both modes. The largest K is the larger one of both ends of the cycle:
+   !> where a held load opens a crack which the loads of the cycles close, that at their least.
    pure subroutine find_cycle(fatigue, at, block, range, ratio, part)
       type(fatigue_t), intent(in) :: fatigue
       real(dp), intent(in) :: at(:, :)           !! of the tip, (`of_part`, levels)
@@ -71,18 +71,59 @@ contains
       real(dp), intent(out) :: range             !! [Pa sqrt(m)]
       real(dp), intent(out) :: ratio, part       !! [-]
       real(dp), dimension(modes) :: largest, least
+      integer :: upper
       range = 0
       ratio = 0
       part = 0
-      if (.not. may_grow(at(:, fatigue%top(block)))) return
-      largest = at(:modes, fatigue%top(block))
-      largest(1) = max(largest(1), 0.0_dp)
-      least = at(:modes, fatigue%bottom(block))
-      least(1) = min(max(least(1), 0.0_dp), largest(1))
+      upper = largest_end(fatigue, at, block)
+      if (upper == 0) return
+      largest = open_part(at(:, upper))
+      least = open_part(at(:, fatigue%top(block) + fatigue%bottom(block) - upper))
       range = norm2(largest - least)
       ratio = max(0.0_dp, min(1.0_dp, dot_product(least, largest)/sum(largest**2)))
-      part = at(of_part, fatigue%top(block))
+      part = at(of_part, upper)
    end subroutine find_cycle
+
+   !> Number of the load at the end of a cycle at which a tip has the larger K; 0 where it may grow at neither.
+   pure integer function largest_end(fatigue, at, block) result(load)
+      type(fatigue_t), intent(in) :: fatigue
+      real(dp), intent(in) :: at(:, :)           !! of the tip, (`of_part`, levels)
+      integer, intent(in) :: block
+      real(dp) :: size_of(2)                     ! K at both ends [Pa sqrt(m)]
+      integer :: ends(2), k
+      ends = [fatigue%top(block), fatigue%bottom(block)]
+      size_of = [(merge(norm2(open_part(at(:, ends(k)))), 0.0_dp, may_grow(at(:, ends(k)))), k=1, 2)]
+      load = 0
+      if (any(size_of > 0)) load = ends(maxloc(size_of, dim=1))
+   end function largest_end
+
+   !> The load of the present block, or of the first one after it, at which K of each tip is the largest: its number, 1 where no tip grows.
+   pure function largest_loads(fatigue) result(loads)
+      type(fatigue_t), intent(in) :: fatigue
+      integer :: loads(size(fatigue%law)), k, b
+      do k = 1, size(loads)
+         loads(k) = 0
+         do b = fatigue%block, fatigue%block + size(fatigue%top) - 1
+            if (loads(k) == 0) loads(k) = largest_end(fatigue, fatigue%at(:, :, k), modulo(b - 1, size(fatigue%top)) + 1)
+         end do
+         loads(k) = max(1, loads(k))
+      end do
+   end function largest_loads
+
+   !> Whether loads open or shear a tip that grows, at either end of any cycle.
+   pure logical function has_loads(fatigue)
+      type(fatigue_t), intent(in) :: fatigue
+      integer :: k, b
+      has_loads = any([((fatigue%law(k) > 0 .and. largest_end(fatigue, fatigue%at(:, :, k), b) > 0, b=1, size(fatigue%top)), &
+                        k=1, size(fatigue%law))])
+   end function has_loads
+
+   !> K of which K_I below 0 counts as 0: faces are pressed on each other then, and shear alone lets a tip grow [Pa sqrt(m)].
+   pure function open_part(k)
+      real(dp), intent(in) :: k(:)               !! K, and that over K_c
+      real(dp) :: open_part(modes)
+      open_part = [max(k(1), 0.0_dp), k(2:modes)]
+   end function open_part
 
    !> Whether a tip is opened, or sheared more than it is pressed shut.
    pure logical function may_grow(k)
@@ -117,10 +158,12 @@ contains
       real(dp), intent(in) :: at(:, :, :)
       integer, intent(in) :: block, tip
       real(dp) :: yield_stress
+      integer :: upper
       zone = 0
       yield_stress = model%growth(fatigue%law(tip))%yield_stress()
-      if (yield_stress > 0) zone = (norm2(at(:modes, fatigue%top(block), tip))/yield_stress)**2/acos(-1.0_dp) &
-                                   /merge(1, 3, model%run%plane == 'stress')
+      upper = largest_end(fatigue, at(:, :, tip), block)
+      if (yield_stress > 0 .and. upper > 0) zone = (norm2(open_part(at(:, upper, tip)))/yield_stress)**2/acos(-1.0_dp) &
+                                                   /merge(1, 3, model%run%plane == 'stress')
    end function zone_of
 
    !> Way of each tip in the cycles that follow: in the first that lets any tip grow, or the mean over all blocks where these repeat [m].
@@ -176,11 +219,12 @@ contains
       type(fatigue_t), intent(in) :: fatigue
       real(dp), intent(in) :: before(:, :, :), after(:, :, :)
       integer, intent(in) :: block
-      integer :: k
+      integer :: k, upper
       part = huge(part)
       do k = 1, size(fatigue%law)
-         associate (first => before(of_part, fatigue%top(block), k), last => after(of_part, fatigue%top(block), k))
-            if (fatigue%law(k) == 0 .or. .not. may_grow(before(:, fatigue%top(block), k))) cycle
+         upper = largest_end(fatigue, before(:, :, k), block)
+         if (fatigue%law(k) == 0 .or. upper == 0) cycle
+         associate (first => before(of_part, upper, k), last => after(of_part, upper, k))
             if (first >= 1) part = 0
             if (last > max(first, 1.0_dp)) part = min(part, max(0.0_dp, (1 - first)/(last - first)))
          end associate

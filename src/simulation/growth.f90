@@ -12,7 +12,7 @@ module hampm_growth
    use hampm_nodal_state, only: internal_force, external_force
    use hampm_plane_cuts, only: fronts_of, find_unbonded, open_more
    use hampm_plane_points, only: follow_fronts, late_release
-   use hampm_fatigue, only: count_cycles, has_fractured
+   use hampm_fatigue, only: count_cycles, has_fractured, has_loads, largest_loads
    use hampm_static_front_growth, only: ratios_of_points, advance_points, at_points, even_out_points, book_points, take_points
    use hampm_growing, only: growing_t, next_t
    use hampm_growth_room, only: update_model_path
@@ -309,7 +309,8 @@ contains
       call measure_state(s, failure)
       if (failure%failed()) return
       before = s%cracks
-      values = s%measurements%crack
+      call values_of_growth(s, values, failure)
+      if (failure%failed()) return
       allocate (attempts(size(values)), source=0)
       have_cut = .false.
       do
@@ -365,7 +366,9 @@ contains
       call grow(s, failure, has_grown)
       if (.not. (failure%failed() .or. s%is_over .or. has_grown)) then
          s%is_over = .true.
-         call add_line(s%warning, 'the run ends before end_time, as no tip grows any more in the load cycles that follow')
+         call add_line(s%warning, 'the run ends before end_time, as no tip grows any more in the load cycles that follow'// &
+                       trim(merge(repeat(' ', 48), ': the loads close the crack at both ends of each', &
+                                  has_loads(s%growing%fatigue))))
       end if
    end subroutine grow_in_cycles
 
@@ -426,51 +429,104 @@ contains
       type(failure_t), intent(inout) :: failure
       type(measurements_t) :: measurements
       type(energies_t) :: energies
-      logical :: one_tells
       integer :: l
       if (failure%failed()) return
-      associate (m => s%problem, level => s%growing%fatigue%level)
-         one_tells = all(m%materials%linear) .and. m%interfaces%n_contact == 0 .and. &
-                     .not. (has_held_drive(m) .or. m%constraints%only_push())
-         measurements = s%measurements
-         energies = m%energies
-         call take(1, 1.0_dp)
-         do l = 2, size(level)
-            if (one_tells) then
-               call take(l, level(l))
-            else
-               m%interfaces%keep_slip = have_friction(m%interfaces)
-               call rescale(s, level(l), failure)
-               if (failure%failed()) return
-               call take(l, 1.0_dp)
-            end if
-         end do
-         if (one_tells .or. size(level) == 1) return
-         call rescale(s, 1.0_dp, failure)
-         m%interfaces%keep_slip = .false.
-         s%measurements = measurements
-         m%energies = energies
-      end associate
+      measurements = s%measurements
+      energies = s%problem%energies
+      call take(1, 1.0_dp)
+      do l = 2, size(s%growing%fatigue%level)
+         if (one_load_tells(s)) then
+            call take(l, s%growing%fatigue%level(l))
+         else
+            call go_to_load(s, s%growing%fatigue%level(l), failure)
+            if (failure%failed()) return
+            call take(l, 1.0_dp)
+         end if
+      end do
+      if (size(s%growing%fatigue%level) > 1) call go_back(s, measurements, energies, failure)
    contains
       !> Take what was measured, times a factor, for a load.
       subroutine take(l, factor)
          integer, intent(in) :: l                !! number of the load
          real(dp), intent(in) :: factor          !! [-]
+         type(crack_values_t) :: values
          type(next_t) :: next
          integer :: k
          if (has_fronts(s)) call take_points(s%growing, s%model, s%measurements%fronts, factor, now(:, l, :))
          do k = 1, size(s%cracks%tips)
-            associate (tip => s%cracks%tips(k), values => s%measurements%crack(k), law => s%growing%fatigue%law(k))
+            associate (tip => s%cracks%tips(k), law => s%growing%fatigue%law(k))
                if (.not. tip%is_measured()) cycle
-               now(:modes, l, k) = factor*values%intensity
+               values = s%measurements%crack(k)%times(factor)
+               now(:modes, l, k) = values%intensity
                if (tip%is_half()) now(2:modes, l, k) = 0
                if (law == 0) cycle
                next = s%growing%next_of(s%model, s%cracks, k, s%model%growth(law), values)
-               if (next%toughness > 0) now(modes + 1, l, k) = abs(factor)*sqrt(max(0.0_dp, next%rate)/next%toughness)
+               if (next%toughness > 0) now(modes + 1, l, k) = sqrt(max(0.0_dp, next%rate)/next%toughness)
             end associate
          end do
       end subroutine take
    end subroutine look_at_cycles
+
+   !> What is measured at tips that are about to go on, or to turn: in load cycles at that end of these at which K of each is the larger.
+   subroutine values_of_growth(s, values, failure)
+      type(simulation_t), intent(inout) :: s
+      type(crack_values_t), allocatable, intent(out) :: values(:)
+      type(failure_t), intent(inout) :: failure
+      type(measurements_t) :: measurements
+      type(energies_t) :: energies
+      real(dp) :: factor                         ! by which K is more than what was measured [-]
+      integer :: load(size(s%growing%tips)), l, k
+      values = s%measurements%crack
+      if (failure%failed() .or. .not. s%growing%is_cyclic) return
+      load = largest_loads(s%growing%fatigue)
+      if (all(load(:size(values)) == 1)) return
+      measurements = s%measurements
+      energies = s%problem%energies
+      do l = 2, size(s%growing%fatigue%level)
+         if (.not. any(load(:size(values)) == l)) cycle
+         factor = s%growing%fatigue%level(l)
+         if (.not. one_load_tells(s)) then
+            call go_to_load(s, factor, failure)
+            if (failure%failed()) return
+            factor = 1
+         end if
+         do k = 1, size(values)
+            if (load(k) == l) values(k) = s%measurements%crack(k)%times(factor)
+         end do
+      end do
+      call go_back(s, measurements, energies, failure)
+   end subroutine values_of_growth
+
+   !> Whether all is proportional to the loads.
+   pure logical function one_load_tells(s)
+      type(simulation_t), intent(in) :: s
+      associate (m => s%problem)
+         one_load_tells = all(m%materials%linear) .and. m%interfaces%n_contact == 0 .and. &
+                          .not. (has_held_drive(m) .or. m%constraints%only_push())
+      end associate
+   end function one_load_tells
+
+   !> Look at another load of the cycles; faces slide from where they are.
+   subroutine go_to_load(s, factor, failure)
+      type(simulation_t), intent(inout) :: s
+      real(dp), intent(in) :: factor             !! [-]
+      type(failure_t), intent(inout) :: failure
+      s%problem%interfaces%keep_slip = have_friction(s%problem%interfaces)
+      call rescale(s, factor, failure)
+   end subroutine go_to_load
+
+   !> Go back to the load of the model after such looks.
+   subroutine go_back(s, measurements, energies, failure)
+      type(simulation_t), intent(inout) :: s
+      type(measurements_t), intent(in) :: measurements !! of before
+      type(energies_t), intent(in) :: energies   !! the same
+      type(failure_t), intent(inout) :: failure
+      if (one_load_tells(s)) return
+      call rescale(s, 1.0_dp, failure)
+      s%problem%interfaces%keep_slip = .false.
+      s%measurements = measurements
+      s%problem%energies = energies
+   end subroutine go_back
 
    !> At rest: cut cells along cracks that have grown, and find equilibrium. Where they have parted a body and one of its pieces has no equilibrium,
    !> the run is over; where a displacement is prescribed the piece goes with the load frame, and bears no load.
@@ -525,6 +581,7 @@ contains
       type(simulation_t), intent(inout) :: s
       type(symmetric_turns_t), intent(out) :: turns
       type(failure_t), intent(inout) :: failure
+      type(crack_values_t), allocatable :: values(:)
       real(dp), allocatable :: turn(:)
       integer :: is_in_the_way
       logical :: are_over
@@ -533,7 +590,8 @@ contains
       are_over = .false.
       do
          if (failure%failed()) return
-         if (.not. are_over) call turns%note(mixities_of(s%measurements%crack, turns%tip))
+         call values_of_growth(s, values, failure)
+         if (.not. are_over) call turns%note(mixities_of(values, turns%tip))
          if (turns%have_found() .or. are_over) return
          call turns%choose(turn, are_over)
          call turn_tips(s%model, s%cracks, turns%tip, turn, is_in_the_way)

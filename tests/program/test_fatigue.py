@@ -227,6 +227,49 @@ def test_held_load_is_the_mean_load_of_a_cycle(hampm):
         assert held[name] == pytest.approx(whole[name], rel=1e-7), name
 
 
+def plate(direction, loads, cycles, points="0.0, 0.0, 8.0e-3, 2.0e-3", growth="", level=1, law="fatigue"):
+    """A slanted edge crack in a plate under tractions of so many MPa, each held or of the cycles."""
+    tractions = "".join(f"&load kind = 'traction'  lower = 0.0, {y}  upper = 0.04, {y}  force = 0.0, {side * 400.0 * load}  held = .{held}. /\n"
+                        for load, held in loads for side, y in ((1, 0.04), (-1, -0.04)))
+    return f"""&run plane = 'stress'  thickness = 0.01  end_time = 4.0 /
+&grid lower = -2e-3, -0.042  cell = 2e-3  cells = 22, 42 /
+&material name = 's'  young = 200e9  poisson = 0.3  density = 7850 /
+&body material = 's'  lower = 0.0, -0.04  upper = 0.04, 0.04 /
+{tractions}&constraint lower = 0.04, 0.0  upper = 0.04, 0.0  fix = 'xy' /
+&constraint lower = 0.02, 0.0  upper = 0.02, 0.0  fix = 'y' /
+&crack kind = 'path'  points = {points} /
+&growth law = '{law}'  direction = '{direction}'  increment = 2.0e-3  {growth or "rate_constant = 1e-29  rate_exponent = 3.0"} /
+&cycles {cycles} /
+&refine indicator = 'tip'  max_level = {level}  rings = 6 /
+&method time = 'static'  load_steps = 4 /
+&energy_release estimators = 'domain_integral' /
+&output file = 'out.h5' /
+"""
+
+
+@pytest.mark.parametrize(("direction", "loads", "cycles", "others", "other_cycles"), [
+    ("local_symmetry", ((100, "true"), (-60, "false")), "ratio = 0.0", ((40, "true"), (60, "false")), "ratio = 0.0"),
+    ("hoop_stress", ((-50, "false"),), "ratio = -2.0", ((100, "false"),), "ratio = -0.5"),
+    ("straight", ((90, "true"), (-30, "false")), "ratio = 0.5  blocks = 9e3, 1e3  factors = 1.0, 2.0  repeat = .true.",
+     ((30, "true"), (45, "false")), f"blocks = 9e3, 1e3  factors = 1.0, {2 / 3!r}  ratios = {2 / 3!r}, 0.0  repeat = .true."),
+], ids=["held", "falls", "blocks"])
+def test_the_largest_load_of_a_cycle_is_at_either_of_its_ends(hampm, direction, loads, cycles, others, other_cycles):
+    """The same stresses in time as loads that rise from the least one and as loads that fall from the largest one: the range of K, R, rates, cycles and paths are the same."""
+    falls, rises = (run(hampm, plate(direction, *scene), name=name) for name, scene in (("falls", (loads, cycles)), ("rises", (others, other_cycles))))
+    assert np.all(rises["growth_rate"] > 0) and len(rises["cycles"]) == 5
+    for column in ("cycles", "delta_K", "growth_rate", "crack_length", "tip_x"):
+        assert falls[column] == pytest.approx(rises[column], rel=1e-6), column
+    assert falls["ratio_of_K"] == pytest.approx(rises["ratio_of_K"], abs=1e-6)
+
+
+def test_held_tension_and_cycles_of_compression_to_fracture(hampm):
+    """K_c is held against K at the larger end of a cycle: the life is that of the same stresses by loads that rise."""
+    keys = "rate_constant = 1e-29  rate_exponent = 3.0  toughness = 4.0e3"
+    falls, rises = (run(hampm, plate("straight", loads, "ratio = 0.0", growth=keys), name=name) for name, loads in (
+        ("falls", ((100, "true"), (-60, "false"))), ("rises", ((40, "true"), (60, "false")))))
+    assert falls["life"] == pytest.approx(rises["life"], rel=1e-9) and falls["life"] > 0
+
+
 def test_faces_in_contact_carry_no_more_in_compression(hampm):
     """At R = -1 a crack whose faces press on each other has the range of R = 0, up to what faces in contact overlap."""
     text = (INPUT / "fatigue_eccentric_crack.nml").read_text()

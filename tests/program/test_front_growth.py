@@ -121,6 +121,17 @@ def test_an_ellipse_becomes_a_penny(tmp_path, short, exponent, level):
     assert b[-1] / a[-1] > short + 0.15 and np.max(np.abs(error)) < 0.01 and abs(off[-1]) < 0.02
 
 
+def test_the_largest_load_of_a_cycle_is_at_either_of_its_ends(tmp_path):
+    """A held tension with cycles that press is the same as the least one with cycles that pull: rates, cycles and the front are the same."""
+    def scene(held, cyclic):
+        load = "&load kind = 'traction'  lower = 0.0, 0.0, 4.0  upper = 4.0, 4.0, 4.0  force = 0.0, 0.0, {}  held = {} /"
+        body = BODY.splitlines()[0] + "\n" + load.format(16.0 * held, ".true.") + "\n" + load.format(16.0 * cyclic, ".false.")
+        return grown(tmp_path / f"{held}", fatigue(DISC, 2, 0.1, bodies=body))[:2]
+    (one, falls), (other, rises) = scene(1.0, -0.6), scene(0.4, 0.6)
+    assert falls["cycles"][-1] > 0 and falls["cycles"] == pytest.approx(rises["cycles"], rel=1e-9)
+    assert one["extension"] == pytest.approx(other["extension"], rel=1e-9)
+
+
 def test_a_tough_penny(tmp_path):
     """Its stress falls as K of tension 1 rises; G is the toughness all along it, but for what cells make."""
     along, history, off = grown(tmp_path / "penny", tough(DISC, 4, 0.15))
