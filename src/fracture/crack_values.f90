@@ -34,6 +34,8 @@ module hampm_crack_values
       procedure :: best
       procedure :: error_of_t_stress
       procedure :: times
+      procedure :: is_above_error
+      procedure :: is_pressed
    end type crack_values_t
 
    !> G by the best of the chosen estimators.
@@ -100,6 +102,30 @@ contains
       if (allocated(self%j)) values%j = factor**2*self%j
       if (allocated(self%t_stress)) values%t_stress = factor*self%t_stress
    end function times
+
+   !> Whether G is above its own error, as far as that is measured and not expected of the cells: else it may be all error, as of faces that are closed. There
+   !> both J and what goes with K have to be.
+   pure logical function is_above_error(self, tip)
+      class(crack_values_t), intent(in) :: self
+      type(crack_tip_t), intent(in) :: tip
+      real(dp) :: least                          ! [J/m2]
+      least = sum(self%j)/size(self%j)
+      if (self%uncertainty_of_j > 0) least = min(least, self%g_of_k)
+      is_above_error = best_rate(self, tip) > 0 .and. least > maxval(self%j) - minval(self%j) + self%uncertainty_of_j
+   end function is_above_error
+
+   !> Whether loads press the faces at a tip on each other, or through each other: K_I is below 0 by more than it may be off beside the other mode. Beside
+   !> layers, where K_I is none of that tip or depends on a length, the opening behind it is.
+   pure logical function is_pressed(self, tip)
+      class(crack_values_t), intent(in) :: self
+      type(crack_tip_t), intent(in) :: tip
+      real(dp), parameter :: off = 0.02_dp       ! part of the other mode by which K_I may be astray
+      if (tip%has_layers) then
+         is_pressed = -self%behind(1) > off*abs(self%behind(2))
+      else
+         is_pressed = -self%intensity(1) > self%spread_of_k(1) + off*abs(self%intensity(2))
+      end if
+   end function is_pressed
 
    !> Estimated error of the T-stress [Pa]: what the domains differ by, the same part of T as K is off by, and the stress by the errors of K where
    !> the largest domain ends.

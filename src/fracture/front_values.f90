@@ -265,7 +265,35 @@ contains
       if (values%has_ended) return
       if (values%by_domain) call measure_domains(problem, state, values)
       if (values%by_closure) call measure_closure(problem, values)
+      if (values%by_domain .and. values%domain%has_modes) return
+      where (have_overlapped(problem, values)) values%of_g(1, :) = -values%of_g(1, :) ! of which only the size was found
    end subroutine measure_front
+
+   !> Whether the faces behind each hat have overlapped, by the displacements of the particles there.
+   pure function have_overlapped(problem, values) result(have)
+      type(problem_t), intent(in) :: problem
+      type(front_values_t), intent(in) :: values
+      logical :: have(size(values%arc))
+      real(dp), parameter :: behind = 1.5_dp, around = 2 ! cells
+      real(dp) :: x(ndim), cell, volume(2), way(2) ! of the particles on both sides: their volume, and their way times that [m3], [m4]
+      integer :: j, i, side
+      associate (front => values%domain%front, p => problem%particles)
+         cell = cell_at(front, problem)
+         do j = 1, size(have)
+            x = values%at(:, j) - behind*cell*values%outward(:, j)
+            volume = 0
+            way = 0
+            do i = 1, p%n
+               if (norm2(p%reference(i, :) - x) > around*cell) cycle
+               side = merge(1, 2, p%reference(i, front%axis) > front%plane)
+               volume(side) = volume(side) + p%volume(i)
+               way(side) = way(side) + p%volume(i)*p%displacement(i, front%axis)
+            end do
+            way = way/max(volume, tiny(volume))
+            have(j) = way(1) < way(2)
+         end do
+      end associate
+   end function have_overlapped
 
    !> By closure. The crack is closed by one cell. What closing two says differs by as much as the cells are off, by the first order of their size.
    subroutine measure_closure(problem, values)

@@ -13,7 +13,7 @@ module hampm_growing
    use hampm_dynamic_front_growth, only: growing_front_t, growing_plane_t, new_growing_planes, archive_planes
    use hampm_front_values, only: front_values_t
    use hampm_history, only: history_t
-   use hampm_kinks, only: kink_t, best_kink, kink_angle
+   use hampm_kinks, only: kink_t, best_kink, is_opened, kink_angle
    use hampm_load_work, only: load_state_t, archive_load_state
    use hampm_material, only: material_t
    use hampm_model, only: model_t
@@ -74,6 +74,7 @@ module hampm_growing
       real(dp) :: kink = 0                       !! angle by which it turns, to the left [rad]
       real(dp) :: rate = 0                       !! energy release rate that drives it, by `max_energy` that of the kink [J/m2]
       real(dp) :: toughness = 0                  !! that it meets there [J/m2]
+      integer :: hindrance = 0                   !! at rest: why it does not go on whatever the loads are multiplied by, one of `note_wait`; 0: it may
    end type next_t
 
    !> The tips that grow.
@@ -99,6 +100,7 @@ module hampm_growing
       real(dp) :: onset_length = 0               !! length with which it does [m]
       real(dp) :: onset_released = 0             !! energy that it releases then, over its area [J/m2]
       logical :: waits = .false.                 !! whether tips below their toughness do not advance
+      logical :: have_no_load = .false.          !! the same in the next load step, as no load was found that brings a tip to it
       ! In motion
       logical :: is_paced = .false.              !! whether tips of law = toughness keep pace with G, in implicit steps
       real(dp) :: integral = 0                   !! of G over the new area [J]
@@ -118,6 +120,7 @@ module hampm_growing
       procedure :: fit_radii
       procedure :: stop_tip
       procedure, nopass :: note_tip
+      procedure, nopass :: note_wait
    end type growing_t
 
 contains
@@ -204,6 +207,13 @@ contains
          advance%angle = advance%angle + kink%angle
       end if
       next%toughness = growth%toughness_at(advance)
+      if (.not. self%is_static .or. cracks%tips(tip)%has_ended) return
+      if (.not. values%is_above_error(cracks%tips(tip))) next%hindrance = 2
+      if (growth%direction == 'straight') then
+         if (values%is_pressed(cracks%tips(tip))) next%hindrance = 1
+      else if (.not. is_opened(trim(growth%direction), values%intensity)) then
+         next%hindrance = 1
+      end if
    end function next_of
 
    !> The kink by which a tip goes on by the direction of a &growth.
@@ -365,6 +375,18 @@ contains
       call add_line(message, text)
    end subroutine note_tip
 
+   !> Note that a tip, or a front, waits at rest.
+   subroutine note_wait(number, hindrance, message)
+      integer, intent(in) :: number
+      integer, intent(in) :: hindrance           !! of it: 1 closed, 2 only by errors, 0 by neither
+      character(:), allocatable, intent(inout) :: message
+      character(:), allocatable :: why
+      why = ''
+      if (hindrance == 1) why = 'nothing opens it in the direction that it would take, and '
+      if (hindrance == 2) why = 'its G is not above its own error, as of faces that are closed, and '
+      call note_tip(number, 'has waited in one load step at least: '//why//'no load factor brings it to its toughness', message)
+   end subroutine note_wait
+
    !> Note that a tip has moved in a step.
    elemental subroutine note_motion(self, time, dt)
       class(growing_tip_t), intent(inout) :: self
@@ -512,6 +534,7 @@ contains
       if (growing%is_cyclic) call archive_fatigue(growing%fatigue, archive)
       call archive%serialise('controlled', growing%controlled)
       call archive%serialise('compliance', growing%compliance)
+      call archive%serialise('have_no_load', growing%have_no_load)
       call archive%serialise('onset_crack', growing%onset_crack)
       call archive%serialise('onset_length', growing%onset_length)
       call archive%serialise('onset_released', growing%onset_released)

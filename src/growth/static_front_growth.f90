@@ -16,7 +16,7 @@ module hampm_static_front_growth
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: ways_of
    use hampm_front, only: front_t, region_t, find_fronts
-   use hampm_front_values, only: front_values_t, part_along, between_hats, parts_of
+   use hampm_front_values, only: front_values_t, mean_rate, part_along, between_hats, parts_of
    use hampm_growing, only: growing_t, next_t
    use hampm_lapack, only: dposv
    use hampm_law, only: value_of
@@ -65,21 +65,25 @@ contains
                if (body == 0) body = body_at(model, front%at(:, j))
                if (body > 0) advance%of_body = model%bodies(body)%toughness
                next(k) = next_t(rate=max(0.0_dp, front%g(j)), toughness=model%growth(growing%tips(k)%law)%toughness_at(advance))
+               if (.not. mean_rate(front) > front%mean_error) next(k)%hindrance = 2
+               if (-front%of_g(1, j) > front%k_error(1, j)) next(k)%hindrance = 1
             end do
          end associate
       end do
    end function next_of_points
 
-   !> G over the toughness of each point that still grows.
-   pure function ratios_of_points(growing, model, fronts) result(ratios)
+   !> G over the toughness of each point that still grows; 0 where something hinders it, or the same whatever does.
+   pure function ratios_of_points(growing, model, fronts, whatever) result(ratios)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
       type(front_values_t), intent(in) :: fronts(:)
+      logical, intent(in) :: whatever
       real(dp), allocatable :: ratios(:)
       type(next_t) :: next(size(growing%tips))
       integer :: k
       next = next_of_points(growing, model, fronts)
-      ratios = pack(next%rate/max(next%toughness, tiny(1.0_dp)), [(growing%is_growing(k), k=1, size(next))])
+      ratios = pack(merge(next%rate/max(next%toughness, tiny(1.0_dp)), 0.0_dp, whatever .or. next%hindrance == 0), &
+                    [(growing%is_growing(k), k=1, size(next))])
    end function ratios_of_points
 
    !> Let fronts advance by the ways of their points. `have_moved` tells whether any has.
@@ -97,7 +101,7 @@ contains
       logical :: meets_itself
       logical, allocatable :: have_met(:)
       integer :: c, f, i, n, before, first, last
-      way = find_ways(growing, model, fronts)
+      call find_ways(growing, model, fronts, way, message)
       have_moved = any(way > 0)
       growing%tips%advance = 0
       if (.not. have_moved) return
@@ -245,15 +249,17 @@ contains
    end subroutine reach_sides
 
    !> Find the way of each point in the next load step [m].
-   function find_ways(growing, model, fronts) result(way)
+   subroutine find_ways(growing, model, fronts, way, message)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
       type(front_values_t), intent(in) :: fronts(:)
+      real(dp), intent(out) :: way(:)
+      character(:), allocatable, intent(inout) :: message
       real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
       integer, parameter :: turns = 50
       type(next_t) :: next(size(growing%tips))
       type(fall_t) :: fall(size(fronts))
-      real(dp), dimension(size(growing%tips)) :: way, ratio, increment
+      real(dp), dimension(size(growing%tips)) :: ratio, increment
       logical :: grows(size(growing%tips))
       real(dp) :: low, high
       integer :: f, k
@@ -272,10 +278,17 @@ contains
       end if
       next = next_of_points(growing, model, fronts)
       ratio = 0
-      where (grows) ratio = next%rate/next%toughness
+      where (grows .and. next%hindrance == 0) ratio = next%rate/next%toughness
       way = 0
       high = maxval(ratio)
-      if (.not. high > nothing .or. growing%waits .and. high < reached) return
+      k = findloc(grows .and. next%hindrance > 0 .and. next%rate > merge(reached*next%toughness, 0*ratio, growing%waits), .true., &
+                  dim=1)
+      if (.not. high > nothing .and. k > 0) then
+         call growing%note_wait(k, next(k)%hindrance, message)
+      else if (growing%have_no_load .and. high < reached) then
+         call growing%note_wait(1, 0, message)
+      end if
+      if (.not. high > nothing .or. (growing%waits .or. growing%have_no_load) .and. high < reached) return
       increment = huge(low)
       where (grows) increment = growing%part*model%growth(max(1, growing%tips%law))%increment
       low = 0
@@ -327,7 +340,7 @@ contains
             if (info == 0) to = right
          end associate
       end subroutine slow_down
-   end function find_ways
+   end subroutine find_ways
 
    !> The least w >= 0 with A w >= g, with the equal sign where w > 0: A has no positive elements beside its diagonal, so that points which move come to be
    !> fewer, or more, from turn to turn.
@@ -523,7 +536,7 @@ contains
       do f = 1, size(fronts)
          do j = 1, size(fronts(f)%arc)
             k = k + 1
-            now(:2, k) = factor*fronts(f)%of_g(:, j)
+            if (next(k)%hindrance /= 2) now(:2, k) = factor*fronts(f)%of_g(:, j)
             if (next(k)%toughness > 0) now(3, k) = abs(factor)*sqrt(next(k)%rate/next(k)%toughness)
          end do
       end do

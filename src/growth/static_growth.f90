@@ -11,7 +11,7 @@ module hampm_static_growth
    use hampm_growing, only: growing_t, next_t, fitting, part_of_crack
    use hampm_growth_room, only: update_model_path, room_for, why_no_room, find_end, plan_end, end_tips
    use hampm_load_search, only: nothing
-   use hampm_kinks, only: is_opened, slope_of_mixity
+   use hampm_kinks, only: slope_of_mixity
    use hampm_load_work, only: load_state_t, find_load_state, find_frame, work_between
    use hampm_problem, only: problem_t
    use hampm_path_placement, only: path_radius
@@ -62,7 +62,7 @@ contains
             if (.not. growing%is_growing(k)) cycle
             associate (law => model%growth(law_of(model, tip)))
                next(k) = growing%next_of(model, cracks, k, law, values(k))
-               if (law%only_largest) ratios(k) = next(k)%rate/next(k)%toughness
+               if (law%only_largest .and. next(k)%hindrance == 0) ratios(k) = next(k)%rate/next(k)%toughness
                wanted(k) = law%increment
                least(k) = least_radius(model)*merge(0.01_dp, 1.0_dp, law%direction == 'straight')
             end associate
@@ -84,14 +84,18 @@ contains
          associate (law => model%growth(law_of(model, cracks%tips(k))), tip => cracks%tips(k))
             if (.not. wanted(k) > 0) return
             if (growing%waits .and. next(k)%rate < reached*next(k)%toughness) return
+            if (next(k)%hindrance > 0) then
+               if (norm2(values(k)%intensity) > 0 .or. any(abs(values(k)%j) > 0)) & ! else there is no load yet
+                  call growing%note_wait(k, next(k)%hindrance, message)
+               return
+            end if
+            if (growing%have_no_load .and. next(k)%rate < reached*next(k)%toughness) then
+               call growing%note_wait(k, 0, message)
+               return
+            end if
             if (.not. next(k)%rate > nothing*next(k)%toughness) return ! there is no load yet
             if (law%only_largest) then
                if (k /= first_of_largest(ratios, growing%tips%advance > 0 .or. .not. growing%tips%has_stopped)) return
-            end if
-            if (law%direction /= 'straight' .and. .not. is_opened(trim(law%direction), values(k)%intensity)) then
-               call growing%note_tip(k, 'has waited in one load step at least: nothing opens it in the direction that it would '// &
-                                     'take. Where it is to grow all the same, give &growth direction = ''straight''', message)
-               return
             end if
             call try_to_advance(k)
          end associate
@@ -279,12 +283,13 @@ contains
       first_of_largest = findloc(some .and. rates >= largest - rounding*abs(largest), .true., dim=1)
    end function first_of_largest
 
-   !> G over the toughness of each tip that still grows.
-   pure function ratios_of(growing, model, cracks, values) result(ratios)
+   !> G over the toughness of each tip that still grows; 0 where something hinders it, or the same whatever does.
+   pure function ratios_of(growing, model, cracks, values, whatever) result(ratios)
       type(growing_t), intent(in) :: growing
       type(model_t), intent(in) :: model
       type(cracks_t), intent(in) :: cracks
       type(crack_values_t), intent(in) :: values(:)
+      logical, intent(in) :: whatever
       real(dp), allocatable :: ratios(:)
       type(next_t) :: next
       real(dp) :: of_all(size(values))
@@ -293,7 +298,7 @@ contains
       do k = 1, size(values)
          if (.not. growing%is_growing(k)) cycle
          next = growing%next_of(model, cracks, k, model%growth(law_of(model, cracks%tips(k))), values(k))
-         of_all(k) = next%rate/next%toughness
+         if (whatever .or. next%hindrance == 0) of_all(k) = next%rate/next%toughness
       end do
       ratios = pack(of_all, [(growing%is_growing(k), k=1, size(values))])
    end function ratios_of

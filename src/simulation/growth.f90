@@ -460,6 +460,7 @@ contains
                now(:modes, l, k) = values%intensity
                if (tip%is_half()) now(2:modes, l, k) = 0
                if (law == 0) cycle
+               if (.not. values%is_above_error(tip)) now(:modes, l, k) = 0
                next = s%growing%next_of(s%model, s%cracks, k, s%model%growth(law), values)
                if (next%toughness > 0) now(modes + 1, l, k) = sqrt(max(0.0_dp, next%rate)/next%toughness)
             end associate
@@ -644,40 +645,58 @@ contains
       has_fronts = size(s%measurements%fronts) > 0
    end function has_fronts
 
-   !> G over the toughness of each tip, or point of a front, that still grows.
-   pure function ratios(s)
+   !> G over the toughness of each tip, or point of a front, that still grows; 0 where something hinders it, or the same whatever does.
+   pure function ratios(s, whatever)
       type(simulation_t), intent(in) :: s
+      logical, intent(in), optional :: whatever  !! default: .false.
       real(dp), allocatable :: ratios(:)
+      logical :: all_of_them
+      all_of_them = .false.
+      if (present(whatever)) all_of_them = whatever
       if (has_fronts(s)) then
-         ratios = ratios_of_points(s%growing, s%model, s%measurements%fronts)
+         ratios = ratios_of_points(s%growing, s%model, s%measurements%fronts, all_of_them)
       else
-         ratios = ratios_of(s%growing, s%model, s%cracks, s%measurements%crack)
+         ratios = ratios_of(s%growing, s%model, s%cracks, s%measurements%crack, all_of_them)
       end if
    end function ratios
 
-   !> When all is measured: scale the loads until the largest G is the toughness.
+   !> When all is measured: scale the loads until the largest G is the toughness. Beside held loads G is a polynomial of the load factor, whatever its sign:
+   !> only where it is found tips count that nothing hinders. Where none is left the loads stay.
    subroutine load_to_toughness(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       integer, parameter :: most = 40
       type(load_search_t) :: search
-      real(dp) :: factor
+      real(dp), parameter :: reached = 1 - 1e-4_dp ! part of the toughness
+      real(dp), allocatable :: now(:)
+      logical, allocatable :: counts(:)
+      real(dp) :: factor, before
       integer :: attempt
       logical :: is_found
       if (failure%failed()) return
       if (s%growing%have_onsets .and. size(ratios(s)) == 0) return
       search%is_proportional = .not. has_held_drive(s%problem)
+      before = s%growing%load_factor
+      s%growing%have_no_load = .false.
+      allocate (counts(size(ratios(s))), source=.true.)
       do attempt = 1, most
-         call search%note(s%growing%load_factor, ratios(s))
+         now = merge(ratios(s, whatever=.not. search%is_proportional), 0.0_dp, counts)
+         call search%note(s%growing%load_factor, now)
          call search%choose(factor, is_found)
          if (.not. has_scaled_drive(s%problem)) then
             is_found = attempt > 1
             factor = s%growing%load_factor
             if (any(ratios(s) > 1)) exit
          end if
-         if (is_found) return
+         if (is_found) then
+            if (search%is_proportional .or. maxval(now) < reached .or. any(ratios(s) >= reached .and. counts)) return
+            counts = counts .and. now < reached  ! without tips that reach it where something hinders them
+            s%growing%have_no_load = .not. any(counts)
+            if (s%growing%have_no_load) factor = before
+            search = load_search_t(is_proportional=.false.)
+         end if
          call rescale(s, factor, failure)
-         if (failure%failed()) return
+         if (failure%failed() .or. s%growing%have_no_load) return
       end do
       call failure%report(exit_computation, s%problem%state%when()//'no factor of the loads was found that '// &
                           'brings G to the toughness: G hardly depends on them, as where held loads or an '// &
@@ -714,7 +733,8 @@ contains
       s%growing%waits = .true.
       call load_to(s, target, failure)
       has_grown = .not. failure%failed()
-      if (has_grown) has_grown = exceeds_toughness(s)
+      if (has_grown) has_grown = any(ratios(s, whatever=.true.) > 1 + 2*near)
+      if (has_grown .and. .not. exceeds_toughness(s)) call grow(s, failure, has_grown) ! which says why tips wait
       if (has_grown) call load_in_symmetry(s, failure)
       do while (has_grown .and. .not. failure%failed())
          critical = controlled(s)

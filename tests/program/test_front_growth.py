@@ -286,3 +286,13 @@ def test_a_crack_inside_grows_as_on_a_plane_of_symmetry(tmp_path):
     assert of_whole["load_factor"] == pytest.approx(of_half["load_factor"], rel=1e-6)
     print("energy", off, off_whole)
     assert of_whole["fracture_energy"] == pytest.approx(2 * of_half["fracture_energy"], rel=1e-6) and np.max(np.abs(off - off_whole)) < 1e-4
+
+
+@pytest.mark.parametrize("law", ["linear_elastic", "neo_hookean"])
+def test_what_presses_a_front_lets_it_not_grow(tmp_path, law):
+    """K_I is below 0, or where K is none faces overlap: no load brings the front to its toughness, loads stay, and the run says why."""
+    text = tough(DISC, 1, 0.1, bodies=BODY.replace("16.0", "-0.016")).replace("young = 1.0", f"law = '{law}'  young = 1.0")
+    with run(tmp_path / "pressed", SOLID_PROGRAM, text) as file:
+        history = {name: values[()] for name, values in file["history"].items()}
+        assert "a front has waited in one load step at least: nothing opens it" in file["history"].attrs["warnings"]
+    assert np.ptp(history["crack_area"]) == 0 and np.all(history["load_factor"] == 1)

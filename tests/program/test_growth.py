@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from harness import run_told
+from harness import run, run_told
 from paths import BENCH
 
 sys.path.insert(0, str(BENCH))
@@ -134,3 +134,66 @@ def test_what_growth_does_not_go_with(hampm, change, message):
     text = plate(2)
     assert change[0] in text
     assert message in run_told(hampm, text.replace(*change), code=2)
+
+
+PLATE = """&run plane = 'strain'  thickness = 0.01  end_time = 2.0 /
+&grid lower = -0.022, -0.022  cell = 2e-3  cells = 22, 22 /
+&material name = 's'  young = 200e9  poisson = 0.3  density = 7850 /
+&body material = 's'  lower = -0.02, -0.02  upper = 0.02, 0.02 /
+{loads}
+&crack kind = 'path'  points = {points}  {contact} /
+&growth law = 'quasi_static'  direction = '{direction}'  toughness = 100.0  increment = 2e-3  {growth} /
+&method time = 'static'  load_steps = 2 /
+&refine indicator = 'tip'  max_level = 1  rings = 6 /
+&energy_release estimators = 'domain_integral' /
+&output file = 'out.h5' /
+{more}
+"""
+
+
+def pulled(force, more=""):
+    return "".join(f"&load kind = 'traction'  lower = -0.02, {y}  upper = 0.02, {y}  force = 0.0, {side * force}  {more} /\n" for side, y in ((1, 0.02), (-1, -0.02)))
+
+
+FREE, RUBS = "", "contact = 'frictionless'"
+FRAME = "&control quantity = 'displacement'  displacement = 2e-5 /"
+
+
+@pytest.mark.parametrize(("loads", "points", "contact", "direction", "growth", "more", "why"), [
+    (pulled(-400.0), "-0.008, 0.0, 0.008, 0.0", FREE, "straight", "", "", "nothing opens it"),
+    (pulled(-400.0), "-0.021, 0.0007, 0.003, 0.0007", FREE, "straight", "extensions = 0.0, 4e-3  extension_factors = 1.0, 2.0", "", "nothing opens it"),
+    (pulled(-400.0), "-0.008, 0.0007, 0.008, 0.0007", RUBS, "straight", "", "", "not above its own error"),
+    (pulled(-7e4), "-0.008, 0.0, 0.008, 0.0", RUBS, "straight", "tips = 'largest'", "", "not above its own error"),
+    (pulled(-400.0), "-0.008, 0.0003, 0.008, 0.0003", RUBS, "hoop_stress", "", "", "not above its own error"),
+    (pulled(-400.0), "-0.008, 0.0011, 0.008, 0.0011", "contact = 'friction'  friction = 0.3", "local_symmetry", "", "", "not above its own error"),
+    (pulled(4000.0, "held = .true.") + pulled(-400.0), "-0.008, 0.0, 0.008, 0.0", FREE, "straight", "", "", "no load factor"),
+    (pulled(-4e5), "-0.008, 0.0, 0.008, 0.0", FREE, "straight", "", FRAME, "nothing opens it"),
+], ids=["pressed", "edge", "touching", "on a grid line", "kink", "friction", "held tension", "load frame"])
+def test_what_presses_a_crack_lets_it_not_grow(hampm, loads, points, contact, direction, growth, more, why):
+    """K_I is below 0, or G is that of rounding: no load brings such a tip to its toughness. The crack stays, the run says why, and loads stay as the model has them."""
+    row, said = run_told(hampm, PLATE.format(loads=loads, points=points, contact=contact, direction=direction, growth=growth, more=more))
+    assert np.ptp(row["crack_length"]) == 0
+    assert "tip 1 has waited in one load step at least: " in said and why in said
+    if not more:
+        assert np.all(row["load_factor"] == 1)
+
+
+@pytest.mark.parametrize(("direction", "contact"), [("straight", FREE), ("straight", "contact = 'friction'  friction = 0.3"), ("hoop_stress", FREE), ("max_energy", FREE)])
+def test_shear_alone_lets_a_crack_grow(hampm, direction, contact):
+    """A beam with a crack in its middle plane is bent: K_I is rounding of either sign, or 0 of faces that rub, and the tip goes on at its toughness by K_II."""
+    row = run(hampm, f"""&run plane = 'strain'  thickness = 0.01  end_time = 1.0 /
+&grid lower = -2e-3, -8e-3  cell = 1e-3  cells = 104, 16 /
+&material name = 's'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 's'  lower = 0.0, -5e-3  upper = 0.1, 5e-3 /
+&crack kind = 'path'  points = 0.0, 0.0, 0.035, 0.0  {contact} /
+&load kind = 'traction'  lower = 0.0, -5e-3  upper = 0.0, 5e-3  force = 0.0, -100.0 /
+&constraint lower = 0.1, -5e-3  upper = 0.1, 5e-3  fix = 'xy' /
+&growth law = 'quasi_static'  direction = '{direction}'  toughness = 300.0  increment = 3e-3 /
+&method time = 'static'  load_steps = 1 /
+&refine indicator = 'tip'  max_level = 1  rings = 6 /
+&energy_release estimators = 'domain_integral' /
+&output file = 'out.h5' /
+""")
+    assert abs(row["K_I"][0]) < 0.01 * abs(row["K_II"][0])
+    assert row["crack_length"][-1] > row["crack_length"][0]
+    assert row["G_kink" if direction == "max_energy" else "G"][0] == pytest.approx(300.0, rel=1e-3)
