@@ -4,8 +4,8 @@ module hampm_tensors
    implicit none
    private
    public :: identity, trace, determinant, inverse_transpose, product_of, n_voigt, voigt, name_of_component, quarter_turn, in_plane
-   public :: space, unit_tensor, trace_of, symmetric, deviator, volume_change, determinant_of, inverse_transpose_of
-   public :: n_symmetric, n_deviator, components_of, tensor_of, deviator_of
+   public :: space, unit_tensor, trace_of, symmetric, deviator, volume_change, determinant_of, inverse_transpose_of, cofactors
+   public :: n_symmetric, n_deviator, components_of, tensor_of, deviator_of, in_space
 
    integer, parameter :: space = 3               !! dimensions of space
    real(dp), parameter :: unit_tensor(space, space) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [space, space])
@@ -150,11 +150,17 @@ contains
    pure function inverse_transpose_of(f) result(g)
       real(dp), intent(in) :: f(space, space)
       real(dp) :: g(space, space)
+      g = cofactors(f)/determinant_of(f)
+   end function inverse_transpose_of
+
+   !> Cofactors of a tensor of space.
+   pure function cofactors(f) result(g)
+      real(dp), intent(in) :: f(space, space)
+      real(dp) :: g(space, space)
       g(:, 1) = cofactors_of_first(f)
       g(:, 2) = cofactors_of_first(f(:, [2, 3, 1]))
       g(:, 3) = cofactors_of_first(f(:, [3, 1, 2]))
-      g = g/determinant_of(f)
-   end function inverse_transpose_of
+   end function cofactors
 
    !> Components of a deviator of space but the last, 33: 11, 22, 12 and, in solids, 13 and 23.
    pure function components_of(t) result(c)

@@ -12,7 +12,8 @@ module hampm_domain_integral
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: in_plane, quarter_turn, identity, product_of, trace
+   use hampm_tensors, only: cofactors, identity, in_plane, in_space, product_of, quarter_turn, space, trace, unit_tensor, &
+                            volume_change
    use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
    use hampm_tip_domain, only: tip_domain_t, place_t, places_t, list_places, fill_places
    implicit none
@@ -264,18 +265,29 @@ contains
                           *matmul(transpose(axes), matmul(material%slice%free_rate, axes))
             s%energy_rate = s%rate(1)*s%energy - sum(s%stress*s%free_rate)
          end if
-         if (abs(domain%pressure) > 0) call take_off_pressure(domain, material, unturned, s)
+         if (abs(domain%pressure) > 0) call take_off_pressure(domain, material, merge(h, unturned, domain%pressure_follows), s)
       end associate
    end subroutine take_sample
 
-   !> Let a particle be as in a body whose faces carry no pressure: with the stress p I added, which does the work p trace(H).
+   !> Let a particle be as in a body whose faces carry no pressure: with the stress p I added, which does the work p trace(H), or p cof(F) and
+   !> p (det F - 1) where the pressure follows the faces.
    pure subroutine take_off_pressure(domain, material, h, s)
       type(tip_domain_t), intent(in) :: domain
       type(material_t), intent(in) :: material
-      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient, not turned back [-]
+      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient, turned back where the pressure follows [-]
       type(sample_t), intent(inout) :: s
       real(dp) :: axes(ndim, ndim)
+      real(dp), dimension(space, space) :: f, stress
       axes = frame_along(domain%direction)
+      if (domain%pressure_follows) then
+         f = in_space(identity + h)
+         f(space, space) = 1 + s%hoop
+         stress = cofactors(f)
+         s%stress = s%stress + domain%pressure*matmul(transpose(axes), matmul(stress(:ndim, :ndim), axes))
+         s%energy = s%energy + domain%pressure*volume_change(f - unit_tensor)
+         s%hoop_stress = s%hoop_stress + domain%pressure*stress(space, space)
+         return
+      end if
       s%stress = s%stress + domain%pressure*(identity + matmul(transpose(axes), matmul(transpose(domain%turn), axes)))
       s%energy = s%energy + domain%pressure*trace(h)
       if (.not. material%is_ring) return
@@ -438,7 +450,7 @@ contains
          associate (particle => load%particle(n))
             at_point = matmul(q(:, load%node(:, n)), load%shape(:, n))
             if (.not. any(abs(at_point) > 0)) cycle
-            force = domain%in_axes(load%fraction(n)*factor*load%force)
+            force = domain%in_axes(factor*load%force_at(n))
             x = domain%from_tip(p%place_in_grid(particle), p%total_frame)
             side = sign(1.0_dp, x(2))
             part_of_face = merge(domain%below%part_of_opening, domain%field%part_of_opening, &

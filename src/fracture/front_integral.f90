@@ -24,7 +24,7 @@ module hampm_front_integral
    use hampm_material, only: material_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_problem, only: problem_t
-   use hampm_tensors, only: identity
+   use hampm_tensors, only: cofactors, identity, in_space, space, trace, unit_tensor, volume_change
    implicit none
    private
    public :: front_domain_t, front_place_t, front_integrals, front_modes, along, cell_at, hat_lengths, locate
@@ -221,7 +221,7 @@ contains
       real(dp) :: at_nodes(ndim, problem%grid%n_functions)
       real(dp), dimension(ndim) :: divergence, of_s, of_a
       integer :: nodes(problem%grid%n_functions), last, j, k
-      real(dp) :: energy, hoop
+      real(dp) :: energy, hoop, work, change(space, space)
       type(front_place_t) :: place
       associate (grid => problem%grid, p => problem%particles, e => problem%particles%cell(i), &
                  material => problem%materials(problem%particles%material(i)))
@@ -246,6 +246,13 @@ contains
             flux(:, n, 0) = flux(:, n, 0) + domain%pressure*h(n, :)
             flux(:, :, 0) = flux(:, :, 0) - domain%pressure*h(n, n)*identity
          end associate
+         if (abs(domain%pressure) > 0 .and. material%is_finite) then ! that follows them: p cof(F) for p I, and p (det F - 1) for p trace(H)
+            change = in_space(identity + h)
+            work = domain%pressure*(volume_change(change - unit_tensor) - trace(h))
+            change = domain%pressure*(cofactors(change) - unit_tensor)
+            stress = stress + change(:ndim, :ndim)
+            flux(:, :, 0) = flux(:, :, 0) + matmul(transpose(h), change(:ndim, :ndim)) - work*identity
+         end if
          last = 0
          if (domain%has_modes) then
             place = locate(domain%front, p%reference(i, :), reach)

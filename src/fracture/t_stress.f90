@@ -159,7 +159,7 @@ contains
       do n = 1, size(load%particle)
          at_point = matmul(q(:, load%node(:, n)), load%shape(:, n))
          if (.not. any(abs(at_point) > 0)) cycle
-         force = domain%in_axes(load%fraction(n)*factor*load%force)
+         force = domain%in_axes(factor*load%force_at(n))
          x = domain%from_tip(p%place_in_grid(load%particle(n)) + load%offset(:, n), p%total_frame)
          half = norm2(load%half(:, n))
          if (.not. norm2(x) > 0) cycle

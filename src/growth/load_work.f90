@@ -7,7 +7,7 @@ module hampm_load_work
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
    use hampm_failure, only: failure_t
-   use hampm_loads, only: add_load, place_loads
+   use hampm_loads, only: load_t, add_load, place_loads
    use hampm_newton, only: work_of
    use hampm_nodal_state, only: nodal_state_t, find_nodal_state
    use hampm_outer_forces, only: find_heat
@@ -33,6 +33,7 @@ contains
       type(failure_t), intent(inout) :: failure
       type(nodal_state_t) :: nodal
       real(dp), allocatable :: force(:, :)
+      type(load_t) :: first
       integer :: k
       allocate (state%factor(size(m%loads) + 1), state%energy(size(m%loads) + 1))
       call find_heat(m, state%energy(size(m%loads) + 1), state%factor(size(m%loads) + 1))
@@ -41,6 +42,12 @@ contains
          state%factor(k) = m%loads(k)%history%factor(m%state%time)
          allocate (force(ndim, m%grid%n_points), source=0.0_dp)
          call add_load(m%loads(k), 1.0_dp, force)
+         if (allocated(m%loads(k)%follows)) then ! the mean of the first force and this does the work: in the plane it is linear in u
+            first = m%loads(k)
+            deallocate (first%cofactor)
+            call add_load(first, 1.0_dp, force)
+            force = force/2
+         end if
          call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
          state%energy(k) = work_of(m, force, m%state%displacement)
          deallocate (force)

@@ -146,6 +146,9 @@ contains
    subroutine cut_off(load, n)
       type(load_t), intent(inout) :: load
       integer, intent(in) :: n
+      if (allocated(load%ends)) deallocate (load%ends)
+      if (allocated(load%cofactor)) deallocate (load%cofactor)
+      if (allocated(load%last_cofactor)) deallocate (load%last_cofactor)
       load%fraction = load%fraction(:n)
       load%particle = load%particle(:n)
       load%offset = load%offset(:, :n)

@@ -13,13 +13,15 @@ module hampm_loads
    use hampm_time_history, only: time_history_t
    use hampm_edge_parts, only: edge_part_t
    use hampm_particles, only: particles_t
+   use hampm_place_table, only: place_table_t
+   use hampm_turned_faces, only: cofactors_of, number_ends, place_of_end, n_ends
    use hampm_text, only: to_text
    use hampm_load_sharing, only: nearest_particles, share_by_cell, share_by_corners
    implicit none
    private
    public :: load_t, load_on_points, load_on_parts, load_on_particles, follow_sort, share_by_mass, place_loads, add_loads, &
              add_load, book_work, book_work_late, work_of_step, force_at_node, factors_at, largest_factors, all_become_constant, &
-             time_to_constant_value, note_particles, archive_loads
+             time_to_constant_value, note_particles, archive_loads, turn_loads
 
    !> A load: its points, the particles on which they hang, and its history.
    type :: load_t
@@ -36,16 +38,23 @@ module hampm_loads
       integer :: line = 0                        !! number of the crack, 0 for other loads
       real(dp) :: pressure = 0                   !! [Pa]
       real(dp) :: into(ndim) = 0                 !! unit vector into the material on which it presses
+      logical, allocatable :: follows(:)         !! of a pressure, by material, whether it acts on the area and in the direction of the faces as they
+                                                 !! are, else as they were at first; not allocated where all loads keep their direction
       integer :: absorbs = 0                     !! of the dashpots of an edge (`hampm_absorbing_edges`), which component of the area times Z the
                                                  !! parts at its points are [kg/s]; 0 for other loads
       ! Where its points were in the grid when `place_loads` looked last
       integer, allocatable :: node(:, :)         !! nodes of the cell of each point, with domains of those of all corners of its
                                                  !! particle; (nodes, points)
       real(dp), allocatable :: shape(:, :)       !! their shape functions there [-], as `node`
+      real(dp), allocatable :: cofactor(:, :, :) !! of F at each point, allocated with `follows`: a normal times area is turned and stretched by it [-]
+      integer, allocatable :: ends(:, :)         !! numbers of the ends of their segments or rectangles, see `hampm_turned_faces`, (ends, points)
       ! What `book_work_late` needs of the step before [m/s]
       logical :: begun = .false.                 !! whether there was one
       real(dp) :: particle_velocity(ndim) = 0    !! of the particles after it, the mean by the parts of the load
       real(dp) :: guess(ndim) = 0                !! what that of the points was taken for
+      real(dp), allocatable :: last_cofactor(:, :, :) !! where that step began
+   contains
+      procedure :: force_at
    end type load_t
 
 contains
@@ -78,17 +87,20 @@ contains
    end subroutine load_on_points
 
    !> A load of which parts of edges have shares, at two points of each (those of Gauss), in quadratic cells at their middles, which stand for
-   !> all of them: with these the forces on the nodes of a straight part are exact. A point is carried by the nearest particle of the cell that it is in, or of all where that has none.
-   subroutine load_on_parts(m, parts, share, load)
+   !> all of them: with these the forces on the nodes of a straight part are exact. With `in_halves` they are the middles of their halves, whose
+   !> ends neighbours share (`hampm_turned_faces`). A point is carried by the nearest particle of the cell that it is in, or of all where that has none.
+   subroutine load_on_parts(m, parts, share, load, in_halves)
       type(matter_t), intent(in) :: m
       type(edge_part_t), intent(in) :: parts(:)
       real(dp), intent(in) :: share(:)           !! of each, times the force of the load
       type(load_t), intent(inout) :: load
+      logical, intent(in), optional :: in_halves
       real(dp), parameter :: inward = 1e-6_dp ! of a cell
       real(dp) :: at(2), x(ndim)
       integer :: points, k, i, n
       points = merge(1, 2, m%grid%is_quadratic() .or. ndim > 2)
       at = merge(0.0_dp, 1/sqrt(3.0_dp), points == 1)*[1, -1]
+      if (present(in_halves)) at = merge(sign(0.5_dp, at), at, in_halves .and. points > 1)
       n = points*size(parts)
       allocate (load%fraction(n), load%particle(n), load%offset(ndim, n), load%half(ndim, n))
       do k = 1, size(parts)
@@ -149,6 +161,8 @@ contains
    subroutine note_particles(load, p)
       type(load_t), intent(inout) :: load
       type(particles_t), intent(in) :: p
+      if (allocated(load%follows)) load%cofactor = cofactors_of(p, load%follows, load%particle)
+      if (allocated(load%last_cofactor)) deallocate (load%last_cofactor)
       if (load%begun) load%particle_velocity = velocity_of_particles(load, p)
    end subroutine note_particles
 
@@ -178,6 +192,7 @@ contains
       type(grid_t), intent(in) :: grid
       type(particles_t), intent(in) :: p
       integer :: l, k, n, nodes
+      call turn_loads(loads, p)
       do l = 1, size(loads)
          associate (load => loads(l))
             n = size(load%particle)
@@ -200,6 +215,89 @@ contains
       end do
    end subroutine place_loads
 
+   !> Let pressures follow the faces on which they act. Where particles keep no cells the edges are those between the points that neighbours share: the pressure on
+   !> a closed surface then has no resultant and no moment, whatever F does from particle to particle.
+   pure subroutine turn_loads(loads, p)
+      type(load_t), intent(inout) :: loads(:)
+      type(particles_t), intent(in) :: p
+      real(dp), allocatable :: place(:, :)       ! of the ends [m], (ndim, ends)
+      integer :: l
+      if (.not. any([(allocated(loads(l)%follows), l=1, size(loads))])) return
+      if (.not. p%total_frame) call place_ends(loads, p, place)
+      do l = 1, size(loads)
+         associate (load => loads(l))
+            if (.not. allocated(load%follows)) cycle
+            if (allocated(load%ends) .and. .not. p%total_frame) then
+               load%cofactor = cofactors_of(p, load%follows, load%particle, load%half, load%ends, place)
+            else
+               load%cofactor = cofactors_of(p, load%follows, load%particle)
+            end if
+         end associate
+      end do
+   end subroutine turn_loads
+
+   !> Number the ends of the segments on which pressures act, unless they are, and find where they are.
+   pure subroutine place_ends(loads, p, place)
+      type(load_t), intent(inout) :: loads(:)
+      type(particles_t), intent(in) :: p
+      real(dp), allocatable, intent(out) :: place(:, :) !! [m], (ndim, ends)
+      real(dp), parameter :: same = 1e-3_dp      ! of the distance between particles
+      type(place_table_t) :: table
+      integer, allocatable :: met(:)             ! how many points have each end
+      integer :: l, k, c, n, status
+      logical :: are_known
+      are_known = all([(allocated(loads(l)%ends) .or. .not. is_edge(loads(l)), l=1, size(loads))])
+      call table%reserve(64, status)
+      do l = 1, size(loads)
+         if (are_known .or. .not. is_edge(loads(l))) cycle
+         associate (load => loads(l))
+            if (allocated(load%ends)) deallocate (load%ends)
+            allocate (load%ends(n_ends, size(load%particle)))
+            do k = 1, size(load%particle)
+               call number_ends(p, load%particle(k), load%offset(:, k), load%half(:, k), same*minval(p%spacing), table, &
+                                load%ends(:, k))
+            end do
+         end associate
+      end do
+      n = 0
+      do l = 1, size(loads)
+         if (is_edge(loads(l))) n = max(n, maxval(loads(l)%ends))
+      end do
+      allocate (met(n))
+      allocate (place(ndim, size(met)))
+      met = 0
+      place = 0
+      do l = 1, size(loads)
+         if (.not. is_edge(loads(l))) cycle
+         associate (load => loads(l))
+            do k = 1, size(load%particle)
+               do c = 1, merge(n_ends, 0, load%ends(1, k) > 0)
+                  associate (end => load%ends(c, k))
+                     met(end) = met(end) + 1
+                     place(:, end) = place(:, end) + place_of_end(p, load%particle(k), load%offset(:, k), load%half(:, k), c)
+                  end associate
+               end do
+            end do
+         end associate
+      end do
+      place = place/spread(met, 1, ndim)
+   end subroutine place_ends
+
+   !> Whether a load follows an edge of bodies: faces of cracks that have closed would share their ends.
+   pure logical function is_edge(load)
+      type(load_t), intent(in) :: load
+      is_edge = allocated(load%follows) .and. load%line == 0
+   end function is_edge
+
+   !> Force at a point of a load whose factor is 1 [N].
+   pure function force_at(self, k) result(force)
+      class(load_t), intent(in) :: self
+      integer, intent(in) :: k
+      real(dp) :: force(ndim)
+      force = self%fraction(k)*self%force
+      if (allocated(self%cofactor)) force = matmul(self%cofactor(:, :, k), force)
+   end function force_at
+
    !> Force of the tractions on the material at one side of a node, in the direction `toward`, that goes to this node [N].
    pure function force_at_node(loads, factors, grid, p, node, toward) result(force)
       type(load_t), intent(in) :: loads(:)       !! where `place_loads` has found them
@@ -216,7 +314,7 @@ contains
             do k = 1, size(load%particle)
                if (.not. (any(load%node(:, k) == node) .and. any(abs(load%half(:, k)) > 0))) cycle
                if (dot_product(p%place_in_grid(load%particle(k)) - grid%node_position(:, node), toward) <= 0) cycle
-               force = force + factors(l)*load%fraction(k)*load%force &
+               force = force + factors(l)*load%force_at(k) &
                                *sum(load%shape(:, k), mask=load%node(:, k) == node)
             end do
          end associate
@@ -243,6 +341,7 @@ contains
       integer :: k, c
       do k = 1, size(load%particle)
          point_force = load%fraction(k)*factor*load%force
+         if (allocated(load%cofactor)) point_force = factor*load%force_at(k)
          do c = 1, size(load%node, 1)
             associate (node => load%node(c, k))
                force(:, node) = force(:, node) + load%shape(c, k)*point_force
@@ -255,15 +354,21 @@ contains
    !> `velocity`: the mean of the forces at both ends times dt times the velocity at the points, by the shape functions by which the
    !> forces act. It is of second order in dt, and just what the loads give to the particles' kinetic energy but for half a step at
    !> the ends (docs/explanation/theory.md). The velocities that move the particles would not do: a node that has little mass may have any.
-   pure subroutine book_work(loads, time, dt, velocity, work)
-      type(load_t), intent(in) :: loads(:)
+   pure subroutine book_work(loads, p, time, dt, velocity, work)
+      type(load_t), intent(inout) :: loads(:)    !! where `place_loads` has found them before the step
+      type(particles_t), intent(in) :: p         !! after the step
       real(dp), intent(in) :: time, dt           !! [s]
       real(dp), intent(in) :: velocity(:, :)     !! (ndim, n_points)
       real(dp), intent(out) :: work
+      real(dp) :: at_start(ndim, size(loads))
       integer :: l
+      do l = 1, size(loads)
+         at_start(:, l) = velocity_of_points(loads(l), velocity, loads(l)%cofactor)
+      end do
+      call turn_loads(loads, p)
       work = 0
       do l = 1, size(loads)
-         work = work + work_over(loads(l), time, dt, velocity_of_points(loads(l), velocity))
+         work = work + work_over(loads(l), time, dt, at_start(:, l), velocity_of_points(loads(l), velocity, loads(l)%cofactor))
       end do
    end subroutine book_work
 
@@ -282,22 +387,32 @@ contains
       work = 0
       do l = 1, size(loads)
          associate (load => loads(l))
-            v = velocity_of_points(load, velocity)
-            work = work + work_over(load, time - last_dt, last_dt, v - load%guess)
+            v = velocity_of_points(load, velocity, load%cofactor)
+            if (allocated(load%last_cofactor)) then
+               work = work + work_over(load, time - last_dt, last_dt, &
+                                       velocity_of_points(load, velocity, load%last_cofactor) - load%guess, v - load%guess)
+            else
+               work = work + work_over(load, time - last_dt, last_dt, v - load%guess, v - load%guess)
+            end if
+            if (allocated(load%cofactor)) load%last_cofactor = load%cofactor
             now = velocity_of_particles(load, p)
             load%guess = v + (now - load%particle_velocity)
             load%particle_velocity = now
-            work = work + work_over(load, time, dt, load%guess)
+            work = work + work_over(load, time, dt, load%guess, load%guess)
          end associate
       end do
    end subroutine book_work_late
 
    !> Work of a load from `time` to `time + dt` at the points' velocity [J].
-   pure real(dp) function work_over(load, time, dt, velocity)
+   pure real(dp) function work_over(load, time, dt, at_start, at_end)
       type(load_t), intent(in) :: load
       real(dp), intent(in) :: time, dt           !! [s]
-      real(dp), intent(in) :: velocity(ndim)     !! [m/s]
-      work_over = 0.5_dp*(load%history%factor(time) + load%history%factor(time + dt))*dt*dot_product(load%force, velocity)
+      real(dp), intent(in) :: at_start(ndim), at_end(ndim) !! that along which the first force does the work of the one at each end [m/s]
+      if (allocated(load%follows)) then
+         work_over = 0.5_dp*dt*dot_product(load%force, load%history%factor(time)*at_start + load%history%factor(time + dt)*at_end)
+      else
+         work_over = 0.5_dp*(load%history%factor(time) + load%history%factor(time + dt))*dt*dot_product(load%force, at_start)
+      end if
    end function work_over
 
    !> Work that the loads do in the last step, each counted as if it put energy in [J]: what is booked of a step may be off by that,
@@ -351,7 +466,7 @@ contains
       end do
    end function time_to_constant_value
 
-   !> Velocity of the particles of a load, the mean by its parts [m/s].
+   !> Velocity of the particles of a load, the mean by its parts [m/s], as `velocity_of_points`.
    pure function velocity_of_particles(load, p) result(v)
       type(load_t), intent(in) :: load
       type(particles_t), intent(in) :: p
@@ -359,20 +474,30 @@ contains
       integer :: k
       v = 0
       do k = 1, size(load%particle)
-         v = v + load%fraction(k)*p%velocity(load%particle(k), :)
+         if (allocated(load%cofactor)) then
+            v = v + load%fraction(k)*matmul(p%velocity(load%particle(k), :), load%cofactor(:, :, k))
+         else
+            v = v + load%fraction(k)*p%velocity(load%particle(k), :)
+         end if
       end do
    end function velocity_of_particles
 
-   !> Velocity of the points of a load, the mean by their parts of the load [m/s].
-   pure function velocity_of_points(load, velocity) result(v)
+   !> Velocity of the points of a load, the mean by their parts of the load [m/s]; where it follows faces, that along which these parts of its first force
+   !> do the work of the parts as they are.
+   pure function velocity_of_points(load, velocity, cofactor) result(v)
       type(load_t), intent(in) :: load
       real(dp), intent(in) :: velocity(:, :)     !! [m/s], (ndim, n_points)
+      real(dp), intent(in), optional :: cofactor(:, :, :) !! of F at the points [-], (ndim, ndim, points)
       real(dp) :: v(ndim)
       integer :: k, c
       v = 0
       do k = 1, size(load%particle)
          do c = 1, size(load%node, 1)
-            v = v + load%fraction(k)*load%shape(c, k)*velocity(:, load%node(c, k))
+            if (present(cofactor)) then
+               v = v + load%fraction(k)*load%shape(c, k)*matmul(velocity(:, load%node(c, k)), cofactor(:, :, k))
+            else
+               v = v + load%fraction(k)*load%shape(c, k)*velocity(:, load%node(c, k))
+            end if
          end do
       end do
    end function velocity_of_points
@@ -382,6 +507,7 @@ contains
       type(load_t), intent(inout) :: loads(:)
       class(archive_t), intent(inout) :: archive
       integer :: l, n
+      logical :: turned
       do l = 1, size(loads)
          associate (load => loads(l))
             n = size(load%particle)
@@ -399,6 +525,11 @@ contains
             call archive%serialise('begun', load%begun)
             call archive%archive_reals('host_velocity', ndim, load%particle_velocity)
             call archive%archive_reals('guess', ndim, load%guess)
+            if (.not. allocated(load%follows)) cycle
+            turned = allocated(load%last_cofactor)
+            call archive%serialise('turned', turned)
+            if (turned .and. archive%is_read) allocate (load%last_cofactor(ndim, ndim, n))
+            if (turned) call archive%archive_reals('last_cofactor', size(load%last_cofactor), load%last_cofactor)
          end associate
       end do
    end subroutine archive_loads

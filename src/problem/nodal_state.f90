@@ -122,14 +122,17 @@ contains
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
    end subroutine internal_force
 
-   !> Forces of all loads on the nodes at a time, where the particles are now, condensed [N].
+   !> Forces of all loads that keep their direction on the nodes at a time, where the particles are now, condensed [N].
    subroutine external_force(m, time, force)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time               !! [s]
       real(dp), allocatable, intent(out) :: force(:, :)  !! (ndim, n_points)
+      integer :: k
       allocate (force(ndim, m%grid%n_points), source=0.0_dp)
       call place_loads(m%loads, m%grid, m%particles)
-      call add_loads(m%loads, time, force)
+      do k = 1, size(m%loads)
+         if (.not. allocated(m%loads(k)%follows)) call add_loads(m%loads(k:k), time, force)
+      end do
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)
    end subroutine external_force
 

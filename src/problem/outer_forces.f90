@@ -1,17 +1,19 @@
 !> Forces on the nodes beside the internal ones: those of loads and, in motion, of inertia.
 module hampm_outer_forces
    use hampm_kinds, only: dp
+   use hampm_loads, only: load_t, add_load, factors_at, turn_loads
    use hampm_mass_product, only: multiply_by_mass
    use hampm_problem, only: problem_t, stored_energy
    use hampm_nodal_state, only: external_force
    use hampm_vectors, only: add_scaled, correct
    implicit none
    private
-   public :: outer_forces_t, loading_t, find_loading, scale_loads, find_heat
+   public :: outer_forces_t, loading_t, find_loading, scale_loads, find_heat, have_followers, add_followers
 
    !> What drives the material at a time.
    type :: loading_t
-      real(dp), allocatable :: force(:, :)       !! of all loads, condensed [N], (ndim, n_points)
+      real(dp), allocatable :: force(:, :)       !! of all loads that keep their direction, condensed [N], (ndim, n_points)
+      real(dp), allocatable :: factor(:)         !! of each load [-]; not allocated where none follows faces
       real(dp), allocatable :: shift(:, :)       !! by how much fixed components of nodes have been moved [m], (ndim, n_nodes)
    end type loading_t
 
@@ -19,6 +21,7 @@ module hampm_outer_forces
    !> -D (b (u - given) + slide).
    type :: outer_forces_t
       real(dp), allocatable :: applied(:, :)     !! condensed [N], (ndim, n_points)
+      real(dp), allocatable :: factor(:)         !! of each load, of which those act besides that follow faces [-]; not allocated where none does
       real(dp) :: mass_factor = 0                !! c [1/s2]; 0 at rest
       real(dp) :: inertia = 0                    !! the largest force of it at first [N]
       real(dp), allocatable :: given(:, :)       !! of fixed components [m], (ndim, n_points)
@@ -38,8 +41,35 @@ contains
       real(dp), intent(in) :: time               !! [s]
       type(loading_t), intent(out) :: loading
       call external_force(m, time, loading%force)
+      if (have_followers(m)) loading%factor = factors_at(m%loads, time)
       loading%shift = m%constraints%prescribed_at(time)
    end subroutine find_loading
+
+   !> Whether any load follows faces.
+   pure logical function have_followers(m)
+      type(problem_t), intent(in) :: m
+      integer :: k
+      have_followers = any([(allocated(m%loads(k)%follows), k=1, size(m%loads))])
+   end function have_followers
+
+   !> Add the loads that follow faces, as the particles are strained now, to condensed forces [N].
+   pure subroutine add_followers(m, factor, force)
+      type(problem_t), intent(in) :: m
+      real(dp), intent(in) :: factor(:)          !! of each load [-]
+      real(dp), intent(inout) :: force(:, :)     !! (ndim, n_points)
+      real(dp) :: following(size(force, 1), size(force, 2))
+      type(load_t) :: load(1)
+      integer :: k
+      following = 0
+      do k = 1, size(m%loads)
+         if (.not. allocated(m%loads(k)%follows)) cycle
+         load(1) = m%loads(k)
+         call turn_loads(load, m%particles)
+         call add_load(load(1), factor(k), following)
+      end do
+      call m%grid%dofs%condense(m%fields%mass_matrix%all, size(force, 1), following)
+      force = force + following
+   end subroutine add_followers
 
    !> Scale all loads, prescribed motions and eigenstrains that are not held.
    pure subroutine scale_loads(m, load_factor)
@@ -77,6 +107,7 @@ contains
       real(dp), intent(inout), contiguous :: force(:, :) !! (ndim, n_points)
       real(dp), allocatable :: a(:, :), inertia(:, :)
       call add_scaled(size(force), 1.0_dp, self%applied, force)
+      if (allocated(self%factor)) call add_followers(m, self%factor, force)
       if (.not. self%mass_factor > 0) return
       allocate (a, inertia, mold=self%applied)
       call correct(size(u), self%mass_factor, u, self%given, self%rest, a)

@@ -10,8 +10,7 @@
 !> A cell in which the crack ends is cut as a whole, and so pressed as a whole: what lies ahead of the tip is held by cohesive points, which are
 !> pressed as much from both sides.
 !>
-!> The edges are those between particles in the reference configuration, and go with these: a pressure acts on the area and in the direction of the
-!> faces as they were, in both frames.
+!> The edges are those between particles in the reference configuration, and go with these (`hampm_turned_faces`).
 module hampm_pressed_faces
    use hampm_kinds, only: dp, ndim, plane
    use hampm_crack_lines, only: distance_to_segment

@@ -18,7 +18,7 @@ module hampm_stiffness
    use hampm_interface_points, only: interface_states, interface_stiffness
    use hampm_jumps, only: nodes_of_jumps
    use hampm_failure, only: failure_t
-   use hampm_loads, only: add_load, place_loads
+   use hampm_loads, only: load_t, add_load, place_loads
    use hampm_mass_matrix, only: has_matrix
    use hampm_mass_product, only: find_concentrated_mass
    use hampm_multigrid, only: multigrid_t
@@ -26,7 +26,8 @@ module hampm_stiffness
    use hampm_numbering, only: numbering_t, number_unknowns, nodes_of_elements
    use hampm_rigid_motions, only: rigid_constraint_t, motions, motions_at
    use hampm_sparse, only: sparse_t
-   use hampm_tensors, only: identity
+   use hampm_tensors, only: cofactors, identity, space
+   use hampm_turned_faces, only: deformation_at
    use hampm_element_stiffness, only: change_of_stress, derivatives_at, element_stiffness, forces_by, mean_gradient_in, &
                                       n_derivatives, strain_by
    use hampm_vectors, only: multiply
@@ -54,6 +55,7 @@ module hampm_stiffness
       type(rigid_constraint_t), allocatable :: rigid_constraints(:) !! what is held beside what the constraints hold
       real(dp) :: mass_factor = 0                !! c of K + c M + b D, M being the mass matrix of the run [1/s2]
       real(dp) :: dashpot_factor = 0             !! b, D being that of dashpots on edges [1/s]
+      real(dp), allocatable :: factor(:)         !! of each load, with the tangent of those that follow faces [-]; not allocated without it
    contains
       procedure, private :: has_form_of
    end type stiffness_kind_t
@@ -180,10 +182,10 @@ contains
       associate (cells => m%fields%mass_matrix%all%cells(:m%fields%mass_matrix%all%n_cells))
          call pattern_of_elements(m%grid, cells, stiffness%unknowns, matrix, &
                                   nodes_of_jumps(m%interfaces%list(:m%interfaces%n)%jump_t))
+         stiffness%iterates = stiffness%kind%solver == 'cg' .or. &
+                              stiffness%kind%solver == 'auto' .and. stiffness%unknowns%n > most_direct
          call fill(m, cells, stiffness, matrix)
       end associate
-      stiffness%iterates = stiffness%kind%solver == 'cg' .or. &
-                           stiffness%kind%solver == 'auto' .and. stiffness%unknowns%n > most_direct
       if (.not. stiffness%iterates) then
          if (.not. matrix%has_pattern_of(stiffness%matrix)) call stiffness%factorised%release()
          stiffness%factorised%solves_often = stiffness%kind%mass_factor > 0 .and. all(m%materials%linear) ! in a solution each step
@@ -287,7 +289,63 @@ contains
       if (stiffness%kind%mass_factor > 0) call add_concentrated_mass(m, stiffness, matrix)
       if (stiffness%kind%dashpot_factor > 0) call add_dashpots(m, stiffness, matrix)
       call add_interfaces(m, stiffness%kind%mass_factor, stiffness%unknowns, matrix)
+      if (allocated(stiffness%kind%factor)) call add_followers(m, stiffness, matrix)
    end subroutine fill
+
+   !> Add the tangent of loads that follow faces, which iterations take the symmetric part of: the whole is symmetric where a closed surface is under
+   !> one pressure.
+   subroutine add_followers(m, stiffness, matrix)
+      type(problem_t), intent(in) :: m
+      type(stiffness_t), intent(in) :: stiffness
+      type(sparse_t), intent(inout) :: matrix
+      real(dp) :: by_corner(ndim*m%grid%n_functions, ndim*m%grid%n_functions)
+      real(dp) :: by_master(ndim*most_nodes_of_leaf, ndim*most_nodes_of_leaf)
+      integer :: masters(most_nodes_of_leaf), n, l, k
+      do l = 1, size(m%loads)
+         if (.not. allocated(m%loads(l)%follows)) cycle
+         matrix%is_symmetric = matrix%is_symmetric .and. stiffness%iterates
+         do k = 1, size(m%loads(l)%particle)
+            associate (cell => m%particles%cell(m%loads(l)%particle(k)))
+               by_corner = follower_tangent(m, m%loads(l), k, stiffness%kind%factor(l))
+               if (stiffness%iterates) by_corner = (by_corner + transpose(by_corner))/2
+               call matrix_by_masters(m%grid, cell, ndim, by_corner, n, masters, by_master)
+            end associate
+            call add_element(stiffness%unknowns, masters(:n), by_master(:ndim*n, :ndim*n), matrix)
+         end do
+      end do
+   end subroutine add_followers
+
+   !> By how much the force of a point of a load that follows faces falls with displacements of the corners of its cell [N/m]: cof(F) is quadratic in F.
+   pure function follower_tangent(m, load, k, factor) result(matrix)
+      type(problem_t), intent(in) :: m
+      type(load_t), intent(in) :: load
+      integer, intent(in) :: k                   !! the point
+      real(dp), intent(in) :: factor             !! of the load [-]
+      real(dp) :: matrix(ndim*m%grid%n_functions, ndim*m%grid%n_functions)
+      real(dp), dimension(m%grid%n_functions, n_derivatives(m)) :: gradient, mean
+      real(dp) :: u(ndim, m%grid%n_functions), dh(ndim, n_derivatives(m)), force(ndim)
+      real(dp), dimension(space, space) :: f, df, change
+      integer :: j, n
+      n = size(matrix, 1)
+      matrix = 0
+      associate (i => load%particle(k), p => m%particles)
+         if (.not. load%follows(p%material(i))) return
+         gradient = derivatives_at(m, i)
+         mean = mean_gradient_in(m, p%cell(i))
+         f = deformation_at(p, i)
+         do j = 1, n
+            u = 0
+            u(1 + mod(j - 1, ndim), 1 + (j - 1)/ndim) = 1
+            dh = strain_by(u, gradient, mean, m%materials(p%material(i))%mean_dilatation)
+            df = 0
+            df(:ndim, :ndim) = dh(:, :ndim)
+            if (size(dh, 2) > ndim) df(space, space) = dh(1, ndim + 1)
+            change = cofactors(f + df) - cofactors(f) - cofactors(df)
+            force = factor*load%fraction(k)*matmul(change(:ndim, :ndim), load%force)
+            matrix(:, j) = -reshape(spread(force, 2, n/ndim)*spread(load%shape(:, k), 1, ndim), [n])
+         end do
+      end associate
+   end function follower_tangent
 
    !> Whether two bilinear cells have the same stiffness by the same linear material at the same places.
    pure logical function are_alike(m, a, b)
@@ -485,12 +543,13 @@ contains
    end function is_stable
 
    !> Forces by which the nodes resist a small displacement from the present state, K u, without interface points, condensed [N].
-   subroutine forces_of(m, u, force)
+   subroutine forces_of(m, u, force, factor)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: u(:, :)            !! of the points [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: force(:, :) !! (ndim, n_points)
+      real(dp), intent(in), optional :: factor(:) !! of each load, of which those count that follow faces [-]
       real(dp), dimension(m%grid%n_functions, n_derivatives(m)) :: gradient, mean
-      integer :: k, i
+      integer :: k, i, l
       allocate (force(ndim, m%grid%n_points), source=0.0_dp)
       associate (p => m%particles, b => m%blocks)
          do k = 1, b%n_occupied
@@ -506,6 +565,15 @@ contains
                   end associate
                end do
             end associate
+         end do
+         do l = 1, merge(size(m%loads), 0, present(factor))
+            if (.not. allocated(m%loads(l)%follows)) cycle
+            do i = 1, size(m%loads(l)%particle)
+               associate (at => m%grid%support_of(p%cell(m%loads(l)%particle(i))))
+                  force(:, at) = force(:, at) + reshape(matmul(follower_tangent(m, m%loads(l), i, factor(l)), &
+                                                               reshape(u(:, at), [size(u(:, at))])), [ndim, size(at)])
+               end associate
+            end do
          end do
       end associate
       call m%grid%dofs%condense(m%fields%mass_matrix%all, ndim, force)

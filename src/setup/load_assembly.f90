@@ -35,6 +35,8 @@ contains
             do i = 1, size(parts)
                parts(i)%number = k
                parts(i)%history = model%loads(k)%history
+               if (model%loads(k)%kind == 'pressure' .and. (any(m%materials%is_finite) .or. model%method%frame == 'updated')) &
+                  parts(i)%follows = m%materials%is_finite .or. model%method%frame == 'updated'
             end do
             call place_load(model, model%loads(k), m, parts)
             n = n + size(parts)
@@ -151,7 +153,8 @@ contains
       do d = 1, ndim
          loads(d)%force = 0
          loads(d)%force(d) = -spec%pressure
-         call load_on_parts(m%matter_t, edge, [(area_of(model, edge(k))*edge(k)%normal(d), k=1, size(edge))], loads(d))
+         call load_on_parts(m%matter_t, edge, [(area_of(model, edge(k))*edge(k)%normal(d), k=1, size(edge))], loads(d), &
+                            in_halves=model%method%frame == 'updated')
       end do
    end subroutine press_parts
 

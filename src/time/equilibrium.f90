@@ -16,7 +16,7 @@ module hampm_equilibrium
    use hampm_integrator, only: book_step
    use hampm_problem, only: problem_t, map_to_grid, stored_energy, dissipated_energy, archive_history
    use hampm_newton, only: residual, displace, work_of
-   use hampm_outer_forces, only: loading_t, find_loading, scale_loads, find_heat
+   use hampm_outer_forces, only: loading_t, find_loading, scale_loads, find_heat, add_followers
    use hampm_supports, only: lift_by, press_on_supports
    use hampm_text, only: three_digits
    implicit none
@@ -131,6 +131,7 @@ contains
       if (.not. self%begun) then
          self%first%force = 0
          self%first%shift = 0
+         if (allocated(self%first%factor)) self%first%factor = 0
          m%state%displacement = self%first%force
       else if (present(load_factor) .and. any(m%materials%is_scaled)) then
          call displace(m, 0*m%state%displacement) ! cells have the forces of another eigenstrain
@@ -240,7 +241,7 @@ contains
       type(problem_t), intent(inout) :: m
       type(loading_t), intent(in) :: loading     !! there
       m%state%displacement = m%state%displacement + self%moved
-      self%work_at_once = work_of(m, loading%force, m%state%displacement)
+      self%work_at_once = work_of(m, all_of(loading, m), m%state%displacement)
    end subroutine note_displacement
 
    !> Keep what the next equilibrium needs of the last.
@@ -268,22 +269,34 @@ contains
       type(loading_t), intent(in) :: before, after
       real(dp), intent(in) :: time_increment     !! between them [s]
       type(failure_t), intent(inout) :: failure
-      real(dp), allocatable :: held(:, :), held_before(:, :)
+      real(dp), allocatable :: held(:, :), held_before(:, :), first(:, :)
       logical :: is_prescribed
       self%moved = 0*before%force
       self%outer%applied = before%force
+      if (allocated(before%factor)) self%outer%factor = before%factor
+      first = all_of(before, m)
       is_prescribed = any(abs(after%shift - before%shift) > 0)
       if (is_prescribed) call find_reactions(self, m, held_before)
       self%outer%applied = after%force
+      if (allocated(after%factor)) self%outer%factor = after%factor
       call self%with_contact(m, time_increment, after%shift - before%shift, failure)
       if (failure%failed()) return
-      if (any(m%materials%is_finite) .and. (is_prescribed .or. any(abs(after%force - before%force) > 0))) &
+      if (any(m%materials%is_finite) .and. (is_prescribed .or. any(abs(all_of(after, m) - first) > 0))) &
          call check_step_size(self, failure)
-      m%energies%external_work = m%energies%external_work + work_of(m, (before%force + after%force)/2, self%moved)
+      m%energies%external_work = m%energies%external_work + work_of(m, (first + all_of(after, m))/2, self%moved)
       if (.not. is_prescribed) return
       call find_reactions(self, m, held)
       m%energies%external_work = m%energies%external_work + sum((held_before + held)*(after%shift - before%shift))/2
    end subroutine go_to
+
+   !> Forces of all loads where the particles are now, condensed [N].
+   function all_of(loading, m) result(force)
+      type(loading_t), intent(in) :: loading
+      type(problem_t), intent(in) :: m
+      real(dp), allocatable :: force(:, :)       !! (ndim, n_points)
+      allocate (force, source=loading%force)
+      if (allocated(loading%factor)) call add_followers(m, loading%factor, force)
+   end function all_of
 
    !> Forces of the constraints on the nodes that they hold [N].
    subroutine find_reactions(self, m, force)
@@ -310,6 +323,7 @@ contains
       real(dp), intent(in) :: part
       allocate (between%force, source=first%force + part*(last%force - first%force))
       allocate (between%shift, source=first%shift + part*(last%shift - first%shift))
+      if (allocated(first%factor)) allocate (between%factor, source=first%factor + part*(last%factor - first%factor))
    end function between
 
    !> Whether faces or supports may open and close in a body whose energy tells the work: there is no friction, and no material depends on the history.

@@ -120,7 +120,7 @@ contains
          call pass_by_all_operators(m%cache%operators, strain_and_move, step, m%matter_t, m%fields)
       end associate
       m%cache%operators%is_behind = m%cache%operators%is_active
-      call book_work(m%loads, m%state%time, step, m%fields%velocity(:, :, v_mapped), work)
+      call book_work(m%loads, m%particles, m%state%time, step, m%fields%velocity(:, :, v_mapped), work)
       m%energies%external_work = m%energies%external_work + work
       if (.not. failure%failed()) call end_step(m, dt, 2**self%largest, .false., failure)
    end subroutine advance

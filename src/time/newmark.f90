@@ -49,7 +49,7 @@ module hampm_newmark
                            kinetic_energy
    use hampm_nodal_fields, only: v_next
    use hampm_nodal_state, only: internal_force
-   use hampm_outer_forces, only: loading_t, find_loading
+   use hampm_outer_forces, only: loading_t, add_followers, find_loading
    use hampm_particle_pass, only: pass_report_t, pass_over_all
    use hampm_pass, only: pass_t
    use hampm_interface_points, only: stretch_interfaces, open_interfaces, kick_interfaces, interface_energy, ease_faces, &
@@ -137,6 +137,7 @@ contains
       has_begun = allocated(m%state%velocity)
       call find_mass(self, m)
       call find_loading(m, m%state%time, self%now)
+      if (allocated(self%now%factor)) call add_followers(m, self%now%factor, self%now%force)
       if (has_begun .and. m%constraints%only_push()) call lift_by(m, m%state%displacement)
       if (m%state%steps > 0) then
          call find_prescribed(m, m%constraints%prescribed_at(m%state%time - dt), m%state%time, dt, first)
@@ -315,6 +316,7 @@ contains
          end if
          call combine(size(v), 1.0_dp, loading%force, -alpha/(1 + alpha), self%previous%r, outer%applied)
          call add_scaled(size(v), -alpha/(1 + alpha), self%now%force, outer%applied)
+         if (allocated(loading%factor)) outer%factor = loading%factor
          if (m%audit .or. m%constraints%move()) self%fixed = m%constraints%fixed
          if (.not. is_linear(m)) then
             allocate (inertia, source=0*v)
@@ -341,6 +343,7 @@ contains
          call give(m, self%prescribed%a, a, .true.)
       end if
       call move_particles(m, self%dt, du, v, have_moved)
+      if (allocated(loading%factor)) call add_followers(m, loading%factor, loading%force)
       call book(self, m, loading, du, v)
       m%interfaces%weight = 1
       call less_that_of_firm_faces(m, a, 0.5_dp*self%a_du*self%dt**2 - 1, failure)

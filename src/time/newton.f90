@@ -219,7 +219,7 @@ contains
             if (.not. rigid_constraints(k)%turns() .or. abs(force) <= rounding .or. abs(force) > last(k)/2) cycle
             call turn_with(m, rigid_constraints(k), turn)
             if (abs(work_of(m, outer%applied, turn)) > abs(force)/2) cycle
-            call forces_of(m, turn, resisting)
+            call forces_of(m, turn, resisting, outer%factor)
             call add_interface_resistance(m%interfaces, turn, resisting)
             call self%k%solve(m, -resisting, follow, failure)
             if (failure%failed()) return
@@ -286,9 +286,10 @@ contains
       type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: unsolved
-      call factorise_stiffness(m, stiffness_kind_t(.true., .false., self%solver, rigid_constraints, outer%mass_factor, &
-                                                   outer%dashpot_factor), self%k, &
-                               unsolved)
+      type(stiffness_kind_t) :: kind
+      kind = stiffness_kind_t(.true., .false., self%solver, rigid_constraints, outer%mass_factor, outer%dashpot_factor)
+      if (allocated(outer%factor)) kind%factor = outer%factor
+      call factorise_stiffness(m, kind, self%k, unsolved)
       if (unsolved%failed()) call failure%report(unsolved%code, 'the stiffness cannot be factorised: '//unsolved%message// &
                                                  ', as where cells hold too few particles')
    end subroutine factorise_now
@@ -329,7 +330,7 @@ contains
       if (.not. has_offset) call outer%add_to(m, moved, r)
       if (.not. has_offset) return
       call outer%add_to(m, moved + offset, r)
-      call forces_of(m, offset, resisting)
+      call forces_of(m, offset, resisting, outer%factor)
       call add_interface_resistance(m%interfaces, offset, resisting)
       r = r - resisting
    end subroutine less_offset

@@ -86,7 +86,7 @@ contains
          call map_velocity(m, mass, v_mapped)
          call strain(m, v_mapped, merge(dt, dt/2, m%scheme%name == 'musl'))
          call stretch_interfaces(m%interfaces, v_mapped, dt)
-         call book_work(m%loads, m%state%time, dt, v_mapped, work)
+         call book_work(m%loads, m%particles, m%state%time, dt, v_mapped, work)
       else
          if (m%interfaces%n_at_end == 0 .or. m%scheme%name /= 'usf') call stretch_interfaces(m%interfaces, v_next, dt)
          call book_work_late(m%loads, m%particles, m%state%time, dt, m%state%last_dt, v, work)

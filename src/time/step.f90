@@ -324,7 +324,7 @@ contains
       real(dp), intent(in) :: dt                 !! [s]
       real(dp) :: work
       if (m%scheme%remaps) then
-         call book_work(m%loads, m%state%time, dt, m%fields%velocity(:, :, v_mapped), work)
+         call book_work(m%loads, m%particles, m%state%time, dt, m%fields%velocity(:, :, v_mapped), work)
       else
          call book_work_late(m%loads, m%particles, m%state%time, dt, m%state%last_dt, m%fields%velocity(:, :, v_n), work)
       end if

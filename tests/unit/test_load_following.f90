@@ -291,7 +291,7 @@ contains
       total = 0
       do step = 1, 4
          call place_loads(m%loads, m%grid, m%particles)
-         call book_work(m%loads, 0.0_dp, 0.25_dp, spread(way, 2, m%grid%n_points), work)
+         call book_work(m%loads, m%particles, 0.0_dp, 0.25_dp, spread(way, 2, m%grid%n_points), work)
          total = total + work
          if (step < 3) then
             call change_mesh(m, leaves_at_loads(m))

@@ -144,7 +144,7 @@ contains
       call load_on_points(m%matter_t, edge_places(), [0.0_dp, 0.0_dp], m%loads(1))
       call load_on_particles(m%particles, lower, upper, m%loads(2))
       call place_loads(m%loads, m%grid, m%particles)
-      call book_work(m%loads, 1.0_dp, dt, spread(velocity, 2, m%grid%n_points), work)
+      call book_work(m%loads, m%particles, 1.0_dp, dt, spread(velocity, 2, m%grid%n_points), work)
       call check_close(work, (0.5_dp + 0.25_dp*dt - 3)*dot_product(force, velocity)*dt, 1.0e-12_dp, &
                        'work of the loads in a translation = mean force times way')
    end subroutine work_of_loads
