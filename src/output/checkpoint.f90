@@ -16,7 +16,7 @@ module hampm_checkpoint
    private
    public :: checkpoint_t, checkpoint_name
 
-   integer, parameter :: format = 32            !! of the file: to be raised with each change of what is kept
+   integer, parameter :: format = 33            !! of the file: to be raised with each change of what is kept
    character(*), parameter :: format_name = 'hampm checkpoint'
 
    !> A checkpoint that is being written or read.

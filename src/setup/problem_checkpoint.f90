@@ -106,7 +106,7 @@ contains
       call c%serialise('leaves', leaves)
       if (leaves > 0 .and. .not. c%failure%failed()) call archive_leaves(c, leaves, forest)
       lines = cracks%lines()
-      if (cracks%spacing > 0) call archive_lines(c, grid, lines)
+      call archive_lines(c, grid, lines)
       if (allocated(grid%planes)) call archive_outlines(c, grid%planes)
       if (.not. c%is_read .or. c%failure%failed()) return
       if (allocated(grid%bodies)) allocate (bodies, source=grid%bodies)
@@ -139,7 +139,7 @@ contains
       end do
    end subroutine archive_outlines
 
-   !> Keep where lines that the material carries are in a grid, and their tips when cells were cut last; those that are read are the ones in `lines`.
+   !> Keep where lines are in a grid, and their tips when cells were cut last; those that are read are the ones in `lines`.
    subroutine archive_lines(c, grid, lines)
       type(checkpoint_t), intent(inout) :: c
       type(grid_t), intent(in) :: grid
@@ -147,7 +147,6 @@ contains
       integer :: k
       call c%section('lines')
       do k = 1, size(lines)
-         if (.not. allocated(lines(k)%origin)) cycle
          if (.not. c%is_read) lines(k) = grid%cut_cells%lines(k)
          call c%archive_reals('points_'//to_text(k), size(lines(k)%points), lines(k)%points)
          call c%archive_reals('bonded_'//to_text(k), size(lines(k)%bonded), lines(k)%bonded)

@@ -14,6 +14,7 @@ module hampm_continuation
    use hampm_simulation, only: simulation_t, rebuild_on_mesh
    use hampm_plane_cuts, only: fronts_of
    use hampm_problem_checkpoint, only: keep_problem
+   use hampm_text, only: to_text
    use hampm_threads, only: use_threads
    use hampm_version, only: program_name
    implicit none
@@ -105,11 +106,14 @@ contains
       type(checkpoint_t), intent(inout) :: checkpoint
       type(simulation_t), intent(inout) :: s
       character(:), allocatable :: warning
-      integer :: n
+      integer :: n, k
       call archive_refinement(s%refinement, checkpoint)
       if (s%growing%are_there()) call archive_carried(s%carried, checkpoint)
       call archive_measurements(s%problem, s%measurements, checkpoint)
       call checkpoint%section('run')
+      do k = 1, size(s%cracks%tips)              ! of the cells where tips were when the mesh changed last
+         call checkpoint%serialise('spacing_'//to_text(k), s%cracks%tips(k)%nodes%spacing)
+      end do
       call checkpoint%serialise('longest_step', s%longest_step)
       call checkpoint%serialise('stiffening', s%stiffening)
       call checkpoint%serialise('limit', s%limit)

@@ -1,7 +1,7 @@
 !> Changes of the mesh during a run: cells refine and recombine, and cracks that grow or are carried cut them anew.
 module hampm_mesh_changes
    use hampm_kinds, only: long
-   use hampm_crack_carrying, only: follow_cracks, place_cracks
+   use hampm_crack_carrying, only: carried_cracks_t, follow_cracks, place_cracks
    use hampm_cracks, only: open_planes
    use hampm_failure, only: failure_t
    use hampm_matching, only: adopt_lines
@@ -21,6 +21,8 @@ contains
       type(simulation_t), intent(inout) :: s
       integer(long), intent(in) :: steps_before  !! how many steps had been done before it
       type(failure_t), intent(inout) :: failure
+      type(carried_cracks_t) :: carried          ! as it fits the lines along which cells are cut
+      type(line_t), allocatable :: lines(:)
       logical :: adapted
       if (failure%failed() .or. s%integrator%is_static) return
       if (.not. (s%refinement%is_active() .or. s%problem%has_domains())) return
@@ -31,8 +33,14 @@ contains
       end if
       if (.not. s%refinement%is_due(s%problem%state%time, steps_before, s%problem%state%steps)) return
       call update_particles(s%problem)
-      if (s%growing%are_there()) s%problem%grid%cut_cells%lines = present_lines(s) ! with the tips where they are now
-      call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure)
+      if (s%growing%are_there()) then            ! cells that are cut anew are so with the tips where they are now
+         carried = s%carried
+         allocate (lines, source=present_lines(s))
+         call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure, lines)
+         if (.not. adapted) s%carried = carried
+      else
+         call refine(s%refinement, s%problem, s%cracks%tip_places(), adapted, failure)
+      end if
       if (adapted .and. .not. failure%failed()) call rebuild_on_mesh(s, failure)
       if (adapted .and. .not. failure%failed()) call s%integrator%initialise(s%problem, s%dt, failure)
    end subroutine adapt

@@ -174,6 +174,53 @@ SCENES = {
 }
 
 
+# Tips that have moved since cells were cut last, while the mesh was looked at and stayed: the grid is built with the lines and the tips of then
+GROWS_CARRIED = """\
+
+&run plane = 'stress'  end_time = 2.6e-3 /
+&grid lower = 0.0, 0.0  cell = 0.1  cells = 12, 12 /
+&material name = 'm'  density = 3000.0  young = 2e8  poisson = 0.1 /
+&body material = 'm'  lower = 0.2, 0.2  upper = 1.0, 1.0 /
+&constraint lower = 0.2, 0.2  upper = 1.0, 0.2  fix = 'y' /
+&load kind = 'traction'  lower = 0.2, 1.0  upper = 1.0, 1.0  force = 0.0, 2e3 /
+&method frame = 'updated'  scheme = 'usl'  courant = 0.05 /
+&refine indicator = 'zz'  max_level = 1  tolerance = 0.05  interval = 5 /
+&crack kind = 'line'  tip = 0.6, 0.6 /
+&energy_release estimators = 'domain_integral' /
+&growth direction = 'hoop_stress'  law = 'toughness'  toughness = 2e-3  limit_speed = 150.0 /
+&output history_interval = 1.3e-4 /
+"""
+GROWS_AT_SPEED = """\
+&run plane = 'stress'  end_time = 7.7e-6 /
+&grid lower = 0.0, -5e-3  cell = 1e-3  cells = 13, 11 /
+&material name = 'm'  density = 3100.0  young = 5.3e9  poisson = 0.1 /
+&body material = 'm'  lower = 1e-3, -4e-3  upper = 12e-3, 5e-3 /
+&constraint lower = 0.0, -5e-3  upper = 13e-3, -4e-3  fix = 'xy' /
+&load kind = 'point'  lower = 12e-3, 5e-3  upper = 12e-3, 5e-3  force = 29.0, 58.0 /
+&method start = 'static' /
+&refine indicator = 'gradient'  max_level = 1  r_crit = 0.1  interval = 5  field = 'stress_norm' /
+&crack kind = 'path'  points = 0.3e-3, 0.0, 3.4e-3, 0.6e-3, 6.3e-3, 0.9e-3 /
+&energy_release estimators = 'domain_integral'  radii = 2e-3, 2.6e-3 /
+&growth direction = 'straight'  law = 'prescribed'  speed = 260.0  start = 2.3e-6 /
+&output history_interval = 4e-7 /
+"""
+
+
+@pytest.mark.parametrize("scene", [GROWS_CARRIED, GROWS_AT_SPEED], ids=["carried", "in place"])
+def test_growing_tips_go_on_from_any_step_between_changes_of_the_mesh(hampm, tmp_path, scene):
+    (tmp_path / "case.nml").write_text(scene)
+    assert hampm("case.nml", "--quiet", "--output", "unbroken").returncode == 0
+    whole = History(tmp_path / "unbroken/case.h5")
+    steps = int(whole.columns["step"][-1])
+    assert whole.columns["tip_x"][-1] != whole.columns["tip_x"][0] and np.ptp(whole.columns["cells"]) > 0
+    for stop in (steps // 2, 3 * steps // 4, 4 * steps // 5, 9 * steps // 10, steps - 1):
+        assert hampm("case.nml", "--quiet", "--force", "--steps", stop).returncode == 5
+        result = hampm("--resume", "case.h5.checkpoint", "--quiet")
+        assert result.returncode == 0, (stop, result.stderr)
+        assert differing(tmp_path / "unbroken/case.h5", tmp_path / "case.h5") == [], stop
+        assert History(tmp_path / "case.h5").attributes["warnings"] == whole.attributes["warnings"]
+
+
 @pytest.fixture
 def unbroken(dcb, tmp_path):
     """The result of a short run of the coarse beam that is never stopped."""
@@ -390,8 +437,8 @@ WRONG = {
     "damaged": (damage, "reading /particles/gradient failed (has it changed since it was written?)"),
     "a result": (lambda path: shutil.copy(path.with_name("dcb.h5"), path), "cannot be resumed: it is no checkpoint of hampm"),
     "other version": (lambda path: change(path, "version", lambda letters: [*b"9", *letters[1:]]),
-                      f"it was written by hampm 9{VERSION[1:]} (format 32), this is hampm {VERSION} (format 32); resume the run with the program that"),
-    "other format": (lambda path: change(path, "format", 99), f"(format 99), this is hampm {VERSION} (format 32)"),
+                      f"it was written by hampm 9{VERSION[1:]} (format 33), this is hampm {VERSION} (format 33); resume the run with the program that"),
+    "other format": (lambda path: change(path, "format", 99), f"(format 99), this is hampm {VERSION} (format 33)"),
     "other number": (lambda path: change(path, "particles/number", 159), "/particles/mass has 160 values, not 159"),
     "wrong order": (lambda path: change(path, "particles/cell", lambda cells: cells[::-1]),
                     "its particles do not stand in the order of their cells"),
