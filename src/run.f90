@@ -16,7 +16,7 @@ module hampm_run
    use hampm_measurements, only: note_initial_energy
    use hampm_mesh_changes, only: adapt, adapt_static, carry_cracks
    use hampm_problem, only: update_particles
-   use hampm_recording, only: open_results, next_output, is_due, record, record_end, show_progress
+   use hampm_recording, only: open_results, next_row, is_due, record, record_between_rows, record_end, show_progress
    use hampm_simulation, only: simulation_t, measure_state, follow_stiffening
    use hampm_static_start, only: begin_at_rest
    use hampm_stopping, only: look_for_end
@@ -42,7 +42,7 @@ contains
          call show_progress(s, last=.false.)
          if (.not. resumes) call begin(s, failure)
          do while (s%problem%state%time < s%model%run%end_time .and. .not. (failure%failed() .or. allocated(s%stopped_when)))
-            call advance_to(s, next_output(s), failure)
+            call advance_to_row(s, failure)
             if (s%is_over) exit
             call record(s, failure)
             if (.not. failure%failed()) call look_for_end(s)
@@ -111,10 +111,8 @@ contains
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       real(dp) :: time
-      associate (output => s%model%output)       ! to the first output, which may shorten the steps
-         time = min(output%history_interval, s%model%run%end_time)
-         if (output%snapshot_interval > 0) time = min(time, output%snapshot_interval)
-      end associate
+      time = s%model%run%end_time
+      if (s%integrator%ends_at_rows) time = min(s%model%output%history_interval, time)
       call begin_at_rest(s, failure)
       if (.not. failure%failed()) &
          call s%integrator%initialise(s%problem, time/steps_for(time, s%longest_step), failure)
@@ -125,14 +123,13 @@ contains
       call record(s, failure)
    end subroutine begin
 
-   !> Advance to a time by steps that are equal as long as the mesh stays, none longer than (31).
-   subroutine advance_to(s, time, failure)
+   !> Advance to the next row of the history by steps that are equal as long as the mesh stays, none longer than (31).
+   subroutine advance_to_row(s, failure)
       type(simulation_t), intent(inout) :: s
-      real(dp), intent(in) :: time               !! [s]
       type(failure_t), intent(inout) :: failure
       integer(long) :: before
-      do while (s%steps_left > 0 .or. .not. is_due(s, time))
-         if (s%steps_left == 0) call choose_steps(s, time, failure)
+      do while (.not. is_due(s, next_row(s)))
+         if (s%steps_left == 0) call choose_steps(s, failure)
          call check_interruption(s, failure)
          before = s%problem%state%steps
          call prepare_growth(s, failure)
@@ -142,6 +139,7 @@ contains
          else
             call s%integrator%advance(s%problem, s%dt, failure)
          end if
+         if (.not. s%integrator%ends_at_rows) call round_time(s)
          if (size(s%model%cohesive) > 0 .and. .not. failure%failed()) call follow_zones(s%cracks, s%problem)
          call adapt_static(s, failure)
          call follow_growth(s, failure)
@@ -152,19 +150,34 @@ contains
          call show_progress(s, last=.false.)
          s%steps_left = s%steps_left - 1
          if (abs(s%longest_step - s%limit) > 0) s%steps_left = 0
+         if (.not. is_due(s, next_row(s))) call record_between_rows(s, failure)
       end do
       call update_particles(s%problem)
-      s%problem%state%time = time
-   end subroutine advance_to
+      if (.not. s%integrator%ends_at_rows) return
+      s%steps_left = 0
+      s%problem%state%time = next_row(s)
+   end subroutine advance_to_row
 
-   !> Choose number and length of the steps to a time.
-   subroutine choose_steps(s, time, failure)
+   !> Choose number and length of the steps to the next row, or to the end of the run.
+   subroutine choose_steps(s, failure)
       type(simulation_t), intent(inout) :: s
-      real(dp), intent(in) :: time               !! [s]
       type(failure_t), intent(inout) :: failure
+      real(dp) :: time                           ! [s]
       call check_step(s%problem, s%longest_step, failure)
       if (failure%failed()) return
       s%limit = s%longest_step
+      time = s%model%run%end_time
+      if (s%integrator%ends_at_rows) time = next_row(s)
       call s%integrator%choose_steps(s%problem, time - s%problem%state%time, s%limit, s%steps_left, s%dt)
    end subroutine choose_steps
+
+   !> The time after a step of a given length is a multiple of that, or the end of the run, where only rounding is between them.
+   subroutine round_time(s)
+      type(simulation_t), intent(inout) :: s
+      real(dp), parameter :: rounding = 1e-6_dp  ! of a step
+      associate (time => s%problem%state%time, end_time => s%model%run%end_time)
+         if (abs(time - anint(time/s%dt)*s%dt) <= rounding*s%dt) time = anint(time/s%dt)*s%dt
+         if (abs(time - end_time) <= rounding*s%dt) time = end_time
+      end associate
+   end subroutine round_time
 end module hampm_run

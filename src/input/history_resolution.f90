@@ -104,7 +104,7 @@ contains
                         (model%method%time /= 'static' .and. start >= model%run%end_time)
    end function begins_too_late
 
-   !> The longest step that a run can take at first [s]. Where outputs are closer they end it.
+   !> The longest step that a run can take at first [s]. Explicit ones end at rows.
    real(dp) function longest_step_of(model) result(dt)
       type(model_t), intent(in) :: model
       if (model%method%time == 'static') then
@@ -113,8 +113,7 @@ contains
       end if
       dt = model%method%time_step
       if (.not. dt > 0) dt = model%method%courant*smallest_cell(model)/chosen_speed(model)
-      if (model%output%history_interval > 0) dt = min(dt, model%output%history_interval)
-      if (model%output%snapshot_interval > 0) dt = min(dt, model%output%snapshot_interval)
+      if (model%method%time == 'explicit' .and. model%output%history_interval > 0) dt = min(dt, model%output%history_interval)
    end function longest_step_of
 
    !> The time of a corner of a table, counted from its start, whose factor is far above or below that one step before it, or at the

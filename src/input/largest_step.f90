@@ -1,6 +1,4 @@
 !> The largest courant number with which a model is stable, and the one that is taken where none is given.
-!>
-!> The times at which a run writes.
 module hampm_largest_step
    use hampm_kinds, only: dp, ndim
    use hampm_critical_step, only: row_t, ring_t, row_of_points, row_of_cut_cells, shifted, largest_courant, sample_cells, &
@@ -17,10 +15,7 @@ module hampm_largest_step
    use hampm_tensors, only: n_voigt
    implicit none
    private
-   public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step, default_part, &
-             time_between_outputs
-
-   real(dp), parameter :: same = 1e-9_dp         !! part of a time by which a multiple of another may be off
+   public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step, default_part
 
    !> `rate*dt` above which `v <- v - rate*dt*v` turns the velocity around in a step; from 2 on it grows.
    real(dp), parameter :: most_damping_a_step = 1.0_dp
@@ -323,30 +318,4 @@ contains
       unit = 10.0_dp**(2 - floor(log10(x)))
       rounded_down = aint(x*unit*(1 + epsilon(x)))/unit
    end function rounded_down
-
-   !> The longest time of which the times between samples and between snapshots are multiples, 0 if it is less than a thousandth of
-   !> one of them [s].
-   pure real(dp) function time_between_outputs(model) result(time)
-      type(model_t), intent(in) :: model
-      integer, parameter :: most = 1000
-      real(dp) :: times(2), rest, next
-      associate (output => model%output)
-         times = output%history_interval
-         if (output%snapshot_interval > 0) times(2) = output%snapshot_interval
-         times = min(times, model%run%end_time)
-      end associate
-      time = 0
-      if (.not. all(times > 0)) return           ! errors in the namelist
-      time = minval(times)
-      next = maxval(times)
-      do                                         ! Euclid
-         rest = abs(next - anint(next/time)*time)
-         if (rest <= same*maxval(times)) exit
-         next = time
-         time = rest
-      end do
-      associate (parts => anint(minval(times)/time))
-         time = merge(minval(times)/parts, 0.0_dp, parts <= most)
-      end associate
-   end function time_between_outputs
 end module hampm_largest_step

@@ -36,10 +36,12 @@ module hampm_plain_groups
 
    type(key_t), parameter :: output_keys(*) = [ &
       key_t('file', type_text, 'result file in the output folder; by default named after the namelist file', example='dcb.h5'), &
-      key_t('history_interval', type_real, 'time between samples of the history; 0: a thousandth of end_time', default='0.0', &
+      key_t('history_interval', type_real, &
+            'time between samples of the history, where explicit steps end; 0: a thousandth of end_time', default='0.0', &
             unit='s', allowed=not_negative), &
-      key_t('snapshot_interval', type_real, 'time between snapshots of particles and mesh; 0: none', default='0.0', unit='s', &
-            allowed=not_negative), &
+      key_t('snapshot_interval', type_real, &
+            'time between snapshots of particles and mesh, taken at the end of the step or load step in which it comes; '// &
+            '0: none', default='0.0', unit='s', allowed=not_negative), &
       key_t('checkpoint_interval', type_real, 'wall time between checkpoints, from which --resume goes on; 0: none', &
             default='0.0', unit='s', allowed=not_negative), &
       key_t('checkpoint_steps', type_integer, 'steps between checkpoints; 0: none', default='0', allowed='[0, inf)')]

@@ -3,7 +3,7 @@ module hampm_stability_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_history_resolution, only: check_resolution
    use hampm_largest_step, only: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, &
-                                 most_damping_a_step, time_between_outputs
+                                 most_damping_a_step
    use hampm_load_consistency, only: bodies_good
    use hampm_placement, only: particle_number, most_particles
    use hampm_model, only: model_t
@@ -43,10 +43,6 @@ contains
       if (.not. (settings%good(entry, 'courant') .and. is_known(model, settings))) return
       call check_resolution(model, settings)
       if (model%method%time /= 'explicit') return
-      if (model%method%time_steps == 'local' .and. .not. time_between_outputs(model) > 0) &
-         call settings%complain(entry, 'time_steps', 'requires an &output history_interval and snapshot_interval '// &
-                                'that are multiples of one time, not less than a thousandth of the shorter: steps whose length '// &
-                                'changes are unstable. Use others, or time_steps = ''global''')
       limit = model%method%courant_limit
       if (.not. limit > 0) limit = courant_limit(model)
       if (model%method%courant > limit) then

@@ -57,7 +57,7 @@ module hampm_problem
       type(absorbing_edges_t) :: absorbing       !! dashpots on edges
       real(dp) :: damping_rate = 0               !! alpha of the force -alpha m v [1/s]
       logical :: audit = .false.                 !! whether to book the numerical loss
-      logical :: is_static = .false.             !! whether it goes from equilibrium to equilibrium, without steps
+      logical :: is_explicit = .true.            !! whether it goes by explicit steps, in which cells may be passed without their particles
       type(scheme_t) :: scheme
       type(mass_choice_t) :: mass                !! which mass matrix
       type(mass_solver_t) :: solver
@@ -330,7 +330,7 @@ contains
       integer :: k
       if (m%cache%operators%is_active) m%cache%tiling = tiling_t()
       m%cache%operators = none
-      if (m%is_static .or. m%audit .or. .not. m%particles%total_frame .or. m%particles%thickness%is_ring) return
+      if (.not. m%is_explicit .or. m%audit .or. .not. m%particles%total_frame .or. m%particles%thickness%is_ring) return
       allocate (is_loaded(m%grid%n_elements), source=.false.)
       do k = 1, size(m%loads)
          is_loaded(m%particles%cell(m%loads(k)%particle)) = .true.

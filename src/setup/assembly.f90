@@ -17,7 +17,6 @@ module hampm_assembly
    use hampm_front, only: region_of
    use hampm_plane_cuts, only: plane_cut_t, fronts_of
    use hampm_integrator, only: integrator_t
-   use hampm_largest_step, only: time_between_outputs
    use hampm_load_placement, only: into_half
    use hampm_local_leapfrog, only: local_leapfrog_t
    use hampm_joints, only: velocity_fields_of
@@ -86,7 +85,7 @@ contains
       problem%interfaces%thickness = model%run%thickness
       problem%interfaces%cohesion = [(model%cohesive(k)%law(), k=1, size(model%cohesive))]
       problem%interfaces%are_bounded = model%method%time == 'explicit'
-      problem%is_static = model%method%time == 'static'
+      problem%is_explicit = model%method%time == 'explicit'
       problem%interfaces%are_moving = model%method%time /= 'static'
       call place_particles(model, problem, failure)
       if (failure%failed()) return
@@ -123,7 +122,6 @@ contains
       type(model_t), intent(in) :: model
       class(integrator_t), allocatable, intent(out) :: integrator
       type(equilibrium_t) :: static
-      type(local_leapfrog_t) :: local
       type(newmark_t) :: implicit
       if (model%method%time == 'static') then
          static%newton%solver = model%method%solver
@@ -135,12 +133,12 @@ contains
          implicit%newton%solver = model%method%solver
          implicit%alpha = max(model%method%hht_alpha, -1/3.0_dp)
          implicit%fixed_step = model%method%time_step
+         implicit%ends_at_rows = .false.
          allocate (integrator, source=implicit)
       else if (model%method%path == 'reference') then
          allocate (reference_t :: integrator)
       else if (model%method%time_steps == 'local') then
-         local%time_between_outputs = time_between_outputs(model)
-         allocate (integrator, source=local)
+         allocate (local_leapfrog_t :: integrator)
       else
          allocate (explicit_t :: integrator)
       end if

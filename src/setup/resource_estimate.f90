@@ -56,6 +56,7 @@ module hampm_resource_estimate
       real(dp) :: steps = 0                         !! with all cells as large as the root cells
       real(dp) :: rows = 0                          !! of the history
       real(dp) :: snapshots = 0
+      character(48) :: of_steps = ''                !! in words: at the end of which steps snapshots are taken; '' where rows are, too
       real(dp) :: memory = 0                        !! at the start [bytes]
       real(dp) :: most_memory = 0                   !! with `most_particles` [bytes]
       real(dp) :: results = 0                       !! size of the result file with the mesh of the start [bytes]
@@ -94,8 +95,8 @@ contains
       end if
       ! The end of the run has a row, too
       resources%rows = 1 + anint(model%run%end_time/model%output%history_interval*(1 - 4*epsilon(resources%rows)) + 0.5_dp)
-      if (model%output%snapshot_interval > 0) resources%snapshots = 1 + model%run%end_time/model%output%snapshot_interval
-      resources%snapshots = aint(resources%snapshots*(1 + 4*epsilon(resources%rows)))
+      if (model%method%time == 'implicit') resources%rows = min(resources%rows, 1 + anint(resources%steps + 0.49_dp))
+      call look_at_snapshots(model, resources)
       columns = 10 + merge(1, 2*size(model%paths), model%is_half())*(24 + size(model%energy_release%radii)) ! about
       resources%results = 5e4_dp + 8*columns*max(resources%rows, 512.0_dp) + &
                           resources%snapshots*(of_snapshot_particle*resources%particles + of_snapshot_cell*resources%cells)
@@ -103,6 +104,22 @@ contains
                                (of_snapshot_particle*(resources%most_particles - resources%particles) + &
                             of_snapshot_cell*(most_cells - resources%cells))
    end function estimate_resources
+
+   !> Count snapshots, and say of which steps they are where their times are not those of rows.
+   pure subroutine look_at_snapshots(model, resources)
+      type(model_t), intent(in) :: model
+      type(resources_t), intent(inout) :: resources
+      real(dp), parameter :: same = 1e-6_dp      ! part of an interval
+      real(dp) :: intervals                      ! between rows, in one between snapshots [-]
+      if (.not. model%output%snapshot_interval > 0) return
+      resources%snapshots = aint((1 + model%run%end_time/model%output%snapshot_interval)*(1 + 4*epsilon(intervals)))
+      intervals = model%output%snapshot_interval/model%output%history_interval
+      if (intervals >= 1 - same .and. abs(intervals - anint(intervals)) <= same*intervals) return
+      resources%of_steps = ', of the steps in which their times come'
+      if (model%method%time /= 'static') return
+      resources%of_steps = ', of the load steps at or after their times'
+      resources%snapshots = min(resources%snapshots, resources%rows)
+   end subroutine look_at_snapshots
 
    !> What refinement around tips and fronts adds before the run: at each level the cells within so many cells of one, within the
    !> material, are divided.
@@ -258,7 +275,7 @@ contains
       character(:), allocatable :: text
       character(*), parameter :: nl = new_line('a')
       text = 'samples         '//rough(resources%rows)//' of the history'
-      if (resources%snapshots > 0) text = text//', '//rough(resources%snapshots)//' snapshots'
+      if (resources%snapshots > 0) text = text//', '//rough(resources%snapshots)//' snapshots'//trim(resources%of_steps)
       text = text//nl//'results         about '//bytes_text(resources%results)
       if (resources%most_particles > resources%particles) text = text//', at most '//bytes_text(resources%most_results)
       text = text//nl//'memory          about '//bytes_text(resources%memory)

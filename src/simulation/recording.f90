@@ -4,13 +4,17 @@ module hampm_recording
    use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
    use hampm_kinds, only: dp, long
    use hampm_cohesive_zone, only: check_zones
+   use hampm_element_operators, only: element_operators_t
    use hampm_failure, only: failure_t, exit_done, exit_computation, exit_stopped
    use hampm_front_values, only: front_fields
    use hampm_folders, only: ensure_folder
    use hampm_growing, only: note_branching
    use hampm_dynamic_growth, only: book_rate
    use hampm_run_time_checks, only: check_state, check_tip, check_faces, check_modes, check_normals, check_rest
-   use hampm_measurements, only: take_row, declare_columns, energy_residual
+   use hampm_measurements, only: take_row, declare_columns, energy_residual, measure_tips, has_measured_tips
+   use hampm_nodal_fields, only: nodal_fields_t
+   use hampm_particles, only: particles_t
+   use hampm_problem, only: update_particles
    use hampm_progress, only: standing_t
    use hampm_static_equilibrium, only: find_distance_to_equilibrium
    use hampm_model, only: model_t
@@ -22,7 +26,7 @@ module hampm_recording
    use hampm_output_fields, only: shows_cracks, particle_fields, mesh_fields, crack_fields
    implicit none
    private
-   public :: open_results, next_output, is_due, record, record_end, show_progress, result_path
+   public :: open_results, next_row, is_due, record, record_between_rows, record_end, show_progress, result_path
 
    real(dp), parameter :: rounding = 1.0e-6_dp   !! part of a step by which a time or a step may be off
 
@@ -78,12 +82,11 @@ contains
       call get_command(text)
    end function command
 
-   !> Time of the next sample, snapshot or of the end [s].
-   pure real(dp) function next_output(s) result(time)
+   !> Time of the next row of the history [s].
+   pure real(dp) function next_row(s) result(time)
       type(simulation_t), intent(in) :: s
       time = min(output_time(s, s%samples, s%model%output%history_interval), s%model%run%end_time)
-      if (s%model%output%snapshot_interval > 0) time = min(time, output_time(s, s%snapshots, s%model%output%snapshot_interval))
-   end function next_output
+   end function next_row
 
    !> Time of an output at a multiple of its interval [s]: the end of the run where only rounding is between them.
    pure real(dp) function output_time(s, multiple, interval) result(time)
@@ -112,7 +115,7 @@ contains
       is_due = s%problem%state%time >= time - same_time(s)
    end function is_due
 
-   !> Take the samples and snapshots that are due, and look whether all is well.
+   !> Take a row of the history, and the snapshot that is due, and look whether all is well.
    subroutine record(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -121,8 +124,7 @@ contains
       s%measurements%indicator = s%refinement%value
       call measure_state(s, failure)
       if (failure%failed()) return
-      if (s%growing%are_there() .and. .not. s%growing%is_static) &
-         call book_rate(s%growing, s%model, s%cracks, s%measurements%crack)
+      call book_growth(s)
       call check_state(s%problem, trim(s%model%method%time), s%measurements, s%warning, failure)
       if (.not. failure%failed()) call check_normals(s%problem, failure)
       if (size(s%cracks%tips) > 0 .and. .not. failure%failed()) call check_tip(s%problem, s%cracks%tips(1), failure)
@@ -134,18 +136,77 @@ contains
       call note_branching(s%growing, s%model, s%problem%materials, s%cracks, s%measurements%crack, s%problem%state%time, &
                           s%warning)
       if (s%problem%interfaces%n_cohesive > 0) call check_zones(s%cracks, s%problem%interfaces, s%warning)
-      if (is_due(s, min(output_time(s, s%samples, s%model%output%history_interval), s%model%run%end_time))) then
-         call take_row(s%model, s%problem, s%cracks, s%growing, s%dt, s%measurements)
-         call s%results%append(s%measurements%history%row, failure)
-         s%samples = s%samples + 1
-      end if
-      if (s%model%output%snapshot_interval > 0) then
-         if (is_due(s, output_time(s, s%snapshots, s%model%output%snapshot_interval))) then
-            call write_snapshot(s, .false., failure)
-            s%snapshots = s%snapshots + 1
-         end if
-      end if
+      call take_row(s%model, s%problem, s%cracks, s%growing, s%dt, s%measurements)
+      call s%results%append(s%measurements%history%row, failure)
+      s%samples = next_multiple(s, s%samples, s%model%output%history_interval)
+      if (has_snapshot(s)) call take_snapshot(s, failure)
    end subroutine record
+
+   !> After a step at whose end there is no row: take the snapshot that is due. The run goes on as without it, to the last digit. What rows need of
+   !> all times, as the largest G so far, is of all steps where rows do not end them.
+   subroutine record_between_rows(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      type(particles_t) :: particles
+      type(nodal_fields_t) :: fields
+      type(element_operators_t) :: operators
+      logical :: were_behind
+      if (failure%failed()) return
+      if (.not. s%integrator%ends_at_rows .and. (any(s%measurements%crack%errors%are_known) .or. s%growing%are_there())) then
+         if (.not. has_measured_tips(s%problem, s%measurements)) &
+            call measure_tips(s%model, s%problem, s%cracks, s%measurements, failure)
+         call book_growth(s)
+      end if
+      if (failure%failed() .or. .not. has_snapshot(s)) return
+      associate (m => s%problem)
+         were_behind = m%cache%operators%is_behind
+         if (were_behind) then
+            particles = m%particles
+            fields = m%fields
+            operators = m%cache%operators
+            call update_particles(m)
+         end if
+         if (size(s%measurements%fronts) > 0) call measure_state(s, failure, in_passing=.true.)
+         if (.not. failure%failed()) call take_snapshot(s, failure)
+         if (.not. were_behind) return
+         m%particles = particles
+         m%fields = fields
+         m%cache%operators = operators
+      end associate
+   end subroutine record_between_rows
+
+   !> Book what tips that grow in motion have released since the last time, by G as it was measured last.
+   subroutine book_growth(s)
+      type(simulation_t), intent(inout) :: s
+      if (s%growing%are_there() .and. .not. s%growing%is_static) &
+         call book_rate(s%growing, s%model, s%cracks, s%measurements%crack)
+   end subroutine book_growth
+
+   !> Whether the time of the next snapshot has come: it is of the end of the step in which it does.
+   pure logical function has_snapshot(s)
+      type(simulation_t), intent(in) :: s
+      has_snapshot = s%model%output%snapshot_interval > 0
+      if (has_snapshot) has_snapshot = is_due(s, output_time(s, s%snapshots, s%model%output%snapshot_interval))
+   end function has_snapshot
+
+   !> Write a snapshot in the run.
+   subroutine take_snapshot(s, failure)
+      type(simulation_t), intent(inout) :: s
+      type(failure_t), intent(inout) :: failure
+      call write_snapshot(s, .false., failure)
+      s%snapshots = next_multiple(s, s%snapshots, s%model%output%snapshot_interval)
+   end subroutine take_snapshot
+
+   !> The next multiple of an interval whose time has not come: a step that is longer than that passes some by.
+   pure integer(long) function next_multiple(s, last, interval) result(multiple)
+      type(simulation_t), intent(in) :: s
+      integer(long), intent(in) :: last          !! that had its output
+      real(dp), intent(in) :: interval           !! [s]
+      multiple = max(last + 1, int(s%problem%state%time/interval, long))
+      do while (is_due(s, output_time(s, multiple, interval)) .and. s%problem%state%time < s%model%run%end_time)
+         multiple = multiple + 1
+      end do
+   end function next_multiple
 
    !> Write a snapshot of particles and mesh, and of cracks or fronts.
    subroutine write_snapshot(s, after_failure, failure)

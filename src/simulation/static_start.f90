@@ -50,7 +50,7 @@ contains
       character(:), allocatable :: scheme
       associate (m => s%problem, p => s%problem%particles)
          scheme = trim(m%scheme%name)
-         m%is_static = is_static
+         m%is_explicit = s%model%method%time == 'explicit' .and. .not. is_static
          m%interfaces%are_moving = .not. is_static
          m%materials%is_trial = is_static .or. s%model%method%time /= 'explicit'
          m%materials%time_increment = 0

@@ -12,6 +12,7 @@ module hampm_integrator
    type, abstract :: integrator_t
       real(dp) :: fixed_step = 0                 !! time step where it does not follow the cells, else 0 [s]
       logical :: is_static = .false.             !! whether a step ends in equilibrium
+      logical :: ends_at_rows = .true.           !! whether steps end at the times of rows; else these are of the end of the step in which they come
       real(dp) :: distance_to_equilibrium = -1   !! of the last such step, see `equilibrium_t` [-]
       integer :: largest = 0                     !! a step is 2**largest time steps of the smallest cells
    contains

@@ -29,7 +29,6 @@ module hampm_local_leapfrog
 
    !> What changes within a coarse step, with its workspace.
    type, extends(explicit_t) :: local_leapfrog_t
-      real(dp) :: time_between_outputs = 0       !! of which times to the next one are multiples, by steps of one length [s]
       integer, private :: sorts = -1             !! which sort of the particles the following belongs to
       type(mean_force_t), private :: mean
    contains
@@ -48,38 +47,22 @@ contains
       real(dp), intent(in) :: limit              !! longest that a finest step may be [s]
       integer(long), intent(out) :: steps        !! coarse ones
       real(dp), intent(out) :: dt                !! finest step [s]
-      real(dp) :: work, least, part
-      integer(long) :: k, parts
+      real(dp) :: work, least
+      integer(long) :: k
       integer :: g
-      call divide(self, time, parts, part)
       self%largest = 0
-      steps = steps_for(part, limit)
+      steps = steps_for(time, limit)
       least = steps*turns(m%blocks, 0)
       do g = 1, m%blocks%groups%largest
-         k = steps_for(part, 2**g*limit)
+         k = steps_for(time, 2**g*limit)
          work = k*turns(m%blocks, g)
          if (work >= least) cycle
          least = work
          self%largest = g
          steps = k
       end do
-      dt = part/(steps*2**self%largest)
-      steps = parts*steps
+      dt = time/(steps*2**self%largest)
    end subroutine choose_steps
-
-   !> Divide a time into parts for which steps are chosen, always the same where it is a multiple of that between outputs.
-   subroutine divide(self, time, parts, part)
-      class(local_leapfrog_t), intent(in) :: self
-      real(dp), intent(in) :: time               !! [s]
-      integer(long), intent(out) :: parts
-      real(dp), intent(out) :: part              !! [s]
-      real(dp), parameter :: rounding = 1e-6_dp  ! of a part, that is no time of its own
-      parts = max(1_long, nint(time/self%time_between_outputs, long))
-      part = self%time_between_outputs
-      if (abs(parts*part - time) <= rounding*part) return
-      parts = 1
-      part = time
-   end subroutine divide
 
    !> How many turns the blocks have in all in a coarse step of 2**largest finest ones.
    pure real(dp) function turns(blocks, largest)

@@ -38,7 +38,6 @@ module hampm_newmark
    use hampm_nodal_release, only: work_of_release
    use hampm_balance, only: balance_t, part_t, start_t, is_linear
    use hampm_constraints, only: hold
-   use hampm_element_operators, only: pass_by_all_operators
    use hampm_failure, only: failure_t
    use hampm_instant, only: instant_t, save_instant, go_back_to
    use hampm_integrator, only: book_step
@@ -434,7 +433,7 @@ contains
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, x)
    end subroutine give
 
-   !> Move, strain and accelerate the particles by what the nodes gain, and map them; cells with operators without their particles.
+   !> Move, strain and accelerate the particles by what the nodes gain, and map them.
    subroutine move_particles(m, dt, du, v, have_moved)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
@@ -450,15 +449,12 @@ contains
       call multiply(size(du), 1/dt, du, m%fields%velocity(:, :, v_next))
       if (have_moved) then
          call pass_over_all(kick, dt, m%matter_t, m%fields, report)
-      else if (m%cache%operators%is_active) then
-         call pass_by_all_operators(m%cache%operators, advance_to, dt, m%matter_t, m%fields)
       else
          call pass_over_all(advance_to, dt, m%matter_t, m%fields, report)
       end if
       call kick_interfaces(m%interfaces, m%fields%acceleration, dt, unused)
       if (have_moved) return
       call stretch_interfaces(m%interfaces, du, 1.0_dp)
-      m%cache%operators%is_behind = m%cache%operators%is_active
    end subroutine move_particles
 
    !> Book what a step has done: the work of the loads by the means of the forces at both ends, with that of the forces R by which

@@ -56,8 +56,8 @@ def test_a_plate_of_two_materials_comes_to_the_rest_of_common_steps(history, tmp
     assert np.sqrt(np.mean((local["K_I"] - common["K_I"])**2)) < 0.01 * np.max(np.abs(common["K_I"]))
 
 
-@pytest.mark.parametrize(("samples", "snapshots"), [("1e-6", "2.5e-6"), ("3.7e-6", "19e-6"), ("2e-6", "2e-3"), ("1.7e-5", "0")])
-def test_outputs_that_have_a_time_in_common_leave_the_steps_equal(history, samples, snapshots):
+@pytest.mark.parametrize(("samples", "snapshots"), [("1e-6", "3.14159265358979e-6"), ("3.7e-6", "19e-6"), ("2e-6", "2e-3"), ("1.7e-5", "0")])
+def test_outputs_leave_the_steps_equal(history, samples, snapshots):
     """An undamped beam under a sudden load, 3000 and more coarse steps: steps of changing length were unstable after some hundreds."""
     settings = ("refine.max_level=3", "refine.rings=2", "damping.rate=0", "run.end_time=2e-3", f"output.history_interval={samples}",
                 f"output.snapshot_interval={snapshots}")
@@ -69,7 +69,6 @@ def test_outputs_that_have_a_time_in_common_leave_the_steps_equal(history, sampl
 
 
 @pytest.mark.parametrize(("setting", "phrase"), [
-    ("output.snapshot_interval=3.14159265358979e-6", "requires an &output history_interval and snapshot_interval that are multiples of one time"),
     ("method.frame=updated", "requires frame = 'total': local steps use mass matrices"),
     ("refine.indicator=gradient", "is not allowed with &refine indicator = 'gradient': vibrations of small cells grow where the mesh changes"),
     ("refine.indicator=zz", "is not allowed with &refine indicator = 'zz'"),
