@@ -13,6 +13,7 @@ module hampm_history_resolution
    ! A load that is constant over a step of a sine, n to a period, has work and amplitude off by (2 pi/n)**2/12: 3.3 % at 10, 0.8 % at 20
    real(dp), parameter :: least_steps = 10       !! of a period, in motion
    real(dp), parameter :: good_steps = 20        !! of a period, not to be told of
+   real(dp), parameter :: none = -huge(1.0_dp)   !! no such time
    real(dp), parameter :: most_missed = 0.5_dp   !! part of the largest factor by which a peak may be above what steps see of it
 
 contains
@@ -87,14 +88,27 @@ contains
                 ' points of a period of its sine of '//to_text(history%frequency)// &
                    ' Hz: load values between these points have no effect. '// &
                 'Take '//to_text(nint(good_steps))//' or more'
+      else if (history%kind == 'table' .and. acts_too_long(model, history, dt)) then
+         line = name//': its factor of '//to_text(history%factor(0.0_dp))//' at the start acts for a whole step of '// &
+                three_digits(dt)//' s, and is there for less than half of it. Take shorter steps, or leave it out'
       else if (history%kind == 'table') then
          peak = missed_peak(history, dt, model%method%time == 'static')
-         if (peak <= 0) return
+         if (peak <= none) return
          line = name//': steps of '//three_digits(dt)//' s may pass by its factor at '// &
                 three_digits(peak)//' s, which is there for less than two of them'
       end if
       if (line /= '') call add_line(text, line)
    end subroutine check_history
+
+   !> Whether the factor at the start of a motion gives more than the impulse of a table in the first step: a step takes it for all of it. At rest, and
+   !> where motion begins there, it is that of the equilibrium with which the run begins.
+   pure logical function acts_too_long(model, history, dt)
+      type(model_t), intent(in) :: model
+      type(time_history_t), intent(in) :: history
+      real(dp), intent(in) :: dt                 !! [s]
+      acts_too_long = model%method%time /= 'static' .and. model%method%start /= 'static' .and. &
+                      abs(history%factor(0.0_dp)) - abs(history%integral(dt))/dt > most_missed*maxval(abs(history%factors))
+   end function acts_too_long
 
    !> Whether what begins at a time never acts: at rest the last load step is at the end of the run, in motion it begins before that.
    pure logical function begins_too_late(model, start)
@@ -117,7 +131,7 @@ contains
    end function longest_step_of
 
    !> The time of a corner of a table, counted from its start, whose factor is far above or below that one step before it, or at the
-   !> beginning of the run, and one step after it; 0 for none [s]. Where it is known when steps are, below that at the two around it.
+   !> beginning of the run, and one step after it; `none` for none [s]. Where it is known when steps are, below that at the two around it.
    pure real(dp) function missed_peak(history, dt, are_known) result(time)
       type(time_history_t), intent(in) :: history
       real(dp), intent(in) :: dt                 !! [s]
@@ -125,9 +139,9 @@ contains
       real(dp), parameter :: rounding = 1e-9_dp  ! part of a step
       real(dp) :: beside(2), largest
       integer :: k
-      time = 0
+      time = none
       largest = maxval(abs(history%factors))
-      do k = 2, size(history%times) - 1
+      do k = 1, size(history%times) - 1
          associate (at => history%start + history%times(k))
             if (at <= 0) cycle
             beside = [max(at - dt, 0.0_dp), at + dt]

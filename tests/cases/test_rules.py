@@ -186,6 +186,18 @@ def test_a_peak_of_a_table_within_its_first_step(case, method):
     assert "may pass by" not in case("ramp", text=LATE + pulse.replace("1.0, 0.0 /", "1.0, 1.0 /")).stderr
 
 
+def test_a_first_factor_that_acts_for_a_whole_step(case):
+    """A table that begins at 1 and is 0 after a hundredth of a step gave a hundred times its impulse without a word, or was passed by where it begins later."""
+    pulse = LATE + f"{LOAD}  history = 'table'  times = 0.0, 1e-10  factors = -1.0, 0.0 /\n"
+    told = "its factor of -1.0 at the start acts for a whole step of"
+    assert told in case("pulse", text=pulse).stderr
+    assert told in case("implicit", text=pulse + "&method time = 'implicit'  time_step = 2e-8 /\n").stderr
+    for right in (pulse.replace("-1.0, 0.0 /", "0.0, 1.0 /"), pulse.replace("1e-10", "5e-7"), pulse + "&method start = 'static' /\n"):
+        assert "its factor" not in case("right", text=right).stderr
+    late = pulse.replace("history = 'table'", "history = 'table'  start = 3.3e-7")
+    assert "may pass by its factor at 0.0 s" in case("late", text=late).stderr
+
+
 def test_a_tip_without_a_load_does_not_wait(case):
     """Before its load began it was said that nothing opens the tip in the direction that it would take, and to let it go straight on."""
     text = LATE.replace("end_time = 1e-6", "end_time = 1.0").replace("&output history_interval = 1e-7 /\n", "") + f"""\
