@@ -29,16 +29,19 @@ contains
       do k = 1, size(model%paths)
          if (.not. settings%good(settings%find('crack', k), 'kind') .or. model%paths(k)%kind == 'symmetry') cycle
          before = settings%errors%count
-         call check_points(model, settings, k)
+         call check_points(model, settings, k, has_bodies)
          if (settings%errors%count == before .and. has_bodies) call check_place(model, settings, k)
       end do
    end subroutine check_paths
 
    !> The points of the k-th path: enough of them, and not too close.
-   pure subroutine check_points(model, settings, k)
+   pure subroutine check_points(model, settings, k, has_bodies)
       type(model_t), intent(in) :: model
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: k
+      logical, intent(in) :: has_bodies          !! whether grid and bodies are without errors
+      logical :: is_tip(2)
+      real(dp) :: near
       integer :: entry, i, j
       entry = settings%find('crack', k)
       if (.not. settings%good(entry, trim(model%paths(k)%key))) return
@@ -54,11 +57,16 @@ contains
             call settings%complain(entry, 'points', 'must have two points at least, x1, y1, x2, y2, for kind = ''path''')
             return
          end if
+         is_tip = .false.
+         if (has_bodies) is_tip = path_tips(model, k)
          do i = 2, size(points, 2)
-            if (norm2(points(:, i) - points(:, i - 1)) >= least_way*cell_at(model, k) - tolerance(model%grid)) cycle
+            near = least_way*cell_at(model, k)
+            if (is_tip(first_end) .and. i == 2 .or. is_tip(last_end) .and. i == size(points, 2)) &
+               near = least_way*cell_at(model, k, is_at_tip=.true.)
+            if (norm2(points(:, i) - points(:, i - 1)) >= near - tolerance(model%grid)) cycle
             call settings%complain(entry, trim(model%paths(k)%key), 'points '//to_text(i - 1)//' and '//to_text(i)//' are '// &
                                    length_text(norm2(points(:, i) - points(:, i - 1)))//' m apart, less than a cell, '// &
-                                   to_text(cell_at(model, k))//' m: the cells cannot follow. Use fewer points or smaller cells')
+                                   to_text(near)//' m: the cells cannot follow. Use fewer points or smaller cells')
             return
          end do
          do i = 2, size(points, 2)
@@ -114,15 +122,15 @@ contains
          do end = first_end, last_end
             if (.not. is_tip(end)) cycle
             associate (tip => path_tip(path, end))
-               near = least_way*cell_at(model, k)
+               near = least_way*cell_at(model, k, is_at_tip=.true.)
                if (clear_radius(model, k, end) >= near - tolerance(model%grid)) cycle
                if (distance_to_cracks(model, tip, k) < near) then
                   call settings%complain(entry, trim(model%paths(k)%key), 'the tip '//point_text(tip)//' is '// &
                                          length_text(distance_to_cracks(model, tip, k))//' m from another crack, less than a '// &
-                                         'cell, '//to_text(cell_at(model, k))//' m: let it end on that crack, or use smaller cells')
+                                         'cell, '//to_text(near)//' m: let it end on that crack, or use smaller cells')
                else
                   call settings%complain(entry, trim(model%paths(k)%key), 'the tip '//point_text(tip)//' is less than a cell, '// &
-                                         to_text(cell_at(model, k))//' m, from a surface or another part '// &
+                                         to_text(near)//' m, from a surface or another part '// &
                                          'of its crack: let it end beyond the surface, move it, or use smaller cells')
                end if
             end associate
@@ -130,12 +138,15 @@ contains
       end associate
    end subroutine check_place
 
-   !> Size of the cells along the k-th path [m]: those along a crack that may appear are refined from the start where places tell.
-   pure real(dp) function cell_at(model, k) result(cell)
+   !> Size of the cells along the k-th path, or at its tips [m]: these, and those along a crack that may appear, are refined from the start where
+   !> places tell.
+   pure real(dp) function cell_at(model, k, is_at_tip) result(cell)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k
+      logical, intent(in), optional :: is_at_tip
       cell = model%grid%cell
-      if (model%refine%by%is_of_places .and. any(model%nucleations%path == k)) cell = least_radius(model)/2
+      if (.not. model%refine%by%is_of_places) return
+      if (present(is_at_tip) .or. any(model%nucleations%path == k)) cell = least_radius(model)/2
    end function cell_at
 
    !> Whether a polyline runs through material.

@@ -235,6 +235,17 @@ def test_what_cannot_be_cut_is_refused(hampm, points, message):
     assert message in run(hampm, plate([points], levels=0), code=2)
 
 
+@pytest.mark.parametrize("second", [[(-3.5e-3, 0.4e-3), (6e-3, 0.4e-3)], [(2.4e-3, -0.2e-3), (6e-3, -0.2e-3)], [(2e-3, -0.6e-3), (6e-3, 1.4e-3), (6.5e-3, 1.6e-3)]],
+                         ids=["beside", "ahead", "with a short kink"])
+def test_cracks_that_are_near_where_cells_are_refined(hampm, second):
+    """Two tips are 0.3 to 0.6 of a root cell apart, or a kink and its tip: cells there are an eighth of it. Root cells of half the size have the same K within both errors."""
+    cracks = [[(-6e-3, -0.2e-3), (2e-3, -0.2e-3)], second]
+    coarse, fine = (run(hampm, scene(cracks, cell, (0.012, 0.012), levels=levels)) for cell, levels in ((1e-3, 3), (0.5e-3, 2)))
+    for name in (f"K_{mode}{tip}" for mode in ("I", "II") for tip in ("", "_tip2", "_tip3", "_tip4")):
+        error = name.replace("II", "I").replace("K_I", "K_I_error") if "tip" in name else "K_I_error"
+        assert abs(coarse[name][-1] - fine[name][-1]) < coarse[error][-1] + fine[error][-1], name
+
+
 @pytest.mark.parametrize("change, message", [
     (("time = 'static'", "time_steps = 'local'"), "time_steps = 'local' is not allowed with cracks that cut cells"),
     (("'domain_integral'", "'vcct'"), "estimators = 'vcct' is not allowed with tips at no nodes"),
