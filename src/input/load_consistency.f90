@@ -6,7 +6,7 @@ module hampm_load_consistency
    use hampm_kinds, only: dp, ndim, plane
    use hampm_crack_placement, only: path_at
    use hampm_load_placement, only: is_on_faces, find_edge_normal
-   use hampm_placement, only: tolerance, nodes_touched, on_face, is_part_of, point_text
+   use hampm_placement, only: tolerance, nodes_touched, is_part_of, point_text
    use hampm_model, only: model_t, load_spec_t, constraint_spec_t, path_of, plane_of, has_shapes
    use hampm_settings, only: settings_t
    use hampm_shape_consistency, only: comes_near_edges
@@ -142,6 +142,8 @@ contains
       call check_face(model, load, entry, settings, misses)
       if (misses) return
       found = load%face /= 'none'
+      call find_edge_normal(model, load, normal, sides)
+      if (any(load%kind == [character(9) :: 'traction', 'pressure', 'absorbing'])) found = found .or. sides > 0
       do i = 1, size(model%bodies)
          associate (body => model%bodies(i))
             select case (load%kind)
@@ -151,8 +153,6 @@ contains
                if (body%outline%is_there()) then
                   found = found .or. size(body%outline%parts_in_box(load%lower, load%upper, tol, model%grid%lower, &
                                                                     model%grid%cell)) > 0
-               else
-                  found = found .or. on_face(load%lower, load%upper, body, tol)
                end if
              case ('body')
                found = found .or. area_in_box(body, load%lower, load%upper) > 0
@@ -162,11 +162,9 @@ contains
       if (load%kind == 'point' .and. any(load%upper - load%lower > tol)) then
          call settings%complain(entry, 'upper', 'must equal lower = '//point_text(load%lower)//' for a point load')
       else if (found) then
-         sides = 1
-         if (any(load%kind == [character(9) :: 'pressure', 'absorbing'])) call find_edge_normal(model, load, normal, sides)
-         if (sides > 1) call settings%complain(entry, 'lower', 'the line up to '//point_text(load%upper)// &
-                                               ' is the edge of bodies on both sides: '//trim(load%kind)// &
-                                               ' loads act on a free edge')
+         if (sides > 1 .and. any(load%kind == [character(9) :: 'pressure', 'absorbing'])) &
+            call settings%complain(entry, 'lower', 'the line up to '//point_text(load%upper)// &
+                                   ' is the edge of bodies on both sides: '//trim(load%kind)//' loads act on a free edge')
       else if (load%kind == 'point') then
          call settings%complain(entry, 'lower', 'the point of a load must be in or on a body')
       else if (load%kind == 'body') then

@@ -3,7 +3,7 @@ module hampm_load_placement
    use hampm_kinds, only: dp, ndim
    use hampm_crack_placement, only: body_at
    use hampm_path_placement, only: path_tip, last_end
-   use hampm_placement, only: tolerance, on_face
+   use hampm_placement, only: tolerance
    use hampm_model, only: model_t, load_spec_t
    use hampm_tensors, only: quarter_turn
    implicit none
@@ -18,29 +18,35 @@ contains
       is_on_faces = load%kind == 'pressure' .and. .not. load%has_place
    end function is_on_faces
 
-   !> Unit vector out of the body whose edge a load is on. `sides` counts on which sides of the line there is such a body: 0 where it is on
-   !> no edge, 2 where bodies touch there.
+   !> Unit vector out of the bodies whose edge a load is on, one or several in a row. `sides` counts on which sides of the line there are such bodies: 0
+   !> where it is on no edge, 2 where bodies touch there.
    pure subroutine find_edge_normal(model, load, normal, sides)
       type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: load
       real(dp), intent(out) :: normal(ndim)
       integer, intent(out) :: sides
-      logical :: is_there(2)
+      real(dp) :: covered(2), extent(ndim), common(ndim), tol ! area by bodies above and below
       integer :: i, d
-      real(dp) :: tol
       tol = tolerance(model%grid)
       normal = 0
-      is_there = .false.
+      sides = 0
+      extent = load%upper - load%lower
+      if (count(extent <= tol) /= 1) return
+      d = minloc(extent, dim=1)
+      extent(d) = 1
+      covered = 0
       do i = 1, size(model%bodies)
          associate (body => model%bodies(i))
-            if (body%outline%is_there() .or. .not. on_face(load%lower, load%upper, body, tol)) cycle
-            d = minloc(load%upper - load%lower, dim=1)
-            normal = 0
-            normal(d) = merge(1.0_dp, -1.0_dp, abs(load%upper(d) - body%upper(d)) <= tol)
-            is_there(merge(1, 2, normal(d) > 0)) = .true.
+            if (body%outline%is_there()) cycle
+            common = max(min(load%upper, body%upper) - max(load%lower, body%lower), 0.0_dp)
+            common(d) = 1
+            where (abs([body%lower(d), body%upper(d)] - load%upper(d)) <= tol) covered = covered + product(common)
          end associate
       end do
-      sides = count(is_there)
+      associate (is_there => covered >= product(extent)*(1 - 2*size(model%bodies)*tol/minval(extent)))
+         sides = count(is_there)
+         if (sides > 0) normal(d) = merge(1.0_dp, -1.0_dp, is_there(2))
+      end associate
    end subroutine find_edge_normal
 
    !> Unit vector from the line of a crack on a symmetry plane into the material.

@@ -72,3 +72,34 @@ def test_an_interface_across_the_crack_is_refused(hampm, tmp_path):
     assert result.returncode == 2
     assert "&energy_release radii" in result.stderr and "one material within them, or layers along the crack, around the tip (0.03, 0.0); body 2" in result.stderr
     assert len(result.stderr.splitlines()) == 1
+
+
+BONDED = """\
+&run {plane} end_time = {end} /
+&grid lower = 0.0, 0.0{zero}  cell = 0.002  cells = 20, 15{deep} /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700.0 /
+&material name = 'b'  young = 20e9  poisson = 0.3  density = 2700.0 /
+&body material = 'a'  lower = 0.0, 0.0{zero}  upper = 0.017, 0.03{thick} /
+&body material = 'b'  lower = 0.017, 0.0{zero}  upper = 0.04, 0.03{thick} /
+{loads}
+&load kind = 'traction'  lower = 0.0, 0.0{zero}  upper = 0.0, 0.03{thick}  force = -1e3, 0.0{zero} /
+&constraint lower = 0.0, 0.0{zero}  upper = 0.04, 0.0{thick}  fix = 'xy{z}' /
+&method time = '{time}' /
+&output history_interval = {end} /
+"""
+
+
+@pytest.mark.parametrize("kind, time", [("traction", "static"), ("pressure", "static"), ("traction", "explicit"), ("absorbing", "explicit")])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_one_load_over_two_bonded_bodies(hampm, hampm3d, dim, kind, time):
+    """On the straight edge of both it is what two loads are that share it by length."""
+    zero, thick, deep, z = (", 0.0", ", 0.004", ", 2", "z") if dim == 3 else 4 * ("",)
+
+    def load(first, last):
+        value = {"traction": f"force = 0.0, {1e4 * (last - first) / 0.04!r}{zero}", "pressure": "pressure = 1e6", "absorbing": ""}[kind]
+        return f"&load kind = '{kind}'  lower = {first}, 0.03{zero}  upper = {last}, 0.03{thick}  {value} /\n"
+    one, two = (harness.run(hampm3d if dim == 3 else hampm, BONDED.format(plane="" if dim == 3 else "plane = 'stress'", end=1.0 if time == "static" else 1e-5, loads=loads, time=time,
+                                                                          zero=zero, thick=thick, deep=deep, z=z))
+                for loads in (load(0.0, 0.04), load(0.0, 0.017) + load(0.017, 0.04)))
+    for name in ("strain_energy", "external_work", "kinetic_energy"):
+        assert one[name] == pytest.approx(two[name], rel=1e-9, abs=1e-20)
