@@ -24,6 +24,7 @@ VALUES = {  # of keys by their new names
     ("material", "volumetric"): {"point": "standard", "cell": "b_bar"},
     ("contact", "bodies"): {"joined": "bonded"},
     ("method", "mass"): {"full": "consistent", "blend": "weighted"},
+    ("method", "solver"): {"umfpack": "direct", "banded": "direct"},
     ("energy_release", "estimators"): NAMES["ESTIMATORS"],
 }
 ESTIMATORS = "energy_release", "estimators"

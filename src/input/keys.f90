@@ -54,6 +54,7 @@ module hampm_keys
       renamed_t('constraint', 'push_only', '', 'unilateral'), renamed_t('contact', 'bodies', 'joined', '''bonded'''), &
       renamed_t('method', 'functions', '', 'shape_functions'), renamed_t('method', 'blend', '', 'lumped_fraction'), &
       renamed_t('method', 'mass', 'full', '''consistent'''), renamed_t('method', 'mass', 'blend', '''weighted'''), &
+      renamed_t('method', 'solver', 'umfpack', '''direct'''), renamed_t('method', 'solver', 'banded', '''direct'''), &
       renamed_t('method', 'full_region', '', 'consistent_region'), renamed_t('method', 'full_lower', '', 'consistent_lower'), &
       renamed_t('method', 'full_upper', '', 'consistent_upper'), &
       renamed_t('energy_release', 'estimators', 'nodal_force', '''vcct'''), &

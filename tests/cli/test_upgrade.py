@@ -74,8 +74,8 @@ namelist: full.nml   # full
 output: ../results/full
 product:
   method.mass, method.solver:   # full
-    - [full, direct]
-    - ["lumped", auto]
+    - [full, umfpack]
+    - ["lumped", Banded]
   load.kind, Material(2).dilatation: [[point, point], [body, cell]]
   energy_release.estimators:
     - nodal_force
@@ -99,7 +99,7 @@ output: ../results/full
 product:
   method.mass, method.solver:   # full
     - [consistent, direct]
-    - ["lumped", auto]
+    - ["lumped", direct]
   load.kind, Material(2).volumetric: [[point, standard], [body, b_bar]]
   energy_release.estimators, energy_release.energy_balance:
     - [vcct, .false.]

@@ -41,6 +41,14 @@ def test_the_program_is_that_of_the_grid(bar):
     assert made.dimensions() == 3 and package.Scene(INPUT / "dcb.nml").dimensions() == 2
 
 
+def test_a_missing_program_is_that_of_the_model(monkeypatch, tmp_path):
+    """Keys are those of either program; where neither is there the one of planes is named."""
+    from hampm import program
+    monkeypatch.setattr(program, "find_program", lambda name=None, dimensions=2: (_ for _ in ()).throw(program.FileError([f"the program {'hampm3d' if dimensions == 3 else 'hampm'} is not found"])))
+    with pytest.raises(program.FileError, match="the program hampm is not found"):
+        program.key_table()
+
+
 def test_runs_sweeps_and_snapshots(bar, tmp_path):
     result = package.run(bar, output=tmp_path, progress=False)
     snapshots = package.Snapshots(result.path)

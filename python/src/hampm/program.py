@@ -87,10 +87,13 @@ def key_table(program: str | Path | None = None) -> dict[str, Any]:
     """Group -> its description as `hampm --keys --json` has it, with its `keys` by name: type, unit, default, what is allowed, meaning."""
     try:
         return _groups(find_program(program))
-    except FileError:
+    except FileError as missing:
         if program is not None:
             raise
-        return _groups(find_program(dimensions=SOLID))     # which has the same keys
+        try:
+            return _groups(find_program(dimensions=SOLID))     # which has the same keys
+        except FileError:
+            raise missing from None                        # the one that is not there, unless both are
 
 
 def version(program: str | Path | None = None) -> str:
