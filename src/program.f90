@@ -14,7 +14,7 @@ module hampm_program
    use hampm_key_reference, only: reference_text, keys_json
    use hampm_kinds, only: dp, long
    use hampm_namelist_text, only: template_text
-   use hampm_resource_estimate, only: resources_t, estimate_resources, check_room, check_resources, resource_report, resource_json
+   use hampm_resource_estimate, only: resources_t, estimate_resources, check_resources, resource_report, resource_json
    use hampm_old_files, only: refuse_files_of_others
    use hampm_reading, only: read_model, understand_model
    use hampm_recording, only: result_path
@@ -106,7 +106,6 @@ contains
       character(:), allocatable :: report
       integer(long) :: clock_start
       call system_clock(clock_start)
-      call check_room(failure)
       call check_threads(options%threads, failure)
       if (failure%failed()) return
       report = surplus_threads(options%threads)

@@ -179,6 +179,16 @@ def test_threads_that_cannot_be_started(dcb):
     assert re.match(r"hampm: 300 threads cannot be started, but \d+: use fewer \(--threads", result.stderr), result.stderr
 
 
+@pytest.mark.parametrize("kilobytes", [64, 128, 512])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_small_stack_is_told(hampm, hampm3d, dim, kilobytes):
+    """Before anything takes of it more than there is."""
+    scene = INPUT / ("solid/dcb.nml" if dim == 3 else "dcb.nml")
+    result = (hampm3d if dim == 3 else hampm)("--check", scene, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, (kilobytes * 1024,) * 2))
+    assert result.returncode == 2
+    assert re.fullmatch(r"hampm: the limit of the stack \(ulimit -s\) is \S+ kB: allow .*\n", result.stderr), result.stderr
+
+
 @pytest.mark.parametrize("descriptors", [4, 5, 6, 8])
 def test_few_file_descriptors(dcb, descriptors):
     result = dcb("--quiet", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (descriptors, descriptors)))
