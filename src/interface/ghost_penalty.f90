@@ -218,8 +218,9 @@ contains
       end do
    end function alone_of
 
-   !> The cells beyond a side of one whose material is joined to its, those that have both ends of the side in common with it, and are larger or, of as large ones,
-   !> above: each side, or part of one beside finer cells, is found once. Ahead of a crack there are two, the pieces of the cell in which it ends.
+   !> The cells beyond a side of one whose material is joined to its, those that have both ends of the side in common with it, or the nodes on which
+   !> these hang, and are larger or, of as large ones, above: each side, or part of one beside finer cells, is found once. Ahead of a crack there are two,
+   !> the pieces of the cell in which it ends.
    pure function beyond(grid, e, side) result(others)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: e                   !! a linear element, or the first of a quadratic cell
@@ -227,24 +228,43 @@ contains
       integer, allocatable :: others(:)
       integer, parameter :: of_quadratic(4) = [1, 3, 7, 9] ! corners among the nodes
       integer :: nodes(grid%n_functions), ends(2), k, other
-      real(dp) :: way
+      real(dp) :: way(ndim)
       ends = [side_corner(side, 1), side_corner(side, 2)]
       if (grid%is_quadratic()) ends = of_quadratic(ends)
       nodes = grid%support_of(e)
+      ends = nodes(ends)
       allocate (others(0))
-      associate (around => grid%dofs%elements_at(nodes(ends(1))), own => size_of_cell(grid, e), axis => (side + 1)/2)
+      k = grid%dofs%a_master_of(ends(1))
+      if (k == 0) return
+      associate (around => [grid%dofs%elements_at(ends(1)), grid%dofs%elements_at(k)], own => size_of_cell(grid, e), &
+                 axis => (side + 1)/2)
          do k = 1, size(around)
             other = around(k)
             if (grid%is_quadratic()) other = grid%first_of_piece(other)
-            if (any(others == other) .or. .not. any(grid%support_of(other) == nodes(ends(2)))) cycle
+            if (any(others == other) .or. .not. (reaches(grid, other, ends(1)) .and. reaches(grid, other, ends(2)))) cycle
             associate (more => size_of_cell(grid, other) - own)
-               way = grid%element_lower(axis, other) - grid%element_lower(axis, e) + more/2 ! from middle to middle
-               if (mod(side, 2) == 1) way = -way
-               if (way > own/2 .and. (mod(side, 2) == 0 .or. more > own/2)) others = [others, other]
+               way = grid%element_lower(:, other) - grid%element_lower(:, e) + more/2 ! from middle to middle
+               if (mod(side, 2) == 1) way(axis) = -way(axis)
+               if (way(axis) > own/2 .and. abs(way(3 - axis)) < own/2 + more/2 .and. (mod(side, 2) == 0 .or. more > own/2)) &
+                  others = [others, other]
             end associate
          end do
       end associate
    end function beyond
+
+   !> Whether a cell depends on a point, or on all the nodes on which that hangs.
+   pure logical function reaches(grid, cell, point)
+      type(grid_t), intent(in) :: grid
+      integer, intent(in) :: cell                !! as in `beyond`
+      integer, intent(in) :: point
+      real(dp) :: weight(1, most_nodes_of_leaf)
+      integer :: nodes(grid%n_functions), master(most_nodes_of_leaf), n, k
+      nodes = grid%support_of(cell)
+      reaches = any(nodes == point)
+      if (reaches .or. point <= grid%n_nodes) return
+      call grid%dofs%masters_of([point], n, master, weight)
+      reaches = n > 0 .and. all([(any(nodes == master(k)), k=1, n)])
+   end function reaches
 
    !> Size of a linear element, or of the quadratic cell that begins with one [m].
    pure real(dp) function size_of_cell(grid, e) result(edge)
