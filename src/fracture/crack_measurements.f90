@@ -147,23 +147,30 @@ contains
             end associate
          end do
          if (allocated(v%j)) then        ! where material yields or creeps J depends on the domain, and K are of elastic fields
-            if (tip%phase_length > 0) call record_intensities()
-            if (.not. (tip%has_layers .or. material%has_history)) call record_parts()
+            history%is_of_none = history%is_of_none .or. material%has_history .or. tip%has_layers .and. .not. tip%phase_length > 0
+            if (v%recorded%parts) then
+               call record_parts()
+            else if (v%recorded%intensities) then
+               call record_intensities()
+            end if
+            history%is_of_none = .not. tip%is_measured()
             call history%record('J', 'J/m2', 'J integral, mean over the domains', sum(v%j)/size(v%j))
             if (v%errors%are_known) call history%record('J_error', 'J/m2', 'estimated error of J', v%errors%j%now)
             call history%record('J_domain_dependence', 'J/m2', 'largest less smallest J of the domains', maxval(v%j) - minval(v%j))
-            if (material%has_history) then
+            if (v%recorded%near_and_far) then
                call history%record('J_near_tip', 'J/m2', 'J integral of the smallest domain', v%j(1))
                call history%record('J_far_field', 'J/m2', 'J integral of the largest domain', v%j(size(v%j)))
             end if
             call history%record_radii('J_', 'J/m2', 'J integral', tip%radii, v%j, may_change=may_grow)
          end if
          best = v%best(tip, material%isotropic)
-         if (best%estimator /= '' .and. .not. material%has_history) then
+         history%is_of_none = history%is_of_none .or. material%has_history
+         if (best%estimator /= '' .and. .not. v%recorded%near_and_far) then
             call history%record('G', 'J/m2', 'energy release rate, both modes, by the best of the chosen estimators: '// &
                                 best%estimator, best%rate)
             if (v%errors%are_known) call history%record('G_error', 'J/m2', 'estimated error of G', best%error)
          end if
+         history%is_of_none = .not. tip%is_measured()
          call history%record('crack_opening', 'm', 'opening one cell behind the tip', v%behind(1))
          if (recorded > 1) call history%record('crack_sliding', 'm', 'sliding one cell behind the tip', v%behind(2))
          history%is_of_none = .false.
@@ -199,7 +206,7 @@ contains
                               'estimated error of K', v%errors%intensity)
             if (recorded > 1) &
                call history%record('mode_mixity', 'rad', 'angle of (K_I, K_II)', atan2(v%intensity(2), v%intensity(1)))
-            if (tip%phase_length > 0) &
+            if (values%recorded%phase) &
                call history%record('oscillation_index', '1', 'epsilon of the interface at the tip', v%oscillation)
          end associate
       end subroutine record_intensities

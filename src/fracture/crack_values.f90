@@ -4,12 +4,22 @@ module hampm_crack_values
    use hampm_archive, only: archive_t
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
+   use hampm_material, only: material_t
    use hampm_estimated_errors, only: estimated_errors_t, archive_errors, archive_column
    use hampm_estimator, only: estimator_t, estimate_t, total
    use hampm_tip_domain, only: places_t
    implicit none
    private
    public :: crack_values_t, best_t, new_crack_values, best_rate, keep_crack_values
+
+   !> Which columns a tip has, by what it was in at the start; where it comes to other material and they mean nothing, they are no numbers.
+   type :: recorded_t
+      logical :: intensities = .false.           !! K, and with them
+      logical :: parts = .false.                 !! the parts of J, and T
+      logical :: phase = .false.                 !! epsilon of an interface
+      logical :: near_and_far = .false.          !! J of the smallest and of the largest domain, in place of G, where material has a history
+      logical :: by_fields = .false.             !! K by the fields of a tip that runs
+   end type recorded_t
 
    !> What was measured last; what the domain integral gives is 0 where it is not chosen.
    type :: crack_values_t
@@ -30,6 +40,7 @@ module hampm_crack_values
       real(dp) :: behind(modes) = 0              !! opening and sliding one cell behind the tip [m]
       real(dp) :: mouth(modes) = 0               !! the same at the mouth [m]
       type(estimated_errors_t) :: errors         !! of what the domain integral gives
+      type(recorded_t) :: recorded
    contains
       procedure :: best
       procedure :: error_of_t_stress
@@ -48,10 +59,11 @@ module hampm_crack_values
 contains
 
    !> Nothing measured yet.
-   subroutine new_crack_values(chosen, t_stress, tip, cells_divide, values)
+   subroutine new_crack_values(chosen, t_stress, tip, material, cells_divide, values)
       type(estimator_t), intent(in) :: chosen(:) !! estimators, the best one first
       logical, intent(in) :: t_stress            !! whether the T-stress is measured
       type(crack_tip_t), intent(in) :: tip
+      type(material_t), intent(in) :: material   !! at it
       logical, intent(in) :: cells_divide        !! in motion
       type(crack_values_t), intent(out) :: values
       type(estimate_t) :: estimate
@@ -64,6 +76,11 @@ contains
       end do
       if (size(values%estimates) < size(chosen)) allocate (values%j(size(tip%radii)), source=0.0_dp)
       if (allocated(values%j) .and. t_stress) allocate (values%t_stress(size(tip%radii)), source=0.0_dp)
+      associate (has_parts => allocated(values%j) .and. .not. (tip%has_layers .or. material%has_history))
+         values%recorded = recorded_t(intensities=has_parts .or. allocated(values%j) .and. tip%phase_length > 0, parts=has_parts, &
+                                      phase=tip%phase_length > 0, near_and_far=material%has_history, &
+                                      by_fields=has_parts .and. material%isotropic)
+      end associate
    end subroutine new_crack_values
 
    !> G of both modes together by the estimator that is nearest to the truth of those that are chosen: at a tip inside a cell K is less off than J.

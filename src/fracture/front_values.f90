@@ -37,6 +37,7 @@ module hampm_front_values
       logical :: by_domain = .true., by_closure = .false. !! by which estimators, the first of which is that of G
       real(dp) :: room = 0                       !! around the front [m]
       logical :: has_ended = .false.             !! whether the crack has run through: there is no front any more
+      integer, allocatable :: material(:)        !! number of the material at each hat
       logical :: is_free(2) = .false.            !! whether its ends are on sides that nothing holds
       real(dp), allocatable :: arc(:), at(:, :)  !! of the middles of the hats: way along the front, and place [m]
       real(dp), allocatable :: outward(:, :)     !! there, unit vectors out of the crack, (ndim, hats)
@@ -182,6 +183,7 @@ contains
          values%room = room_of(fronts, number, domain%lower, domain%upper)
          i = minloc(sum((p%reference(:p%n, :) - spread(front%at(:, front%n()/2 + 1), 1, p%n))**2, dim=2), dim=1)
          domain%material = p%material(i)
+         values%material = spread(domain%material, 1, size(values%arc))
          room = values%room
          do i = 1, p%n                           ! domains have one material
             if (are_of_one(problem%materials, domain%material, p%material(i))) cycle
@@ -301,7 +303,7 @@ contains
       type(front_values_t), intent(inout) :: values
       real(dp), allocatable :: rate(:, :, :), twice(:, :)
       real(dp) :: off(size(values%arc))          ! from the domain integral
-      integer :: mode
+      integer :: mode, i
       call closure_rates(values%domain, problem, rate)
       allocate (twice, source=values%closure)
       do mode = 1, front_modes
@@ -310,10 +312,11 @@ contains
       end do
       if (.not. values%by_domain) then
          values%g = sum(values%closure, dim=1)
-         associate (modulus => problem%materials(values%domain%material)%plane_modulus(), sheared => values%closure(2:, :))
-            values%of_g(1, :) = sqrt(modulus*max(values%closure(1, :), 0.0_dp))
-            values%of_g(2, :) = sqrt(modulus*max(sum(sheared, dim=1), 0.0_dp))
-         end associate
+         do i = 1, size(values%arc)
+            associate (modulus => problem%materials(values%material(i))%plane_modulus(), rate => values%closure(:, i))
+               values%of_g(:, i) = sqrt(modulus*max([rate(1), sum(rate(2:))], 0.0_dp))
+            end associate
+         end do
       end if
       off = abs(sum(values%closure, dim=1) - values%g)
       associate (part => parts_of(values), place => off_by_place(problem, values))

@@ -24,7 +24,7 @@ module hampm_material_force
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
    use hampm_tensors, only: identity
-   use hampm_tip_domain, only: fields_at
+   use hampm_tip_domain, only: fields_at, nodes_at_others
    implicit none
    private
    public :: material_force
@@ -47,6 +47,7 @@ contains
       real(dp), allocatable :: of_node(:, :)     ! (sums, n_points)
       real(dp), allocatable :: held(:, :)        ! by what ties the nodes of cells that are cut [N], (ndim, n_points)
       real(dp) :: g(size(tip%radii)), rates(modes, size(tip%radii)), x(ndim), distance, force(ndim)
+      logical, allocatable :: is_at_other(:)     ! nodes on which the change of material acts, too
       integer :: i
       allocate (of_node(sums, problem%grid%n_points), held(ndim, problem%grid%n_points), source=0.0_dp)
       do i = 1, p%n
@@ -59,9 +60,11 @@ contains
       call add_interface_forces(problem%interfaces, 1, held)
       of_node(2:ndim + 1, :) = of_node(2:ndim + 1, :) - held
       call problem%grid%dofs%condense(problem%grid%dofs%every_node(), sums, of_node)
+      allocate (is_at_other(problem%grid%n_points), source=.false.)
+      if (allocated(tip%ends_at)) is_at_other = nodes_at_others(tip%now, tip%nodes%spacing, tip%ends_at, problem%grid, p)
       g = 0
       do i = 1, problem%grid%n_nodes
-         if (.not. of_node(at_volume, i) > 0) cycle
+         if (.not. of_node(at_volume, i) > 0 .or. is_at_other(i)) cycle
          x = matmul(problem%grid%node_position(:, i) - tip%now, tip%axis)
          distance = (1 + even)*norm2(x)
          if (distance >= maxval(tip%radii)) cycle

@@ -13,7 +13,7 @@ module hampm_tip_domain
    use hampm_tensors, only: in_plane, identity
    implicit none
    private
-   public :: tip_domain_t, place_t, places_t, fields_at, weight_nodes, list_places, fill_places
+   public :: tip_domain_t, place_t, places_t, fields_at, weight_nodes, list_places, fill_places, nodes_at_others
 
    real(dp), parameter :: plateau = 0.5_dp       !! part of the radius within which q is 1
    real(dp), parameter :: on_line = 1.0e-9_dp    !! part of an element within which of the crack's line a particle counts as on it
@@ -39,6 +39,7 @@ module hampm_tip_domain
       real(dp) :: thickness = 0                  !! B; of a crack around an axis the length of its front, 2 pi a [m]
       logical :: is_ring = .false.               !! whether it is one
       type(material_t) :: material               !! in which the tip is
+      logical, allocatable :: ends_at(:)         !! by body: whether the discs end where it begins; not allocated: at none
       real(dp), allocatable :: radius(:)         !! of each disc [m]
       real(dp) :: cell = 0                       !! size of the cells at the tip; 0 for an exact field [m]
       real(dp) :: spacing = 0                    !! of these cells, of any tip [m]
@@ -119,6 +120,41 @@ contains
       call grid%dofs%distribute(all, size(t), q)
    end subroutine weight_nodes
 
+   !> Let the discs end where bodies of other materials begin: what J and K find is what acts on the nodes within, and these act on it as the tip does.
+   pure subroutine end_at_others(domain, grid, p, q)
+      type(tip_domain_t), intent(in) :: domain
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      real(dp), intent(inout) :: q(:, :)         !! [-], (radii, n_points)
+      type(node_list_t) :: all
+      logical :: is_at_other(grid%n_points)
+      integer :: i
+      is_at_other = nodes_at_others(domain%tip, domain%spacing, domain%ends_at, grid, p)
+      do i = 1, grid%n_nodes
+         if (is_at_other(i)) q(:, i) = 0
+      end do
+      all = grid%dofs%every_node()
+      call grid%dofs%distribute(all, size(q, 1), q)
+   end subroutine end_at_others
+
+   !> Which points are of cells with particles of some bodies, but for those of the cell of a tip.
+   pure function nodes_at_others(tip, spacing, bodies, grid, p) result(are)
+      real(dp), intent(in) :: tip(ndim)          !! its place in the grid [m]
+      real(dp), intent(in) :: spacing            !! of the cells there [m]
+      logical, intent(in) :: bodies(:)
+      type(grid_t), intent(in) :: grid
+      type(particles_t), intent(in) :: p
+      logical :: are(grid%n_points)
+      integer :: i
+      are = .false.
+      do i = 1, p%n
+         if (bodies(p%body(i))) are(grid%support_of(p%cell(i))) = .true.
+      end do
+      call grid%dofs%mark_masters(are)
+      do i = 1, grid%n_nodes
+         if (maxval(abs(grid%node_position(:, i) - tip)) < spacing*(1 - on_line)) are(i) = .false.
+      end do
+   end function nodes_at_others
 
    !> List the particles in the discs of a tip, with their weights in means; those that were found stay where nothing has moved.
    pure subroutine list_places(domain, grid, blocks, p, places)
@@ -134,6 +170,7 @@ contains
       if (places%stay(domain, blocks, p)) return
       places%layout = -1
       call weight_nodes(domain, grid, places%nodal)
+      if (allocated(domain%ends_at)) call end_at_others(domain, grid, p, places%nodal)
       largest = maxloc(domain%radius, dim=1)
       allocate (is_near, source=abs(places%nodal(largest, :)) > 0)
       allocate (weight(blocks%n_occupied), inside(blocks%n_occupied))

@@ -39,8 +39,10 @@ contains
       do k = 1, size(values%estimates)
          associate (of => values%estimates(k), by => values%estimates(k)%by)
             if (by%needs_mass) call refresh_grid(problem)
+            of%uncertainty = 0
             if (.not. (by%needs_nodes .and. values%has_left_node)) &
                call by%find(problem, factors, tip, p, extrapolation, of%rate, of%uncertainty, failure)
+            of%uncertainty = of%uncertainty + tip%lost_before_other()*abs(of%rate)
          end associate
       end do
       if (allocated(values%j)) call measure_domain(problem, factors, tip, p, state, values)
@@ -87,6 +89,7 @@ contains
       domain%is_ring = p%thickness%is_ring
       domain%material = problem%materials(tip%material_in(problem%materials))
       domain%radius = tip%radii
+      if (allocated(tip%ends_at)) domain%ends_at = tip%ends_at
       ! A pressure on such faces is a load for each direction along the axes
       domain%pressure = sum(factors*problem%loads%pressure, mask=problem%loads%line == tip%crack)/(2*ndim)
       domain%pressure_follows = domain%material%is_finite .or. .not. p%total_frame
@@ -124,6 +127,9 @@ contains
                                       /energy_factors(domain%material, tip%speed)), values%domain)
          values%g_of_k = sum(values%j)/size(values%j)
       end if
+      if (.not. tip%to_other < huge(tip%to_other)) return
+      values%uncertainty_of_j = values%uncertainty_of_j + tip%lost_before_other()*abs(sum(values%j)/size(values%j))
+      values%spread_of_k = values%spread_of_k + tip%lost_before_other()/2*norm2(values%intensity)
    end subroutine measure_domain
 
    !> The largest change of G by errors of K of any sign [J/m2].

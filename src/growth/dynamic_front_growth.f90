@@ -161,8 +161,7 @@ contains
       integer :: f, j, i, law
       allocate (new(size(cracks%fronts)))
       do f = 1, size(new)
-         associate (measured => values(f), plane => planes(cracks%fronts(f)%crack), &
-                    material => materials(values(f)%domain%material))
+         associate (measured => values(f), plane => planes(cracks%fronts(f)%crack))
             associate (hats => merge(0, size(measured%arc), measured%has_ended))
                allocate (new(f)%speed(hats), source=0.0_dp)
                new(f)%at = measured%at(:, :hats)
@@ -172,12 +171,14 @@ contains
             law = law_of_plane(model, planes, cracks%fronts(f)%crack, time, 0.0_dp)
             if (law == 0) cycle
             if (model%growth(law)%law%gives_speed()) cycle
-            fastest = rayleigh_speed(material)
-            if (value_of(model%growth(law)%constants, 'limit_speed', 0.0_dp) > 0) &
-               fastest = min(fastest, value_of(model%growth(law)%constants, 'limit_speed', 0.0_dp))
-            if (plane%measured >= 0) part = 1 - exp(-(time - plane%measured)*material%shear_wave_speed()/(memory*cell))
-            if (plane%measured < 0) part = 0
             do j = 1, size(new(f)%speed)
+               associate (material => materials(measured%material(j)))
+                  fastest = rayleigh_speed(material)
+                  if (value_of(model%growth(law)%constants, 'limit_speed', 0.0_dp) > 0) &
+                     fastest = min(fastest, value_of(model%growth(law)%constants, 'limit_speed', 0.0_dp))
+                  part = 0
+                  if (plane%measured >= 0) part = 1 - exp(-(time - plane%measured)*material%shear_wave_speed()/(memory*cell))
+               end associate
                v = speed_there(fronts, f, measured%domain%front%is_closed, &
                                measured%arc(j)/measured%domain%front%length, measured%at(:, j))
                low = 0

@@ -10,12 +10,14 @@ module hampm_dynamic_growth
    use hampm_interface_points, only: interface_energy
    use hampm_forest, only: outside
    use hampm_growing, only: growing_t, next_t, share_of_shear, part_of_crack
-   use hampm_growth_room, only: update_model_path, room_for, why_no_room, find_end, plan_end, end_tips, &
+   use hampm_growth_room, only: update_model_path, see_surroundings, room_of_material, room_for, why_no_room, find_end, &
+                               plan_end, end_tips, &
                                   shrink_domains
    use hampm_interface_placement, only: release_length
    use hampm_law, only: value_of
    use hampm_kinks, only: kink_t, hoop_intensity, is_opened
    use hampm_crack_groups, only: growth_t
+   use hampm_material, only: material_t
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
    use hampm_moving_tip, only: rayleigh_speed
@@ -143,7 +145,7 @@ contains
          end if
          growing%tips(k)%reserve = beyond
          if (abs(angle) > strong_turn) growing%tips(k)%last_turn = tip%grown
-         growing%tips(k)%room = room
+         growing%tips(k)%room = min(room, room_of_material(model, tip))
          call growing%fit_radii(k, least_radius(model), tip)
          call update_model_path(model, cracks, tip%crack)
       end associate
@@ -304,7 +306,10 @@ contains
                call move_by_toughness(growing, model, of, m, cracks, k, dt, most(k), taken, message)
             end if
             m%energies%fracture_energy = m%energies%fracture_energy + taken
-            if (tip%grown > grown) call growing%tips(k)%note_motion(time, dt)
+            if (tip%grown > grown) then
+               call growing%tips(k)%note_motion(time, dt)
+               call see_surroundings(model, tip)
+            end if
             if (tip%has_ended) tip%speed = 0
             call shrink_domains(growing, model, cracks, k, message)
          end associate
@@ -389,6 +394,7 @@ contains
          fastest = rayleigh_speed(material)
          high = value_of(of%constants, 'limit_speed', 0.0_dp)
          if (high > 0) fastest = min(fastest, high)
+         growing%tips(k)%memory = memory_of(of, advance, tip%nodes%spacing, material)
          of_step = min(1.0_dp, dt/growing%tips(k)%memory)
          low = 0
          high = fastest
@@ -440,6 +446,15 @@ contains
          new_speed = growing%tips(k)%speed + (way_of(released)/dt - growing%tips(k)%speed)*of_step
       end function new_speed
    end subroutine move_by_toughness
+
+   !> Time over which the speed of a tip is one of late [s].
+   pure real(dp) function memory_of(of, advance, cell, material) result(memory)
+      type(growth_t), intent(in) :: of
+      type(advance_t), intent(in) :: advance
+      real(dp), intent(in) :: cell               !! [m]
+      type(material_t), intent(in) :: material   !! at the tip
+      memory = merge(late_of_speed, late, of%depends_on_speed(advance))*cell/material%shear_wave_speed()
+   end function memory_of
 
    !> Let a tip move by the way that is tried (`hampm_growth_pace`); cohesive points fail behind it as by a given speed.
    subroutine try_way(growing, m, cracks, k, dt, most, taken)
@@ -559,10 +574,8 @@ contains
             if (runs_out(growing, model, cracks, k)) growing%tips(k)%excess = 0
             if (growing%tips(k)%is_running) cycle
             growing%tips(k)%is_running = next%rate >= next%toughness
-            if (growing%tips(k)%is_running) growing%tips(k)%memory = &
-               merge(late_of_speed, late, of%depends_on_speed(growing%advance_of(model, cracks, k))) &
-                                                           *cracks%tips(k)%nodes%spacing &
-                                                           /m%materials(cracks%tips(k)%material_in(m%materials))%shear_wave_speed()
+            if (growing%tips(k)%is_running) growing%tips(k)%memory = memory_of(of, growing%advance_of(model, cracks, k), &
+                                           cracks%tips(k)%nodes%spacing, m%materials(cracks%tips(k)%material_in(m%materials)))
          end associate
       end do
    end subroutine start_tips

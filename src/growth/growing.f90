@@ -464,9 +464,9 @@ contains
             call history%record('toughness', 'J/m2', 'energy release rate at which the crack grows; 0 while none applies', &
                                 next%toughness)
          history%is_of_none = .not. of%is_measured()
-         if (allocated(values%j) .and. material%isotropic .and. &
-             .not. (growing%is_static .or. material%has_history .or. of%has_layers)) call record_by_fields(of, values, history)
          if (growing%is_cyclic) call record_cycle(growing%fatigue, model, tip, history)
+         history%is_of_none = history%is_of_none .or. .not. material%isotropic .or. material%has_history .or. of%has_layers
+         if (values%recorded%by_fields .and. .not. growing%is_static) call record_by_fields(of, values, history)
          history%is_of_none = .false.
          if (.not. growing%is_static) call record_branching(growing%tips(tip)%branching, &
                                                             .not. all(model%growth%law%gives_speed()), history)

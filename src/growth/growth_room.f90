@@ -1,30 +1,83 @@
 !> What the model says of the surroundings of a crack that grows: it goes on with the crack, and tells how much room there is for a tip.
 module hampm_growth_room
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: held_ahead, least_radius, distance_in_material, body_at, is_covered, distance_to_loads
+   use hampm_crack_placement, only: held_ahead, least_radius, distance_in_material, body_at, is_covered, distance_to_loads, &
+                                    distance_to_body, distance_to_others, layer_around, sides_of_tip
    use hampm_crack_lines, only: distance_to_segment, find_nearest_segment
+   use hampm_crack_tip, only: crack_tip_t
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t
    use hampm_interface_points, only: interfaces_t
    use hampm_nodal_release, only: holds_on
+   use hampm_model_materials, only: are_alike, material_of_body
    use hampm_path_placement, only: room_around, path_reaches, path_tips
    use hampm_placement, only: tolerance
    use hampm_model, only: model_t
    use hampm_text, only: digits_text, to_text, without_rounding
    implicit none
    private
-   public :: update_model_path, room_for, why_no_room, find_end, plan_end, end_tips, shrink_domains, find_loose_tips, &
+   public :: update_model_path, see_surroundings, room_of_material, room_for, why_no_room, find_end, plan_end, &
+             end_tips, shrink_domains, find_loose_tips, &
              is_plane_open
 
 contains
 
-   !> Let a crack of the model be where it is in the run.
+   !> Let a crack of the model be where it is in the run, and its tips see what is around them there.
    subroutine update_model_path(model, cracks, number)
       type(model_t), intent(inout) :: model
-      type(cracks_t), intent(in) :: cracks
+      type(cracks_t), intent(inout) :: cracks
       integer, intent(in) :: number              !! of the crack
+      integer :: k
       model%paths(number)%points = cracks%crack(number)%open_part()
+      do k = 1, size(cracks%tips)
+         if (cracks%tips(k)%crack == number) call see_surroundings(model, cracks%tips(k))
+      end do
    end subroutine update_model_path
+
+   !> Let a tip see what is around it where it is: its material, that just ahead of it, and at an interface that above and that below it; within its
+   !> radii layers along its crack, and bodies of other materials at which its domains end.
+   pure subroutine see_surroundings(model, tip)
+      type(model_t), intent(in) :: model
+      type(crack_tip_t), intent(inout) :: tip
+      real(dp), parameter :: ahead = 1e-6_dp     ! cells
+      integer :: body, here, sides(2)
+      real(dp) :: radius, layer, distance
+      here = body_at(model, tip%place + ahead*model%grid%cell*tip%axis(:, 1))
+      if (here == 0) here = body_at(model, tip%place)
+      if (here > 0) tip%material = material_of_body(model, here)
+      if (here == 0 .or. size(tip%radii) == 0 .or. size(model%bodies) == 1) return
+      radius = maxval(tip%radii)
+      tip%has_layers = .false.
+      tip%to_other = huge(radius)
+      if (allocated(tip%ends_at)) deallocate (tip%ends_at)
+      do body = 1, size(model%bodies)
+         if (are_alike(model, body, here)) cycle
+         distance = distance_to_body(model, body, tip%place)
+         if (radius - distance <= tolerance(model%grid)) cycle
+         layer = layer_around(model, body, tip%place, tip%axis(:, 1))
+         tip%has_layers = tip%has_layers .or. layer > tolerance(model%grid)
+         if (layer >= radius - tolerance(model%grid)) cycle
+         tip%to_other = min(tip%to_other, max(distance, layer))
+         if (layer > tolerance(model%grid)) cycle
+         if (.not. allocated(tip%ends_at)) allocate (tip%ends_at(size(model%bodies)), source=.false.)
+         tip%ends_at(body) = .true.
+      end do
+      tip%phase_length = 0
+      if (.not. model%energy_release%phase_length > 0) return
+      sides = sides_of_tip(model, tip%place, tip%axis(:, 1), radius)
+      if (any(sides == 0)) return
+      tip%phase_length = model%energy_release%phase_length
+      tip%material = material_of_body(model, sides(1))
+      tip%below = material_of_body(model, sides(2))
+   end subroutine see_surroundings
+
+   !> The largest radius of a domain integral around a tip before another material [m], two of the finest cells at least: what is lost where even these
+   !> reach into it is an error.
+   pure real(dp) function room_of_material(model, tip) result(room)
+      type(model_t), intent(in) :: model
+      type(crack_tip_t), intent(in) :: tip
+      room = max(least_radius(model), distance_to_others(model, tip%place, tip%axis(:, 1)))
+   end function room_of_material
 
    !> The largest radius of a domain integral around a tip that has come to a place [m]; 0 where there is none.
    pure real(dp) function room_for(model, cracks, crack, place) result(room)
@@ -186,7 +239,7 @@ contains
       real(dp), parameter :: least = 0.5_dp      ! of the least radius elsewhere: a cell
       associate (tip => cracks%tips(number))
          if (tip%has_ended .or. .not. cracks%crack(tip%crack)%is_through(tip%end)) return
-         growing%tips(number)%room = room_for(model, cracks, tip%crack, tip%place)
+         growing%tips(number)%room = min(room_for(model, cracks, tip%crack, tip%place), room_of_material(model, tip))
          call growing%fit_radii(number, least*least_radius(model), tip)
          tip%has_no_domain = growing%tips(number)%room < least*least_radius(model)*(1 - 1e-9_dp)
          if (tip%has_no_domain) call growing%note_tip(number, 'is nearer than one of the finest cells to where its crack ends: '// &

@@ -9,7 +9,8 @@ module hampm_static_growth
    use hampm_fatigue, only: ways_of
    use hampm_cracks, only: cracks_t
    use hampm_growing, only: growing_t, next_t, fitting, part_of_crack
-   use hampm_growth_room, only: update_model_path, room_for, why_no_room, find_end, plan_end, end_tips
+   use hampm_growth_room, only: update_model_path, see_surroundings, room_of_material, room_for, why_no_room, find_end, &
+                               plan_end, end_tips
    use hampm_load_search, only: nothing
    use hampm_kinks, only: slope_of_mixity
    use hampm_load_work, only: load_state_t, find_load_state, find_frame, work_between
@@ -147,7 +148,7 @@ contains
                end if
                return
             end if
-            tip%radii = fitting(tip%radii, least_radius(model), most)
+            call fit_domains(model, growing%tips(k)%usual_radii, most, tip)
             growing%tips(k)%advance = length
          end associate
       end subroutine try_to_advance
@@ -160,6 +161,15 @@ contains
       type(crack_tip_t), intent(in) :: tip
       room = min(path_radius(model, tip%crack, tip%end), room_for(model, cracks, tip%crack, tip%place))
    end function room_of_tip
+
+   !> Let the radii of a tip be the usual ones, or such as there is room for, also before another material.
+   pure subroutine fit_domains(model, usual, most, tip)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: usual(:), most     !! [m]
+      type(crack_tip_t), intent(inout) :: tip
+      tip%radii = fitting(usual, least_radius(model), min(most, room_of_material(model, tip)))
+      call see_surroundings(model, tip)
+   end subroutine fit_domains
 
    !> Begin to turn the last increments of the tips that have advanced by local symmetry until they have no K_II.
    pure subroutine begin_to_turn(growing, model, cracks, turns)
@@ -187,7 +197,8 @@ contains
    end function mixities_of
 
    !> Turn the last increments of tips. `is_in_the_way` is the number of a tip that has no room there, 0 for none.
-   subroutine turn_tips(model, cracks, tip, turn, is_in_the_way)
+   subroutine turn_tips(growing, model, cracks, tip, turn, is_in_the_way)
+      type(growing_t), intent(in) :: growing
       type(model_t), intent(inout) :: model      !! its paths follow the cracks
       type(cracks_t), intent(inout) :: cracks
       integer, intent(in) :: tip(:)              !! their numbers
@@ -202,7 +213,7 @@ contains
             call update_model_path(model, cracks, of%crack)
             most = room_of_tip(model, cracks, of)
             if (most < least_radius(model)*(1 - 1e-9_dp)) is_in_the_way = tip(k)
-            of%radii = fitting(of%radii, least_radius(model), max(most, least_radius(model)))
+            call fit_domains(model, growing%tips(tip(k))%usual_radii, max(most, least_radius(model)), of)
          end associate
       end do
    end subroutine turn_tips

@@ -11,6 +11,7 @@ module hampm_crack_placement
    private
    public :: distance_in_material, body_at, least_radius, domain_radii, is_covered, held_ahead, covered_radius, &
              distance_to_loads, distance_to_constraints, path_at, is_other_within, is_layer, sides_of_tip, face_normal, &
+            distance_to_others, distance_to_body, layer_around, &
              finest_cell, find_extents
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
@@ -122,11 +123,35 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: body
       real(dp), intent(in) :: tip(ndim), radius  !! [m]
-      associate (b => model%bodies(body))
-         is = overlap(tip - radius, tip + radius, b%lower, b%upper, tolerance(model%grid))
-      end associate
+      is = radius - distance_to_body(model, body, tip) > tolerance(model%grid)
       if (is) is = .not. are_alike(model, body, body_at(model, tip))
    end function is_other_within
+
+   !> The half width of the largest square around a tip that a body does not reach into [m]; 0 at its edge, and in it.
+   pure real(dp) function distance_to_body(model, body, tip) result(distance)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: body
+      real(dp), intent(in) :: tip(ndim)          !! [m]
+      associate (b => model%bodies(body))
+         distance = max(0.0_dp, maxval([b%lower - tip, tip - b%upper]))
+         if (b%outline%is_there()) distance = max(distance, merge(0.0_dp, b%outline%distance(tip)/sqrt(real(ndim, dp)), &
+                                                                  b%outline%covers(tip)))
+      end associate
+   end function distance_to_body
+
+   !> The largest radius around a tip within which there are no other materials but in layers along the crack [m]; huge where there is no bound.
+   pure real(dp) function distance_to_others(model, tip, direction) result(distance)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: tip(ndim), direction(ndim) !! direction of any length [m]
+      integer :: body, here
+      distance = huge(distance)
+      here = body_at(model, tip)
+      if (here == 0) return
+      do body = 1, size(model%bodies)
+         if (.not. are_alike(model, body, here)) &
+            distance = min(distance, max(distance_to_body(model, body, tip), layer_around(model, body, tip, direction)))
+      end do
+   end function distance_to_others
 
    !> Whether a body is, as far as a radius around a tip goes, a layer along the crack: then the material does not change in its direction,
    !> and J does not depend on the path.
@@ -134,14 +159,22 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: body
       real(dp), intent(in) :: tip(ndim), direction(ndim), radius !! direction of any length; others [m]
+      is_layer = layer_around(model, body, tip, direction) >= radius - tolerance(model%grid)
+   end function is_layer
+
+   !> The largest radius around a tip up to which a body is a layer along the crack [m]; below 0 where it is none.
+   pure real(dp) function layer_around(model, body, tip, direction) result(radius)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: body
+      real(dp), intent(in) :: tip(ndim), direction(ndim) !! direction of any length [m]
       integer :: along
       along = maxloc(abs(direction), dim=1)
+      radius = -huge(radius)
       associate (b => model%bodies(body))
-         is_layer = .not. b%outline%is_there() .and. b%lower(along) <= tip(along) - radius + tolerance(model%grid) &
-                    .and. b%upper(along) >= tip(along) + radius - tolerance(model%grid) .and. &
-                    minval(abs(direction)) <= epsilon(1.0_dp)*maxval(abs(direction))
+         if (.not. b%outline%is_there() .and. minval(abs(direction)) <= epsilon(1.0_dp)*maxval(abs(direction))) &
+            radius = min(tip(along) - b%lower(along), b%upper(along) - tip(along))
       end associate
-   end function is_layer
+   end function layer_around
 
    !> The bodies above and below a tip, to the left and to the right of its direction, where its crack is the interface of their two materials and there
    !> is no other within a radius; else 0.

@@ -1,9 +1,9 @@
 !> Whether cracks can grow as a model asks for.
 module hampm_growth_consistency
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: least_radius, domain_radii, is_other_within
+   use hampm_crack_placement, only: least_radius, is_other_within
    use hampm_moving_tip, only: rayleigh_speed
-   use hampm_path_placement, only: path_tips, path_tip, path_radius, held_part, last_end
+   use hampm_path_placement, only: path_tips, path_tip, path_radii, held_part, last_end
    use hampm_placement, only: tolerance
    use hampm_model, only: model_t
    use hampm_model_materials, only: material_of
@@ -107,7 +107,7 @@ contains
       tips = path_tips(model, path)
       do end = 1, 2
          if (.not. tips(end)) cycle
-         associate (radius => maxval(domain_radii(model, path_radius(model, path, end))))
+         associate (radius => maxval(path_radii(model, path, end)))
             has_layers = has_layers .or. any([(is_other_within(model, body, path_tip(model%paths(path), end), radius), &
                                                body=1, size(model%bodies))])
          end associate

@@ -1,8 +1,8 @@
 !> Whether the cracks of a model can be cut: each by itself, against each other, and against what they are not allowed with.
 module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: least_radius, domain_radii, is_other_within, is_layer, sides_of_tip
-   use hampm_path_placement, only: path_tips, path_tip, path_direction, path_radius, clear_radius, distance_to_cracks, &
+   use hampm_crack_placement, only: least_radius, is_other_within, distance_to_others, is_layer, sides_of_tip
+   use hampm_path_placement, only: path_tips, path_tip, path_direction, path_radius, path_radii, clear_radius, distance_to_cracks, &
                                    length_along, &
                                    is_inside, first_end, &
                                    last_end
@@ -170,7 +170,7 @@ contains
       type(settings_t), intent(inout) :: settings
       integer, intent(in) :: entry               !! position of the group &energy_release
       character(:), allocatable :: why
-      real(dp) :: most
+      real(dp) :: most, room
       logical :: is_tip(2), is_at_interface
       integer :: k, end, i
       is_at_interface = .false.
@@ -179,7 +179,8 @@ contains
          do end = last_end, first_end, -1
             if (.not. is_tip(end)) cycle
             most = path_radius(model, k, end)
-            associate (tip => path_tip(model%paths(k), end), radii => domain_radii(model, most), least => least_radius(model))
+            room = distance_to_others(model, path_tip(model%paths(k), end), path_direction(model%paths(k), end))
+            associate (tip => path_tip(model%paths(k), end), radii => path_radii(model, k, end), least => least_radius(model))
                why = ''
                if (most < least - tolerance(model%grid)) then
                   why = 'there is no place for a radius around the tip '// &
@@ -192,16 +193,19 @@ contains
                   why = 'the largest must be at least '//to_text(2*least)// &
                         ' m, four of the finest cells, with ''series_fit'', and is '//length_text(maxval(radii))// &
                         ' m around the tip '//point_text(tip)//', where there is room for '//length_text(most)//' m'
-               else if (any(radii < least - tolerance(model%grid) .or. radii > most + tolerance(model%grid))) then
+               else if (room >= least .and. &
+                        any(radii < least - tolerance(model%grid) .or. radii > most + tolerance(model%grid))) then
                   why = 'must be in ['//to_text(least)//', '//length_text(most)// &
                         '] [m] around the tip '//point_text(tip)//': two of the finest cells at least, and nothing within them '// &
                         'but material and the straight end of this crack: no load but on its faces, and no constraint'
                end if
                do i = 1, size(model%bodies)
-                  if (why /= '' .or. .not. is_other_within(model, i, tip, maxval(radii))) cycle
-                  if (.not. is_layer(model, i, tip, path_direction(model%paths(k), end), maxval(radii))) &
-                     why = 'there must be one material within them, or layers along the crack, around the tip '// &
-                           point_text(tip)//'; body '//to_text(i)//' is of another one, or has another eigenstrain'
+                  if (why /= '' .or. .not. is_other_within(model, i, tip, max(least, maxval(radii)))) cycle
+                  if (is_layer(model, i, tip, path_direction(model%paths(k), end), max(least, maxval(radii)))) cycle
+                  why = 'there must be one material within them, or layers along the crack, around the tip '//point_text(tip)// &
+                        '; body '//to_text(i)//' is of another one, or has another eigenstrain. The largest that fits is '// &
+                        length_text(min(most, room))//' m'
+                  if (room < least) why = why//', less than two of the finest cells, '//to_text(least)//' m: use smaller cells'
                end do
                if (why /= '') call settings%complain(entry, 'radii', why)
                if (why /= '') return

@@ -3,13 +3,14 @@
 module hampm_path_placement
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: distance_to_segment, length_of
-   use hampm_crack_placement, only: is_covered, covered_radius, distance_to_loads, distance_to_constraints
+   use hampm_crack_placement, only: is_covered, covered_radius, distance_to_loads, distance_to_constraints, distance_to_others, &
+                                    domain_radii
    use hampm_placement, only: tolerance
    use hampm_model, only: model_t, path_spec_t
    implicit none
    private
-   public :: path_tips, path_reaches, path_mouth, path_tip, path_direction, path_radius, clear_radius, held_part, to_surface, &
-             room_around, distance_to_cracks, length_along, is_inside, first_end, last_end, place_along
+   public :: path_tips, path_reaches, path_mouth, path_tip, path_direction, path_radius, path_radii, clear_radius, held_part, &
+             to_surface, room_around, distance_to_cracks, length_along, is_inside, first_end, last_end, place_along
 
    integer, parameter :: first_end = 1, last_end = 2
    real(dp), parameter :: to_surface = 2         !! cells by which an end at a surface is continued
@@ -216,6 +217,15 @@ contains
       integer, intent(in) :: k, end
       radius = min(clear_radius(model, k, end), room_around(model, path_tip(model%paths(k), end), k))
    end function path_radius
+
+   !> The radii of the domain integral around a tip of the k-th path: those of the model, else some that fit, also before other materials [m].
+   pure function path_radii(model, k, end) result(radii)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: k, end
+      real(dp), allocatable :: radii(:)
+      radii = domain_radii(model, min(path_radius(model, k, end), distance_to_others(model, path_tip(model%paths(k), end), &
+                                                                                       path_direction(model%paths(k), end))))
+   end function path_radii
 
    !> The same with loads and constraints.
    pure real(dp) function clear_radius(model, k, end) result(radius)

@@ -10,7 +10,7 @@ module hampm_measurements
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
    use hampm_crack_measurements, only: measure_crack, record_crack
-   use hampm_crack_placement, only: distance_in_material
+   use hampm_crack_placement, only: body_at, distance_in_material
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t, new_crack_values, keep_crack_values
    use hampm_cohesive_zone, only: zone_length, root_opening
@@ -30,6 +30,7 @@ module hampm_measurements
    use hampm_particles, only: particles_t
    use hampm_probes, only: record_probes
    use hampm_results, only: results_t
+   use hampm_model_materials, only: material_of_body
    use hampm_model, only: model_t
    use hampm_interface_placement, only: openings_t, find_openings
    use hampm_text, only: to_text
@@ -108,6 +109,7 @@ contains
       m%recorded_fronts = size(m%fronts)
       do k = 1, size(m%crack)
          call new_crack_values(model%energy_release%chosen, model%energy_release%t_stress, cracks%tips(k), &
+                               problem%materials(cracks%tips(k)%material_in(problem%materials)), &
                                model%method%time /= 'static' .and. model%refine%looks_at_motion(), m%crack(k))
       end do
       select case (model%energy_release%reference)
@@ -129,11 +131,20 @@ contains
       type(problem_t), intent(in) :: problem
       type(cracks_t), intent(in) :: cracks
       type(measurements_t), intent(inout) :: m
-      integer :: k
+      real(dp), parameter :: ahead = 1e-6_dp     ! cells
+      integer :: k, j, body
       if (.not. allocated(m%fronts)) allocate (m%fronts(0))
       if (.not. allocated(cracks%fronts) .or. size(model%energy_release%chosen) == 0) return
       call renew_front_values(cracks%fronts, problem, model%energy_release%chosen%name, model%energy_release%radii, &
                               [(any(model%growth%path == k), k=1, size(model%planes))], m%fronts)
+      if (size(model%bodies) == 1) return
+      do k = 1, size(m%fronts)
+         if (m%fronts(k)%has_ended) cycle
+         do j = 1, size(m%fronts(k)%arc)         ! the material that is just ahead
+            body = body_at(model, m%fronts(k)%at(:, j) + ahead*model%grid%cell*m%fronts(k)%outward(:, j))
+            if (body > 0) m%fronts(k)%material(j) = material_of_body(model, body)
+         end do
+      end do
    end subroutine renew_fronts
 
    !> Take the energy as that at the start of the run: the kinetic one, and what eigenstrains have stored. Where a run begins at rest, with what

@@ -5,7 +5,7 @@ module hampm_assembly
    use hampm_bodies, only: pieces_t, cut_into_pieces, fill_rectangle, fill_outline
    use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box, hold_axis
-   use hampm_crack_placement, only: distance_in_material, body_at, is_other_within, sides_of_tip, held_ahead, domain_radii, &
+   use hampm_crack_placement, only: distance_in_material, body_at, held_ahead, &
                                   finest_cell, find_extents, least_radius
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, last_point
@@ -25,7 +25,8 @@ module hampm_assembly
    use hampm_newmark, only: newmark_t
    use hampm_problem, only: problem_t, start_problem
    use hampm_particles, only: particles_t, new_particles, add_history
-   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radius, held_part, to_surface, &
+   use hampm_growth_room, only: see_surroundings
+   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radii, held_part, to_surface, &
                                     place_along
    use hampm_placement, only: tolerance, points_of
    use hampm_quadratic_points, only: weigh_points
@@ -164,7 +165,7 @@ contains
    pure subroutine place_cracks(model, cracks)
       type(model_t), intent(in) :: model
       type(cracks_t), intent(out) :: cracks
-      integer :: k, body, sides(2)
+      integer :: k
       allocate (cracks%crack(size(model%paths)))
       do k = 1, size(model%paths)
          call place_crack(model, k, cracks%crack(k))
@@ -173,17 +174,8 @@ contains
       call cracks%list_tips()
       do k = 1, size(cracks%tips)
          associate (tip => cracks%tips(k))
-            body = body_at(model, tip%place)
-            if (body > 0) tip%material = material_of_body(model, body)
-            if (.not. any(model%energy_release%chosen%needs_radii)) cycle
-            tip%radii = domain_radii(model, path_radius(model, tip%crack, tip%end))
-            tip%has_layers = any([(is_other_within(model, body, tip%place, maxval(tip%radii)), body=1, size(model%bodies))])
-            if (.not. model%energy_release%phase_length > 0) cycle
-            sides = sides_of_tip(model, tip%place, tip%direction, maxval(tip%radii))
-            if (any(sides == 0)) cycle
-            tip%phase_length = model%energy_release%phase_length
-            tip%material = material_of_body(model, sides(1))
-            tip%below = material_of_body(model, sides(2))
+            if (any(model%energy_release%chosen%needs_radii)) tip%radii = path_radii(model, tip%crack, tip%end)
+            call see_surroundings(model, tip)
          end associate
       end do
       do k = 1, size(model%nucleations)

@@ -7,7 +7,7 @@ module hampm_continuation
    use hampm_failure, only: failure_t, exit_stopped
    use hampm_growing, only: new_growing, archive_growing
    use hampm_outer_forces, only: scale_loads
-   use hampm_growth_room, only: update_model_path
+   use hampm_growth_room, only: update_model_path, see_surroundings
    use hampm_measurements, only: new_measurements, renew_fronts, archive_measurements
    use hampm_refinement, only: archive_refinement
    use hampm_model, only: model_t
@@ -90,11 +90,16 @@ contains
       call checkpoint%finish(failure)
    end subroutine rebuild
 
-   !> After a checkpoint was read: the model has its cracks where they are, and loads their scale.
+   !> After a checkpoint was read: the model has its cracks where they are, tips see what is around them, and loads have their scale.
    subroutine update_model_paths(s)
       type(simulation_t), intent(inout) :: s
       integer :: k
-      if (.not. s%growing%are_there()) return
+      if (.not. s%growing%are_there()) then
+         do k = 1, size(s%cracks%tips)
+            call see_surroundings(s%model, s%cracks%tips(k))
+         end do
+         return
+      end if
       do k = 1, size(s%cracks%crack)
          call update_model_path(s%model, s%cracks, k)
       end do

@@ -595,7 +595,7 @@ contains
          if (.not. are_over) call turns%note(mixities_of(values, turns%tip))
          if (turns%have_found() .or. are_over) return
          call turns%choose(turn, are_over)
-         call turn_tips(s%model, s%cracks, turns%tip, turn, is_in_the_way)
+         call turn_tips(s%growing, s%model, s%cracks, turns%tip, turn, is_in_the_way)
          call cut_anew(s, failure)
          call measure_state(s, failure)
       end do

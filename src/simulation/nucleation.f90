@@ -6,11 +6,10 @@ module hampm_nucleation
    use hampm_crack_placement, only: body_at, least_radius
    use hampm_failure, only: failure_t, exit_computation
    use hampm_growing, only: fitting
-   use hampm_growth_room, only: update_model_path
+   use hampm_growth_room, only: update_model_path, see_surroundings, room_of_material
    use hampm_joints, only: groups_of_bodies
    use hampm_load_work, only: load_state_t, find_load_state
    use hampm_mesh_changes, only: cut_anew
-   use hampm_model_materials, only: material_of_body
    use hampm_onset, only: load_for_stress, parabola_through, load_for_energy, find_least, never
    use hampm_path_placement, only: path_radius, place_along
    use hampm_point_values, only: view_t, surroundings_t, new_view, look_around
@@ -220,7 +219,7 @@ contains
    !> Let the crack be there whose turn it is, before cells are cut.
    subroutine let_appear(s)
       type(simulation_t), intent(inout) :: s
-      integer :: k, path, body
+      integer :: k, path
       path = s%growing%onset_crack
       s%growing%onset_crack = 0
       call open_crack(s, path, s%growing%onset_length)
@@ -229,12 +228,12 @@ contains
             if (tip%crack /= path) cycle
             s%growing%tips(k)%has_ended = .false.
             s%growing%tips(k)%has_stopped = .false.
-            body = body_at(s%model, tip%place)
-            if (body > 0) tip%material = material_of_body(s%model, body)
             if (.not. any(s%model%energy_release%chosen%needs_radii)) cycle
             associate (room => path_radius(s%model, path, tip%end))
                tip%has_no_domain = room < least_radius(s%model)*(1 - 1e-9_dp)
-               tip%radii = fitting(tip%radii, least_radius(s%model), max(room, least_radius(s%model)))
+               tip%radii = fitting(tip%radii, least_radius(s%model), min(max(room, least_radius(s%model)), &
+                                                                         room_of_material(s%model, tip)))
+               call see_surroundings(s%model, tip)
                if (.not. tip%has_no_domain) cycle
                s%growing%tips(k)%has_stopped = .true.
                call s%growing%note_tip(k, 'has appeared where no radius of two of the finest cells fits: its G, J and K are '// &
