@@ -297,6 +297,9 @@ contains
                       ' of that of Rayleigh waves'
             else
                text = text//', at '//to_text(growth%toughness_at(s%growing%advance_of(s%model, s%cracks, tip)))//' J/m2'
+               associate (advance => s%growing%advance_of(s%model, s%cracks, tip))
+                  if (advance%is_of_seam) text = text//', the least of the bodies whose seam it is on'
+               end associate
             end if
             if (growth%start > 0) text = text//', from '//to_text(growth%start)//' s'
             if (growth%end < huge(growth%end)) text = text//' to '//to_text(growth%end)//' s'

@@ -44,7 +44,9 @@ module hampm_toughness
       real(dp) :: extension = 0                  !! by which the tip has grown [m]
       real(dp) :: angle = 0                      !! of its direction, from x to the left [rad]
       real(dp) :: shear = 0                      !! share of mode II in G [-]
-      real(dp) :: of_body = 0                    !! toughness of the body there; 0: that of &growth [J/m2]
+      real(dp) :: of_body = 0                    !! toughness of the body there, on a seam the least of those with one; 0: that of &growth [J/m2]
+      logical :: or_of_growth = .false.          !! whether a body that has that of &growth has part in the seam: the lesser of both counts
+      logical :: is_of_seam = .false.            !! whether bodies of several toughnesses are there
    end type advance_t
 
    !> A table of factors.

@@ -7,7 +7,7 @@
 !> that time, as near c the front of cells has more G than 1 - v/c of G*. A toughness that depends on the speed is that at the new one.
 module hampm_dynamic_front_growth
    use hampm_archive, only: archive_t
-   use hampm_crack_placement, only: body_at
+   use hampm_crack_placement, only: take_toughness
    use hampm_crack_groups, only: growth_t
    use hampm_cracks, only: cracks_t
    use hampm_front_values, only: front_values_t, between_hats
@@ -217,12 +217,8 @@ contains
          type(growth_t), intent(in) :: of
          real(dp), intent(in) :: speed           !! [m/s]
          type(advance_t) :: advance
-         integer :: body
          advance%speed = speed
-         if (any(model%bodies%toughness > 0)) then
-            body = body_at(model, values(f)%at(:, j))
-            if (body > 0) advance%of_body = model%bodies(body)%toughness
-         end if
+         call take_toughness(model, values(f)%at(:, j), values(f)%at(:, j), advance)
          toughness_at = of%toughness_at(advance)
       end function toughness_at
    end subroutine find_speeds

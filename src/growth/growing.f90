@@ -4,7 +4,7 @@ module hampm_growing
    use hampm_archive, only: archive_t
    use hampm_branching, only: branching_t, criteria_of, record_branching, why_it_may_branch
    use hampm_crack_groups, only: growth_t
-   use hampm_crack_placement, only: body_at
+   use hampm_crack_placement, only: take_toughness
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
    use hampm_crack_values, only: crack_values_t, best_rate
@@ -169,15 +169,11 @@ contains
       type(cracks_t), intent(in) :: cracks
       integer, intent(in) :: tip
       type(advance_t) :: advance
-      integer :: body
       associate (of => cracks%tips(tip))
          advance = advance_t(speed=of%speed, length=cracks%crack(of%crack)%length(), &
                              extension=of%grown + self%tips(tip)%extension + self%tips(tip)%advance, &
                              angle=direction_of(of%axis(:, 1)), shear=self%tips(tip)%shear)
-         if (.not. any(model%bodies%toughness > 0)) return
-         body = body_at(model, of%place + of%nodes%spacing*of%axis(:, 1))
-         if (body == 0) body = body_at(model, of%place)
-         if (body > 0) advance%of_body = model%bodies(body)%toughness
+         call take_toughness(model, of%place + of%nodes%spacing*of%axis(:, 1), of%place, advance)
       end associate
    end function advance_of
 

@@ -12,7 +12,7 @@
 !> than increments then do not grow.
 module hampm_static_front_growth
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: body_at, finest_cell, find_extents, distance_to_loads
+   use hampm_crack_placement, only: body_at, finest_cell, find_extents, distance_to_loads, take_toughness
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: ways_of
    use hampm_front, only: front_t, region_t, find_fronts
@@ -51,7 +51,7 @@ contains
       type(front_values_t), intent(in) :: fronts(:)
       type(next_t) :: next(size(growing%tips))
       type(advance_t) :: advance
-      integer :: f, j, k, body
+      integer :: f, j, k
       k = 0
       do f = 1, size(fronts)
          associate (front => fronts(f), along => fronts(f)%domain%front%along)
@@ -61,9 +61,7 @@ contains
                advance = advance_t(extension=growing%tips(k)%extension + growing%tips(k)%advance, &
                                    shear=front%of_g(2, j)**2/max(sum(front%of_g(:, j)**2), tiny(1.0_dp)), &
                                    angle=atan2(front%outward(along(2), j), front%outward(along(1), j)))
-               body = body_at(model, front%at(:, j) + finest_cell(model)*front%outward(:, j))
-               if (body == 0) body = body_at(model, front%at(:, j))
-               if (body > 0) advance%of_body = model%bodies(body)%toughness
+               call take_toughness(model, front%at(:, j) + finest_cell(model)*front%outward(:, j), front%at(:, j), advance)
                next(k) = next_t(rate=max(0.0_dp, front%g(j)), toughness=model%growth(growing%tips(k)%law)%toughness_at(advance))
                if (.not. mean_rate(front) > front%mean_error) next(k)%hindrance = 2
                if (-front%of_g(1, j) > front%k_error(1, j)) next(k)%hindrance = 1

@@ -221,14 +221,18 @@ contains
       turns = self%direction /= 'straight' .and. self%direction /= 'path'
    end function turns
 
-   !> Toughness that a tip meets [J/m2]: that of the law, with the toughness of the body in place of that of the group, by all factors.
+   !> Toughness that a tip meets [J/m2]: that of the law, with the toughness of the body in place of that of the group, by all factors. Along a seam the
+   !> least tough body has its say.
    pure real(dp) function toughness_at(self, advance)
       class(growth_t), intent(in) :: self
       type(advance_t), intent(in) :: advance
       toughness_at = 0
       if (.not. associated(self%law%toughness)) return
       toughness_at = self%law%toughness(self%constants, advance%speed, advance%length)*self%factors%product_at(advance)
-      if (advance%of_body > 0) toughness_at = toughness_at*(advance%of_body/value_of(self%constants, 'toughness', 0.0_dp))
+      if (.not. advance%of_body > 0) return
+      associate (part => advance%of_body/value_of(self%constants, 'toughness', 0.0_dp))
+         toughness_at = toughness_at*merge(min(part, 1.0_dp), part, advance%or_of_growth)
+      end associate
    end function toughness_at
 
    !> Whether that changes with the speed of a tip.

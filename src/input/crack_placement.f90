@@ -7,12 +7,13 @@ module hampm_crack_placement
    use hampm_model, only: model_t, load_spec_t, area_around, has_shapes
    use hampm_model_materials, only: are_alike
    use hampm_tensors, only: quarter_turn
+   use hampm_toughness, only: advance_t
    implicit none
    private
    public :: distance_in_material, body_at, least_radius, domain_radii, is_covered, held_ahead, covered_radius, &
              distance_to_loads, distance_to_constraints, path_at, is_other_within, is_layer, sides_of_tip, face_normal, &
-            distance_to_others, distance_to_body, layer_around, &
-             finest_cell, find_extents
+              distance_to_others, distance_to_body, layer_around, &
+              finest_cell, find_extents, take_toughness
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
@@ -47,6 +48,29 @@ contains
       end do
       body = 0
    end function body_at
+
+   !> Take the toughness of the body ahead, or where there is none of that at a place. On the seam of bodies the least of theirs counts, in whichever order they are.
+   pure subroutine take_toughness(model, ahead, place, advance)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: ahead(ndim), place(ndim) !! [m]
+      type(advance_t), intent(inout) :: advance
+      real(dp) :: x(ndim)
+      integer :: k
+      if (.not. any(model%bodies%toughness > 0)) return
+      x = merge(ahead, place, body_at(model, ahead) > 0)
+      do k = 1, size(model%bodies)
+         if (.not. is_part_of(x, model%bodies(k), tolerance(model%grid))) cycle
+         associate (toughness => model%bodies(k)%toughness)
+            advance%is_of_seam = advance%is_of_seam .or. (advance%or_of_growth .or. advance%of_body > 0) .and. &
+                                 (.not. abs(toughness - advance%of_body) <= 0 .or. (advance%or_of_growth .and. toughness > 0))
+            if (.not. toughness > 0) then
+               advance%or_of_growth = .true.
+            else if (toughness < advance%of_body .or. .not. advance%of_body > 0) then
+               advance%of_body = toughness
+            end if
+         end associate
+      end do
+   end subroutine take_toughness
 
    !> Whether the box around a tip that reaches `radius` far is full of material, on one side of the crack on a symmetry plane.
    pure logical function is_covered(model, tip, radius) result(covered)

@@ -301,7 +301,9 @@ contains
          end do
       end do
       if (touching > most_named) pairs = pairs//' and '//to_text(touching - most_named)//' other pairs'
-      if (touching > 0) call add(text, 'bodies '//pairs//' touch: they are bonded, except along a &crack')
+      if (touching > 0) call add(text, 'bodies '//pairs//' touch: they are bonded, except along a &crack'// &
+         trim(merge('; a crack that grows along their seam has the lesser toughness', repeat(' ', 62), &
+                    size(model%growth) > 0 .and. maxval(model%bodies%toughness) > minval(model%bodies%toughness))))
       if (apart > 0 .and. model%method%frame == 'updated') call add(text, 'bodies interact from about a '// &
          'cell apart ('//to_text(model%grid%cell)//' m) on, by the nodes that their cells have in common, and stick as long '// &
          'as they are so near; smaller cells reduce both, and &contact resolves the gap')

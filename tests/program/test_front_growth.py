@@ -189,6 +189,27 @@ BEAM = """
 """
 
 
+def test_a_front_along_a_seam_takes_the_lesser_toughness(tmp_path):
+    """A crack between two blocks of several toughness: loads are those of the weaker one, whichever comes first."""
+    text = """&run end_time = 1.0 /
+&grid lower = 0.0, 0.0, -3.0  cell = 0.5  cells = 12, 2, 12 /
+&material name = 'a'  young = 1.0  poisson = 0.3  density = 1.0 /
+{bodies}&constraint lower = 6.0, 0.0, -3.0  upper = 6.0, 1.0, 3.0  fix = 'xz' /
+&constraint lower = 0.0, 0.0, -3.0  upper = 6.0, 0.0, 3.0  fix = 'y' /
+&load kind = 'traction'  lower = 0.0, 0.0, 3.0  upper = 6.0, 1.0, 3.0  force = 0.0, 0.0, 6.0 /
+&load kind = 'traction'  lower = 0.0, 0.0, -3.0  upper = 6.0, 1.0, -3.0  force = 0.0, 0.0, -6.0 /
+&crack kind = 'plane'  normal = 'z'  front = 'straight'  tip = 2.0, 0.0, 0.0  direction = 1.0, 0.0, 0.0 /
+&growth law = 'quasi_static'  direction = 'straight'  toughness = 2.0  increment = 0.5 /
+&method time = 'static'  frame = 'total'  load_steps = 1 /
+&energy_release estimators = 'domain_integral' /
+&output file = 'case.h5' /
+"""
+    bodies = ["&body material = 'a'  lower = 0.0, 0.0, {}  upper = 6.0, 1.0, {}  toughness = {} /\n".format(*body) for body in ((-3.0, 0.0, 3.0), (0.0, 3.0, 1.0))]
+    for name, order in (("one", bodies), ("other", bodies[::-1])):
+        along = grown(tmp_path / name, text.format(bodies="".join(order)))[0]
+        assert along["toughness"] == pytest.approx(1.0, rel=1e-12)
+
+
 @pytest.mark.verify
 def test_the_front_of_a_beam_becomes_curved(tmp_path):
     """The middle of the width goes first, as G is largest there, and the sides follow; then G is the toughness all along the front."""

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from harness import run_told
+from harness import run, run_told
 from paths import REFERENCE, ROOT
 
 CURVE = np.array([0, 2.5e-3, 5e-3, 7.5e-3, 10e-3]), np.array([100, 180, 240, 280, 300])
@@ -80,6 +80,33 @@ def test_each_body_has_its_toughness(hampm):
     assert row["tip_x"] == pytest.approx([30e-3, 32.5e-3, 35e-3, 37.5e-3, 40e-3])
     assert row["toughness"] == pytest.approx(np.array([100, 100, 250, 250, 250]) * factor)
     assert row["G"] == pytest.approx(row["toughness"], rel=1e-6)
+
+
+SEAM = """&run plane = 'stress'  thickness = 0.01  end_time = 1.0 /
+&grid lower = -5e-3, -12e-3  cell = 1e-3  cells = 66, 24 /
+&material name = 'a'  young = 70e9  poisson = 0.3  density = 2700 /
+{bodies}
+&load kind = 'traction'  lower = 0.0, 0.0  upper = 0.0, 0.01  force = 0.0, 1.0 /
+&load kind = 'traction'  lower = 0.0, -0.01  upper = 0.0, 0.0  force = 0.0, -1.0 /
+&constraint lower = 0.06, -0.01  upper = 0.06, 0.01  fix = 'xy' /
+&method time = 'static'  load_steps = 1 /
+&crack kind = 'path'  points = 0.0, 0.0, 0.03, 0.0 /
+&growth law = 'quasi_static'  direction = 'straight'  toughness = 200.0  increment = 2e-3 /
+&energy_release estimators = 'domain_integral' /
+&output file = 'out.h5' /
+"""
+
+
+@pytest.mark.parametrize(("tough", "least"), [((300.0, 100.0), 100.0), ((300.0, 0.0), 200.0), ((150.0, 0.0), 150.0), ((0.0, 0.0), 200.0)])
+def test_a_crack_along_a_seam_takes_the_lesser_toughness(hampm, tough, least):
+    """Two beams are glued along the way of the crack: whichever is the tougher one, and whichever comes first, loads are those of the weaker one. One without a toughness has that of &growth."""
+    loads = []
+    for first, mirrored in ((0, 0), (0, 1), (1, 0), (1, 1)):
+        bodies = [f"&body material = 'a'  lower = 0.0, {y}  upper = 0.06, {y + 0.01}  toughness = {tough[(side + mirrored) % 2]} /\n" for side, y in ((0, -0.01), (1, 0.0))]
+        row = run(hampm, SEAM.format(bodies="".join(bodies if first == 0 else bodies[::-1])))
+        assert row["toughness"] == pytest.approx(least, rel=1e-12)
+        loads += [row["load_factor"]]
+    assert np.array(loads) == pytest.approx(np.array([loads[0]] * 4), rel=1e-9)
 
 
 def test_a_crack_zigzags_along_weak_planes(hampm):
