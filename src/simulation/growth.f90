@@ -32,7 +32,7 @@ module hampm_growth
    use hampm_state, only: energies_t
    use hampm_simulation, only: simulation_t, measure_state
    use hampm_symmetric_turns, only: symmetric_turns_t, is_symmetric
-   use hampm_text, only: add_line, digits_text, to_text
+   use hampm_text, only: add_line, digits_text, three_digits, to_text
    implicit none
    private
    real(dp), parameter :: near = 1e-6_dp         !! part of the toughness, and of what is controlled
@@ -378,7 +378,9 @@ contains
       type(failure_t), intent(inout) :: failure
       type(symmetric_turns_t) :: turns
       real(dp), allocatable :: ways(:), now(:, :, :)
+      real(dp) :: before                         ! cycles
       logical :: have_arrested
+      before = s%growing%fatigue%cycles
       call turn_to_symmetry(s, turns, failure)
       ways = s%growing%tips%advance
       call book_step(s, failure)
@@ -396,9 +398,24 @@ contains
       else if (have_arrested) then
          call add_line(s%warning, 'the run ends before end_time, as tips arrest within the next increment: their range of K '// &
                        'falls to the threshold')
+      else if (s%growing%fatigue%cycles - before < 1) then
+         call tell_fast_growth()
       end if
 
    contains
+
+      !> Warn once that an increment has taken less than a cycle: the law is none of cycles there, or its constants are for other units.
+      subroutine tell_fast_growth()
+         character(*), parameter :: fast = 'an increment of growth has taken less than one load cycle'
+         if (allocated(s%warning)) then
+            if (index(s%warning, fast) > 0) return
+         end if
+         call add_line(s%warning, s%problem%state%when()//fast//', '//three_digits(s%growing%fatigue%cycles - before)// &
+                       ' of it for '//three_digits(maxval(ways))//' m, where K is '// &
+                       three_digits(sqrt(maxval(sum(s%growing%fatigue%at(:modes, 1, :)**2, dim=1))))// &
+                       ' Pa m^0.5: the law of growth is not for such K. Likely cause: &growth rate_constant is for K in '// &
+                       'MPa m^0.5 or ways in mm, not in Pa m^0.5 and m; or loads are too large')
+      end subroutine tell_fast_growth
 
       !> The same of points of fronts: cycles are counted where they have come to, from where they stand evenly again.
       subroutine follow_points()

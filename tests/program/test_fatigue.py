@@ -353,3 +353,11 @@ def test_friction_of_a_closed_crack_locks_what_has_slid(hampm):
     print(row["ratio_of_K"][0], asked)
     assert row["K_I"][0] == 0 and row["ratio_of_K"][0] == pytest.approx(asked, rel=0.005)
     assert row["delta_K"][0] == pytest.approx((1 - asked) * abs(row["K_II"][0]), rel=0.01)
+
+
+@pytest.mark.parametrize("constant", [1e-11, 1e-29])
+def test_growth_that_is_none_of_cycles_is_told(hampm, constant):
+    """C of a table for MPa m^0.5, not converted, is 1e18 times too large: an increment then takes 1e-14 of a cycle, at a K that is named."""
+    row = centre(hampm, *SHORT, f"growth.rate_constant={constant!r}", "growth.rate_exponent=3")
+    assert ("an increment of growth has taken less than one load cycle" in row.said) == (constant > 1e-20)
+    assert row.said.count("Pa m^0.5: the law of growth is not for such K") == (constant > 1e-20)
