@@ -29,6 +29,7 @@ module hampm_cracks
       character(name_len) :: name = ''           !! of a path, '' where it has none
       logical :: grows = .false.                 !! whether it does: then its tips are at nodes by chance only
       real(dp) :: mouth(ndim) = 0                !! where the opening at the mouth is measured, on the crack [m]
+      real(dp) :: outside = 0                    !! length of its ends that are out of the material [m]
       logical :: waits = .false.                 !! whether it is not there yet: its points are outside of the material, where nothing is cut
       real(dp), allocatable :: given(:, :)       !! of one that may appear: where it does, as a whole [m]
       real(dp) :: covered(2) = 0                 !! of the same: ways from and to which it is in the material [m]
@@ -66,11 +67,11 @@ module hampm_cracks
 
 contains
 
-   !> Its length, all segments together, between its tips [m].
+   !> Its length, all segments together, between its tips and where it enters the material [m].
    pure real(dp) function length(self)
       class(crack_t), intent(in) :: self
       length = 0
-      if (.not. self%waits) length = length_of(self%points) - sum(self%bonded)
+      if (.not. self%waits) length = length_of(self%points) - sum(self%bonded) - self%outside
    end function length
 
    !> Number the tips, and find their places and frames.
@@ -183,8 +184,12 @@ contains
          if (of%is_tip(last_point)) of%is_through(last_point) = .false.
          if (of%is_tip(last_point)) of%beyond(last_point) = 0
          line%points = of%given
-         if (of%covered(1) + length < of%covered(2)*(1 - rounding)) &
+         of%outside = of%covered(1)
+         if (of%covered(1) + length < of%covered(2)*(1 - rounding)) then
             line%bonded(last_point) = length_of(of%given) - (of%covered(1) + length)
+         else
+            of%outside = of%outside + length_of(of%given) - of%covered(2)
+         end if
          call self%place(crack, line%open_part())
       end associate
    end subroutine show
@@ -504,6 +509,7 @@ contains
       call archive%archive_reals('mouth', ndim, crack%mouth)
       call archive%archive_reals('beyond', size(crack%beyond), crack%beyond)
       call archive%archive_reals('bonded', size(crack%bonded), crack%bonded)
+      call archive%serialise('outside', crack%outside)
       call archive%serialise('waits', crack%waits)
    end subroutine archive_crack
 end module hampm_cracks

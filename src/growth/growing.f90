@@ -406,7 +406,7 @@ contains
       type(crack_tip_t), intent(in) :: tip
       type(history_t), intent(inout) :: history
       real(dp), parameter :: degree = acos(-1.0_dp)/180
-      call history%record('crack_length', 'm', 'length of the whole crack', cracks%crack(tip%crack)%length())
+      call history%record('crack_length', 'm', 'length of the whole crack in the material', cracks%crack(tip%crack)%length())
       history%is_of_none = cracks%crack(tip%crack)%waits
       call history%record('tip_x', 'm', 'place of the tip', tip%place(1))
       call history%record('tip_y', 'm', 'place of the tip', tip%place(2))

@@ -3,12 +3,13 @@
 module hampm_input_warnings
    use hampm_kinds, only: dp, ndim
    use hampm_bodies, only: points_along
+   use hampm_crack_lines, only: length_of
    use hampm_crack_placement, only: body_at
    use hampm_history_resolution, only: begins_too_late, coarse_histories
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, velocity_fields_of
    use hampm_law, only: value_of
-   use hampm_path_placement, only: path_tip, path_direction, path_tips
-   use hampm_placement, only: upper_corner, points_of, spacing_of, tolerance
+   use hampm_path_placement, only: path_tip, path_direction, path_outside, path_tips
+   use hampm_placement, only: upper_corner, points_of, spacing_of, tolerance, point_text
    use hampm_model, only: model_t, material_spec_t
    use hampm_orthotropic, only: orthotropic_keys
    use hampm_tensors, only: in_plane
@@ -28,10 +29,11 @@ module hampm_input_warnings
 
 contains
 
-   !> Where numbers of the model mean something else than they seem to.
+   !> Where numbers of the model mean something else than they seem to, and which units look wrong.
    function warnings_of(model) result(text)
       type(model_t), intent(in) :: model
       character(:), allocatable :: text
+      integer :: i
       text = model%warned
       call check_constraints(model, text)
       call check_gaps(model, text)
@@ -40,18 +42,18 @@ contains
       call check_interfaces(model, text)
       call check_starts(model, text)
       call check_tips(model, text)
-      if (coarse_histories(model) /= '') call add(text, coarse_histories(model))
-   end function warnings_of
-
-   !> What the method makes of the model, and which units look wrong.
-   pure function notes_of(model) result(text)
-      type(model_t), intent(in) :: model
-      character(:), allocatable :: text
-      integer :: i
-      text = model%noted
+      call check_ends(model, text)
       do i = 1, size(model%materials)
          call check_units(model%materials(i), text)
       end do
+      if (coarse_histories(model) /= '') call add(text, coarse_histories(model))
+   end function warnings_of
+
+   !> What the method makes of the model, and whether its grid looks wrong.
+   pure function notes_of(model) result(text)
+      type(model_t), intent(in) :: model
+      character(:), allocatable :: text
+      text = model%noted
       associate (extent => maxval(upper_corner(model%grid) - model%grid%lower))
          if (extent > largest .or. extent < smallest) &
             call add(text, '&grid: it is '//length_text(extent)//' m large; lengths are in m')
@@ -88,6 +90,28 @@ contains
       call add(text, '&energy_release estimators: no G, J or K is recorded: no end of a &crack is inside the material, so that '// &
                'none is a tip')
    end subroutine check_tips
+
+   !> Ends of cracks that are farther out of the box around the bodies than the crack is long in the material: tips that were to be in it.
+   pure subroutine check_ends(model, text)
+      type(model_t), intent(in) :: model
+      character(:), allocatable, intent(inout) :: text
+      real(dp), parameter :: enough = 2          ! root cells
+      real(dp) :: away, x(ndim)
+      integer :: k, end, d
+      do k = 1, size(model%paths)
+         if (model%paths(k)%kind == 'symmetry' .or. .not. any(path_tips(model, k))) cycle
+         associate (points => model%paths(k)%points, outside => path_outside(model, k))
+            do end = 1, 2
+               x = points(:, merge(1, size(points, 2), end == 1))
+               away = maxval([(max(minval(model%bodies%lower(d)) - x(d), x(d) - maxval(model%bodies%upper(d))), d=1, ndim)])
+               if (away <= max(enough*model%grid%cell, length_of(points) - sum(outside))) cycle
+               call add(text, '&crack '//to_text(k)//': its end '//point_text(x)//' m is '//length_text(away)// &
+                        ' m out of all bodies, and no tip: the crack is '//length_text(length_of(points) - sum(outside))// &
+                        ' m long in the material. A mouth needs to be no more than a cell beyond the surface')
+            end do
+         end associate
+      end do
+   end subroutine check_ends
 
    !> Constraints that hold nothing yet: a wall, or a slip of the pen.
    pure subroutine check_constraints(model, text)

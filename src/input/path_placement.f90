@@ -9,10 +9,12 @@ module hampm_path_placement
    use hampm_model, only: model_t, path_spec_t
    implicit none
    private
-   public :: path_tips, path_reaches, path_mouth, path_tip, path_direction, path_radius, path_radii, clear_radius, held_part, &
-             to_surface, room_around, distance_to_cracks, length_along, is_inside, first_end, last_end, place_along
+   public :: path_tips, path_reaches, path_mouth, path_outside, path_tip, path_direction, path_radius, path_radii, &
+             clear_radius, held_part, to_surface, room_around, distance_to_cracks, length_along, is_inside, first_end, last_end, &
+             place_along
 
    integer, parameter :: first_end = 1, last_end = 2
+   real(dp), parameter :: inward = 1e-6_dp       !! cells that a place is in the material at which a line is found to enter it
    real(dp), parameter :: to_surface = 2         !! cells by which an end at a surface is continued
    real(dp), parameter :: to_crack = 1e-4_dp     !! the same of an end on another crack
 
@@ -77,7 +79,7 @@ contains
          step = 1/real(looks, dp)
          do turn = 1, 50
             if (turn > 2) step = step/2          ! it may be two steps away, as a place on a surface is none inside
-            if (is_covered(model, place_along(points, part + sense*step), 1e-6_dp*model%grid%cell)) part = part + sense*step
+            if (is_covered(model, place_along(points, part + sense*step), inward*model%grid%cell)) part = part + sense*step
          end do
       end function edge_at
    end function covered_part
@@ -154,6 +156,18 @@ contains
          if (model%paths(k)%key == 'tip' .and. .not. is_tip(first_end)) x = points(:, 1)
       end associate
    end function path_mouth
+
+   !> Length of the first and the last end of the k-th path that are out of the material [m].
+   pure function path_outside(model, k) result(outside)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: k
+      real(dp) :: outside(2), part(2)
+      associate (points => model%paths(k)%points)
+         part = covered_part(model, points)
+         outside = [part(1), 1 - part(2)]*length_of(points) - inward*model%grid%cell
+      end associate
+      where (outside <= tolerance(model%grid)) outside = 0
+   end function path_outside
 
    !> The place on a polyline at a part of its length [m].
    pure function place_along(points, part) result(x)

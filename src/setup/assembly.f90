@@ -26,7 +26,7 @@ module hampm_assembly
    use hampm_problem, only: problem_t, start_problem
    use hampm_particles, only: particles_t, new_particles, add_history
    use hampm_growth_room, only: see_surroundings
-   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_radii, held_part, to_surface, &
+   use hampm_path_placement, only: path_tips, path_reaches, path_mouth, path_outside, path_radii, held_part, to_surface, &
                                     place_along
    use hampm_placement, only: tolerance, points_of
    use hampm_quadratic_points, only: weigh_points
@@ -241,9 +241,12 @@ contains
          return
       end if
       crack%beyond = path_reaches(model, k)
-      if (crack%cohesion == 0) return
-      crack%held = held_part(model, k)
-      if (crack%is_tip(last_point) .and. model%paths(k)%held_from > 0) crack%bonded(last_point) = crack%length() - crack%held(1)
+      if (crack%cohesion > 0) then
+         crack%held = held_part(model, k)
+         if (crack%is_tip(last_point) .and. model%paths(k)%held_from > 0) &
+            crack%bonded(last_point) = crack%length() - crack%held(1)
+      end if
+      crack%outside = sum(path_outside(model, k))
    end subroutine place_crack
 
    !> What a crack on a symmetry plane has of its own: one face, and cohesion as far as constraints hold the plane.

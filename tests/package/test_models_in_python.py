@@ -128,7 +128,7 @@ def test_warnings_and_notes_for_programs_tell_where(plate, hampm):
     assert [f"! note: {note['reason']}" for note in found["notes"]] == [line for line in plain.stdout.splitlines() if line.startswith("! note")]
     assert [f"hampm: warning: {warning['reason']}" for warning in found["warnings"]] == plain.stderr.splitlines()
     lines = text.splitlines()
-    units = next(note for note in found["notes"] if "waves would pass" in note["reason"])
+    units = next(note for note in found["warnings"] if "waves would pass" in note["reason"])
     assert units["group"] == "material" and lines[units["line"] - 1] == "&material" and units["file"] == "a.nml"
 
 

@@ -327,3 +327,12 @@ def test_a_hundred_cracks(hampm):
     text = scene(cracks, 5e-4, levels=0).replace("estimators = 'domain_integral'", "")
     whole = run(hampm, text[:text.index("&crack")])
     assert run(hampm, text)["strain_energy"][-1] > 1.02 * whole["strain_energy"][-1]
+
+
+@pytest.mark.parametrize("start, told", [(-13e-3, False), (-30e-3, True)])
+def test_the_length_of_a_crack_is_that_in_the_material(hampm, start, told):
+    """Wherever outside a path begins; an end far from all bodies may have been meant for a tip, and is told."""
+    text = plate([[(start, 0.3e-3), (0.0, 0.3e-3)]], levels=0).replace("&energy_release", "&growth direction = 'straight'  toughness = 1e3  increment = 2e-3 /\n&energy_release")
+    row = run(hampm, text)
+    assert row["crack_length"][0] == pytest.approx(12e-3, rel=1e-6) and row["crack_length"][-1] == pytest.approx(14e-3, rel=1e-6)
+    assert ("m out of all bodies, and no tip" in row.said) == told
