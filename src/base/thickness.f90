@@ -13,7 +13,6 @@ module hampm_thickness
       logical :: is_ring = .false.               !! whether material is axisymmetric
    contains
       procedure :: at
-      procedure :: parts
    end type thickness_t
 
 contains
@@ -25,13 +24,4 @@ contains
       at = self%of_plate
       if (self%is_ring) at = 2*pi*x(1)
    end function at
-
-   !> Parts that equal lengths at some places have of all together [-].
-   pure function parts(self, x)
-      class(thickness_t), intent(in) :: self
-      real(dp), intent(in) :: x(:, :)            !! [m], (ndim, places)
-      real(dp) :: parts(size(x, 2))
-      parts = 1/real(size(x, 2), dp)
-      if (self%is_ring .and. sum(x(1, :)) > 0) parts = x(1, :)/sum(x(1, :))
-   end function parts
 end module hampm_thickness

@@ -61,12 +61,15 @@ contains
       end associate
    end subroutine share_by_cell
 
-   !> The particles nearest to a place, all that are as near: rings of cells around it are searched until one ring more cannot help.
-   function nearest_particles(m, x) result(nearest)
+   !> The particles nearest to a place, all that are as near: rings of cells around it are searched until one ring more cannot help. Those of weak pieces of
+   !> cells count as farther by a cell, those that a crack divides from it as farther than all others.
+   function nearest_particles(m, x, beside, is_weak) result(nearest)
       type(matter_t), intent(in) :: m
       real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: beside(ndim)       !! the same on its side of a crack [m]
+      logical, allocatable, intent(in) :: is_weak(:) !! by the first element of each piece; not allocated where there are no cracks
       integer, allocatable :: nearest(:)
-      real(dp) :: distance, best
+      real(dp) :: distance, best, at(ndim)
       integer :: ring, home(ndim), offset(ndim), j, k, i, e, first, last
       associate (forest => m%grid%forest, tolerance => m%grid%forest%tolerance())
          home = min(max(int((x - forest%lower)/forest%cell), 0), forest%cells - 1)
@@ -81,7 +84,13 @@ contains
                call forest%leaves_of_root(home + offset, first, last)
                do e = m%grid%leaf_element(first), m%grid%leaf_element(last + 1) - 1
                   do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-                     distance = norm2(m%particles%position(i) - x)
+                     at = m%particles%place_in_grid(i)
+                     distance = norm2(at - x)
+                     if (distance > best + tolerance) cycle
+                     if (allocated(is_weak)) then
+                        if (is_weak(m%grid%first_of_piece(e))) distance = distance + m%grid%leaf_size(e)
+                        if (m%grid%cut_cells%divide(at, beside)) distance = distance + sum(forest%cells)*forest%cell
+                     end if
                      if (distance > best + tolerance) cycle
                      if (distance < best - tolerance) nearest = [integer ::]
                      nearest = [nearest, i]

@@ -5,21 +5,21 @@
 !> where the point stands outside. So the resultant and its moment are exact, a traction acts on the very edge of the
 !> body, no force meets a node without mass, and nothing depends on how the load and the cells lie to each other. A place that is
 !> as near to several particles has a point on each of them: the first one would not be that of the mirror image.
+!> `hampm_edge_loads` finds the points.
 module hampm_loads
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
    use hampm_grid, only: grid_t
-   use hampm_matter, only: matter_t
    use hampm_time_history, only: time_history_t
    use hampm_edge_parts, only: edge_part_t
    use hampm_particles, only: particles_t
    use hampm_place_table, only: place_table_t
    use hampm_turned_faces, only: cofactors_of, number_ends, place_of_end, n_ends
    use hampm_text, only: to_text
-   use hampm_load_sharing, only: nearest_particles, share_by_cell, share_by_corners
+   use hampm_load_sharing, only: share_by_cell, share_by_corners
    implicit none
    private
-   public :: load_t, load_on_points, load_on_parts, load_on_particles, follow_sort, share_by_mass, place_loads, add_loads, &
+   public :: load_t, load_on_particles, follow_sort, share_by_mass, place_loads, add_loads, &
              add_load, book_work, book_work_late, work_of_step, force_at_node, factors_at, largest_factors, all_become_constant, &
              time_to_constant_value, note_particles, archive_loads, turn_loads
 
@@ -28,6 +28,9 @@ module hampm_loads
       integer :: number = 0                      !! of the load of the model of which it is the whole or a part
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
       type(time_history_t) :: history
+      ! Of a load on edges, on faces along grid lines or at a point: `hampm_edge_loads` finds its points
+      type(edge_part_t), allocatable :: edges(:) !! where it acts; `area`: parts of the resultant [-], areas of dashpots; not allocated for other loads
+      integer :: per_cell = 1                    !! points along a cell: as many as the densest body has particles
       real(dp), allocatable :: fraction(:)       !! part of the resultant at each point [-], (points)
       integer, allocatable :: particle(:)        !! particle to which each point belongs, (points)
       real(dp), allocatable :: offset(:, :)      !! dX of each point [m], (ndim, points)
@@ -58,92 +61,6 @@ module hampm_loads
    end type load_t
 
 contains
-
-   !> A load shared equally by the material places `points`, in axisymmetric material by their circumferences, each carried by the nearest particles and the middle of a segment that
-   !> reaches by `half` to both sides. On the line of a crack `toward` tells at which face.
-   subroutine load_on_points(m, points, half, load, toward)
-      type(matter_t), intent(in) :: m
-      real(dp), intent(in) :: points(:, :)       !! [m], (ndim, points)
-      real(dp), intent(in) :: half(ndim)         !! 0 for mere points [m]
-      type(load_t), intent(inout) :: load
-      real(dp), intent(in), optional :: toward(ndim)  !! unit vector from the crack into the material; 0 elsewhere
-      real(dp) :: aside(ndim)                    ! to where particles are looked for: nearer to those of a side than to all others [m]
-      integer, allocatable :: carriers(:)
-      real(dp) :: part(size(points, 2))
-      integer :: k, i, n
-      n = size(points, 2)
-      part = m%particles%thickness%parts(points)
-      aside = 0
-      if (present(toward)) aside = 0.5_dp*minval(m%particles%spacing)*toward
-      allocate (load%fraction(0), load%particle(0), load%offset(ndim, 0))
-      do k = 1, n
-         carriers = nearest_particles(m, points(:, k) + aside)
-         load%particle = [load%particle, carriers]
-         load%fraction = [load%fraction, spread(part(k)/size(carriers), 1, size(carriers))]
-         load%offset = reshape([load%offset, [(points(:, k) - m%particles%reference(carriers(i), :), i=1, size(carriers))]], &
-                               [ndim, size(load%particle)])
-      end do
-      allocate (load%half(ndim, size(load%particle)), source=spread(half, 2, size(load%particle)))
-   end subroutine load_on_points
-
-   !> A load of which parts of edges have shares, at two points of each (those of Gauss), in quadratic cells at their middles, which stand for
-   !> all of them: with these the forces on the nodes of a straight part are exact. With `in_halves` they are the middles of their halves, whose
-   !> ends neighbours share (`hampm_turned_faces`). A point is carried by the nearest particle of the cell that it is in, or of all where that has none.
-   subroutine load_on_parts(m, parts, share, load, in_halves)
-      type(matter_t), intent(in) :: m
-      type(edge_part_t), intent(in) :: parts(:)
-      real(dp), intent(in) :: share(:)           !! of each, times the force of the load
-      type(load_t), intent(inout) :: load
-      logical, intent(in), optional :: in_halves
-      real(dp), parameter :: inward = 1e-6_dp ! of a cell
-      real(dp) :: at(2), x(ndim)
-      integer :: points, k, i, n
-      points = merge(1, 2, m%grid%is_quadratic() .or. ndim > 2)
-      at = merge(0.0_dp, 1/sqrt(3.0_dp), points == 1)*[1, -1]
-      if (present(in_halves)) at = merge(sign(0.5_dp, at), at, in_halves .and. points > 1)
-      n = points*size(parts)
-      allocate (load%fraction(n), load%particle(n), load%offset(ndim, n), load%half(ndim, n))
-      do k = 1, size(parts)
-         do i = 1, points
-            n = points*k + 1 - i
-            x = parts(k)%middle + at(i)*parts(k)%half
-            load%fraction(n) = share(k)/points
-            if (m%particles%thickness%is_ring .and. parts(k)%middle(1) > 0) &
-               load%fraction(n) = load%fraction(n)*x(1)/parts(k)%middle(1)
-            load%half(:, n) = parts(k)%half/points
-            load%particle(n) = nearest_in_cell(m, x, x - inward*m%grid%finest_cell*parts(k)%normal)
-            load%offset(:, n) = x - m%particles%reference(load%particle(n), :)
-         end do
-      end do
-   end subroutine load_on_parts
-
-   !> The particle nearest to a place, of those in the leaf of a place next to it, if it has any.
-   integer function nearest_in_cell(m, x, beside) result(nearest)
-      type(matter_t), intent(in) :: m
-      real(dp), intent(in) :: x(ndim), beside(ndim) !! [m]
-      integer, allocatable :: list(:)
-      integer :: first, last, velocity_field, e, i
-      nearest = 0
-      first = m%grid%element_at(beside)
-      if (first > 0) then
-         last = first
-         if (m%grid%is_quadratic()) then ! its quarters have the same functions
-            first = m%grid%first_of_piece(first)
-            last = m%grid%last_of_piece(first)
-         end if
-         do velocity_field = 1, m%grid%n_velocity_fields
-            do e = m%grid%copy_on(first, velocity_field), m%grid%copy_on(last, velocity_field)
-               do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-                  if (nearest == 0) nearest = i
-                  if (norm2(m%particles%position(i) - x) < norm2(m%particles%position(nearest) - x)) nearest = i
-               end do
-            end do
-         end do
-      end if
-      if (nearest > 0) return
-      list = nearest_particles(m, x)
-      nearest = list(1)                          ! of several that are as near the first one
-   end function nearest_in_cell
 
    !> A load shared by the particles within a box in proportion to their mass.
    subroutine load_on_particles(p, lower, upper, load)

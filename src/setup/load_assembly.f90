@@ -1,12 +1,12 @@
 !> From the loads of a model to what acts on its particles and on the faces of its cracks.
 module hampm_load_assembly
    use hampm_kinds, only: dp, ndim
-   use hampm_absorbing_edges, only: components, impedance
-   use hampm_bodies, only: points_along
+   use hampm_absorbing_edges, only: components
    use hampm_crack_placement, only: face_normal
    use hampm_failure, only: failure_t, exit_input
    use hampm_load_placement, only: is_on_faces, find_edge_normal, into_half
-   use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles
+   use hampm_loads, only: load_t, load_on_particles
+   use hampm_edge_loads, only: lay_loads
    use hampm_edge_parts, only: edge_part_t
    use hampm_problem, only: problem_t
    use hampm_placement, only: tolerance
@@ -19,14 +19,15 @@ module hampm_load_assembly
 
 contains
 
-   !> Attach the loads to the particles. A pressure on a crack is several: one for each face along a grid line, or for each direction in which
-   !> edges of particles look.
+   !> Find where the loads act, and attach them to the particles. A pressure on a crack is several: one for each face along a grid line, or for each
+   !> direction in which edges of particles look.
    subroutine place_loads(model, m, failure)
       type(model_t), intent(in) :: model
       type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       type(load_t), allocatable :: loads(:)
       integer :: k, n, i
+      logical :: changed
       allocate (loads(sum([(parts_of(model, model%loads(k)), k=1, size(model%loads))])))
       n = 0
       do k = 1, size(model%loads)
@@ -46,6 +47,8 @@ contains
          end associate
       end do
       call move_alloc(loads, m%loads)
+      changed = .false.
+      call lay_loads(m%loads, m%matter_t, changed)
       call press_faces(m)
    end subroutine place_loads
 
@@ -73,16 +76,31 @@ contains
       if (ndim == 2) area_of = 2*norm2(part%half)*model%run%thickness%at(part%middle)
    end function area_of
 
-   !> Length of a straight part of an edge [m], or area of a rectangle between two corners along the grid [m2].
-   pure real(dp) function size_between(model, from, to) result(size)
+   !> The parts of edges on which a load at a place acts, their areas [m2]: of polygons, circles and bodies with holes, or else the one in its box, of bodies
+   !> on both sides that of each. A point load has a part without a size.
+   function edges_of(model, spec) result(parts)
       type(model_t), intent(in) :: model
-      real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
-      if (ndim == 2) then
-         size = norm2(to - from)
-      else
-         size = product(pack(abs(to - from), abs(to - from) > tolerance(model%grid)))
+      type(load_spec_t), intent(in) :: spec
+      type(edge_part_t), allocatable :: parts(:)
+      integer :: k, sides
+      allocate (parts(0))
+      if (spec%kind /= 'point') parts = loaded_parts(spec, model)
+      if (size(parts) == 0) then
+         parts = [edge_part_t(middle=(spec%lower + spec%upper)/2, half=(spec%upper - spec%lower)/2, &
+                              normal=-face_normal(model, spec), area=product(spec%upper - spec%lower, &
+                                                                             spec%upper - spec%lower > tolerance(model%grid)))]
+         if (spec%kind /= 'point' .and. spec%face == 'none') then
+            call find_edge_normal(model, spec, parts(1)%normal, sides)
+            if (sides /= 1) then
+               parts = [parts, parts]
+               parts(2)%normal = -parts(1)%normal
+            end if
+         end if
       end if
-   end function size_between
+      do k = 1, size(parts)
+         parts(k)%area = merge(1.0_dp, area_of(model, parts(k)), spec%kind == 'point')
+      end do
+   end function edges_of
 
    !> How many loads of the motion a load of the model is.
    pure integer function parts_of(model, spec)
@@ -103,16 +121,10 @@ contains
       type(load_spec_t), intent(in) :: spec
       type(problem_t), intent(in) :: m
       type(load_t), intent(inout) :: parts(:)
-      type(edge_part_t), allocatable :: edge(:)
       real(dp), parameter :: everywhere(ndim) = huge(1.0_dp)
-      real(dp), allocatable :: area(:)           ! in proportion to those of edges
-      real(dp) :: normal(ndim)
-      integer :: sides, k
+      integer :: k
+      parts%per_cell = maxval(model%bodies%points_per_cell)
       associate (load => parts(1))
-         if (spec%kind == 'absorbing') then
-            call place_dashpots(model, spec, m, parts)
-            return
-         end if
          load%force = spec%force
          select case (spec%kind)
          case ('body')
@@ -120,82 +132,49 @@ contains
          case ('gravity')
             call load_on_particles(m%particles, -everywhere, everywhere, load)
             load%force = sum(m%particles%mass(load%particle))*spec%acceleration
+         case ('absorbing')
+            do k = 1, size(parts)
+               parts(k)%absorbs = k
+               parts(k)%edges = edges_of(model, spec)
+            end do
          case ('pressure')
             if (is_on_faces(spec)) then
-               call place_on_faces(model, spec, m, parts)
-            else if (size(parts) > 1) then
-               call press_parts(model, spec, m, parts)
+               call place_on_faces(model, spec, parts)
             else
-               call find_edge_normal(model, spec, normal, sides)
-               call press_segment(model, m, spec%lower, spec%upper, -normal, spec%pressure, load)
+               call press(edges_of(model, spec), spec%pressure, parts)
             end if
          case default
-            edge = loaded_parts(spec, model)
-            if (spec%kind == 'traction' .and. size(edge) > 0) then
-               area = [(area_of(model, edge(k)), k=1, size(edge))]
-               call load_on_parts(m%matter_t, edge, area/sum(area), load)
-            else
-               call load_on_segment(model, m, spec%lower, spec%upper, face_normal(model, spec), load)
-            end if
+            load%edges = edges_of(model, spec)
+            load%edges%area = load%edges%area/sum(load%edges%area)
          end select
       end associate
    end subroutine place_load
 
-   !> Let a pressure act on parts of slanted sides and arcs: a load for each component, whose parts go with the normals.
-   subroutine press_parts(model, spec, m, loads)
-      type(model_t), intent(in) :: model
-      type(load_spec_t), intent(in) :: spec
-      type(problem_t), intent(in) :: m
-      type(load_t), intent(inout) :: loads(ndim)
-      type(edge_part_t), allocatable :: edge(:)
-      integer :: d, k
-      allocate (edge, source=loaded_parts(spec, model))
-      do d = 1, ndim
-         loads(d)%force = 0
-         loads(d)%force(d) = -spec%pressure
-         call load_on_parts(m%matter_t, edge, [(area_of(model, edge(k))*edge(k)%normal(d), k=1, size(edge))], loads(d), &
-                            in_halves=model%method%frame == 'updated')
+   !> Let a pressure act on parts of edges: a load for each component, whose parts go with the normals, or one on a straight edge.
+   pure subroutine press(edges, pressure, loads)
+      type(edge_part_t), intent(in) :: edges(:)  !! with their areas
+      real(dp), intent(in) :: pressure           !! [Pa]
+      type(load_t), intent(inout) :: loads(:)
+      integer :: d
+      do d = 1, size(loads)
+         loads(d)%edges = edges
+         if (size(loads) == 1) then
+            loads(d)%force = -pressure*sum(edges%area)*edges(1)%normal
+            loads(d)%edges%area = edges%area/sum(edges%area)
+         else
+            loads(d)%force = 0
+            loads(d)%force(d) = -pressure
+            loads(d)%edges%area = edges%area*edges%normal(d)
+         end if
       end do
-   end subroutine press_parts
-
-   !> Let dashpots act on parts of edges: a load for each component of the area times Z.
-   subroutine place_dashpots(model, spec, m, loads)
-      type(model_t), intent(in) :: model
-      type(load_spec_t), intent(in) :: spec
-      type(problem_t), intent(in) :: m
-      type(load_t), intent(inout) :: loads(components)
-      type(edge_part_t), allocatable :: edge(:)
-      type(load_t) :: points                     ! with areas as their parts
-      real(dp) :: normal(ndim), z(components)
-      integer :: k, c, sides
-      allocate (edge, source=loaded_parts(spec, model))
-      if (size(edge) > 0) then
-         call load_on_parts(m%matter_t, edge, [(area_of(model, edge(k)), k=1, size(edge))], points)
-      else
-         call find_edge_normal(model, spec, normal, sides)
-         call load_on_segment(model, m, spec%lower, spec%upper, 0*normal, points)
-         points%fraction = points%fraction*size_between(model, spec%lower, spec%upper) &
-                           *model%run%thickness%at((spec%lower + spec%upper)/2)
-      end if
-      do c = 1, components
-         points%absorbs = c
-         loads(c) = points
-      end do
-      do k = 1, size(points%particle)
-         if (size(edge) > 0) normal = edge(1 + (k - 1)*size(edge)/size(points%particle))%normal
-         z = impedance(m%materials(m%particles%material(points%particle(k))), normal)
-         do c = 1, components
-            loads(c)%fraction(k) = points%fraction(k)*z(c)
-         end do
-      end do
-   end subroutine place_dashpots
+   end subroutine press
 
    !> Let a pressure act on all faces of a crack.
-   subroutine place_on_faces(model, spec, m, parts)
+   subroutine place_on_faces(model, spec, parts)
       type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: spec
-      type(problem_t), intent(in) :: m
       type(load_t), intent(inout) :: parts(:)
+      type(edge_part_t) :: edge
       integer :: k
       if (.not. model%is_half()) then
          do k = 1, size(parts)
@@ -206,40 +185,9 @@ contains
          return
       end if
       associate (points => model%paths(1)%points)
-         call press_segment(model, m, points(:, 1), points(:, 2), into_half(model), spec%pressure, parts(1))
+         edge = edge_part_t(middle=(points(:, 1) + points(:, 2))/2, half=(points(:, 2) - points(:, 1))/2, normal=-into_half(model))
       end associate
+      edge%area = area_of(model, edge)
+      call press([edge], spec%pressure, parts)
    end subroutine place_on_faces
-
-   !> A pressure on a straight part of a surface: its resultant from its length, the unit vector into the material and the thickness.
-   subroutine press_segment(model, m, from, to, into, pressure, load)
-      type(model_t), intent(in) :: model
-      type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: from(ndim), to(ndim) !! its ends [m]
-      real(dp), intent(in) :: into(ndim)
-      real(dp), intent(in) :: pressure           !! [Pa]
-      type(load_t), intent(inout) :: load
-      load%force = pressure*size_between(model, from, to)*model%run%thickness%at((from + to)/2)*into
-      call load_on_segment(model, m, from, to, into, load)
-   end subroutine press_segment
-
-   !> Attach a point load or a traction: at the point, or at the centres of equal parts of the segment, as many as the densest body has
-   !> particles along it.
-   subroutine load_on_segment(model, m, from, to, toward, load)
-      type(model_t), intent(in) :: model
-      type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: from(ndim), to(ndim) !! its ends [m]
-      real(dp), intent(in) :: toward(ndim)       !! unit vector into the material at the face of a crack; 0 elsewhere
-      type(load_t), intent(inout) :: load
-      real(dp), allocatable :: x(:, :)
-      integer :: n(ndim), at(ndim), k, d
-      n = points_along(min(from, to), max(from, to), model%grid%cell, maxval(model%bodies%points_per_cell))
-      if (ndim == 2) n(:2) = [maxval(n), 1]      ! of a segment that may be slanted
-      allocate (x(ndim, product(n)))
-      do k = 1, size(x, 2)
-         at = [(mod((k - 1)/product(n(:d - 1)), n(d)), d=1, ndim)]
-         if (ndim == 2) at(2) = at(1)
-         x(:, k) = from + (at + 0.5_dp)/merge(n(1), n, ndim == 2)*(to - from)
-      end do
-      call load_on_points(m%matter_t, x, (to - from)/(2*merge(n(1), n, ndim == 2)), load, toward)
-   end subroutine load_on_segment
 end module hampm_load_assembly

@@ -17,6 +17,7 @@ module hampm_simulation
    use hampm_largest_step, only: default_part
    use hampm_measurements, only: measurements_t, new_measurements, rebuild_extrapolation, measure
    use hampm_problem, only: problem_t
+   use hampm_edge_loads, only: lay_loads
    use hampm_pressed_faces, only: press_faces
    use hampm_progress, only: progress_t
    use hampm_indicator, only: refinement_t
@@ -100,12 +101,16 @@ contains
       end associate
    end subroutine build
 
-   !> Make time step, nodes around crack tips, pressures on their faces and extrapolations fit a new mesh.
+   !> Make time step, nodes around crack tips, loads on edges and faces and extrapolations fit a new mesh.
    subroutine rebuild_on_mesh(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
+      logical :: changed
+      changed = .false.
       call limit_time_step(s)
       call s%cracks%find_nodes(s%problem%grid, failure)
+      call lay_loads(s%problem%loads, s%problem%matter_t, changed)
+      if (changed) s%problem%cache%mapped = .false. ! which cells have operators depends on the particles
       call press_faces(s%problem)
       if (.not. failure%failed()) call rebuild_extrapolation(s%problem, s%measurements, failure)
    end subroutine rebuild_on_mesh

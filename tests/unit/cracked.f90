@@ -5,7 +5,8 @@ module hampm_cracked
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check
-   use hampm_loads, only: load_t, load_on_points
+   use loading, only: load_on_points
+   use hampm_loads, only: load_t
    use hampm_material, only: material_t
    use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, place_bodies, start

@@ -8,7 +8,8 @@ program test_element_operators
    use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_time_history, only: time_history_t
-   use hampm_loads, only: load_t, load_on_points
+   use loading, only: load_on_points
+   use hampm_loads, only: load_t
    use hampm_mass_choice, only: mass_choice_t, new_mass_choice
    use hampm_material, only: new_material
    use hampm_problem, only: problem_t, update_particles

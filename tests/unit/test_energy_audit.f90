@@ -6,7 +6,8 @@ program test_energy_audit
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish
    use hampm_time_history, only: time_history_t
-   use hampm_loads, only: load_on_points, load_on_particles
+   use loading, only: load_on_points
+   use hampm_loads, only: load_on_particles
    use hampm_material, only: new_material
    use hampm_problem, only: problem_t
    use hampm_samples, only: rectangle_t, schemes, place_bodies, start, run_steps, total_energy, energy_residual

@@ -11,7 +11,8 @@ program test_grid_lines
    use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish
    use hampm_interface_points, only: contact, interface_energy, overlap_of
-   use hampm_loads, only: load_on_particles, load_on_points
+   use loading, only: load_on_points
+   use hampm_loads, only: load_on_particles
    use hampm_mass_samples, only: choice_of
    use hampm_material, only: new_material
    use hampm_problem, only: problem_t

@@ -4,7 +4,8 @@ program test_load_following
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_loads, only: load_t, load_on_points, load_on_parts, load_on_particles, place_loads, add_loads, book_work
+   use loading, only: load_on_points, load_on_parts
+   use hampm_loads, only: load_t, load_on_particles, place_loads, add_loads, book_work
    use hampm_matching, only: adopt_forest
    use hampm_material, only: new_material
    use hampm_problem, only: problem_t, sort_anew

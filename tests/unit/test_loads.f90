@@ -5,7 +5,8 @@ program test_loads
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_time_history, only: time_history_t
-   use hampm_loads, only: load_t, load_on_points, load_on_particles, place_loads, add_loads, book_work, follow_sort, &
+   use loading, only: load_on_points
+   use hampm_loads, only: load_t, load_on_particles, place_loads, add_loads, book_work, follow_sort, &
                            all_become_constant, time_to_constant_value
    use hampm_material, only: new_material
    use hampm_problem, only: problem_t

@@ -11,7 +11,8 @@ program test_reference_step
    use hampm_grid_building, only: build_grid
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_time_history, only: time_history_t
-   use hampm_loads, only: load_on_points, load_on_particles
+   use loading, only: load_on_points
+   use hampm_loads, only: load_on_particles
    use hampm_material, only: new_material
    use hampm_problem, only: problem_t, update_particles
    use hampm_particles, only: new_particles

@@ -6,7 +6,8 @@ program test_refine_cycles
    use hampm_failure, only: failure_t
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
-   use hampm_loads, only: load_on_points, load_on_particles
+   use loading, only: load_on_points
+   use hampm_loads, only: load_on_particles
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
    use hampm_problem, only: problem_t

@@ -9,7 +9,7 @@ program test_stiffness
    use hampm_forest, only: forest_t
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_interface_points, only: contact
-   use hampm_loads, only: load_on_points
+   use loading, only: load_on_points
    use hampm_matching, only: adopt_forest
    use hampm_material, only: material_t, new_material
    use hampm_problem, only: problem_t
