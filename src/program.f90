@@ -121,13 +121,13 @@ contains
       if (failure%failed()) return
       if (options%check) then
          if (options%json) then
-            call print_text(check_json(model, simulation, resources, written, options%quiet), failure)
+            call print_text(check_json(model, simulation, resources, written, options%quiet, clock_start), failure)
          else
             call print_text(check_report(model, simulation, resources), failure)
             report = warnings(simulation)
             if (len(report) > 0) call print_message(report, kind='warning: ')
             if (.not. (options%quiet .or. failure%failed())) &
-               call print_text(duration_report(measured_duration(simulation, resources%rows)), failure)
+               call print_text(duration_report(measured_duration(simulation, resources%rows, clock_start)), failure)
          end if
          call simulation%integrator%finish()
       else
@@ -248,6 +248,8 @@ contains
       if (.not. options%quiet) write (output_unit, '(a)') thread_report()
       if (.not. options%quiet .and. options%resume == '') &
          write (output_unit, '(a)', advance='no') with_prefix('note: ', as_lines(notes_of(simulation%model)))
+      report = long_run(simulation)
+      if (len(report) > 0 .and. .not. options%time_limit > 0) call print_message(report, kind='warning: ')
       call run(simulation, folder_of(options), options%quiet, failure)
       if (failure%code == exit_stopped) return
       report = solver_report(simulation)
@@ -263,6 +265,25 @@ contains
       report = warnings(simulation)
       if (len(report) > 0) call print_message(report, kind='warning: ')
    end subroutine run_and_report
+
+   !> How long a motion takes on a usual machine, to tell before it starts; '' where that is less than a day.
+   function long_run(simulation) result(text)
+      type(simulation_t), intent(in) :: simulation
+      character(:), allocatable :: text
+      real(dp), parameter :: explicit = 2e-7_dp, implicit = 5e-6_dp ! time for a step of a particle, at least [s]
+      real(dp), parameter :: day = 86400
+      real(dp) :: steps, time
+      text = ''
+      associate (s => simulation)
+         if (s%integrator%is_static) return
+         steps = (s%model%run%end_time - s%problem%state%time)/s%longest_step
+         time = steps*s%problem%particles%n*merge(explicit, implicit, s%model%method%time == 'explicit')/thread_count()
+         if (time < day) return
+         text = 'the run takes about '//three_digits(time/day)//' days: '//three_digits(steps)//' steps of '// &
+                three_digits(s%longest_step)//' s. For less use a shorter &run end_time or a larger &grid cell; '// &
+                '--time-limit ends it with a checkpoint; --check measures its time'
+      end associate
+   end function long_run
 
    !> What --check prints: the model as it is used, and the summary of a simulation as comments, so that it can be run.
    function check_report(model, simulation, resources) result(text)
@@ -285,12 +306,13 @@ contains
    end function duration_report
 
    !> The same for programs, as one line of JSON; with `seconds`, what the run takes on this machine, unless `quiet`.
-   function check_json(model, simulation, resources, written, quiet) result(text)
+   function check_json(model, simulation, resources, written, quiet, clock_start) result(text)
       type(model_t), intent(in) :: model
       type(simulation_t), intent(inout) :: simulation
       type(resources_t), intent(in) :: resources
       type(settings_t), intent(in) :: written
       logical, intent(in) :: quiet
+      integer(long), intent(in) :: clock_start   !! ticks at the start
       character(:), allocatable :: text
       real(dp) :: duration
       text = own_json(is_valid=.true.)//summary_json(simulation)//resource_json(resources)// &
@@ -298,7 +320,7 @@ contains
              member('warnings', array(written%records_of(warnings(simulation))), raw=.true.)// &
              member('notes', array(written%records_of(notes_of(model))), raw=.true.)//member('namelist', model%as_used)
       duration = -1
-      if (.not. quiet) duration = measured_duration(simulation, resources%rows)
+      if (.not. quiet) duration = measured_duration(simulation, resources%rows, clock_start)
       text = text//member('threads', thread_count())
       if (duration >= 0) text = text//member('seconds', duration)
       text = object(text)//new_line('a')

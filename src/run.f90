@@ -59,21 +59,25 @@ contains
    end subroutine run
 
    !> How long a run takes on this machine [s], found by its first steps, of which it does a few; below 0 where they fail, or are steps to
-   !> equilibrium of more particles than one has the patience for. The simulation is of no use after that. Growth of cracks and meshes that change take longer.
-   function measured_duration(s, samples) result(duration)
+   !> equilibrium of more particles than one has the patience for. The simulation is of no use after that. Growth of cracks in motion and meshes that change
+   !> take longer.
+   function measured_duration(s, samples, clock_start) result(duration)
       type(simulation_t), intent(inout) :: s
       real(dp), intent(in) :: samples            !! of the history
+      integer(long), intent(in) :: clock_start   !! ticks when the program has started
       real(dp) :: duration
       real(dp), parameter :: patience = 0.3_dp   ! for the steps [s]
       integer, parameter :: most_steps = 1000, most_at_rest = 100000
       type(failure_t) :: failure
-      real(dp) :: start, first, last, sample
+      integer, parameter :: grown = 12, turned = 16 ! equilibria that are found and measured in a load step, where cracks grow at rest and turn
+      real(dp) :: start, first, last, sample, before
       integer(long) :: steps
       integer :: done, again
       duration = -1
       if (s%integrator%is_static .and. s%problem%particles%n > most_at_rest) return
       call s%integrator%choose_steps(s%problem, s%model%run%end_time, s%longest_step, steps, s%dt)
       start = seconds()
+      before = start - seconds(clock_start)      ! what has been read and built
       call s%integrator%initialise(s%problem, s%dt, failure)
       if (.not. failure%failed()) call s%integrator%advance(s%problem, s%dt, failure)
       first = seconds() - start                  ! with what is done once
@@ -95,13 +99,18 @@ contains
       duration = first + samples*sample
       if (done > 1) duration = duration + (steps - 1)*last/(done - 1)
       if (done == 1) duration = duration + (steps - 1)*first
+      if (s%growing%is_static) & ! each on another mesh
+         duration = first + steps*(first + sample)*merge(turned, grown, any(s%model%growth%direction == 'local_symmetry'))
+      duration = duration + before
 
    contains
 
-      !> The time of a clock that only goes forward [s].
-      real(dp) function seconds()
+      !> The time of a clock that only goes forward, now or at some ticks [s].
+      real(dp) function seconds(ticks)
+         integer(long), intent(in), optional :: ticks
          integer(long) :: count, rate
          call system_clock(count, rate)
+         if (present(ticks)) count = ticks
          seconds = real(count, dp)/rate
       end function seconds
    end function measured_duration

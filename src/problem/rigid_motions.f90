@@ -39,6 +39,8 @@ module hampm_rigid_motions
       real(dp), allocatable, private :: motion(:, :, :)   !! of the points [-], (ndim, n_points, motions)
       real(dp), allocatable, private :: momentum(:, :, :) !! mass times these [kg], (ndim, n_points, motions)
       real(dp), allocatable, private :: mass(:, :)        !! products of both [kg], (motions, motions)
+   contains
+      procedure :: are_pushed
    end type free_motions_t
 
 contains
@@ -222,6 +224,18 @@ contains
          free%mass(:, k) = [(sum(free%motion(:, :, i)*free%momentum(:, :, k)), i=1, n)]
       end do
    end subroutine find_free_motions
+
+   !> Whether forces do work on them, more than a part of what their sizes would.
+   pure logical function are_pushed(self, force, part)
+      class(free_motions_t), intent(in) :: self
+      real(dp), intent(in) :: force(:, :)        !! [N], (ndim, n_points)
+      real(dp), intent(in) :: part               !! [-]
+      integer :: k
+      are_pushed = .false.
+      do k = 1, size(self%mass, 1)
+         are_pushed = are_pushed .or. abs(sum(force*self%motion(:, :, k))) > part*sum(abs(force*self%motion(:, :, k)))
+      end do
+   end function are_pushed
 
    !> Take from forces what moves material as a whole where nothing holds it: mass times the acceleration of that, for which no strain stands.
    subroutine take_inertia(free, force, acceleration)

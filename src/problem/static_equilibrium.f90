@@ -8,6 +8,7 @@ module hampm_static_equilibrium
    use hampm_kinds, only: dp, ndim
    use hampm_problem, only: problem_t, refresh_grid, update_particles, stored_energy, kinetic_energy
    use hampm_nodal_state, only: unbalanced_force
+   use hampm_rigid_motions, only: free_motions_t, find_free_motions, take_motion_as_whole
    use hampm_stiffness, only: stiffness_t, is_larger, new_stiffness, full_loads
    implicit none
    private
@@ -58,12 +59,14 @@ contains
    !> 0 where it is not known: the loads move a body as a whole or nothing at all, there is neither load nor motion, or the model is
    !> too large.
    !>
-   !> A few turns only: the deflection by the loads is near the mode that is sought. A translation that nothing resists, of which
-   !> rounding leaves a part that would grow with each turn, is taken out.
+   !> A few turns only: the deflection by the loads is near the mode that is sought. Motions as a whole that nothing holds, of which
+   !> rounding leaves a part that would grow with each turn, are taken out. Loads that do work on them lead to no equilibrium.
    subroutine find_lowest_frequency(m, frequency)
       type(problem_t), intent(inout) :: m
       real(dp), intent(out) :: frequency
       type(stiffness_t) :: k
+      real(dp), parameter :: balanced = 1e-6_dp  ! part of the forces that may push a piece that nothing holds
+      type(free_motions_t) :: free
       real(dp), allocatable :: x(:, :), y(:, :), mass(:, :), force(:, :)
       real(dp) :: square, last
       logical :: done
@@ -73,6 +76,8 @@ contains
       call refresh_grid(m)                       ! nodes have their masses now
       call full_loads(m, force)
       if (.not. any(abs(force) > 0)) return
+      call find_free_motions(m, free)
+      if (free%are_pushed(force, balanced)) return
       call new_stiffness(m, most_proposed, k, done)
       if (done) then
          allocate (mass(ndim, m%grid%n_points), source=0.0_dp)
@@ -82,14 +87,14 @@ contains
             end associate
          end do
          call k%solve(m, force, x)
-         call take_out_translation(m, mass, x)
+         call take_motion_as_whole(free, x)
          last = 0
          square = 0
          do turn = 1, turns
             if (.not. sum(mass*x**2) > 0) exit   ! the loads act on nodes that are held
             x = x/sqrt(sum(mass*x**2))
             call k%solve(m, mass*x, y)
-            call take_out_translation(m, mass, y)
+            call take_motion_as_whole(free, y)
             square = sum(mass*x*y)/sum(mass*y**2) - k%point
             x = y
             if (abs(square - last) <= converged*square) exit
@@ -99,18 +104,6 @@ contains
       end if
       call k%release()
    end subroutine find_lowest_frequency
-
-   !> Take the mean out of a field in the directions in which nothing is held.
-   pure subroutine take_out_translation(m, mass, x)
-      type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: mass(:, :)         !! of the points [kg], (ndim, n_points)
-      real(dp), intent(inout) :: x(:, :)         !! (ndim, n_points)
-      integer :: d
-      do d = 1, ndim
-         if (any(m%constraints%fixed(d, :))) cycle
-         x(d, :) = x(d, :) - sum(mass(d, :)*x(d, :))/sum(mass(d, :))
-      end do
-   end subroutine take_out_translation
 
    !> How long it takes until a ten-thousandth of the lowest mode is left, where it is damped critically, with a rate of twice its
    !> angular frequency [s].

@@ -130,3 +130,31 @@ def test_the_overlap_is_remembered_by_a_checkpoint(hampm, tmp_path):
     resumed = hampm("--resume", "enf.h5.checkpoint")
     told = [re.findall(r"interpenetrate.*", result.stderr) for result in (whole, resumed)]
     assert told[0] == told[1] != []
+
+
+FREE = """&run plane = 'strain'  end_time = 1.2e-4 /
+&grid lower = 0.0, 0.0  cell = 1e-3  cells = 30, 14 /
+&material name = 'a'  young = {young}  poisson = 0.37  density = 1200.0 /
+&body material = 'a'  lower = 5e-3, 2e-3  upper = 13e-3, 10e-3  {motion} /
+&body material = 'a'  lower = 17e-3, 2e-3  upper = 25e-3, 10e-3 /
+&method frame = 'updated' /
+{loads}
+"""
+PULL = "&load kind = 'traction'  lower = {0}, 2e-3  upper = {0}, 10e-3  force = {1}, 0.0 /\n"
+
+
+@pytest.mark.parametrize("young", [2.4e9, 70e9])
+@pytest.mark.parametrize("motion, loads, told", [("velocity = 8.0, 0.0", "", False), ("", PULL.format(5e-3, -1.0), False), ("", PULL.format(5e-3, -1.0) + PULL.format(13e-3, 1.0), True)],
+                         ids=["flies", "is pushed", "is pulled from both ends"])
+def test_free_bodies_have_a_lowest_frequency_where_their_loads_balance(hampm, tmp_path, young, motion, loads, told):
+    """Nothing holds them: what flies, or is pushed, comes to no rest, and what rounding leaves of its motion is no vibration. The first elastic one is above 20 kHz."""
+    (tmp_path / "free.nml").write_text(FREE.format(young=young, motion=motion, loads=loads))
+    found = re.search(r"lowest frequency (\S+) Hz", hampm("--check", "free.nml").stdout)
+    assert (found is not None) == told
+    assert not told or float(found[1]) > 2e4
+
+
+def test_a_motion_that_takes_days_is_told_before_it_starts(hampm, tmp_path):
+    (tmp_path / "free.nml").write_text(FREE.format(young=2.4e9, motion="velocity = 8.0, 0.0", loads="").replace("1.2e-4", "1e4"))
+    calls = [hampm("free.nml", "--quiet", "--force", "--steps", "3", *more) for more in ((), ("--time-limit", "10"))]
+    assert [bool(re.search(r"warning: the run takes about \S+ days: \S+ steps of \S+ s", call.stderr)) for call in calls] == [True, False]
