@@ -218,6 +218,7 @@ fuzz:  ## read 1 000 000 namelists and command lines that are changed at random;
 	@$(MAKE) $(parallel) program build=checked dim=3
 	$(PYTHON) tests/fuzz/solid_scenes.py --cases 2000 --seed 100
 	$(PYTHON) tests/fuzz/solid_keys.py
+	$(PYTHON) tests/fuzz/advice.py --program build/checked/hampm --cases 2000
 	$(PYTHON) tests/fuzz/growth_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/rest_scenes.py --program build/checked/hampm --cases 10000 --seed 100
 	$(PYTHON) tests/fuzz/shape_scenes.py --program build/checked/hampm --cases 10000 --seed 100

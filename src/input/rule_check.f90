@@ -54,7 +54,7 @@ contains
             call read_rule(rule, model, settings, reading)
             message = message_of(rule, reading, settings, breaches(k)%entry)
             if (rule%use /= '' .and. k <= most_advice) then
-               if (is_allowed(trim(rule%use), breaches(k)%entry, settings, broken)) &
+               if (is_allowed(of_key(trim(rule%use), reading%atoms(1)), breaches(k)%entry, settings, broken)) &
                   message = message//'; use '//trim(rule%use)
             end if
             select case (rule%verdict)
@@ -285,13 +285,24 @@ contains
       end do
    end function with_or
 
-   !> Whether a model may take an advice: with it no rule refuses the model that did not before. Advice in words always may be taken.
+   !> An advice with its group and key, which are those of the message where it begins with a value.
+   pure function of_key(advice, subject) result(text)
+      character(*), intent(in) :: advice
+      type(atom_t), intent(in) :: subject        !! what the message is about
+      character(:), allocatable :: text
+      text = advice
+      if (advice(1:1) == '''' .and. subject%key /= '') &
+         text = '&'//trim(subject%group)//' '//trim(subject%key)//' = '//advice(:1 + index(advice(2:), ''''))
+   end function of_key
+
+   !> Whether a model may take an advice: with it no rule refuses the model that did not before, and none what is advised. Advice in words always may be
+   !> taken.
    pure logical function is_allowed(advice, entry, settings, broken)
       character(*), intent(in) :: advice
       integer, intent(in) :: entry               !! position of the group of the message
       type(settings_t), intent(in) :: settings
       logical, intent(in) :: broken(:)           !! rules that are broken without it
-      type(atom_t), allocatable :: atoms(:)
+      type(atom_t), allocatable :: atoms(:), subject(:)
       type(settings_t) :: changed
       type(model_t) :: other
       type(breach_t), allocatable :: breaches(:)
@@ -316,6 +327,11 @@ contains
       anew = .false.
       anew(breaches%rule) = rules(breaches%rule)%verdict == not_with .or. rules(breaches%rule)%verdict == requires
       is_allowed = .not. any(anew .and. .not. broken)
+      do k = 1, size(breaches)
+         call parse_condition(rules(breaches(k)%rule)%subject, subject)
+         if (anew(breaches(k)%rule)) is_allowed = is_allowed .and. &
+            .not. any(atoms%choices > 0 .and. atoms%group == subject(1)%group .and. atoms%key == subject(1)%key)
+      end do
    end function is_allowed
 
    !> Give a setting one value.

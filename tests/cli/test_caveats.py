@@ -195,3 +195,22 @@ def test_growth_in_motion(hampm, tmp_path):
     assert "&method mass = 'lumped' with &growth law = 'prescribed': K of a tip at 0.6" in str(notes(lumped))
     early = check(hampm, tmp_path, changed(text, "mass = 'weighted'", "mass = 'weighted'  scheme = 'usavg'"))
     assert "stresses lag behind a growing tip" in early.stdout + early.stderr
+
+
+@pytest.mark.parametrize("crack, estimator, advised", [("kind = 'symmetry'  tip = 0.05, 0.0  contact = 'friction'", "domain_integral", False),
+                                                       ("kind = 'path'  points = 0.0, 0.004, 0.05, 0.004  contact = 'friction'", "domain_integral", True),
+                                                       ("", "vcct", False), ("kind = 'line'  tip = 0.05, 0.005  direction = 1.0, 0.0  length = 0.05", "vcct", True)])
+def test_no_advice_is_given_that_is_refused_itself(hampm, tmp_path, crack, estimator, advised):
+    """Frictionless faces at a plane of symmetry, which has one, and an estimator where there is no crack."""
+    text = f"""&run plane = 'strain'  end_time = 1.0 /
+&grid lower = 0.0, 0.0  cell = 0.001  cells = 100, 10 /
+&material name = 'm'  law = 'j2_plastic'  yield_stress = 1e8  young = 70e9  poisson = 0.3  density = 2700.0 /
+&body material = 'm'  lower = 0.0, 0.0  upper = 0.1, 0.01 /
+&constraint lower = 0.05, 0.0  upper = 0.1, 0.0  fix = 'xy' /
+{f"&crack {crack} /" if crack else ""}
+&method time = 'static' /
+&energy_release estimators = '{estimator}' /
+"""
+    result = check(hampm, tmp_path, text)
+    assert result.returncode == 2
+    assert any(advice in result.stderr for advice in ("; use &crack", "; use 'domain_integral'")) == advised

@@ -41,7 +41,7 @@ def not_built(program):
 
 def refusals(program, scene, folder):
     """The messages that refuse a model, without its places; none where it is accepted."""
-    (folder / "case.nml").write_text(text_of(scene))
+    (folder / "case.nml").write_text(scene if isinstance(scene, str) else text_of(scene))
     run = subprocess.run([program, "--check", "--quiet", "case.nml"], cwd=folder, capture_output=True, text=True)
     if run.returncode == 0:
         return ()

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections import defaultdict
 
+import advice
 import checkpoint_files
 import combinations
 import every_key
@@ -164,3 +165,10 @@ def test_a_crash_is_found(tmp_path):
     """The driver itself: where it ends early, the case is named."""
     with pytest.raises(Exception, match="the driver stopped at case 0"):
         answers(sys.executable, [("value", 0, [b"&run /"])], tmp_path)
+
+
+@pytest.mark.parametrize(("seed", "cases"), [(1, 60), pytest.param(7, 2000, marks=pytest.mark.verify)])
+def test_advice_can_be_taken(seed, cases):
+    """What refusals of scenes at random advise is accepted, or leads there in two steps."""
+    ends = advice.try_advice(PROGRAM, cases, seed)
+    assert ends and not {row: found for row, found in ends.items() if any(found)}
