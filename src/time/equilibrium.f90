@@ -31,7 +31,7 @@ module hampm_equilibrium
    type, extends(balance_t) :: equilibrium_t
       logical :: begun = .false.                 !! whether it has been found before
       type(loading_t), private :: first, last    !! in the load step
-      real(dp), private :: work_at_once = 0      !! that the forces of its loads would have done all the way there [J]
+      real(dp), private :: kept = 0              !! what the last one has stored and dissipated [J]
       real(dp), private :: at_first = 0          !! energy of eigenstrains in the first equilibrium that is not work of loads [J]
       logical :: forgets_mesh = .false.          !! whether the state is that of the mesh, and not of the way there: nothing has grown
    contains
@@ -101,7 +101,7 @@ contains
 
    !> Note the distance from rest, as `hampm_static_equilibrium` has it: the square root of the energy of the displacement that is left over the
    !> strain energy. Book for the energy balance what the loads have done and the material has not stored: with other laws than the linear one what
-   !> the mean force of a load step does not tell, and what finer cells give way.
+   !> the mean force of a load step does not tell.
    subroutine book_equilibrium(self, m)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -109,8 +109,8 @@ contains
       stored = stored_energy(m)
       self%distance_to_equilibrium = -1          ! not known where nothing is strained but by rounding
       if (stored > self%newton%energy_left) self%distance_to_equilibrium = sqrt(max(self%newton%energy_left, 0.0_dp)/stored)
-      if (m%audit) m%energies%numerical_loss = m%energies%external_work + self%at_first - stored_energy(m) - dissipated_energy(m) &
-                                      - m%interfaces%loss - m%energies%fracture_energy
+      self%kept = stored + dissipated_energy(m) + m%interfaces%loss
+      if (m%audit) m%energies%numerical_loss = m%energies%external_work + self%at_first - self%kept - m%energies%fracture_energy
    end subroutine book_equilibrium
 
    !> Find equilibrium at a time, from that at the present time of the motion; the first time from material without loads. Fails where there
@@ -171,7 +171,7 @@ contains
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(part_t), intent(in) :: part
-      call note_displacement(self, m, between(self%first, self%last, part%to))
+      m%state%displacement = m%state%displacement + self%moved
    end subroutine arrive
 
    !> How often a step that fails is divided into two.
@@ -190,16 +190,16 @@ contains
    end function likely_cause
 
    !> Find equilibrium again at the present time, on another mesh, from the displacement that its nodes had on the last one or, where that
-   !> does not lead there and neither material nor friction depends on the history, from material without loads. The loads, which stay, do work on what lies between both
-   !> equilibria. Where the state does not depend on the way to it, it is from the start: then the work of the loads is that on this mesh,
-   !> whatever nodes constraints hold that were not there before.
+   !> does not lead there and neither material nor friction depends on the history, from material without loads. What drives the body has done as
+   !> much more work, or less, as is stored and dissipated on this mesh: it would have done it on the way, and its full force on what finer cells give
+   !> way would be twice that. Where the state does not depend on the way to it, it is from the start.
    subroutine find_again(self, m, failure)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       type(failure_t) :: none
       type(loading_t) :: loading
-      real(dp) :: work, at_once
+      real(dp) :: work
       logical :: depends_on_path                 ! whether the state depends on the way to it
       depends_on_path = any(m%materials%has_history) .or. have_friction(m%interfaces) .and. m%state%steps > 0 .or. &
          m%interfaces%n_cohesive > 0
@@ -208,15 +208,14 @@ contains
          call carry_over(m)
          call find_loading(m, m%state%time, loading)
          work = m%energies%external_work
-         at_once = self%work_at_once
          call go_to(self, m, loading, loading, 0.0_dp, none)
          if (.not. (none%failed() .or. all(m%materials%linear))) then
             if (.not. self%newton%is_stable()) call none%report(exit_computation, 'not stable')
          end if
          if (.not. none%failed()) then
             call archive_history(m)
-            call note_displacement(self, m, loading)
-            m%energies%external_work = work + (self%work_at_once - at_once)
+            m%state%displacement = m%state%displacement + self%moved
+            m%energies%external_work = work + (stored_energy(m) + dissipated_energy(m) + m%interfaces%loss - self%kept)
             return
          end if
       end if
@@ -235,15 +234,6 @@ contains
       call find(self, m, m%state%time, failure)
    end subroutine find_again
 
-   !> Note the displacement with which an equilibrium has been found.
-   subroutine note_displacement(self, m, loading)
-      class(equilibrium_t), intent(inout) :: self
-      type(problem_t), intent(inout) :: m
-      type(loading_t), intent(in) :: loading     !! there
-      m%state%displacement = m%state%displacement + self%moved
-      self%work_at_once = work_of(m, all_of(loading, m), m%state%displacement)
-   end subroutine note_displacement
-
    !> Keep what the next equilibrium needs of the last.
    subroutine serialise(self, m, archive)
       class(equilibrium_t), intent(inout) :: self
@@ -259,7 +249,7 @@ contains
       call archive%serialise('points', n)
       if (archive%is_read) allocate (m%state%displacement(ndim, n))
       call archive%archive_reals('displacement', ndim*n, m%state%displacement)
-      call archive%serialise('work_at_once', self%work_at_once)
+      call archive%serialise('kept', self%kept)
    end subroutine serialise
 
    !> Go to equilibrium from that with another drive. Fails where it is not found.

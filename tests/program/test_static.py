@@ -393,3 +393,26 @@ def test_a_body_that_is_only_carried_along(hampm, law, plane, stretch, way):
     assert energy[-1] == pytest.approx(energy[2], rel=1e-9, abs=1e-12 * 1e4 * min(way, 1.0)**2)
     assert (energy[2] > 0.1) == (stretch > 0)
     assert row["displacement"][:, 0].mean() == pytest.approx(way, rel=1e-12)
+
+
+def test_work_on_a_mesh_that_refines_is_what_is_stored_on_it(hampm):
+    """With cohesion that stays whole, which lets no step begin anew, under a load and with an edge that is moved. The full load on what finer cells give way was 17 %
+    too much in one step of such a plate, and the moved edge 0.7 % too little. Where cohesion gives way, too, all but what a step tells by its mean force is booked."""
+    text = """\
+&run plane = 'strain'  thickness = 0.2  end_time = 1.0 /
+&grid lower = -0.6, 0.0  cell = 0.1  cells = 13, 12 /
+&material name = 'm'  density = 700.0  young = 18e9  poisson = 0.1 /
+&body material = 'm'  lower = -0.5, 0.1  upper = 0.6, 1.1 /
+&constraint lower = -0.5, 0.1  upper = 0.6, 0.1  fix = 'xy' /
+&load kind = 'traction'  lower = -0.5, 1.1  upper = 0.6, 1.1  force = 8e4, 4e5  history = 'ramp'  rise_time = 1.0 /
+&method time = 'static' /
+&refine indicator = 'gradient'  max_level = 1  r_crit = 0.03  field = 'stress_norm' /
+&crack kind = 'path'  points = -0.23, 0.631, 0.3, 0.631 /
+&cohesive law = 'table'  openings = 0.0, 4.5e-5, 1.35e-4  tractions = 3.6e6, 1.4e6, 0.0 /
+"""
+    moved = text.replace("&load", "&constraint fix = 'y'  displacement = 0.0, 1e-6 ").replace("  kind = 'traction'", "").replace("force = 8e4, 4e5  ", "")
+    for scene in (text, text.replace("'gradient'", "'zz'").replace("r_crit = 0.03  field = 'stress_norm'", "tolerance = 0.02"), moved):
+        for steps in (1, 5):
+            found = run(hampm, scene, f"method.load_steps={steps}")
+            assert found["cells"][-1] > 156 and np.all(found["cohesive_energy"] == 0)
+            assert np.max(np.abs(found["external_work"] - found["strain_energy"])) < 1e-9 * found["strain_energy"][-1]
