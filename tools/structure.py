@@ -34,13 +34,13 @@ READING = (("main", "read_model", "fill_model"), ("main", "build", "fill_rectang
 RECORDING = (("main", "run.run", "recording.record", "measure", "tip_measurements.estimate_rates"), ("crack_closure.virtual_crack_closure",),
              ("main", "run.run", "recording.record", "results.append"))
 STEPS = {  # from the loop of a run to where a step is done
-    "in plain loops": (("run.advance_to", "reference_step.reference_step"),),
-    "by particles": (("run.advance_to", "take_step", "step_in_tiles", "nodal_kernels.find_accelerations"),
-                     ("run.advance_to", "take_step", "step_in_tiles", "particle_kernels.add_field"),
-                     ("run.advance_to", "take_step", "step_in_stages", "particle_kernels.add_field")),
-    "by operators of cells": (("run.advance_to", "take_step", "step_in_tiles", "nodal_kernels.find_accelerations"),
-                              ("run.advance_to", "take_step", "step_in_tiles", "element_kernels.apply_mass"),
-                              ("run.advance_to", "take_step", "step_in_stages", "element_kernels.apply_mass"))}
+    "in plain loops": (("run.advance_to_row", "reference_step.reference_step"),),
+    "by particles": (("run.advance_to_row", "take_step", "step_in_tiles", "nodal_kernels.find_accelerations"),
+                     ("run.advance_to_row", "take_step", "step_in_tiles", "particle_kernels.add_field"),
+                     ("run.advance_to_row", "take_step", "step_in_stages", "particle_kernels.add_field")),
+    "by operators of cells": (("run.advance_to_row", "take_step", "step_in_tiles", "nodal_kernels.find_accelerations"),
+                              ("run.advance_to_row", "take_step", "step_in_tiles", "element_kernels.apply_mass"),
+                              ("run.advance_to_row", "take_step", "step_in_stages", "element_kernels.apply_mass"))}
 COLUMN = re.compile(r"G_(\w+)_I{0,2}$")
 
 
@@ -174,7 +174,7 @@ def handed(calls, word):
 def walks(calls):
     """Of each way in which a step is done: the files from the namelist to G(t), and the depth of its calls below the loop of a run."""
     for way, steps in STEPS.items():
-        chains = [calls.chain(*map(calls.find, points)) for points in (*READING, ("main", "run.advance_to"), *steps, *RECORDING)]
+        chains = [calls.chain(*map(calls.find, points)) for points in (*READING, ("main", "run.advance_to_row"), *steps, *RECORDING)]
         yield way, {scope.path for chain in chains for scope in chain}, max(len(calls.chain(*map(calls.find, points))) - 1 for points in steps)
 
 
