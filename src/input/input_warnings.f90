@@ -43,11 +43,31 @@ contains
       call check_starts(model, text)
       call check_tips(model, text)
       call check_ends(model, text)
+      call check_point_loads(model, text)
       do i = 1, size(model%materials)
          call check_units(model%materials(i), text)
       end do
       if (coarse_histories(model) /= '') call add(text, coarse_histories(model))
    end function warnings_of
+
+   !> The displacement of a point load has no limit as cells shrink.
+   pure subroutine check_point_loads(model, text)
+      type(model_t), intent(in) :: model
+      character(:), allocatable, intent(inout) :: text
+      integer :: k, i, at
+      do k = 1, size(model%probes)
+         if (.not. model%probes(k)%gives('load_line')) cycle
+         do i = 1, size(model%probes(k)%of)
+            if (model%probes(k)%of(i) == '') cycle
+            at = findloc(model%loads%name, model%probes(k)%of(i), dim=1)
+            if (at == 0) cycle
+            if (model%loads(at)%kind == 'point') &
+               call add(text, '&probe '''//trim(model%probes(k)%name)//''': the displacement of the point load '''// &
+                        trim(model%loads(at)%name)//''' depends on the cells there, and has no limit as they shrink. Give a '// &
+                        'traction on a part of an edge, or record the displacement at a place some cells away')
+         end do
+      end do
+   end subroutine check_point_loads
 
    !> What the method makes of the model, and whether its grid looks wrong.
    pure function notes_of(model) result(text)

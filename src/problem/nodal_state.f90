@@ -22,6 +22,8 @@ module hampm_nodal_state
       real(dp) :: reaction(ndim) = 0             !! force of the constraints on the bodies, without the inertia that a mass matrix
                                                  !! that is not diagonal couples to held nodes [N]
       real(dp), allocatable :: reactions(:, :)   !! the same of each of the constraints [N], (ndim, constraints)
+      real(dp) :: lone_part = 0                  !! of what constraints and loads bear, the largest that a constraint of one node does [-]
+      real(dp) :: lone_place(ndim) = 0           !! of that node [m]
    end type nodal_state_t
 
 contains
@@ -72,6 +74,7 @@ contains
       call sum_on_held(m, reactions)
       state%reactions = -reactions
       state%reaction = sum(state%reactions, dim=2)
+      call find_lone_node(m, size(reactions, 2), state)
    end subroutine find_nodal_state
 
    !> Add what points over which fronts move feel more than their openings, as in the last step (`hampm_interface_step`): nodes there are fast.
@@ -207,4 +210,39 @@ contains
          end associate
       end do
    end subroutine sum_on_held
+
+   !> Find which part of the forces a single node bears that is all of a constraint: of the loads, or of half of what all held nodes do where these move the
+   !> bodies.
+   pure subroutine find_lone_node(m, constraints, state)
+      type(problem_t), intent(in) :: m
+      integer, intent(in) :: constraints         !! how many there are
+      type(nodal_state_t), intent(inout) :: state
+      integer :: nodes(constraints), last(constraints), a, d, k
+      real(dp) :: force(constraints), all
+      logical :: has
+      if (constraints == 0) return
+      nodes = 0
+      force = 0
+      all = 0
+      do a = 1, size(m%constraints%node)
+         associate (node => m%constraints%node(a))
+            if (.not. m%fields%is_active(node)) cycle
+            all = all + norm2(pack(m%fields%force(:, node), [(m%constraints%holds(node, d), d=1, ndim)]))/2
+            do k = 1, constraints
+               has = any(m%constraints%box(:, node) == k)
+               if (.not. has) cycle
+               nodes(k) = nodes(k) + 1
+               last(k) = node
+               force(k) = norm2(pack(m%fields%force(:, node), m%constraints%box(:, node) == k .and. &
+                                     [(m%constraints%holds(node, d), d=1, ndim)]))
+            end do
+         end associate
+      end do
+      all = max(all, sum([(abs(m%loads(k)%history%factor(m%state%time))*norm2(m%loads(k)%force), k=1, size(m%loads))]))
+      do k = 1, constraints
+         if (nodes(k) /= 1 .or. .not. force(k) > state%lone_part*all) cycle
+         state%lone_part = force(k)/all
+         state%lone_place = m%grid%node_position(:, last(k))
+      end do
+   end subroutine find_lone_node
 end module hampm_nodal_state

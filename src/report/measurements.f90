@@ -83,6 +83,8 @@ module hampm_measurements
       type(face_overlap_t), allocatable :: overlap(:) !! of the faces of each crack
       real(dp) :: reaction(ndim) = 0             !! force of all constraints on the bodies, where there is a crack [N]
       real(dp), allocatable :: reactions(:, :)   !! of the constraints, where one has a name [N], (ndim, constraints)
+      real(dp) :: lone_part = 0                  !! as that of `nodal_state_t`, where a result depends on how far that node gives way [-]
+      real(dp) :: lone_place(ndim) = 0           !! of it [m]
       integer, allocatable :: joined(:)          !! by body, which of them are one, those that touch without contact between them; where there
                                                  !! are probes
       integer(long) :: steps = -1                !! after which tips were measured last
@@ -277,10 +279,13 @@ contains
       type(measurements_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
       type(nodal_state_t) :: state
-      logical :: has_domain
+      logical :: has_domain, asks_way           ! asks: whether results depend on how far supports give way
       integer :: k
       has_domain = any(model%energy_release%chosen%name == 'domain_integral')
-      if (has_domain .or. any(model%constraints%name /= '') .or. (size(model%paths) > 0 .and. size(model%constraints) > 0)) &
+      asks_way = any([(any(abs(model%constraints(k)%motion%displacement) + abs(model%constraints(k)%motion%velocity) > 0), &
+                       k=1, size(model%constraints)), (model%probes(k)%gives('load_line'), k=1, size(model%probes))])
+      if (has_domain .or. asks_way .or. any(model%constraints%name /= '') .or. &
+          (size(model%paths) > 0 .and. size(model%constraints) > 0)) &
          call find_nodal_state(problem, state, failure, reactions_only=.not. has_domain)
       if (failure%failed()) return
       if (allocated(problem%grid%planes)) then
@@ -291,6 +296,10 @@ contains
       end do
       if (size(m%fronts) > 0) m%rate = mean_rate(m%fronts(1))
       m%reaction = state%reaction
+      if (asks_way) then
+         m%lone_part = state%lone_part
+         m%lone_place = state%lone_place
+      end if
       if (any(model%constraints%name /= '')) m%reactions = state%reactions
       do k = size(m%crack), 1, -1                ! the first tip is the last, as its G is that which is shown
          call measure_crack(problem, cracks, k, state, m%extrapolation, m%crack(k), m%rate, failure)

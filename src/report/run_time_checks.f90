@@ -44,6 +44,7 @@ module hampm_run_time_checks
    real(dp), parameter :: noticed_turn = 0.1_dp  !! change of the angular momentum without cause, over what it can be [-]
    real(dp), parameter :: far_and_strained = 0.05_dp !! cells travelled times strain, to be told [-]
    real(dp), parameter :: noticed_residual = 0.01_dp !! of the largest energy that the balance may not account for, to be told [-]
+   real(dp), parameter :: noticed_part = 0.05_dp !! of the load that a single node may carry, to be told [-]
    real(dp), parameter :: modest_strain = 0.05_dp !! around a tip, up to which K**2/E' is J to 4 %, to be told [-]
    real(dp), parameter :: absurd_gradient = 10   !! of the displacement, which neither rotations nor materials have [-]
    real(dp), parameter :: largest_turn = 0.1_dp  !! of faces that press on each other, up to which their normals are right [rad]
@@ -55,6 +56,7 @@ module hampm_run_time_checks
                               unbalanced = 'the energy balance has an error of ', &
                               carried = 'the tip of a crack away from its node', &
                               resting = 'the loads have done no work', &
+                              lone = 'the single held node at ', &
                               crossed = 'stretched material has passed from cell to cell'
 
 contains
@@ -104,6 +106,11 @@ contains
          call check_stretch(problem, measurements, warning)
          call check_travel(problem, measurements, warning)
          call check_angular_momentum(problem, measurements, warning)
+         if (measurements%lone_part > noticed_part) &
+            call warn(problem%state%when()//lone//point_text(measurements%lone_place)//' m carries '// &
+                      three_digits(100*measurements%lone_part)//' % of the load. It gives way the more the smaller its cells '// &
+                      'are: displacements, energies and G depend on them, and no estimated error knows of it. Hold or move a '// &
+                      'part of an edge, some cells long', lone, warning)
          if (any(measurements%crack%has_left_node)) &
             call warn(problem%state%when()//'the material has carried '//carried//': ''vcct'' and ''stress_closure'' '// &
                       'are not numbers from now on. Use &energy_release estimators = ''domain_integral'' or '// &
