@@ -5,6 +5,7 @@ module hampm_input_warnings
    use hampm_bodies, only: points_along
    use hampm_crack_lines, only: length_of
    use hampm_crack_placement, only: body_at
+   use hampm_edge_parts, only: edge_part_t
    use hampm_history_resolution, only: begins_too_late, coarse_histories
    use hampm_joints, only: do_touch, gap_between, holds_material, share_nodes, velocity_fields_of
    use hampm_law, only: value_of
@@ -32,7 +33,8 @@ contains
    !> Where numbers of the model mean something else than they seem to, and which units look wrong.
    function warnings_of(model) result(text)
       type(model_t), intent(in) :: model
-      character(:), allocatable :: text
+      character(:), allocatable :: text, sides
+      logical :: strays
       integer :: i
       text = model%warned
       call check_constraints(model, text)
@@ -44,6 +46,11 @@ contains
       call check_tips(model, text)
       call check_ends(model, text)
       call check_point_loads(model, text)
+      do i = 1, size(model%loads)
+         call find_sides(model, i, sides, strays)
+         if (strays) call add(text, '&load '//to_text(i)//': its box takes parts of several sides:'//sides// &
+                              '. To load one of them alone, let the box end just short of the corners with the others')
+      end do
       do i = 1, size(model%materials)
          call check_units(model%materials(i), text)
       end do
@@ -69,10 +76,70 @@ contains
       end do
    end subroutine check_point_loads
 
+   !> On which sides of polygons a load on edges acts, and what length of each; `strays` where it takes a part of a side at a sharp angle to the one of which it
+   !> takes most, as a box around a slanted side does that reaches around its corner.
+   pure subroutine find_sides(model, k, said, strays)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: k                   !! load
+      character(:), allocatable, intent(out) :: said !! '' where it acts on no polygon
+      logical, intent(out) :: strays
+      real(dp), parameter :: sharp = 0.87_dp     ! cosine of 30 degrees
+      real(dp), allocatable :: corner(:, :), length(:), whole(:), along(:, :)
+      type(edge_part_t), allocatable :: parts(:)
+      integer :: b, r, i, n, most
+      said = ''
+      strays = .false.
+      associate (load => model%loads(k), tol => tolerance(model%grid))
+         if (ndim > 2 .or. .not. load%has_place .or. all(load%kind /= [character(9) :: 'traction', 'pressure', 'absorbing'])) return
+         do b = 1, size(model%bodies)
+            if (.not. model%bodies(b)%outline%is_there()) cycle
+            associate (outline => model%bodies(b)%outline)
+               parts = outline%parts_in_box(load%lower, load%upper, tol, model%grid%lower, model%grid%cell)
+                  do r = 1, size(outline%rings)
+                     if (outline%rings(r)%is_circle) cycle
+                     corner = outline%rings(r)%corners(0)
+                     n = size(corner, 2)
+                     along = cshift(corner, 1, dim=2) - corner
+                     whole = norm2(along, dim=1)
+                     length = [(on_side(i), i=1, n)]
+                     most = maxloc(length, dim=1)
+                     do i = 1, n
+                        if (.not. length(i) > tol) cycle
+                        said = said//trim(merge(', ', '  ', said /= ''))//' '//length_text(length(i))//' m of side '//to_text(i)
+                        if (r > 1) said = said//' of its hole '//to_text(r - 1)
+                        if (size(model%bodies) > 1) said = said//' of body '//to_text(b)
+                        strays = strays .or. length(i) < whole(i) - tol .and. dot_product(along(:, i), along(:, most)) < &
+                                 sharp*whole(i)*whole(most)
+                     end do
+                  end do
+            end associate
+         end do
+      end associate
+
+   contains
+
+      !> Length of the parts that are on a side [m].
+      pure real(dp) function on_side(side) result(length)
+         integer, intent(in) :: side
+         real(dp) :: from(ndim), at
+         integer :: j
+         length = 0
+         do j = 1, size(parts)
+            from = parts(j)%middle - corner(:, side)
+            at = dot_product(from, along(:, side))
+            if (at < 0 .or. at > whole(side)**2) cycle
+            if (abs(along(1, side)*from(2) - along(2, side)*from(1)) > tolerance(model%grid)*whole(side)) cycle
+            length = length + 2*norm2(parts(j)%half)
+         end do
+      end function on_side
+   end subroutine find_sides
+
    !> What the method makes of the model, and whether its grid looks wrong.
    pure function notes_of(model) result(text)
       type(model_t), intent(in) :: model
-      character(:), allocatable :: text
+      character(:), allocatable :: text, sides
+      logical :: strays
+      integer :: i
       text = model%noted
       associate (extent => maxval(upper_corner(model%grid) - model%grid%lower))
          if (extent > largest .or. extent < smallest) &
@@ -80,6 +147,10 @@ contains
       end associate
       call check_bodies(model, text)
       call check_lines(model, text)
+      do i = 1, size(model%loads)
+         call find_sides(model, i, sides, strays)
+         if (sides /= '') call add(text, '&load '//to_text(i)//' acts on'//sides)
+      end do
    end function notes_of
 
    !> What begins when the run is over does nothing.
