@@ -240,3 +240,25 @@ def test_a_block_that_nothing_holds(tmp_path, direction):
                                                      f"upper = 0.2, 0.1, 0.1  force = {vector(1e3 * x for x in direction)} /"))
     result = subprocess.run([SOLID_PROGRAM, "pushed.nml", "--quiet"], cwd=tmp_path, capture_output=True, text=True)
     assert result.returncode == 3 and "has no equilibrium" in result.stderr, result.stderr
+
+
+def test_traction_that_a_crack_parts(tmp_path):
+    """A traction across the mouth of an edge crack is that of its two parts, wherever its ends lie between particles: K_I came 17 % low."""
+    sides = {"one": [(-0.9e-3, 2.2e-3)], "two": [(-0.9e-3, 0.0), (0.0, 2.2e-3)]}
+    found = {}
+    for name, parts in sides.items():
+        loads = "\n".join(f"&load kind = 'traction' lower = 0, {a}, 0 upper = 0, {b}, 4e-3 force = {-1e4 * (b - a)}, {2e4 * (b - a)}, 0 /" for a, b in parts)
+        history = run(tmp_path / name, SOLID_PROGRAM, f"""
+&run end_time = 1 /
+&grid lower = -1e-3, -8e-3, -1e-3 cell = 1e-3 cells = 20, 16, 6 /
+&material name = 's' young = 200e9 poisson = 0.3 density = 7800 /
+&body material = 's' lower = 0, -6e-3, 0 upper = 18e-3, 6e-3, 4e-3 /
+&constraint lower = 18e-3, -6e-3, 0 upper = 18e-3, 6e-3, 4e-3 fix = 'xyz' /
+{loads}
+&crack kind = 'plane' normal = 'y' front = 'straight' tip = 8e-3, 0, 2e-3 direction = 1, 0, 0 /
+&method time = 'static' /
+&energy_release estimators = 'domain_integral' /
+&output file = 'case.h5' /
+""")["history"]
+        found[name] = [history[column][-1] for column in ("K_I", "K_II", "strain_energy")]
+    assert difference("K_I, K_II, energy", found["one"], found["two"]) < 1e-9
