@@ -14,11 +14,15 @@
 !> 0.10 % from 16 cells on; with the last 3, 4 and 6 cells replaced 0.16, 0.17 and 0.12 % in 64 cells; of a line without weights, 2 to 16 cells behind,
 !> 0.90, 0.53, 0.47 and 0.40 %.
 !>
+!> Faces that stick are no crack: the field at a tip is that of their sliding, and no tractions that friction bears make one. So K_II is at most what the
+!> faces behind the tip can have slid by (`largest_intensity`), and 0 where nothing has; what friction has let slide is kept point by point through changes
+!> of the mesh, apart from what the layer gives way by.
+!>
 !> What the layer gives way by across the faces is none of the crack: faces do not interpenetrate. J is without the work of the pressure
 !> in that (`work_at_tip`): of a split beam pressed together by 50 kPa it is 2.9 times K_II**2/E' with it.
 module hampm_closed_faces
    use hampm_kinds, only: dp, ndim
-   use hampm_interface_points, only: interfaces_t, interface_point_t, contact, force_of, is_pressed
+   use hampm_interface_points, only: interfaces_t, interface_point_t, contact, force_of, is_pressed, slid_in_all
    use hampm_tensors, only: in_plane, quarter_turn
    implicit none
    private
@@ -42,6 +46,7 @@ module hampm_closed_faces
       real(dp) :: middle = 0                     !! distance at which it is the mean [m]
       real(dp) :: compliance = 0                 !! of the layer, overlap of the faces for a force over their length [m2/N]
       real(dp) :: swing(ndim) = 0                !! of what tractions bear beside the line, along the direction and across it [N]
+      real(dp) :: sliding = 0                    !! largest sliding of faces behind the tip over the root of their distance [m**0.5]
       real(dp) :: uncertainty_of_mean(ndim) = 0  !! of the mean by that [N/m]
       real(dp) :: uncertainty_of_slope(ndim) = 0 !! [N/m2]
    contains
@@ -50,6 +55,7 @@ module hampm_closed_faces
       procedure :: work_at_tip
       procedure :: traction_at
       procedure :: uncertainty_at
+      procedure :: largest_intensity
       procedure :: distance_of
    end type closed_faces_t
 
@@ -71,6 +77,7 @@ contains
       stiffness = 0
       do n = 1, interfaces%n
          r = faces%distance_of(interfaces%list(n))
+         if (r > 0 .and. r <= sampled*cell) faces%sliding = max(faces%sliding, norm2(slid_in_all(interfaces%list(n)))/sqrt(r))
          if (r > 0 .and. is_pressed(interfaces%list(n))) length = length + interfaces%list(n)%length
          if (r < merge(0.0_dp, from*cell, interfaces%list(n)%is_firm)) cycle
          if (r > merge(1.0_dp, sampled, interfaces%list(n)%is_firm)*cell) cycle
@@ -194,6 +201,16 @@ contains
       real(dp) :: traction(ndim)
       traction = self%mean + self%slope*(distance - self%middle)
    end function traction_at
+
+   !> The largest K_II that faces can have, as far as they have slid: 8 K_II/E' sqrt(r/(2 pi)) at the distance r [Pa sqrt(m)]. What the layer gives way by where friction holds
+   !> them is none of the crack, whatever tractions they bear.
+   pure real(dp) function largest_intensity(self, modulus)
+      class(closed_faces_t), intent(in) :: self
+      real(dp), intent(in) :: modulus            !! E' [Pa]
+      real(dp), parameter :: pi = acos(-1.0_dp)
+      real(dp), parameter :: beyond = 2          ! by which cells at a tip may have slid too little
+      largest_intensity = beyond*modulus/8*sqrt(2*pi)*self%sliding
+   end function largest_intensity
 
    !> By how much the line may be off there, along the direction and across it, in nineteen of twenty cases [N/m].
    pure function uncertainty_at(self, distance) result(uncertainty)

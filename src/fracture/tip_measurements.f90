@@ -63,7 +63,7 @@ contains
       type(tip_domain_t) :: domain
       type(tip_field_t) :: field, fields(2)
       type(closed_faces_t) :: closed
-      real(dp) :: k(modes, size(values%j)), k_uncertainty(modes, size(values%j))
+      real(dp) :: k(modes, size(values%j)), k_uncertainty(modes, size(values%j)), most
       integer :: i
       domain%tip = tip%now
       fields = fields_at(problem%materials, tip)
@@ -108,6 +108,12 @@ contains
       if (tip%may_close) then                    ! what the pressure there leaves of K_I is an error
          k(1, :) = max(k(1, :), 0.0_dp)
          if (closed%are_closed) k(1, :) = 0
+      end if
+      if (closed%are_closed) then                ! faces that stick are no crack
+         most = closed%largest_intensity(domain%material%plane_modulus())
+         k(2, :) = sign(min(abs(k(2, :)), most), k(2, :))
+         k_uncertainty(2, :) = min(k_uncertainty(2, :), most)
+         values%j = sign(min(abs(values%j), field%rate_of([0.0_dp, most])), values%j)
       end if
       values%spread_of_k = maxval(k, dim=2) - minval(k, dim=2) + sum(k_uncertainty, dim=2)/size(values%j)
       values%intensity = sum(k, dim=2)/size(values%j)

@@ -269,6 +269,7 @@ contains
       between%start = one%start + part*(other%start - one%start)
       between%pressed = one%pressed + part*(other%pressed - one%pressed)
       between%slip = one%slip + part*(other%slip - one%slip)
+      between%slid = one%slid + part*(other%slid - one%slid)
       between%damage = one%damage + part*(other%damage - one%damage)
       between%taken = one%taken + part*(other%taken - one%taken)
    end function between
@@ -305,6 +306,7 @@ contains
       if (point%tip == 0) point%opening = turned(before%opening, before, point) ! else it has one of its own
       point%damage = before%damage
       point%taken = before%taken
+      point%slid = before%slid
       if (holds(point)) return
       strain = turned(face_force(before)/before%stiffness, before, point)
       if (keep_slip) then
@@ -480,6 +482,7 @@ contains
       point%reached = before%reached
       point%touch = before%touch
       point%slip = before%slip
+      point%slid = before%slid
       point%pressed = before%pressed
    end subroutine continue_as
 
@@ -716,6 +719,7 @@ contains
             end associate
          end do
          point%slip = along_faces(point, point%opening)
+         point%slid = point%slip
          point%pressed = max(0.0_dp, -dot_product(normal, point%opening))
       end associate
 

@@ -46,7 +46,7 @@ module hampm_interface_points
              add_interface_forces, forces_of_firm_faces, stretch_interfaces, &
              open_interfaces, commit_slip, ease_faces, direction_of, components_of, vector_of, of_direction, &
              interface_energy, interface_states, interface_stiffness, stiffness_of_axes, force_of, force_at, &
-             face_force, overlap_of, sliding_of, energy_of, relax_interfaces, find_face_force, extend_opening, &
+             face_force, overlap_of, sliding_of, slid_in_all, energy_of, relax_interfaces, find_face_force, extend_opening, &
              is_pressed, is_softening, have_friction, hold_friction, &
              archive_interfaces, add_interface_point, is_half, jumps_with_mass, add_interface_momentum, &
              kick_interfaces, energy_of_rates, add_interface_resistance
@@ -71,6 +71,7 @@ module hampm_interface_points
       real(dp) :: opening(ndim) = 0              !! g, of the left face from the right one [m]
       real(dp) :: touch = -huge(1.0_dp)          !! opening across the faces below which they press on each other [m]
       real(dp) :: slip(ndim - 1) = 0             !! sliding at which they hold each other without a force along them [m]
+      real(dp) :: slid(ndim - 1) = 0             !! sliding that friction has not held so far, of faces that have parted all of it [m]
       real(dp) :: pressed = 0                    !! by how much the faces overlapped after the last step [m]
       real(dp) :: felt(ndim) = 0                 !! opening that had the force of the last step, where forces are those at its end [m]
       real(dp) :: most_held = -1                 !! what friction holds at most, over the stiffness; below 0 where that follows the
@@ -655,6 +656,7 @@ contains
       do k = 1, interfaces%n
          interfaces%list(k)%opening = 0
          interfaces%list(k)%slip = 0
+         interfaces%list(k)%slid = 0
          interfaces%list(k)%start = 0
          interfaces%list(k)%pressed = 0
          interfaces%list(k)%damage = 0
@@ -688,11 +690,13 @@ contains
             select case (state_of(point))
              case (is_open)
                point%slip = along_faces(point, felt_by_faces(point))
+               point%slid = along_faces(point, point%opening)
              case (slides)
                sliding = slid_by(point)
                interfaces%loss = interfaces%loss + point%stiffness*point%friction*length_along(sliding) &
                                  *merge(pressed, (point%pressed + pressed)/2, k <= interfaces%n_at_end)
                point%slip = point%slip + sliding
+               point%slid = point%slid + sliding
             end select
             point%pressed = pressed
          end associate
@@ -706,6 +710,19 @@ contains
       slid_by = sliding_of(point)
       slid_by = slid_by - in_direction_of(slid_by, point%friction*max(0.0_dp, overlap_of(point)))
    end function slid_by
+
+   !> How far faces have slid in all, with what is not kept yet; of faces that have parted all of their opening along them [m].
+   pure function slid_in_all(point) result(slid)
+      type(interface_point_t), intent(in) :: point
+      real(dp) :: slid(ndim - 1)
+      slid = point%slid
+      select case (state_of(point))
+       case (is_open)
+         slid = along_faces(point, point%opening)
+       case (slides)
+         slid = slid + slid_by(point)
+      end select
+   end function slid_in_all
 
    !> Energy that the interface points store [J].
    pure real(dp) function interface_energy(interfaces) result(energy)
@@ -815,6 +832,8 @@ contains
          call archive%archive_reals('touch', n, of%touch)
          call archive%archive_reals('slip', n, of%slip(1))
          if (ndim > 2) call archive%archive_reals('slip_2', n, of%slip(ndim - 1))
+         call archive%archive_reals('slid', n, of%slid(1))
+         if (ndim > 2) call archive%archive_reals('slid_2', n, of%slid(ndim - 1))
          call archive%archive_reals('reached', n, of%reached)
          call archive%archive_reals('stored', n, of%stored)
          call archive%archive_reals('mass', n, of%mass)

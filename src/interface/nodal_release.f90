@@ -89,6 +89,7 @@ contains
          point%touch = 0
          if (across < 0) point%touch = dot_product(point%normal, point%opening) - across/point%stiffness
          point%slip = dot_product(along(point), point%opening) - hold/point%stiffness
+         point%slid = point%slip
          point%pressed = -across/point%stiffness
       end if
       point%held = force

@@ -42,23 +42,24 @@ def test_friction_that_sticks_stays_on_a_mesh_that_changes(case, text_of, steps)
     row = run.row
     assert np.max(row["friction_loss"]) <= (0.001 if steps == "explicit" else 0)
     assert abs(row["mouth_sliding"][-1]) < 5e-8
-    assert abs(row["K_II"][-1]) < abs(uniform.row["K_II"][-1])
+    for scene in (run, uniform):  # faces that stick are no crack
+        assert max(abs(scene.row[name][-1]) for name in ("K_II", "K_II_tip2")) < 1e-6 * 0.5e6 / 0.04 * math.sqrt(math.pi * 8e-3)
     assert row["external_work"][-1] == pytest.approx(uniform.row["external_work"][-1], rel=0.03)
 
 
 @pytest.mark.parametrize("refine", ["", "&refine indicator='tip' max_level=2 rings=4 /"])
 def test_friction_in_explicit_steps_is_that_of_implicit_ones(case, text_of, refine):
-    """To 0.5 % of K_II and of the sliding (the scene above, on uniform cells and on finer ones around the tips)."""
+    """To 0.5 % of the sliding (the scene above, on uniform cells and on finer ones around the tips): nothing slides, and K_II is 0."""
     text = re.sub("&refine[^/]*/", refine, text_of("friction_zz_motion"))
     run, other = (case("friction_zz_motion", text=words) for words in (text, text.replace("&damping", "&method time='implicit' time_step=2e-6 /\n&damping")))
     for column in ("K_II", "K_II_tip2", "mouth_sliding"):
-        assert run.row[column][-1] == pytest.approx(other.row[column][-1], rel=5e-3), column
+        assert run.row[column][-1] == pytest.approx(other.row[column][-1], rel=5e-3, abs=1.0 if "K" in column else 0), column
 
 
 @pytest.mark.parametrize("steps", ["explicit", "implicit"])
 def test_faces_that_stick_forget_the_cells_that_they_began_with(case, text_of, steps):
-    """K_II of a crack whose faces stick, pressed on 20 x 20 cells that become 40 x 40, is that of a run that had these from the start (0.434 and 0.717 MPa sqrt(m) at its tips,
-    slid by -8e-9 m), not of the first cells (0.512 and 0.874). What had been the compliance of their layers was kept as sliding: 0.745, 1e-8 m."""
+    """A crack whose faces stick, pressed on 20 x 20 cells that become 40 x 40, is as in a run that had these from the start (-8e-9 m at its mouth, K_II 0). What had been the
+    compliance of the layers of the first cells was kept as sliding: 1e-8 m."""
     text = text_of("friction_zz_motion")
     if steps == "implicit":
         text = text.replace("&damping", "&method time='implicit' time_step=2e-6 /\n&damping")
