@@ -92,7 +92,8 @@ contains
       end if
    end function work_of_change
 
-   !> Work of the stress of a law with a history per volume in a step of length `dt`, by the rule of trapezoids [J/m3].
+   !> Work of the stress of a law with a history per volume in a step of length `dt` [J/m3]: by the rule of trapezoids, or of one that does not yield
+   !> what is stored and dissipated more at its end, as these are those of strain at a constant rate.
    pure real(dp) function history_work(material, before, change, dt, old_state, hoop) result(work)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]
@@ -102,6 +103,11 @@ contains
       real(dp) :: next(size(old_state))
       next = old_state
       call material%update_state(before + change, dt, next, hoop)
+      if (.not. material%yields) then
+         work = material%energy_density(before + change, next, hoop) + material%dissipation(before + change, next, hoop) &
+                - material%energy_density(before, old_state, hoop) - material%dissipation(before, old_state, hoop)
+         return
+      end if
       work = sum(change*(material%first_piola_stress(before, old_state, hoop) &
                          + material%first_piola_stress(before + change, next, hoop)))/2
    end function history_work

@@ -6,7 +6,7 @@ module hampm_crack_errors
    use hampm_cracks, only: cracks_t, first_point
    use hampm_estimated_errors, only: relative_errors, hardly
    use hampm_expected_error, only: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, &
-                                   find_static_tips, error_by_lengths, place_of_tip, tip_zone
+                                   find_static_tips, error_by_lengths, place_of_tip, tip_zone, lost_by_locking
    use hampm_failure, only: failure_t
    use hampm_loads, only: largest_factors
    use hampm_mass_solver, only: mass_solver_t
@@ -39,6 +39,7 @@ contains
       type(static_model_t) :: model
       type(static_tips_t) :: static_tips
       logical :: at_nodes
+      real(dp) :: lost
       integer :: k
       if (size(values) == 0) return
       if (size(values(1)%estimates) == 0 .and. .not. allocated(values(1)%j)) return
@@ -57,13 +58,34 @@ contains
                call estimate_by_lengths(problem, cracks, k, values(k))
             end if
          end do
-         if (.not. static_tips%known) return
-         !$omp parallel do schedule(static, 1)
-         do k = 1, size(values)
-            call estimate_by_shifts(problem, tips, k, static_tips, values(k))
-         end do
+         if (static_tips%known) then
+            !$omp parallel do schedule(static, 1)
+            do k = 1, size(values)
+               call estimate_by_shifts(problem, tips, k, static_tips, values(k))
+            end do
+         end if
       end associate
+      if (.not. model%known) return
+      lost = lost_by_locking(problem, model%u, model%energy)
+      do k = 1, size(values)
+         if (lost > 0) call add_to_all(values(k), lost)
+      end do
    end subroutine estimate_errors
+
+   !> Add a part of G to the estimated errors of all that tells of it.
+   pure subroutine add_to_all(values, lost)
+      type(crack_values_t), intent(inout) :: values
+      real(dp), intent(in) :: lost               !! [-]
+      integer :: k
+      associate (errors => values%errors)
+         errors%domain%relative = errors%domain%relative + lost
+         errors%j%relative = errors%j%relative + lost
+         errors%intensity%relative = errors%intensity%relative + lost/2
+      end associate
+      do k = 1, size(values%estimates)
+         values%estimates(k)%error%relative = values%estimates(k)%error%relative + lost
+      end do
+   end subroutine add_to_all
 
    !> Estimate where nothing is known but lengths.
    subroutine estimate_by_lengths(problem, cracks, number, values)

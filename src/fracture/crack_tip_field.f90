@@ -75,6 +75,7 @@ module hampm_crack_tip_field
       procedure :: opening
       procedure :: rate_of
       procedure :: modes_couple
+      procedure :: narrowing
       procedure :: intensities_of
       procedure :: of_rate
       procedure :: shares
@@ -363,6 +364,13 @@ contains
          modes_couple = abs(y(1, 2)) > same_rate*(y(1, 1) + y(2, 2)) .or. self%is_at_interface
       end associate
    end function modes_couple
+
+   !> By how much the field is narrower across the crack than in isotropic material: the larger of the imaginary parts of the roots, as the field of each
+   !> is one of x + s y [-].
+   pure real(dp) function narrowing(self)
+      class(tip_field_t), intent(in) :: self
+      narrowing = maxval(aimag(self%root))
+   end function narrowing
 
    !> Stress intensity factors from the interactions 2 sum_n Y_mn K_n with the fields of a unit K of each mode, over any number [Pa sqrt(m)].
    pure function intensities_of(self, interaction, over) result(k)

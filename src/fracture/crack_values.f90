@@ -5,7 +5,7 @@ module hampm_crack_values
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
    use hampm_material, only: material_t
-   use hampm_estimated_errors, only: estimated_errors_t, archive_errors, archive_column
+   use hampm_estimated_errors, only: estimated_errors_t, archive_errors, archive_column, hardly
    use hampm_estimator, only: estimator_t, estimate_t, total
    use hampm_tip_domain, only: places_t
    implicit none
@@ -144,15 +144,18 @@ contains
       end if
    end function is_pressed
 
-   !> Estimated error of the T-stress [Pa]: what the domains differ by, the same part of T as K is off by, and the stress by the errors of K where
-   !> the largest domain ends.
+   !> Estimated error of the T-stress [Pa]: what the domains differ by, the stress by the errors of K where the largest domain ends, and the part by which K
+   !> is off of T where there is K: a tension along the crack has T alone, which is uniform.
    pure real(dp) function error_of_t_stress(self, radii) result(error)
       class(crack_values_t), intent(in) :: self
       real(dp), intent(in) :: radii(:)           !! of the domains, ascending [m]
+      real(dp) :: by_k(2)                        ! stress there by K, and by its errors [Pa]
+      by_k = [norm2(self%intensity), norm2(self%errors%intensity%now)]/sqrt(2*acos(-1.0_dp)*radii(size(radii)))
       error = maxval(self%t_stress) - minval(self%t_stress) + self%uncertainty_of_t_stress &
-              + norm2(self%errors%intensity%now)/sqrt(2*acos(-1.0_dp)*radii(size(radii)))
-      if (norm2(self%intensity) > 0) error = error + min(1.0_dp, norm2(self%errors%intensity%now)/norm2(self%intensity)) &
-                                                     *abs(sum(self%t_stress)/size(self%t_stress))
+              + by_k(2)
+      associate (t => abs(sum(self%t_stress)/size(self%t_stress)))
+         if (by_k(1) > hardly*t) error = error + min(1.0_dp, by_k(2)/by_k(1))*t
+      end associate
    end function error_of_t_stress
 
    !> Energy release rate of both modes together by the domain integral: by K at a tip inside a cell, where that is less off than J, else

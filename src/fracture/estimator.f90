@@ -55,9 +55,9 @@ module hampm_estimator
 
 contains
 
-   !> Energy release rate of both modes together [J/m2]: the sign of mode II tells only which way the faces slide.
+   !> Energy release rate of both modes together [J/m2]: the signs of the modes tell only which way the faces part and slide.
    pure real(dp) function total(g)
       real(dp), intent(in) :: g(modes)           !! [J/m2]
-      total = g(1) + abs(g(2))
+      total = sum(abs(g))
    end function total
 end module hampm_estimator

@@ -17,7 +17,7 @@ module hampm_expected_error
    use hampm_kinds, only: dp, ndim
    use hampm_condensation, only: condensation_t, new_condensation
    use hampm_crack_tip, only: crack_tip_t
-   use hampm_crack_tip_field, only: modes
+   use hampm_crack_tip_field, only: modes, tip_field_t
    use hampm_estimated_errors, only: hardly, uncertainty
    use hampm_interface_points, only: interfaces_t, contact, overlap_of
    use hampm_jumps, only: jump_of
@@ -26,14 +26,14 @@ module hampm_expected_error
    use hampm_rigid_motions, only: free_motions_t, find_free_motions, take_inertia, take_motion_as_whole
    use hampm_stiffness, only: stiffness_t, is_larger, kind_at_rest, new_stiffness, full_loads
    use hampm_element_stiffness, only: derivatives_at, n_derivatives
-   use hampm_tip_domain, only: tip_domain_t, weight_nodes
+   use hampm_tip_domain, only: tip_domain_t, weight_nodes, fields_at
    use hampm_loads, only: largest_factors
    use hampm_tensors, only: identity, trace
    use hampm_missing_energy, only: gradient_of, missing_energies
    implicit none
    private
    public :: static_model_t, find_equilibrium, static_crack_t, find_static_crack, static_tips_t, find_static_tips, &
-             error_by_lengths, place_of_tip, tip_zone
+             error_by_lengths, place_of_tip, tip_zone, lost_by_locking
 
    !> A model at rest under its loads at their largest, scaled down to small gradients.
    type :: static_model_t
@@ -297,12 +297,54 @@ contains
       type(problem_t), intent(in) :: m
       type(crack_tip_t), intent(in) :: tip
       real(dp), intent(out) :: of_j(modes), of_k(modes) !! as J and as K tell
+      type(tip_field_t) :: field(2)
+      real(dp) :: cells
       of_j = (1 + uncertainty)*shortness_of(m, tip)
       of_k = of_j
       if (.not. tip%nodes%in_cell) return
-      of_j = merge(0.5_dp, 1.0_dp, m%grid%is_quadratic())*astray_of_j
-      of_k = merge(0.5_dp, 1.0_dp, m%grid%is_quadratic())*astray_of_k
+      field = fields_at(m%materials, tip)
+      cells = merge(0.5_dp, 1.0_dp, m%grid%is_quadratic())
+      if (.not. field(1)%is_at_interface) cells = cells*max(1.0_dp, field(1)%narrowing()) ! to which cells are as much wider
+      of_j = cells*astray_of_j
+      of_k = cells*astray_of_k
    end subroutine place_of_tip
+
+   !> By which part of it G may be more than what cells tell that lock: nearly incompressible bilinear cells resist changes of their volume that their
+   !> functions cannot avoid. Without the part p of the energy that these take the body gives way by 1/(1 - p) at least, and more where it locks
+   !> more; the square of that is taken. Cells of a ratio so near 0.5 that they hardly change their volumes any more do not tell: no more than the moduli of volume
+   !> and shape differ by is known then [-]. 0 below the ratio from which on a run warns of it.
+   pure real(dp) function lost_by_locking(m, u, energy) result(lost)
+      type(problem_t), intent(in) :: m
+      real(dp), intent(in) :: u(:, :)            !! at rest [m], (ndim, n_points)
+      real(dp), intent(in) :: energy             !! [J]
+      real(dp), parameter :: locking = 0.4899_dp, locked = 0.4995_dp, most = 0.99_dp
+      real(dp) :: change(2), taken               ! of volume
+      integer :: n, i
+      lost = 0
+      if (m%grid%is_quadratic() .or. all(m%materials%poisson <= locking .or. m%materials%mean_dilatation .or. &
+                                         m%materials%plane_stress)) return
+      taken = 0
+      associate (p => m%particles, b => m%blocks)
+         do n = 1, b%n_occupied
+            associate (e => b%occupied(n))
+               change = 0
+               do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+                  change = change + p%volume(i)*[1.0_dp, trace(gradient_of(m, u, i))]
+               end do
+               do i = b%first_in(e), b%last_in(e), b%stride_in(e)
+                  associate (material => m%materials(p%material(i)))
+                     if (material%poisson <= locking .or. material%mean_dilatation) cycle
+                     taken = taken + p%volume(i)*material%lambda/2*(trace(gradient_of(m, u, i)) - change(2)/change(1))**2
+                  end associate
+               end do
+            end associate
+         end do
+      end associate
+      associate (part => min(most, taken/max(energy, tiny(energy))))
+         lost = 1/(1 - part)**2 - 1
+      end associate
+      if (any(m%materials%poisson > locked)) lost = maxval(m%materials%lambda/m%materials%mu)
+   end function lost_by_locking
 
    !> G, and by how much it would be larger with all tips by the shortness s further out, from the work that closes one pair of
    !> nodes after the other. Through d_1, d_2, d_3, the means over the cells behind the tip, goes a parabola, with at the tip

@@ -64,6 +64,7 @@ module hampm_rules
    character(*), parameter :: with_history = "&material law = {laws with a history}"
 
    ! Why nothing is kept at its toughness by J where material yields or creeps
+   character(*), parameter :: stiff_cells = "nearly incompressible cells lock: displacements, G, J and K are too small"
    character(*), parameter :: no_rate = "J is not the energy release rate where material around a growing tip dissipates energy"
 
    type(rule_t), parameter :: of_rings(*) = [ &
@@ -153,6 +154,11 @@ module hampm_rules
       rule_t("&material volumetric = 'b_bar'", not_with, "&method shape_functions = 'cpdi'", mechanics, &
              "a domain has one dilatation", use="&material volumetric = 'standard'"), &
       rule_t("&material volumetric = 'b_bar'", no_effect_with, "&grid order = 2", mechanics, "quadratic cells do not lock"), &
+      rule_t("&material volumetric = 'standard'", warned_with, &
+             "&material poisson > 0.4899 and &run plane /= 'stress' and &grid order = 1", mechanics, stiff_cells, &
+             use="&material volumetric = 'b_bar'"), &
+      rule_t("&material volumetric = 'standard'", warned_with, "&material poisson > 0.4899 and a solid", mechanics, &
+             stiff_cells, use="&material volumetric = 'b_bar'"), &
       rule_t("&material volumetric = 'standard'", warned_with, &
              "&material law = 'j2_plastic' and &run plane /= 'stress' and &grid order = 1", mechanics, &
              "yielding cells lock: they are too stiff, and loads rise beyond the limit load", &

@@ -1,7 +1,7 @@
 !> What a snapshot shows: the particles as points, the mesh as cells and cracks as lines, with their fields.
 module hampm_output_fields
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-   use hampm_kinds, only: dp, ndim, corners
+   use hampm_kinds, only: dp, ndim, plane, corners
    use hampm_basis, only: points_of_quadratic
    use hampm_cracks, only: crack_t, cracks_t, first_point, last_point
    use hampm_crack_lines, only: both_faces
@@ -45,8 +45,8 @@ contains
                do k = 1, ndim
                   components(voigt(:, k), i) = stress(:, k)
                end do
-               if (p%thickness%is_ring) components(4, i) = (1 + merge(p%hoop_of(i), 0.0_dp, material%is_finite)) &
-                                                         *material%hoop_stress(h, p%history_of(i), p%hoop_of(i))
+               if (ndim == plane) components(4, i) = (1 + merge(p%hoop_of(i), 0.0_dp, material%is_finite)) &
+                                                     *material%hoop_stress(h, p%history_of(i), p%hoop_of(i))
                energy(i) = material%energy_density(h, p%history_of(i), p%hoop_of(i))
                plastic(i) = material%equivalent_plastic_strain(p%history_of(i))
             end associate
@@ -59,7 +59,8 @@ contains
          do k = 1, n_voigt
             call add_field(output%point_fields, 'stress_'//name_of_component(k), components(k:k, :), 'Pa')
          end do
-         if (p%thickness%is_ring) call add_field(output%point_fields, 'stress_zz', components(4:4, :), 'Pa')
+         if (ndim == plane .and. .not. problem%materials(1)%plane_stress) &
+            call add_field(output%point_fields, 'stress_zz', components(4:4, :), 'Pa')
          call add_field(output%point_fields, 'energy_density', reshape(energy, [1, p%n]), 'J/m3')
          call add_field(output%point_fields, 'deformation_gradient', deformation)
          if (any(problem%materials%yields)) call add_field(output%point_fields, 'plastic_strain', reshape(plastic, [1, p%n]))

@@ -2,7 +2,7 @@
 !>
 !> Values are those of the instant, found from the particles alone, and nothing is kept from sample to sample.
 module hampm_probes
-   use hampm_kinds, only: dp, ndim
+   use hampm_kinds, only: dp, ndim, plane
    use hampm_crack_lines, only: left_face, right_face, both_faces
    use hampm_crack_placement, only: body_at, path_at
    use hampm_cracks, only: cracks_t
@@ -88,7 +88,7 @@ contains
          if (probe%gives('strain') .and. n == 1) &
             call history%record('strain_'//name//'_'//components(k), '1', 'strain'//of//', '//components(k), strain(k))
       end do
-      do k = 1, merge(n_symmetric, 3, problem%particles%thickness%is_ring .or. ndim > 2)
+      do k = 1, merge(3, n_symmetric, problem%materials(1)%plane_stress)
          if (probe%gives('stress')) &
             call history%record('stress_'//name//'_'//components(k), 'Pa', 'stress'//of//', '//components(k), stress(k))
       end do
@@ -140,8 +140,8 @@ contains
                hoop = p%hoop_of(i)
                t = material%kirchhoff_stress(h, p%history_of(i), hoop)
                hoop_stress = 0
-               if (p%thickness%is_ring) hoop_stress = (1 + merge(hoop, 0.0_dp, material%is_finite)) &
-                                                      *material%hoop_stress(h, p%history_of(i), hoop)
+               if (ndim == plane) hoop_stress = (1 + merge(hoop, 0.0_dp, material%is_finite)) &
+                                                *material%hoop_stress(h, p%history_of(i), hoop)
                if (material%is_finite) then
                   h = h + matmul(transpose(h), h)/2
                   hoop = hoop + hoop**2/2

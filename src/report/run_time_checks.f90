@@ -41,6 +41,7 @@ module hampm_run_time_checks
    real(dp), parameter :: noticed_gain = 0.1_dp  !! the same, over the largest energy of deformation and of work, to be told [-]
    real(dp), parameter :: noticed_error = 0.1_dp !! of the strain energy that stretched material may have in it, to be told [-]
    real(dp), parameter :: rounding = 1e-9_dp     !! part of the largest energy that a long run may gain by rounding [-]
+   real(dp), parameter :: turned_by_contact = 0.01_dp !! the same by bodies that meet
    real(dp), parameter :: noticed_turn = 0.1_dp  !! change of the angular momentum without cause, over what it can be [-]
    real(dp), parameter :: far_and_strained = 0.05_dp !! cells travelled times strain, to be told [-]
    real(dp), parameter :: noticed_residual = 0.01_dp !! of the largest energy that the balance may not account for, to be told [-]
@@ -49,6 +50,7 @@ module hampm_run_time_checks
    real(dp), parameter :: absurd_gradient = 10   !! of the displacement, which neither rotations nor materials have [-]
    real(dp), parameter :: largest_turn = 0.1_dp  !! of faces that press on each other, up to which their normals are right [rad]
    character(*), parameter :: strained = 'a displacement gradient has reached ', gained = 'the energy has grown by ', &
+                              by_meeting = 'bodies that meet have changed their angular momentum by ', &
                               slowed = 'the angular momentum has changed by ', &
                               mixed = 'valid for small strain only', &
                               overlapped = ' interpenetrate, ', &
@@ -393,7 +395,8 @@ contains
    end subroutine check_strain
 
    !> Warn, once, where the angular momentum of bodies that nothing acts on has changed. The lumped mass matrix keeps it only as
-   !> far as particles stand evenly around nodes: at free edges they do not.
+   !> far as particles stand evenly around nodes: at free edges they do not. Nor where bodies meet: an impulse and its reaction act at one node, but move
+   !> the particles around it, whose middles are on either side of the surface.
    subroutine check_angular_momentum(problem, measurements, warning)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
@@ -403,6 +406,10 @@ contains
       if (problem%particles%thickness%is_ring) return ! rings have none
       call angular_momentum(problem%particles, total, largest)
       total = total - measurements%initial_angular_momentum
+      if (problem%body_contact%loss + problem%body_contact%friction_loss > 0 .and. maxval(abs(total)) > turned_by_contact*largest) &
+         call warn(problem%state%when()//by_meeting//to_text(total(maxloc(abs(total), dim=1)))//' kg m2/s, '// &
+                   three_digits(100*maxval(abs(total))/largest)//' % of what the motion allows: impulses of nodes act beside '// &
+                   'where bodies touch, by a part of a cell. Use smaller &grid cell', by_meeting, warning)
       if (maxval(abs(total)) <= noticed_turn*largest) return
       call warn(problem%state%when()// &
                 slowed//to_text(total(maxloc(abs(total), dim=1)))//' kg m2/s without external forces, '// &
