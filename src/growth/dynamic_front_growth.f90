@@ -23,9 +23,8 @@ module hampm_dynamic_front_growth
    implicit none
    private
    public :: growing_front_t, growing_plane_t, new_growing_planes, law_of_plane, ways_of_fronts, find_speeds, note_state, &
-             record_plane, archive_planes, steps_between_measurements
+             record_plane, archive_planes
 
-   integer, parameter :: steps_between_measurements = 5
    real(dp), parameter :: memory = 3             !! time in which speeds follow G, in that of shear waves through a cell
    real(dp), parameter :: standing = 1e-6_dp     !! part of the speed of Rayleigh waves below which a front is at rest
 
@@ -45,7 +44,6 @@ module hampm_dynamic_front_growth
       integer :: open_ends = 0                   !! of which had ends on sides
       real(dp) :: onset = -1                     !! when it began to move; below 0: it has not [s]
       real(dp) :: last_motion = -1               !! when it moved last [s]
-      real(dp) :: measured = -1                  !! when speeds were found last; below 0: never [s]
       real(dp) :: mean = 0, largest = 0          !! of the speed of its fronts in the last step [m/s]
    end type growing_plane_t
 
@@ -146,29 +144,29 @@ contains
       end do
    end function speed_there
 
-   !> Find the speeds of fronts from what has been measured along them.
-   subroutine find_speeds(model, materials, cracks, values, time, cell, planes, fronts)
+   !> Find the speeds of fronts in a step from what has been measured along them at its start.
+   subroutine find_speeds(model, materials, cracks, values, time, step, cell, planes, fronts)
       type(model_t), intent(in) :: model
       type(material_t), intent(in) :: materials(:)
       type(cracks_t), intent(in) :: cracks
       type(front_values_t), intent(in) :: values(:)
-      real(dp), intent(in) :: time               !! [s]
+      real(dp), intent(in) :: time, step         !! [s]
       real(dp), intent(in) :: cell               !! the finest [m]
-      type(growing_plane_t), intent(inout) :: planes(:)
+      type(growing_plane_t), intent(in) :: planes(:)
       type(growing_front_t), allocatable, intent(inout) :: fronts(:)
       type(growing_front_t), allocatable :: new(:)
       real(dp) :: v, fastest, part, low, high
       integer :: f, j, i, law
       allocate (new(size(cracks%fronts)))
       do f = 1, size(new)
-         associate (measured => values(f), plane => planes(cracks%fronts(f)%crack))
+         associate (measured => values(f))
             associate (hats => merge(0, size(measured%arc), measured%has_ended))
                allocate (new(f)%speed(hats), source=0.0_dp)
                new(f)%at = measured%at(:, :hats)
             end associate
             if (measured%has_ended) cycle
             new(f)%is_closed = measured%domain%front%is_closed
-            law = law_of_plane(model, planes, cracks%fronts(f)%crack, time, 0.0_dp)
+            law = law_of_plane(model, planes, cracks%fronts(f)%crack, time, step)
             if (law == 0) cycle
             if (model%growth(law)%law%gives_speed()) cycle
             do j = 1, size(new(f)%speed)
@@ -176,8 +174,7 @@ contains
                   fastest = rayleigh_speed(material)
                   if (value_of(model%growth(law)%constants, 'limit_speed', 0.0_dp) > 0) &
                      fastest = min(fastest, value_of(model%growth(law)%constants, 'limit_speed', 0.0_dp))
-                  part = 0
-                  if (plane%measured >= 0) part = 1 - exp(-(time - plane%measured)*material%shear_wave_speed()/(memory*cell))
+                  part = 1 - exp(-step*material%shear_wave_speed()/(memory*cell))
                end associate
                v = speed_there(fronts, f, measured%domain%front%is_closed, &
                                measured%arc(j)/measured%domain%front%length, measured%at(:, j))
@@ -196,7 +193,6 @@ contains
          end associate
       end do
       call move_alloc(new, fronts)
-      planes%measured = time
 
    contains
 
@@ -292,7 +288,6 @@ contains
       call archive%archive_integers('plane_open_ends', n, planes%open_ends)
       call archive%archive_reals('plane_onset', n, planes%onset)
       call archive%archive_reals('plane_last_motion', n, planes%last_motion)
-      call archive%archive_reals('plane_measured', n, planes%measured)
       call archive%archive_reals('plane_mean', n, planes%mean)
       call archive%archive_reals('plane_largest', n, planes%largest)
       n = size(fronts)

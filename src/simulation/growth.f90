@@ -2,12 +2,12 @@
 !> motion along ways for which the cells are cut in advance (`hampm_dynamic_growth`), in implicit steps at the pace that keeps G at
 !> the toughness (`hampm_growth_pace`).
 module hampm_growth
-   use hampm_kinds, only: dp, long
+   use hampm_kinds, only: dp
    use hampm_crack_tip_field, only: modes
    use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t, exit_computation
-   use hampm_dynamic_front_growth, only: law_of_plane, ways_of_fronts, find_speeds, note_state, steps_between_measurements
+   use hampm_dynamic_front_growth, only: law_of_plane, ways_of_fronts, find_speeds, note_state
    use hampm_moving_front, only: advance_region
    use hampm_nodal_state, only: internal_force, external_force
    use hampm_plane_cuts, only: fronts_of, find_unbonded, open_more
@@ -124,21 +124,24 @@ contains
       end associate
    end subroutine move_fronts
 
-   !> Measure along fronts where it is time, and find the speeds of those that grow by their toughness: with fronts where they are, after an explicit
-   !> step has moved them, and before an implicit one does.
+   !> Measure along fronts, and find the speeds for the next step of those that grow by their toughness: with fronts where they are, after an explicit
+   !> step has moved them, and before an implicit one does. Those that do not grow in it rest.
    subroutine check_fronts(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
       integer :: k
       if (failure%failed() .or. all(s%model%growth%law%gives_speed())) return
       associate (m => s%problem, now => s%problem%state%time)
-         if (mod(m%state%steps, int(steps_between_measurements, long)) /= 0 .or. &
-             all([(law_of_plane(s%model, s%growing%planes, k, now, s%dt) == 0, k=1, size(m%grid%planes))])) return
+         if (all([(law_of_plane(s%model, s%growing%planes, k, now, s%dt) == 0, k=1, size(m%grid%planes))])) then
+            if (size(s%growing%fronts) > 0) deallocate (s%growing%fronts)
+            if (.not. allocated(s%growing%fronts)) allocate (s%growing%fronts(0))
+            return
+         end if
          call update_particles(m)
          call measure_tips(s%model, m, s%cracks, s%measurements, failure)
          if (.not. failure%failed()) &
-            call find_speeds(s%model, m%materials, s%cracks, s%measurements%fronts, now, m%grid%finest_cell, s%growing%planes, &
-                             s%growing%fronts)
+            call find_speeds(s%model, m%materials, s%cracks, s%measurements%fronts, now, s%dt, m%grid%finest_cell, &
+                             s%growing%planes, s%growing%fronts)
       end associate
    end subroutine check_fronts
 

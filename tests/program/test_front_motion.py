@@ -174,6 +174,16 @@ def test_a_run_that_is_resumed(hampm, tmp_path, method, steps):
         assert again[name] == pytest.approx(once[name], rel=0, abs=1e-12 * scale, nan_ok=True), name
 
 
+def test_a_front_starts_when_it_may(hampm, tmp_path):
+    """Its G is above its toughness before its &growth applies: it stands until then, and runs from the step on in which that begins."""
+    start = 44e-6
+    row, _ = run(hampm, tmp_path, strip(f"law = 'toughness'  toughness = 2.0  start = {start}", end=46e-6))
+    waits = row["time"] < start
+    assert row["G_mean"][waits][-1] > 4 and np.ptp(row["crack_area"][waits]) == 0
+    assert np.all(np.diff(row["crack_area"][row["time"] > start + 0.2e-6]) > 0)
+    assert row["front_speed"][row["time"] > start + 0.2e-6][0] > 0
+
+
 @pytest.mark.verify
 @pytest.mark.parametrize("growth", ("law = 'prescribed'  speed = 1455.0  start = 70e-6",
                                     "law = 'toughness'  toughness = 10.0  limit_speed = 1500.0"))
