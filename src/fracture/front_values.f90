@@ -163,7 +163,7 @@ contains
       integer, intent(in) :: hats                !! how many places there are to be; 0: so many as suit it
       type(front_values_t), intent(out) :: values
       real(dp) :: room
-      integer :: i
+      integer :: i, k
       associate (front => fronts(number), domain => values%domain, p => problem%particles)
          call place_hats(front, grows, hats, values)
          allocate (values%g(size(values%arc)), values%g_error(size(values%arc)), source=0.0_dp)
@@ -190,6 +190,11 @@ contains
             room = min(room, sqrt(minval(sum((front%at - spread(p%reference(i, :), 2, front%n()))**2, dim=1))) &
                              - p%volume(i)**(1.0_dp/ndim))
          end do
+         if (allocated(p%outlines)) then         ! nor holes
+            do i = 1, size(p%outlines)
+               if (p%has_outline(i)) room = min(room, minval([(p%outlines(i)%distance_to_holes(front%at(:, k)), k=1, front%n())]))
+            end do
+         end if
          domain%radius = default_radii*min(cell_at(front, problem), of_room*max(room, 0.0_dp)/maxval(default_radii))
          if (grows) domain%radius = max(domain%radius, least_part*default_radii*cell_at(front, problem))
          associate (material => problem%materials(domain%material))

@@ -12,7 +12,8 @@
 !> than increments then do not grow.
 module hampm_static_front_growth
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: body_at, finest_cell, find_extents, distance_to_loads, take_toughness
+   use hampm_crack_placement, only: body_at, finest_cell, find_extents, distance_to_loads, is_at_wall, &
+                                   take_toughness
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: ways_of
    use hampm_front, only: front_t, region_t, find_fronts
@@ -136,7 +137,11 @@ contains
          else
             before_it = cracks%fronts(first:last)
             cracks%fronts(first:last) = found
-            if (.not. all([(has_room(f), f=first, last)])) then
+            if (any([(are_at_wall(f), f=first, last)])) then
+               cracks%fronts(first:last) = before_it
+               call stop_fronts(first, last, 'a step further it comes to the wall of a hole in the material, with '// &
+                                'less than two of the finest cells between them')
+            else if (.not. all([(has_room(f), f=first, last)])) then
                cracks%fronts(first:last) = before_it
                call stop_fronts(first, last, 'a step further it has less than two of the finest cells to another front or '// &
                                 'less than six to a load, or leaves the material')
@@ -180,6 +185,13 @@ contains
             end associate
          end do
       end function has_room
+
+      !> Whether nodes of a front are at the wall of a hole.
+      logical function are_at_wall(number)
+         integer, intent(in) :: number
+         integer :: node
+         are_at_wall = any([(is_at_wall(model, cracks%fronts(number)%at(:, node)), node=1, cracks%fronts(number)%n())])
+      end function are_at_wall
 
       !> Points of some fronts.
       pure function are_of(first, last) result(are)

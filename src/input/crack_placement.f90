@@ -13,7 +13,7 @@ module hampm_crack_placement
    public :: distance_in_material, body_at, least_radius, domain_radii, is_covered, held_ahead, covered_radius, &
              distance_to_loads, distance_to_constraints, path_at, is_other_within, is_layer, sides_of_tip, face_normal, &
               distance_to_others, distance_to_body, layer_around, &
-              finest_cell, find_extents, take_toughness
+              finest_cell, find_extents, take_toughness, is_at_wall
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
@@ -350,6 +350,20 @@ contains
          end associate
       end do
    end subroutine find_extents
+
+   !> Whether a place of a front is in a hole of a body, or so near to its wall that there is no room for the least radius of a domain integral.
+   pure logical function is_at_wall(model, place) result(is)
+      type(model_t), intent(in) :: model
+      real(dp), intent(in) :: place(ndim)        !! [m]
+      integer :: k
+      is = .false.
+      do k = 1, size(model%bodies)
+         associate (body => model%bodies(k))
+            if (.not. within(place, place, body%lower, body%upper, tolerance(model%grid)) .or. .not. body%outline%is_there()) cycle
+            is = is .or. body%outline%distance_to_holes(place) < least_radius(model)*(1 - 1e-9_dp)
+         end associate
+      end do
+   end function is_at_wall
 
    !> Size of the finest cells that there may be [m].
    pure real(dp) function finest_cell(model)

@@ -76,8 +76,7 @@ contains
       real(dp), intent(in) :: point(ndim), tol     !! [m]
       type(body_t), intent(in) :: body
       is_part_of = within(point, point, body%lower, body%upper, tol)
-      if (is_part_of .and. body%outline%is_there()) &
-         is_part_of = body%outline%covers(point) .or. body%outline%distance(point) <= tol
+      if (is_part_of .and. body%outline%is_there()) is_part_of = body%outline%covers_within(point, tol)
    end function is_part_of
 
    !> The node of the lattice that is nearest to a point [m].

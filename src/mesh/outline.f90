@@ -46,6 +46,8 @@ module hampm_outline
       procedure :: is_there
       procedure :: area
       procedure :: covers
+      procedure :: covers_within
+      procedure :: distance_to_holes
       procedure :: distance
       procedure :: way_out
       procedure :: moments
@@ -344,6 +346,29 @@ contains
          if (covers) covers = .not. self%rings(k)%encloses(x)
       end do
    end function covers
+
+   !> Whether a point is inside an outline, or on its edge. On the outer edge a hole that goes on beyond it is one all the same.
+   pure logical function covers_within(self, x, tolerance) result(covers)
+      class(outline_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp), intent(in) :: tolerance          !! from the edge [m]
+      integer :: k
+      covers = self%rings(1)%encloses(x) .or. self%rings(1)%distance(x) <= tolerance
+      do k = 2, size(self%rings)
+         if (covers) covers = .not. self%rings(k)%encloses(x) .or. self%rings(k)%distance(x) <= tolerance
+      end do
+   end function covers_within
+
+   !> Distance of a point from the holes of an outline, 0 in one, and huge where there is none [m].
+   pure real(dp) function distance_to_holes(self, x) result(distance)
+      class(outline_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      integer :: k
+      distance = huge(distance)
+      do k = 2, size(self%rings)
+         distance = merge(0.0_dp, min(distance, self%rings(k)%distance(x)), self%rings(k)%encloses(x))
+      end do
+   end function distance_to_holes
 
    !> Distance of a point from the edges of an outline [m].
    pure real(dp) function distance(self, x)

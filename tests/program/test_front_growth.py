@@ -317,3 +317,32 @@ def test_what_presses_a_front_lets_it_not_grow(tmp_path, law):
         history = {name: values[()] for name, values in file["history"].items()}
         assert "a front has waited in one load step at least: nothing opens it" in file["history"].attrs["warnings"]
     assert np.ptp(history["crack_area"]) == 0 and np.all(history["load_factor"] == 1)
+
+
+HOLES = {"drilled": "shape = 'cylinder'  lower = 5.5, 0.0, 0.0  upper = 5.5, 2.0, 0.0  radius = 1.0", "cavity": "shape = 'sphere'  center = 5.0, 2.0, 0.0  radius = 1.2"}
+
+
+@pytest.mark.parametrize("hole", ["drilled", "cavity"])
+def test_a_front_stops_at_the_wall_of_a_hole(tmp_path, hole):
+    """G rises as the ligament goes; no node is in the hole, and the run says why the front stays."""
+    text = f"""&run end_time = 8.0 /
+&grid lower = 0.0, 0.0, 0.0  cell = 0.5  cells = 16, 4, 9 /
+&material name = 'a'  young = 1.0  poisson = 0.3  density = 1.0 /
+&body material = 'a'  lower = 0.0, 0.0, 0.0  upper = 8.0, 2.0, 4.0 /
+&body hole = .true.  {HOLES[hole]} /
+&constraint lower = 0.0, 0.0, 0.0  upper = 8.0, 2.0, 0.0  fix = 'z' /
+&constraint lower = 8.0, 0.0, 0.0  upper = 8.0, 2.0, 4.0  fix = 'x' /
+&constraint lower = 0.0, 2.0, 0.0  upper = 8.0, 2.0, 4.0  fix = 'y' /
+&load kind = 'traction'  lower = 0.0, 0.0, 4.0  upper = 8.0, 2.0, 4.0  force = 0.0, 0.0, 0.016 /
+&crack kind = 'symmetry'  normal = 'z'  front = 'straight'  tip = 2.5, 0.0, 0.0  direction = 1.0, 0.0, 0.0 /
+&growth law = 'fatigue'  direction = 'straight'  rate_constant = 1e3  rate_exponent = 3.0  increment = 0.4 /
+&refine indicator = 'tip'  max_level = 1  rings = 3 /
+&energy_release estimators = 'domain_integral' /
+&method time = 'static'  frame = 'total'  load_steps = 8 /
+&output file = 'case.h5' /
+"""
+    with run(tmp_path / "hole", SOLID_PROGRAM, text) as file:
+        assert "comes to the wall of a hole" in file["history"].attrs["warnings"]
+        g, x, y = file["history/G_mean"][()], file["front/x"][-1], file["front/y"][-1]
+    away = 5.5 - x - 1.0 if hole == "drilled" else np.hypot(x - 5.0, y - 2.0) - 1.2
+    assert len(g) > 1 and np.all(np.diff(g) > 0) and np.all(away > 0.4)
