@@ -82,7 +82,7 @@ contains
          end do
          if (.not. allocated(v%j)) return
          j = sum(v%j)/size(v%j)
-         spread_of_j = maxval(v%j) - minval(v%j) + v%uncertainty_of_j
+         spread_of_j = maxval(v%j) - minval(v%j) + v%uncertainty_of_j + tip%lost_before_other()*abs(j)
          call follow(errors%j, j, scale, spread_of_j)
          part = 0
          if (sum(abs(v%domain)) > 0) part = abs(v%domain)/sum(abs(v%domain))

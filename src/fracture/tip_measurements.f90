@@ -134,7 +134,6 @@ contains
          values%g_of_k = sum(values%j)/size(values%j)
       end if
       if (.not. tip%to_other < huge(tip%to_other)) return
-      values%uncertainty_of_j = values%uncertainty_of_j + tip%lost_before_other()*abs(sum(values%j)/size(values%j))
       values%spread_of_k = values%spread_of_k + tip%lost_before_other()/2*norm2(values%intensity)
    end subroutine measure_domain
 

@@ -95,23 +95,23 @@ contains
             if (.not. model%bodies(b)%outline%is_there()) cycle
             associate (outline => model%bodies(b)%outline)
                parts = outline%parts_in_box(load%lower, load%upper, tol, model%grid%lower, model%grid%cell)
-                  do r = 1, size(outline%rings)
-                     if (outline%rings(r)%is_circle) cycle
-                     corner = outline%rings(r)%corners(0)
-                     n = size(corner, 2)
-                     along = cshift(corner, 1, dim=2) - corner
-                     whole = norm2(along, dim=1)
-                     length = [(on_side(i), i=1, n)]
-                     most = maxloc(length, dim=1)
-                     do i = 1, n
-                        if (.not. length(i) > tol) cycle
-                        said = said//trim(merge(', ', '  ', said /= ''))//' '//length_text(length(i))//' m of side '//to_text(i)
-                        if (r > 1) said = said//' of its hole '//to_text(r - 1)
-                        if (size(model%bodies) > 1) said = said//' of body '//to_text(b)
-                        strays = strays .or. length(i) < whole(i) - tol .and. dot_product(along(:, i), along(:, most)) < &
-                                 sharp*whole(i)*whole(most)
-                     end do
+               do r = 1, size(outline%rings)
+                  if (outline%rings(r)%is_circle) cycle
+                  corner = outline%rings(r)%corners(0)
+                  n = size(corner, 2)
+                  along = cshift(corner, 1, dim=2) - corner
+                  whole = norm2(along, dim=1)
+                  length = [(on_side(i), i=1, n)]
+                  most = maxloc(length, dim=1)
+                  do i = 1, n
+                     if (.not. length(i) > tol) cycle
+                     said = said//trim(merge(', ', '  ', said /= ''))//' '//length_text(length(i))//' m of side '//to_text(i)
+                     if (r > 1) said = said//' of its hole '//to_text(r - 1)
+                     if (size(model%bodies) > 1) said = said//' of body '//to_text(b)
+                     strays = strays .or. length(i) < whole(i) - tol .and. dot_product(along(:, i), along(:, most)) < &
+                              sharp*whole(i)*whole(most)
                   end do
+               end do
             end associate
          end do
       end associate
