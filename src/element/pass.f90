@@ -52,23 +52,23 @@ contains
       scheme%remaps = .false.
       select case (name)
       case ('usf')
-         allocate (scheme%passes, source=[strain_and_map_force, pass_t(kick=.true., move=.true., map_momentum=.true.)])
+         scheme%passes = [strain_and_map_force, pass_t(kick=.true., move=.true., map_momentum=.true.)]
       case ('usl')
          scheme%map_at_start%map_force = .true.
-         allocate (scheme%passes, source=[pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next, move=.true., &
-                                                  map_momentum=.true., map_force=.true.)])
+         scheme%passes = [pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next, move=.true., &
+                                  map_momentum=.true., map_force=.true.)]
       case ('usavg')
          scheme%remaps = .true.
          strain_and_map_force%strain_fraction = 0.5_dp
-         allocate (scheme%passes, source=[strain_and_map_force, kick_and_map, &
-                                          pass_t(strain_fraction=0.5_dp, strain_by=v_mapped, move=.true., &
-                                                  map_momentum=.not. particles_stay)])
+         scheme%passes = [strain_and_map_force, kick_and_map, &
+                          pass_t(strain_fraction=0.5_dp, strain_by=v_mapped, move=.true., &
+                                  map_momentum=.not. particles_stay)]
       case default
          scheme%remaps = .true.
          scheme%map_at_start%map_force = .true.
-         allocate (scheme%passes, source=[kick_and_map, &
-                                          pass_t(strain_fraction=1.0_dp, strain_by=v_mapped, move=.true., &
-                                                  map_momentum=.not. particles_stay, map_force=.true.)])
+         scheme%passes = [kick_and_map, &
+                          pass_t(strain_fraction=1.0_dp, strain_by=v_mapped, move=.true., &
+                                  map_momentum=.not. particles_stay, map_force=.true.)]
       end select
       scheme%map_at_start%locate = .true.
       scheme%map_at_start%map_mass = .true.
@@ -98,14 +98,14 @@ contains
                                    map_matrix=has_matrix, map_force=.true.)
       select case (name)
       case ('usf')
-         allocate (scheme%passes, source=[drift_and_map_force, pass_t(kick=.true.)])
+         scheme%passes = [drift_and_map_force, pass_t(kick=.true.)]
       case ('usl')
-         allocate (scheme%passes, source=[pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next)])
+         scheme%passes = [pass_t(kick=.true., strain_fraction=1.0_dp, strain_by=v_next)]
       case ('usavg')
          drift_and_map_force%strain_fraction = 0.5_dp
-         allocate (scheme%passes, source=[drift_and_map_force, kick_and_map, pass_t(strain_fraction=0.5_dp, strain_by=v_mapped)])
+         scheme%passes = [drift_and_map_force, kick_and_map, pass_t(strain_fraction=0.5_dp, strain_by=v_mapped)]
       case default
-         allocate (scheme%passes, source=[kick_and_map, pass_t(strain_fraction=1.0_dp, strain_by=v_mapped)])
+         scheme%passes = [kick_and_map, pass_t(strain_fraction=1.0_dp, strain_by=v_mapped)]
       end select
    end function new_scheme_of_domains
 end module hampm_pass

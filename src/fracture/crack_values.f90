@@ -26,6 +26,7 @@ module hampm_crack_values
       type(estimate_t), allocatable :: estimates(:) !! of the chosen estimators, but the domain integral
       logical :: has_left_node = .false.         !! whether the material has carried the tip from the node that some need: they are no numbers then
       logical :: cells_divide = .false.          !! whether cells are divided in motion
+      logical :: is_closed = .false.             !! whether faces behind the tip press on each other
       real(dp) :: domain(modes) = 0              !! energy release rates, the parts of J [J/m2]
       real(dp) :: intensity(modes) = 0           !! stress intensity factors [Pa sqrt(m)]
       real(dp) :: by_fields(modes) = 0           !! the same by the interaction integral alone; at a tip that grows it is beside that by J [Pa sqrt(m)]
@@ -131,7 +132,7 @@ contains
       is_above_error = best_rate(self, tip) > 0 .and. least > maxval(self%j) - minval(self%j) + self%uncertainty_of_j
    end function is_above_error
 
-   !> Whether loads press the faces at a tip on each other, or through each other: K_I is below 0 by more than it may be off beside the other mode. Beside
+   !> Whether loads press the faces at a tip on each other, or let them interpenetrate: K_I is below 0 by more than it may be off beside the other mode. Beside
    !> layers, where K_I is none of that tip or depends on a length, the opening behind it is.
    pure logical function is_pressed(self, tip)
       class(crack_values_t), intent(in) :: self

@@ -122,6 +122,7 @@ contains
       values%oscillation = field%oscillation
       values%g_of_k = field%rate_of(values%intensity)
       if (domain%material%has_history) values%g_of_k = sum(values%j)/size(values%j) ! K is of elastic fields
+      values%is_closed = closed%are_closed
       values%uncertainty_of_j = 0
       if (closed%are_closed) values%uncertainty_of_j = hypot(sum(values%j)/size(values%j) - values%g_of_k, &
                                                              error_of_rate(field, values%intensity, values%spread_of_k))

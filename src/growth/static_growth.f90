@@ -86,7 +86,7 @@ contains
             if (.not. wanted(k) > 0) return
             if (growing%waits .and. next(k)%rate < reached*next(k)%toughness) return
             if (next(k)%hindrance > 0) then
-               if (norm2(values(k)%intensity) > 0 .or. any(abs(values(k)%j) > 0)) & ! else there is no load yet
+               if (values(k)%is_closed .or. norm2(values(k)%intensity) > 0 .or. any(abs(values(k)%j) > 0)) & ! else there is no load yet
                   call growing%note_wait(k, next(k)%hindrance, message)
                return
             end if

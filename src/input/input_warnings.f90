@@ -78,16 +78,16 @@ contains
 
    !> On which sides of polygons a load on edges acts, and what length of each; `strays` where it takes a part of a side at a sharp angle to the one of which it
    !> takes most, as a box around a slanted side does that reaches around its corner.
-   pure subroutine find_sides(model, k, said, strays)
+   pure subroutine find_sides(model, k, list, strays)
       type(model_t), intent(in) :: model
       integer, intent(in) :: k                   !! load
-      character(:), allocatable, intent(out) :: said !! '' where it acts on no polygon
+      character(:), allocatable, intent(out) :: list !! '' where it acts on no polygon
       logical, intent(out) :: strays
       real(dp), parameter :: sharp = 0.87_dp     ! cosine of 30 degrees
       real(dp), allocatable :: corner(:, :), length(:), whole(:), along(:, :)
       type(edge_part_t), allocatable :: parts(:)
       integer :: b, r, i, n, most
-      said = ''
+      list = ''
       strays = .false.
       associate (load => model%loads(k), tol => tolerance(model%grid))
          if (ndim > 2 .or. .not. load%has_place .or. all(load%kind /= [character(9) :: 'traction', 'pressure', 'absorbing'])) return
@@ -105,9 +105,9 @@ contains
                   most = maxloc(length, dim=1)
                   do i = 1, n
                      if (.not. length(i) > tol) cycle
-                     said = said//trim(merge(', ', '  ', said /= ''))//' '//length_text(length(i))//' m of side '//to_text(i)
-                     if (r > 1) said = said//' of its hole '//to_text(r - 1)
-                     if (size(model%bodies) > 1) said = said//' of body '//to_text(b)
+                     list = list//trim(merge(', ', '  ', list /= ''))//' '//length_text(length(i))//' m of side '//to_text(i)
+                     if (r > 1) list = list//' of its hole '//to_text(r - 1)
+                     if (size(model%bodies) > 1) list = list//' of body '//to_text(b)
                      strays = strays .or. length(i) < whole(i) - tol .and. dot_product(along(:, i), along(:, most)) < &
                               sharp*whole(i)*whole(most)
                   end do

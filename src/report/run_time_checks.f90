@@ -277,7 +277,8 @@ contains
                        - problem%body_contact%friction_loss) - abs(energies%prescribed%work) &
                    - work_of_step(problem%loads, problem%particles, problem%state%time, problem%state%last_dt)
       end associate
-      if (missing <= max(noticed_residual*measurements%largest_inner_energy, measurements%rounding_energy)) return
+      if (.not. missing > max(noticed_residual*measurements%largest_inner_energy, measurements%rounding_energy)) return
+      if (.not. measurements%largest_inner_energy > measurements%rounding_energy) return ! of a body without strain
       call warn(problem%state%when()//flown//', by '//three_digits(far/problem%grid%finest_cell)//' of their sizes, and '// &
                 three_digits(missing)//' J are missing, '//three_digits(100*missing/measurements%largest_inner_energy)// &
                 ' % of what it stores: G, J, K and energies may be wrong by tens of percent, J by a factor of two. '// &

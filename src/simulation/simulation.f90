@@ -14,7 +14,7 @@ module hampm_simulation
    use hampm_growing, only: growing_t, new_growing
    use hampm_integrator, only: integrator_t
    use hampm_interruption, only: interruption_t
-   use hampm_largest_step, only: default_part
+   use hampm_largest_step, only: default_courant, default_part
    use hampm_measurements, only: measurements_t, new_measurements, rebuild_extrapolation, measure
    use hampm_problem, only: problem_t
    use hampm_edge_loads, only: lay_loads
@@ -115,12 +115,14 @@ contains
       if (.not. failure%failed()) call rebuild_extrapolation(s%problem, s%measurements, failure)
    end subroutine rebuild_on_mesh
 
-   !> The longest time step follows the smallest occupied cell, and waves in strained material where that would be unstable.
+   !> The longest time step follows the smallest occupied cell, and waves in strained material where that would be unstable: a `courant` that is given is kept up to the
+   !> limit, as steps that change cost accuracy.
    subroutine limit_time_step(s)
       type(simulation_t), intent(inout) :: s
       real(dp) :: courant
       courant = s%model%method%courant
-      if (s%stiffening > 1) courant = min(courant, default_part*s%model%method%courant_limit/s%stiffening)
+      if (s%stiffening > 1) courant = min(courant, s%model%method%courant_limit/s%stiffening* &
+                                          merge(1.0_dp, default_part, abs(courant - default_courant(s%model)) > 0))
       s%longest_step = stable_time_step(smallest_occupied_cell(s%problem%grid, s%problem%blocks), s%problem%materials, &
                                         courant, s%model%method%wave_speed)
       if (s%integrator%fixed_step > 0) s%longest_step = s%integrator%fixed_step

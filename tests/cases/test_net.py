@@ -785,7 +785,7 @@ def test_faces_that_press_on_each_other_in_motion_are_as_firm_as_at_rest(case):
     full = case("closed_in_motion", text=text(damping))
     for tip in ("", "_tip2"):
         print(full.row[f"J{tip}"][-1], rest.row[f"J{tip}"][-1], rest.row[f"K_II{tip}"][-1] ** 2 / 3e9)
-        assert full.row[f"J{tip}"][-1] == pytest.approx(rest.row[f"J{tip}"][-1], rel=1e-2, abs=9e-5) # 1 % of what J was with the work in the layer
+        assert full.row[f"J{tip}"][-1] == pytest.approx(rest.row[f"J{tip}"][-1], rel=1e-2, abs=1.5e-4) # 1 % of what the integral gives before it is held to what the slip can make
         assert full.row[f"K_II{tip}"][-1] == pytest.approx(rest.row[f"K_II{tip}"][-1], rel=1e-2)
 
 
@@ -920,7 +920,7 @@ def test_growth_is_resumed_on_a_mesh_that_has_just_changed(case, hampm, end, int
 &constraint lower = 0.0, 0.0  upper = 10.0, 0.0  fix = 'xy' /
 &crack kind = 'path'  points = 3.1, 5.2, 6.2, 5.2 /
 &growth law = 'prescribed'  direction = 'straight'  speed = 0.1 /
-&method time = 'implicit'  time_step = 1.0 /
+&method time = 'implicit'  time_step = {interval} /
 &refine indicator = 'zz'  max_level = 1  interval = 5  tolerance = 0.05 /
 &energy_release estimators = 'domain_integral'  energy_balance = .true. /
 &output history_interval = {interval} /

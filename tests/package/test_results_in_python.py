@@ -100,7 +100,7 @@ def test_a_result_says_where_it_comes_from(plate, tmp_path):
 
 
 def test_fields_of_snapshots_have_units(plate_result):
-    units = {"displacement": "m", "velocity": "m/s", "stress_xx": "Pa", "stress_yy": "Pa", "stress_xy": "Pa", "energy_density": "J/m3", "mass": "kg"}
+    units = {"displacement": "m", "velocity": "m/s", "stress_xx": "Pa", "stress_yy": "Pa", "stress_zz": "Pa", "stress_xy": "Pa", "energy_density": "J/m3", "mass": "kg"}
     with h5py.File(plate_result) as file:
         for block in ("particles", "mesh", "cracks"):
             for kind in ("PointData", "CellData"):

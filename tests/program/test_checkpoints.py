@@ -286,7 +286,8 @@ def test_a_run_goes_on_with_the_cracks_where_the_checkpoint_has_them(hampm, tmp_
     (tmp_path / "case.nml").write_text(TWO_TIPS)
     assert hampm("case.nml", "--quiet", "--steps", 1).returncode == 5
     cell = [2.5e-3, 0.0]
-    change(tmp_path / "case.h5.checkpoint", "crack_1/points", lambda points: points - np.tile(cell, 2))
+    for name in ("crack_1/points", "lines/points_1"):  # where cells are cut, too
+        change(tmp_path / "case.h5.checkpoint", name, lambda points: points - np.tile(cell, 2))
     change(tmp_path / "case.h5.checkpoint", "crack_1/mouth", lambda mouth: mouth - cell)
     assert hampm("--resume", "case.h5.checkpoint", "--quiet").returncode == 0
     assert hampm("case.nml", "--quiet", "--output", "there", "--set", "crack.tip=0.0325,0.0").returncode == 0

@@ -125,7 +125,7 @@ def test_a_symmetry_plane_that_stays_is_not_in_the_file(file, dcb_result):
     assert sorted(field_names(mesh.cell_data)) == ["level", "particles"]
     added = set(names(file)) - set(names(dcb_result))
     assert {name for name in added if not name.startswith("cracks/")} == {
-        "cracks", "particles/PointData/piece", "particles/PointData/side", "mesh/CellData/piece"}
+        "cracks", "particles/PointData/piece", "particles/PointData/side", "particles/PointData/stress_zz", "mesh/CellData/piece"}
 
 
 def test_snapshots_go_on_from_a_checkpoint(hampm, tmp_path, file):

@@ -277,8 +277,8 @@ def test_the_energy_of_a_beam_that_turns_far_stays_for_a_thousand_steps(columns)
 
 def test_a_large_strain_law_moves_as_by_explicit_steps(columns):
     same = ("method.mass=consistent", "run.end_time=1", "output.history_interval=2e-2", "load.history=sine", "load.frequency=0.4")
-    explicit = columns(BENT, *same, "method.time=explicit", "method.time_step=0", "method.courant=0.2", "method.scheme=usavg",
-                       "method.frame=total")
+    explicit = columns(BENT, *same, "method.time=explicit", "method.time_step=0", "method.courant=0.1", "method.scheme=usavg",
+                       "method.frame=total")  # so short that they stay as they are
     error = [np.max(np.abs(columns(BENT, *same, f"method.time_step={dt}")["external_work"] - explicit["external_work"]))
              / np.max(explicit["external_work"]) for dt in (1e-2, 5e-3, 2.5e-3)]
     print("external work from explicit steps:", error)

@@ -21,7 +21,7 @@ SCENE = """\
 &output file = 'r.h5' /
 """
 METHODS = {"static": ("&method time = 'static' load_steps = 6 /\n", 3.0), "explicit": ("&damping rate = 1.5e5 /\n", 3e-4),
-           "implicit": ("&damping rate = 1.5e5 /\n&method time = 'implicit' time_step = 4e-6 /\n", 3e-4)}
+           "implicit": ("&damping rate = 1.5e5 /\n&method time = 'implicit' time_step = 3e-7 /\n", 3e-4)}
 FLAT, SLANTED = "-8e-3, -0.0014, 8e-3, -0.0014", "-7e-3, -2.3e-3, 7e-3, 1.1e-3"
 
 

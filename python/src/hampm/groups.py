@@ -520,9 +520,9 @@ class Output(Group):
     file: str | None
     """Result file in the output folder; by default named after the namelist file; default ''"""
     history_interval: float | None
-    """Time between samples of the history; 0: a thousandth of end_time [s]; [0, inf); default 0.0"""
+    """Time between samples of the history, where explicit steps end; 0: a thousandth of end_time [s]; [0, inf); default 0.0"""
     snapshot_interval: float | None
-    """Time between snapshots of particles and mesh; 0: none [s]; [0, inf); default 0.0"""
+    """Time between snapshots of particles and mesh, taken at the end of the step or load step in which it comes; 0: none [s]; [0, inf); default 0.0"""
     checkpoint_interval: float | None
     """Wall time between checkpoints, from which --resume goes on; 0: none [s]; [0, inf); default 0.0"""
     checkpoint_steps: int | None
