@@ -12,8 +12,7 @@ module hampm_crack_placement
    private
    public :: distance_in_material, body_at, least_radius, domain_radii, is_covered, held_ahead, covered_radius, &
              distance_to_loads, distance_to_constraints, path_at, is_other_within, is_layer, sides_of_tip, face_normal, &
-              distance_to_others, distance_to_body, layer_around, &
-              finest_cell, find_extents, take_toughness, is_at_wall
+             distance_to_others, distance_to_body, layer_around, finest_cell, find_extents, take_toughness, is_at_wall
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 

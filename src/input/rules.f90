@@ -63,8 +63,8 @@ module hampm_rules
 
    character(*), parameter :: with_history = "&material law = {laws with a history}"
 
-   ! Why nothing is kept at its toughness by J where material yields or creeps
    character(*), parameter :: stiff_cells = "nearly incompressible cells lock: displacements, G, J and K are too small"
+   ! Why nothing is kept at its toughness by J where material yields or creeps
    character(*), parameter :: no_rate = "J is not the energy release rate where material around a growing tip dissipates energy"
 
    type(rule_t), parameter :: of_rings(*) = [ &

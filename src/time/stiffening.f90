@@ -24,15 +24,16 @@ contains
       type(material_t), intent(in) :: materials(:)
       integer, parameter :: kinds = 3
       integer :: worst(kinds, size(materials)), i, k, n
-      real(dp) :: value(kinds, size(materials)), now(kinds), zero(ndim, ndim), none(most_columns)
+      real(dp) :: value(kinds, size(materials)), now(kinds), zero(ndim, ndim), none(most_columns), of_volume, unstrained
       stiffening = 1
       worst = 0
       value = -huge(value)
       do i = 1, p%n
          if (.not. materials(p%material(i))%is_finite) cycle
-         if (.not. determinant_of(p, i) > 0) cycle ! a run-time check tells
+         of_volume = determinant_of(p, i)
+         if (.not. of_volume > 0) cycle          ! a run-time check tells
          now(2) = largest_stretch(p, i)
-         now(3) = 1/determinant_of(p, i)
+         now(3) = 1/of_volume
          now(1) = now(3)*now(2)**(ndim - 1)      ! one over the least stretch, or more
          associate (m => p%material(i))
             where (now > value(:, m))
@@ -44,12 +45,13 @@ contains
       zero = 0
       none = 0
       do n = 1, size(materials)
+         if (.not. any(worst(:, n) > 0)) cycle
+         unstrained = stiffest(materials(n), zero, none, 0.0_dp, p%total_frame)
          do k = 1, kinds
             if (worst(k, n) == 0) cycle
             associate (i => worst(k, n))
                stiffening = max(stiffening, sqrt(stiffest(materials(n), p%gradient_of(i), p%history_of(i), p%hoop_of(i), &
-                                                          p%total_frame)/ &
-                                                 stiffest(materials(n), zero, none, 0.0_dp, p%total_frame)))
+                                                          p%total_frame)/unstrained))
             end associate
          end do
       end do
