@@ -1,6 +1,8 @@
 """`Scene`: models read, changed, checked and written; keys as the program has them; mistakes told apart."""
 
+import copy
 import json
+import pickle
 import re
 import subprocess
 import sys
@@ -22,6 +24,19 @@ def test_groups_and_keys_are_attributes(plate, tmp_path):
     plate.write(tmp_path / "new.nml")
     again = package.Scene(tmp_path / "new.nml")
     assert again == plate and again.grid.cells == [24, 28] and again.material[0].poisson is None and len(again.load) == 2
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda given: pickle.loads(pickle.dumps(given))])
+def test_models_and_errors_go_to_other_processes(plate, again):
+    """`copy` and `pickle`, of which `multiprocessing` makes use: a copy is equal, is changed alone, and is refused in the same words."""
+    other = again(plate)
+    assert other == plate
+    other.grid.cell = -1.0
+    assert plate.grid.cell == 2e-3 and other.load[0].force is not plate.load[0].force
+    with pytest.raises(package.ModelError) as refused:
+        other.check()
+    told = again(refused.value)
+    assert (str(told), told.messages, told.exit_code) == (str(refused.value), refused.value.messages, 2) and "cell = -1" in str(told)
 
 
 @pytest.mark.parametrize(("change", "said"), [

@@ -54,7 +54,10 @@ class HampmError(Exception):
     def __init__(self, messages: Iterable[Message], exit_code: int | None = None):
         self.messages = tuple(messages)
         self.exit_code = self.exit_code if exit_code is None else exit_code
-        super().__init__("\n".join(map(str, self.messages)))
+        super().__init__(self.messages, self.exit_code)
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.messages))
 
 
 class ModelError(HampmError):

@@ -23,6 +23,11 @@ class Group:
         for slot, value in (("_name", name), ("_keys", keys), ("_values", values)):
             object.__setattr__(self, slot, value)
 
+    def __setstate__(self, state: tuple[None, dict[str, Any]]) -> None:
+        """A copy, or what comes from another process: slots are set as they are, not as keys."""
+        for slot, value in state[1].items():
+            object.__setattr__(self, slot, value)
+
     def _known(self, key: str) -> str:
         key = str(key).lower()
         if key not in self._keys:
