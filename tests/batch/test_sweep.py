@@ -67,6 +67,12 @@ def test_names_and_labels_have_what_varies_only(declared):
     assert next(iter(sweep.cases)).startswith("load1.rise_time-1_load2.rise_time-3_") and sweep.label(next(iter(sweep.cases))) == "load(1).rise_time=1 load(2).rise_time=3"
 
 
+def test_names_follow_from_what_all_cases_have_in_common(declared):
+    """The number at the end of a name is of all settings: with another value of `set` a case is another one, with a folder of its own."""
+    names = [set(declared(f"product: {{grid.cell: [1.0, 0.5]}}\nset: {{run.end_time: {end}}}").cases) for end in (1.0, 2.0, "'${3 * grid.cell}'")]
+    assert len(set.union(*names)) == 6
+
+
 def test_own_names_and_arithmetic(declared):
     """Own names are columns of the table, and hampm is not given them."""
     sweep = declared("product: {$n: [4, 8], method.mass: [lumped]}\nset:\n  grid.cell: ${8.0 / n}\n  grid.cells: ['${n}', '${n/2}']\n"

@@ -221,6 +221,34 @@ def test_growing_tips_go_on_from_any_step_between_changes_of_the_mesh(hampm, tmp
         assert History(tmp_path / "case.h5").attributes["warnings"] == whole.attributes["warnings"]
 
 
+REFINES = """\
+&run end_time = 1.2e-5 thickness = 0.01 /
+&grid lower = 0.0, -0.0125 cell = 2.5e-3 cells = 20, 10 /
+&material name = 'aluminium' young = 70e9 density = 2700 poisson = 0.3 /
+&body material = 'aluminium' lower = 0.0, -0.01 upper = 0.05, 0.01 /
+&load kind = 'traction' lower = 0.05, -0.01 upper = 0.05, 0.01 force = 2e3, 0.0 history = 'sine' frequency = 2e4 /
+&load kind = 'traction' lower = 0.0, 0.0 upper = 0.0, 0.01 force = 0.0, 2000.0 /
+&constraint lower = 0.0, -0.01 upper = 0.0, 0.0 fix = 'xy' /
+&crack kind = 'line' tip = 0.025, 0.0 /
+&method time = 'implicit'  time_step = 5e-7  hht_alpha = -0.1 /
+&refine indicator = 'zz'  max_level = 2  tolerance = 0.1  interval = 5 /
+&energy_release estimators = 'domain_integral'  energy_balance = .true. /
+&output file = 'case.h5'  history_interval = 1e-6 /
+"""
+
+
+def test_implicit_steps_go_on_from_those_in_which_cells_are_refined(hampm, tmp_path):
+    """A step after a change of the mesh begins with what was carried to it, also where the run stops in between."""
+    (tmp_path / "case.nml").write_text(REFINES)
+    assert hampm("case.nml", "--quiet", "--output", "unbroken").returncode == 0
+    row = History(tmp_path / "unbroken/case.h5").columns
+    assert len(np.unique(row["cells"])) > 3
+    for stop in range(5, int(row["step"][-1]), 5):
+        assert hampm("case.nml", "--quiet", "--force", "--steps", stop).returncode == 5
+        assert hampm("--resume", "case.h5.checkpoint", "--quiet").returncode == 0
+        assert differing(tmp_path / "unbroken/case.h5", tmp_path / "case.h5") == [], stop
+
+
 @pytest.fixture
 def unbroken(dcb, tmp_path):
     """The result of a short run of the coarse beam that is never stopped."""

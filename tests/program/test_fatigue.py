@@ -270,6 +270,14 @@ def test_held_tension_and_cycles_of_compression_to_fracture(hampm):
     assert falls["life"] == pytest.approx(rises["life"], rel=1e-9) and falls["life"] > 0
 
 
+def test_a_least_load_below_zero_counts_as_zero(hampm):
+    """Faces that would pass through each other, as no contact is asked for: cycles of R = -1 are those of R = 0."""
+    reversed_, zero = (centre(hampm, *SHORT, cycles=f"ratio = {ratio}", name=f"r{ratio}") for ratio in (-1.0, 0.0))
+    for column in ("cycles", "delta_K", "ratio_of_K", "growth_rate"):
+        assert reversed_[column] == pytest.approx(zero[column], rel=1e-9), column
+    assert zero["cycles"][-1] > 0
+
+
 def test_faces_in_contact_carry_no_more_in_compression(hampm):
     """At R = -1 a crack whose faces press on each other has the range of R = 0, up to what faces in contact overlap."""
     text = (INPUT / "fatigue_eccentric_crack.nml").read_text()

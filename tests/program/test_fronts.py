@@ -54,6 +54,11 @@ def test_a_penny_in_a_cube(tmp_path):
     print("closure: mean", closed, "local", k_of(along["G_vcct_I"][-1]) / (1.0590 * UNIT) - 1, "estimated", estimated)
     assert abs(closed) < 0.01 and np.max(np.abs(k_of(along["G_vcct_I"][-1]) / (1.0590 * UNIT) - 1)) < 0.015
     assert abs(mean) < estimated[0] < 0.04 and abs(closed) < estimated[1] < 0.04                            # estimated errors are such
+    g, k = (1.0590 * UNIT)**2 * (1 - NU**2), 1.0590 * UNIT
+    parts = (np.abs(along["G"][-1] - g) / along["G_error"][-1], np.abs(along["G_vcct_I"][-1] - g) / along["G_vcct_I_error"][-1],
+             np.abs(along["K_I"][-1] - k) / along["K_I_error"][-1])
+    print("parts of the estimated errors at each place", *parts, "K_I_error over K", along["K_I_error"][-1] / k)
+    assert all(np.all(part < 1) for part in parts)
     assert history["K_I"][-1] == pytest.approx(1.0590 * UNIT, rel=0.02)
     assert along["arc"].shape == along["G"].shape == (len(history["time"]), 5) and along["arc"][-1, -1] == pytest.approx(np.pi / 2, rel=1e-3)
     assert np.max(np.abs(np.hypot(along["x"], along["y"]) - 1)) < 0.01 and np.ptp(along["z"]) == 0

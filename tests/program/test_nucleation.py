@@ -106,6 +106,27 @@ def test_smooth_edge(hampm):
     assert weak["load_factor"][0] == pytest.approx(asked, rel=0.03)
 
 
+@pytest.mark.parametrize("degrees", [30.0, 45.0, -45.0])
+def test_strength_across_any_direction(hampm, degrees):
+    """In pure shear the stress across a crack is the shear times sin(2 angle): where that is tension, its strength is reached; where it is pressure, never."""
+    side, shear, strength = 20e-3, 1e6, 10e6
+    c, s = 5e-3 * math.cos(math.radians(degrees)), 5e-3 * math.sin(math.radians(degrees))
+    edges = "".join(f"&load kind = 'traction'  lower = {x0}, {y0}  upper = {x1}, {y1}  force = {fx * 2 * side * shear}, {fy * 2 * side * shear} /\n" for x0, y0, x1, y1, fx, fy in (
+        (-side, side, side, side, -1, 0), (-side, -side, side, -side, 1, 0), (side, -side, side, side, 0, -1), (-side, -side, -side, side, 0, 1)))
+    found = run(hampm, f"""&run plane = 'stress'  end_time = 1.0 /
+&grid lower = -22e-3, -22e-3  cell = 2e-3  cells = 22, 22 /
+&material name = 'm'  young = 70e9  poisson = 0.2  density = 2500 /
+&body material = 'm'  lower = {-side}, {-side}  upper = {side}, {side} /
+{edges}&crack kind = 'path'  points = {-c}, {-s}, {c}, {s} /
+&nucleation toughness = 1e-6  strength = {strength}  increment = 2e-3 /
+&method time = 'static'  load_steps = 1 /
+&output file = 'out.h5' /
+""")
+    across = shear * math.sin(math.radians(2 * degrees))
+    assert found["onset_crack"][0] == (across > 0)
+    assert across < 0 or found["load_factor"][0] == pytest.approx(strength / across, rel=1e-6)
+
+
 def test_growth_goes_on(hampm):
     """The crack of the strip appears whole, has more than its toughness, and then grows as one that is there from the start."""
     found = run(hampm, strip(growth=GROWTH, strength=1e5))

@@ -7,7 +7,7 @@ program test_splitting
    use hampm_harness, only: check, check_close, finish, repeat_random_numbers
    use hampm_material, only: material_t, new_material
    use hampm_problem, only: problem_t
-   use hampm_particles, only: particles_t, spacing_of
+   use hampm_particles, only: particles_t, add_history, spacing_of
    use hampm_samples, only: rectangle_t, place_bodies
    use hampm_splitting, only: start_families, split, recombine
    use hampm_children, only: times_split
@@ -335,6 +335,8 @@ contains
       integer :: i, c
       call place(points, 0.2_dp, p)
       call split_all(p, 1)
+      call add_history(p, 2)
+      call random_number(p%history)
       kinetic_loss = 0
       strain_loss = 0
       do i = 1, p%n
@@ -364,6 +366,8 @@ contains
          h_before = h_before + p%volume(i)*p%gradient(i, :, :)
       end do
       call check_close(maxval(abs(h - h_before)), 0.0_dp, rounding*sum(p%volume), 'recombining keeps the volume-weighted H')
+      call check_close(maxval(abs(matmul(q%volume, q%history) - matmul(p%volume, p%history))), 0.0_dp, rounding*sum(p%volume), &
+                       'recombining keeps the means over the volume of what laws remember')
       call check_close(sum(q%mass), sum(p%mass), rounding*sum(p%mass), 'recombining keeps the mass')
       call check_close(sum(q%volume), sum(p%volume), rounding*sum(p%volume), 'recombining keeps the volume')
       call check_close(norm2(linear_momentum(q) - linear_momentum(p)), 0.0_dp, rounding*norm2(linear_momentum(p)), &
