@@ -90,7 +90,7 @@ parallel = --no-print-directory $(if $(filter -j%,$(MAKEFLAGS)),,-j$(JOBS))
 VPATH := $(sort $(dir $(SOURCES))) tests/unit tests/output tests/fuzz bench
 
 # Targets that compile nothing themselves
-TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab check test verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
+TASKS := help setup lock bare clean run install uninstall wheel figures sweep slurm docs notebooks structure lab check test costs verify verification portability coverage sanitize memcheck fuzz vtk extremes tradeoff
 .PHONY: $(TASKS) program tools unit
 .DELETE_ON_ERROR:
 
@@ -172,6 +172,11 @@ test:  ## install what is missing, build, run all tests
 	@$(MAKE) $(parallel) program unit build=checked build/checked/bench_step
 	@$(MAKE) $(parallel) program build/release3d/test_transition_cells dim=3
 	$(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests
+
+costs:  ## measure the processor time of each test of `make test`, and leave to `make verify` what has become too long: tests/long_tests.csv
+	@rm -rf build/costs
+	-PYTHONPATH=tests $(PYTHON) -m pytest -q -p costs -n $(JOBS) --dist loadgroup -m "not verify" tests
+	$(PYTHON) tests/costs.py
 
 verify: setup  ## run the tests that take long, which `make test` leaves out, and write the tables of docs/evidence/verification.md
 	@$(MAKE) $(parallel) program unit

@@ -7,7 +7,7 @@ from collections import Counter
 
 import pytest
 
-from long_tests import CASES, CHECKED, PARTS
+from long_tests import CHECKED, PARTS, cases, is_run
 from paths import CHECKED_PROGRAM, COARSE_DCB, PACKAGE, PROGRAM, ROOT, SCRIPTS, SOLID_PROGRAM
 
 sys.path[:0] = [str(SCRIPTS), str(PACKAGE)]
@@ -29,14 +29,14 @@ def pytest_configure(config):
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Mark the cases of tests that take long, but for the first ones or those that are named."""
-    seen = Counter()
+    seen, runs = Counter(), cases()
     for item in items:
         file, test = item.path.stem, getattr(item, "originalname", item.name)
         case = item.name.partition("[")[2]
-        kept = CASES.get(file, {}).get(test)
+        kept = runs.get(file, {}).get(test)
         if kept is not None and not item.get_closest_marker("verify"):
             seen[file, test] += 1
-            if not any(part in case for part in kept) if isinstance(kept, tuple) else seen[file, test] > kept:
+            if not is_run(kept, seen[file, test], case):
                 item.add_marker("verify")
         if case.startswith(PARTS.get(file, ())):
             item.add_marker("verify")

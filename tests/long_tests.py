@@ -1,148 +1,36 @@
-"""Which tests run where. Tests that take long, by file and function, with how many of their cases `make test` runs, or which, by parts of their names; the others belong to
-`make verify`, as do those that are marked so. What is measured at random, by finer cells or again in another way is here, where a shorter test stands for the same mechanism."""
+"""Which tests run where. Tests that take long are in long_tests.csv, by file and function, with how many of their cases `make test` runs, or which, by parts of
+their names; the others belong to `make verify`, as do those that are marked so. `make costs` measures them anew (costs.py)."""
 
-CASES = {
-    "test_absorbing_edges": {"test_around_an_axis": 1, "test_normal_incidence": 12},
-    "test_axisymmetric": {"test_a_penny_crack_grows_at_a_given_speed": 0, "test_a_penny_crack_under_a_step_of_pressure": 1, "test_a_rod_is_pulled": 4,
-                          "test_steps_at_their_limit_are_stable_at_the_axis": 5,
-                          "test_every_law_in_uniform_strain": 8},
-    "test_documented_sweeps": {"test_a_study_of_twelve_cases_in_two_commands": 0},
-    "test_export": {"test_gnuplot_draws_a_png": 0},
-    "test_figures": {"test_accuracy_against_cost_is_drawn_from_the_tables_beside_the_page": 0},
-    "test_growth_where_tests_are_done": {"test_a_charpy_specimen_on_anvils": 0},
-    "test_install": {"test_packages_are_built_in_a_folder_apart": 0},
-    "test_results_in_python": {"test_a_sweep_goes_on_with_what_was_stopped": 0},
-    "test_solutions": {"test_a_solution_turns_its_test_green": 2},
-    "test_tutorials": {"test_commands_end_as_the_page_says": ("first_hour",)},
-    "test_types": {"test_the_package_is_well_typed": 0},
-    "test_body_contact": {"test_a_block_slides_down_a_slope": 1, "test_a_crack_in_any_direction_is_that_along_the_grid": 0,
-                          "test_a_run_that_is_stopped_or_has_other_threads_has_the_same_bytes": 1, "test_momentum_is_kept_and_energy_is_booked": 8,
-                          "test_two_bars_meet_where_they_are_and_part_when_the_waves_are_back": 1},
-    "test_carried_cracks": {"test_halves_go_their_own_ways": 1, "test_the_stress_intensity_of_a_block_that_turns": 0},
-    "test_carried_tips": {"test_tip_that_moves_off_a_node": 1},
-    "test_checkpoints": {"test_a_resumed_run_has_the_bytes_of_an_unbroken_one": 5, "test_killed_at_random_moments": 0,
-                         "test_signals_stop_the_run": 3},
-    "test_cohesive": {"test_mirror_images_part_alike": 0, "test_mixed_modes_by_benzeggagh_and_kenane": 2, "test_a_beam_that_splits_in_motion": ("implicit",),
-                      "test_couples_of_any_mode_part_the_arms_at_the_toughness": 0,
-                      "test_damage_stays_on_finer_cells": 1, "test_faces_of_any_material_part": ("yields",), "test_faces_that_have_parted_rub": 2,
-                      "test_half_of_a_beam_parts_from_its_mirror_image": ("static-uniform",)},
-    "test_contact": {"test_a_tip_pressed_shut_has_no_mode_i": 1, "test_friction_in_explicit_steps_is_that_of_implicit_ones": 1,
-                     "test_friction_that_sticks_stays_on_a_mesh_that_changes": ("implicit",),
-                     "test_a_crack_slides_as_on_uniform_cells": ("static-'zz'", "static-'tip'"),
-                     "test_arms_that_part_and_meet_gain_no_energy": ("time_step=1e-6-", "courant=0.5-", "scheme='usf'-kind='line'"),
-                     "test_faces_that_stick_forget_the_cells_that_they_began_with": ("implicit",)},
-    "test_cpdi": {"test_J_and_reaction_of_a_beam": 2, "test_resumed_run": 3},
-    "test_crack_line": {"test_closed_faces_are_the_same_in_both_frames": 1, "test_a_crack_goes_with_the_body_that_carries_it": ("14.0-friction'",),
-                        "test_a_whole_body_gives_what_its_half_on_the_symmetry_plane_gives": 5},
-    "test_crack_path": {"test_cracks_in_a_plate": 2, "test_cracks_that_are_mirror_images_open_alike": 3, "test_extremes": 4, "test_random_places": 0,
-                        "test_the_audit_closes": 6, "test_closed_cracks_come_to_rest_by_implicit_steps": 1,
-                        "test_the_audit_of_implicit_steps_closes": 2},
-    "test_crack_snapshots": {"test_particles_have_the_side_on_which_they_began": 0, "test_snapshots_go_on_from_a_checkpoint": 0},
-    "test_domains": {"test_a_cantilever_that_is_bent_far": 0, "test_a_crack_along_the_edges_of_domains": 0,
-                     "test_every_law_under_small_loads_is_that_of_the_total_frame": 4, "test_every_scheme_and_mass_matrix": 6},
-    "test_estimated_errors": {"test_the_estimate_covers_the_error_of_quadratic_cells": 4},
-    "test_every_law": {"test_a_block_is_pulled_and_let_back": 6, "test_newton_converges_quadratically": 18},
-    "test_extremes": {"test_units": 1},
-    "test_failures": {"test_little_room_in_memory": 10},
-    "test_fatigue": {"test_life_converges_with_the_square_of_the_increment": 0, "test_two_tips_at_rates_of_their_own": 0},
-    "test_fuzz": {"test_bodies_at_random": 1, "test_cracks_that_grow_at_random": 0, "test_large_files_do_not_take_long": 3,
-                  "test_local_time_steps_at_random": 0},
-    "test_growth": {"test_a_path_by_local_symmetry": 0, "test_a_path_in_a_bent_beam": 0},
-    "test_growth_cases": {"test_a_tip_by_the_equation_of_motion_below_its_limit": 0, "test_bonds_that_are_far_too_weak_are_told_of": 0,
-                          "test_bonds_that_are_weaker_than_the_tension_ahead_wait_for_the_tip": 0, "test_pure_shear_starts": 1, "test_symmetric_tips_grow_alike": 1,
-                          "test_wing_cracks_go_smoothly": 0},
-    "test_growth_in_motion": {"test_faces_that_open_in_growth_press_and_rub": 1, "test_tips_share_what_is_left_of_the_largest_length": 1,
-                              "test_a_beam_that_splits_slowly_comes_near_to_one_at_rest": 0, "test_a_crack_that_runs": 1,
-                              "test_a_faster_crack_may_be_tougher": 0, "test_a_run_goes_on_from_a_checkpoint": 1, "test_a_slanted_crack_turns": 1,
-                              "test_both_tips_of_a_slanted_crack": 2, "test_the_plate_of_kalthoff": 0, "test_threads_change_nothing": 0,
-                              "test_usl_and_pieces_of_cells_that_few_particles_hold": 1},
-    "test_growth_of_symmetry_cracks": {"test_half_a_body_is_half_of_the_whole_one": 1,
-                                       "test_planes_on_any_side": 2},
-    "test_loaded_faces": {"test_point_forces_wedge_a_centre_crack": 0},
-    "test_load_frame": {"test_a_crack_that_turns_under_a_load_that_moves": ("hoop_stress", "max_energy")},
-    "test_local_leapfrog": {"test_a_plate_of_two_materials_comes_to_the_rest_of_common_steps": 0,
-                            "test_outputs_that_have_a_time_in_common_leave_the_steps_equal": 1},
-    "test_mean_dilatation": {"test_explicit_and_implicit_steps_agree": 1, "test_rubber_bends_far_in_both_frames": 0},
-    "test_mesh_pictures": {"test_an_animation_of_a_crack_that_opens": 0, "test_fields_that_colour_the_particles": 1,
-                           "test_snapshots_are_counted_on_a_terminal": 0},
-    "test_mirror_images": {"test_k_of_mirror_images_in_motion": 3},
-    "test_namelists": {"test_a_namelist_comes_back_from_f90nml_as_the_same_model": ("input/", "docs/", ".md")},
-    "test_names_are_data": {"test_gnuplot_runs_nothing": 1},
-    "test_needs": {"test_results_of_a_refinement_that_runs_away_are_at_most_what_was_foretold": 0, "test_memory_and_size_of_results_are_as_foretold": 1,
-                   "test_memory_of_plain_particles_is_as_foretold": 1},
-    "test_odd_points": {"test_odd_numbers_are_between_even_ones": 2},
-    "test_orthotropic": {"test_cracks_in_a_large_plate_have_the_isotropic_k_and_the_anisotropic_g": 0,
-                         "test_isotropic_constants_give_what_the_isotropic_law_gives": 1},
-    "test_path_closure": {"test_modes_in_an_infinite_plate": 2},
-    "test_plot_field": {"test_colours_end_at_the_faces_and_the_crack_opens": 0},
-    "test_plot_path": {"test_the_report_tells_of_growth_and_of_rest": 0, "test_the_window_of_an_animation_follows_the_tip": 0},
-    "test_pressure": {"test_j_of_pressed_faces_hangs_on_no_law": 2, "test_a_pressed_crack_grows": 0, "test_cracks_by_name": 0,
-                      "test_pressed_faces_of_lines_are_a_remote_tension": 1,
-                      "test_pressed_faces_of_paths_are_a_remote_tension": 1, "test_resumed_runs_have_the_same_bytes": 1,
-                      "test_the_audit_closes_in_motion": 1},
-    "test_quadratic": {"test_a_mesh_that_refines_while_it_runs_comes_to_rest_at_the_converged_value": 0, "test_a_resumed_run_has_the_same_bytes": 3,
-                       "test_bent_rubber_has_the_energy_that_bilinear_cells_tend_to": 0,
-                       "test_element_operators_do_so_with_fibres_in_any_direction": 1,
-                       "test_element_operators_do_what_the_passes_over_the_particles_do": 1, "test_gradients_refine_a_mesh_that_moves": 0,
-                       "test_the_audit_of_the_energy_closes_in_explicit_steps": 4, "test_the_beam_vibrates_as_converged_finite_elements_do": 1,
-                       "test_threads_do_not_change_a_byte": 1},
-    "test_quadratic_cut": {"test_faces_that_touch_on_cells_that_follow_the_solution": 1, "test_a_brazilian_disc": 0, "test_a_closed_line_passes_pressure_on": 1,
-                           "test_a_crack_along_its_stress_changes_nothing": 3, "test_a_crack_that_bending_closes_in_part": 0,
-                           "test_a_path_along_a_grid_line_is_a_line": 1, "test_a_path_by_local_symmetry": 0, "test_a_turned_square_of_rubber": 1,
-                           "test_a_turned_square_under_tension": 4, "test_closed_slanted_cracks": 0, "test_cracks_in_a_plate": 1, "test_extremes": 1,
-                           "test_growth_goes_on_from_a_checkpoint": 0, "test_more_cells_bring_k_nearer": 0, "test_random_places": 0,
-                           "test_the_stress_at_a_hole": 1, "test_what_k_does_not_depend_on": 0},
-    "test_quadratic_cut_motion": {"test_faces_on_slivers_need_no_shorter_steps": 1, "test_they_agree_where_a_wave_closes_a_crack": 1,
-                                  "test_a_body_in_flight_keeps_momentum_and_energy": 1, "test_a_damped_plate_comes_to_rest_at_the_k_of_statics": 1,
-                                  "test_a_path_along_a_grid_line_moves_as_a_line": 1, "test_a_resumed_run_on_other_threads_has_the_same_bytes": 1,
-                                  "test_an_edge_anywhere_in_its_cells": 1, "test_cracks_and_shapes_at_random_are_within_the_named_limit": 0,
-                                  "test_explicit_and_implicit_steps_agree": 0, "test_explicit_steps_keep_energy_and_their_audit_closes": 0,
-                                  "test_implicit_steps_keep_energy_to_rounding": 1, "test_k_of_a_slanted_crack_that_a_step_wave_meets": 0,
-                                  "test_the_limit_is_that_of_the_largest_eigenvalue": 1},
-    "test_readme": {"test_the_scene_runs": 2},
-    "test_held_loads": {"test_pressure_that_opens_a_crack_against_in_situ_stress": ("straight", "hoop_stress")},
-    "test_implicit": {"test_the_audit_closes_while_cells_refine": 2, "test_laws_that_remember_move_and_dissipate_as_by_explicit_steps": 1},
-    "test_supports": {"test_a_beam_lifts_off_the_support_that_would_pull": 8, "test_faces_and_supports_part_and_meet_in_implicit_steps": 2},
-    "test_remembering_laws": {"test_a_block_whose_ends_and_sides_move_by_turns_has_the_stress_of_the_differential_equations": 1,
-                              "test_cells_refine_at_rest_and_carry_what_particles_remember": 1,
-                              "test_quadratic_cells_that_yield_need_no_shared_dilatation": 0, "test_what_steps_miss_of_the_energy_falls_faster_than_they": 2,
-                              "test_a_resumed_run_has_the_bytes_of_an_unbroken_one": 1,
-                              "test_results_have_the_same_bytes_on_any_number_of_threads": 2},
-    "test_report": {"test_a_run_that_is_to_come_to_rest_and_does_not_is_named": 2},
-    "test_result_files": {"test_a_history_that_is_none": 30, "test_files_that_are_changed_at_random": 0,
-                          "test_pictures_of_files_that_are_changed_at_random": 0, "test_pictures_of_paths_in_files_that_are_changed_at_random": 0},
-    "test_run_case": {"test_a_stopped_case_goes_on_from_its_checkpoint": 0, "test_two_starts_at_a_time_run_a_case_once": 0},
-    "test_scripts_cases": {"test_pictures_show_what_has_left_the_grid": 1},
-    "test_shapes": {"test_a_brazilian_disc": 1, "test_a_struck_polygon_keeps_its_energy": 2,
-                    "test_a_sudden_pressure_on_a_free_polygon_is_no_instability": 1, "test_a_tube_that_yields": 1,
-                    "test_a_turned_square_under_tension_has_the_same_stress_everywhere": 6, "test_cells_refine_and_recombine_at_slanted_edges": 1,
-                    "test_the_gallery": 2},
-    "test_sketch": {"test_sketches_of_the_docs_are_those_of_their_models": 0, "test_every_model_has_a_sketch_whose_labels_are_in_it": 12},
-    "test_snakemake": {"test_a_sweep_with_failures_and_kills": 0, "test_paths_with_blanks": 0,
-                       "test_where_cases_are_refused_or_fail_is_an_error_when_asked_for": 0},
-    "test_solid": {"test_multigrid_is_the_direct_solver": ("linear_elastic",)},
-    "test_speed_count": {"test_in_the_total_frame_a_step_of_linear_cells_takes_less_than_a_quarter": 0},
-    "test_static": {"test_two_columns_that_buckle_at_once": 0, "test_a_cantilever_that_bends_by_most_of_its_length": 0,
-                    "test_static_values_are_those_that_damped_runs_tend_to": 0},
-    "test_static_start": {"test_updated_frame": ("consistent", "pressed", "updated")},
-    "test_strained_tip": {"test_modes_of_a_strained_tip": 1},
-    "test_t_stress": {"test_step_wave": 0},
-    "test_through": {"test_a_run_goes_on_from_a_checkpoint": ("merges at rest", "merges]")},
-    "test_time_step_limit": {"test_limit_is_that_of_the_matrices": 18, "test_limit_of_each_mass_matrix": 4,
-                             "test_limit_of_finer_cells_that_the_lattice_does_not_fit": 4, "test_limit_of_quadratic_cells": 10,
-                             "test_limit_of_quadratic_cells_of_several_sizes": 1, "test_limit_of_quadratic_cells_with_other_mass_matrices": 2,
-                             "test_limit_of_thin_bodies_and_of_bodies_anywhere_in_their_cells": 8},
-    "test_tradeoff": {"test_a_batch_is_extrapolated_and_costs_the_sum": 0, "test_errors_are_those_of_the_runs": 0},
-    "test_travel": {"test_a_cantilever_that_bends_through_the_cells": 0},
-    "test_virtual_extension": {"test_a_load_that_has_risen_is_as_good_as_a_sudden_one": 0, "test_direction_of_the_crack_does_not_matter": 0,
-                               "test_double_cantilever_beam": 0, "test_error_bound_holds_before_rest": 1,
-                               "test_errors_of_both_differences_are_those_of_theory": 1},
-    "test_weight_and_eigenstrain": {"test_a_plate_that_shrinks_between_its_sides_is_one_whose_sides_move_apart": 8,
-                                    "test_a_crack_in_a_body_that_hangs": 0, "test_a_crack_in_a_cooled_plate_that_is_held": 1},
-    "test_rules": {"test_a_second_crack_of_any_kind_is_not_dropped": 1},
-    "test_images": {"test_images_are_the_same": 2},
-    "test_ties": {"test_particles_on_cracks": 4},
-}
+import csv
+from pathlib import Path
+
+LIST = Path(__file__).with_name("long_tests.csv")
+
+
+def cases():
+    """By file and function what `make test` runs: the number of its first cases, a tuple of parts of names of cases, or a set of those of all that it does not run."""
+    found = {}
+    with LIST.open(newline="") as file:
+        for name, function, runs in csv.reader(file):
+            parts = runs[1:].split(" | ")
+            found.setdefault(name, {})[function] = int(runs) if runs.isdigit() else set(parts) if runs[0] == "!" else tuple(parts)
+    return found
+
+
+def write_cases(found):
+    with LIST.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        for name, of_file in sorted(found.items()):
+            for function, runs in sorted(of_file.items()):
+                writer.writerow([name, function, runs if isinstance(runs, int) else "!="[isinstance(runs, tuple)] + " | ".join(sorted(runs))])
+
+
+def is_run(runs, place, case):
+    """Whether `make test` runs a case, the `place`-th one of a function."""
+    if isinstance(runs, int):
+        return place <= runs
+    return any(part in case for part in runs) != isinstance(runs, set)
+
 
 # Of these files all that has to do with a part, by the beginning of the name of the case
 PARTS = {"test_lessons": ("2_", "11_", "18_", "20_", "6_", "7_", "8_", "9_", "10_", "13_", "14_", "16_", "19_", *(f"solutions/{k}-" for k in (6, 7, 8, 9, 10, 13, 14, 15, 16))),
