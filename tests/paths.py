@@ -1,4 +1,4 @@
-"""Where the tests find what they test. The environment variable HAMPM names another build than the release build."""
+"""Where the tests find what they test. The environment variables HAMPM and HAMPM3D name other builds than the release builds."""
 
 import os
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PROGRAM = (ROOT / os.environ.get("HAMPM", "build/release/hampm")).resolve()
 CHECKED_PROGRAM = ROOT / "build/checked/hampm"
-SOLID_PROGRAM = ROOT / "build/release3d/hampm3d"
+SOLID_PROGRAM = (ROOT / os.environ.get("HAMPM3D", "build/release3d/hampm3d")).resolve()
 RELEASE_BENCH = ROOT / "build/release/bench_step"
 CHECKED_BENCH = ROOT / "build/checked/bench_step"
 RESULTS_DRIVER = PROGRAM.with_name("results_driver")
