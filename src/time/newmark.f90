@@ -288,13 +288,13 @@ contains
       dt = self%dt
       self%a_du = 1/(beta*dt**2)
       self%v_du = gamma/(beta*dt)
+      if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss
       call ease_faces(m%interfaces, dt*largest_wave_speed(m%materials, 'shear'))
       a = m%state%acceleration
       call less_that_of_firm_faces(m, a, 1.0_dp, failure)
       if (.not. self%previous%is_now) call forces_at_start(self, m, self%previous%r)
       m%interfaces%weight = 1/(2*beta*(1 + self%alpha))
       call internal_force(m, self%r)
-      if (m%audit) self%stored = stored_energy(m) + dissipated_energy(m) + m%interfaces%loss
       call find_loading(m, time, loading)
       call find_prescribed(m, self%now%shift, time, dt, self%prescribed)
       associate (v => m%state%velocity, alpha => self%alpha, rate => m%damping_rate, outer => self%outer)

@@ -375,7 +375,8 @@ def test_cells_that_refine_in_motion_give_k_of_fine_ones(columns):
 
 @pytest.mark.parametrize("settings", [("method.mass=consistent", "material.law=neo_hookean"), ("method.hht_alpha=-0.1", "damping.rate=1e3"),
                                       ("material.law=j2_plastic", "material.yield_stress=3e5", "material.hardening=1e10"),
-                                      ("refine.indicator=gradient", "refine.field=energy_density", "refine.r_crit=0.1", "refine.r_coarsen=0.02")])
+                                      ("refine.indicator=gradient", "refine.field=energy_density", "refine.r_crit=0.1", "refine.r_coarsen=0.02"),
+                                      ("crack.kind=line", "crack.tip=0.045,0.055", "crack.direction=2,1", "crack.contact=frictionless", "load.force=0,-1e5")])
 def test_the_audit_closes_while_cells_refine(columns, settings):
     kept = [one for one in FOLLOWS if "gradient" not in settings[0] or "tolerance" not in one]
     found = columns(SHAKEN, "run.end_time=2e-5", *kept, *settings)
