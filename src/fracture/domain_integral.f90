@@ -95,7 +95,7 @@ contains
          domain%field = new_tip_field(domain%material, domain%direction)
       associate (grid => problem%grid, blocks => problem%blocks)
          call list_places(domain, grid, blocks, p, places)
-         call find_mean_slope(domain, p, places, c)
+         call find_mean_slope(domain, problem%materials, p, places, c)
          x = 0
          velocity = 0
          carried = 0
@@ -148,28 +148,32 @@ contains
       if (any(abs(k) > 0)) g = abs(j)*field%shares(k)*sign(1.0_dp, k)
    end function shares_of_modes
 
-   !> Turn of the material in the discs, and what is left of the mean of u,1 when it is turned back, in the axes of the crack [-]. On a
-   !> symmetry plane there is a stress normal to it, so that only the component along it may be subtracted.
-   pure subroutine find_mean_slope(domain, p, places, c)
+   !> Turn of the material in the discs, none where all of it is for small turns, and what is left of the mean of u,1 when it is turned back, in the axes
+   !> of the crack [-]. On a symmetry plane there is a stress normal to it, so that only the component along it may be subtracted.
+   pure subroutine find_mean_slope(domain, materials, p, places, c)
       type(tip_domain_t), intent(inout) :: domain
+      type(material_t), intent(in) :: materials(:)
       type(particles_t), intent(in) :: p
       type(places_t), intent(in) :: places
       real(dp), intent(out) :: c(ndim)
       real(dp) :: weight, total, mean(ndim, ndim), angle
+      logical :: turns
       integer :: n
       c = 0
       mean = 0
       total = 0
+      turns = .false.
       do n = 1, size(places%list)
          associate (i => places%list(n)%particle)
             weight = p%volume(i)*places%list(n)%weight
             mean = mean + weight*p%gradient_of(i)
+            turns = turns .or. materials(p%material(i))%is_finite
             total = total + weight
          end associate
       end do
       if (.not. total > 0) return
       mean = mean/total
-      if (domain%material%is_finite .and. .not. domain%half) then
+      if (turns .and. .not. domain%half) then
          angle = atan2(mean(2, 1) - mean(1, 2), 2 + mean(1, 1) + mean(2, 2))
          domain%turn(:, 1) = in_plane(-2*sin(angle/2)**2, sin(angle))
          domain%turn(:, 2) = in_plane(-sin(angle), -2*sin(angle/2)**2)
@@ -208,7 +212,7 @@ contains
       turned_back = slope + matmul(line, domain%turn)
    end function turned_back
 
-   !> Fields of particle `i`.
+   !> Fields of a particle. The stress of a law for small turns is that of the gradient as it is, and turned back itself.
    pure subroutine take_sample(domain, grid, p, place, material, state, c, s)
       type(tip_domain_t), intent(in) :: domain
       type(grid_t), intent(in) :: grid
@@ -218,27 +222,28 @@ contains
       type(nodal_state_t), intent(in) :: state
       real(dp), intent(in) :: c(ndim)
       type(sample_t), intent(out) :: s
-      real(dp), dimension(ndim, ndim) :: axes, h, unturned, stress
+      real(dp), dimension(ndim, ndim) :: axes, h, turned, stress
       real(dp), dimension(ndim) :: slope, constant, divergence
       integer :: d
       axes = frame_along(domain%direction)
       associate (i => place%particle, history => p%history_of(place%particle))
-         unturned = p%gradient_of(i)
-         h = unturned
-         if (domain%material%is_finite) then
-            do d = 1, ndim
-               h(:, d) = turned_back(domain, unturned(:, d), identity(:, d))
-            end do
-         end if
+         h = p%gradient_of(i)
+         turned = h
+         do d = 1, ndim
+            if (any(abs(domain%turn) > 0)) turned(:, d) = turned_back(domain, h(:, d), identity(:, d))
+         end do
+         s%radial_slope = dot_product(h(1, :), domain%direction)
+         if (material%is_finite) h = turned
          divergence = 0
          do d = 1, grid%n_functions
             divergence = divergence + place%shape(d)*state%divergence(:, place%point(d))
          end do
          s%volume = p%volume(i)
-         slope = h(:, 1)*domain%direction(1) + h(:, 2)*domain%direction(2)
+         slope = turned(:, 1)*domain%direction(1) + turned(:, 2)*domain%direction(2)
          s%slope = matmul(slope, axes) - c
          s%hoop = p%hoop_of(i)
          stress = product_of(material%first_piola_stress(h, history, s%hoop), axes)
+         if (.not. material%is_finite) stress = stress + matmul(transpose(domain%turn), stress)
          do d = 1, ndim
             s%stress(1, d) = axes(1, 1)*stress(1, d) + axes(2, 1)*stress(2, d)
             s%stress(2, d) = axes(1, 2)*stress(1, d) + axes(2, 2)*stress(2, d)
@@ -252,7 +257,6 @@ contains
             s%hoop_stress = material%hoop_stress(h, history, s%hoop)
             s%radius = p%reference(i, 1)
             s%outward = axes(1, :)
-            s%radial_slope = dot_product(unturned(1, :), domain%direction)
             constant = matmul(axes, c) + domain%direction
             constant = constant + matmul(domain%turn, constant) - domain%direction
             s%radial_constant = constant(1)
@@ -265,22 +269,24 @@ contains
                           *matmul(transpose(axes), matmul(material%slice%free_rate, axes))
             s%energy_rate = s%rate(1)*s%energy - sum(s%stress*s%free_rate)
          end if
-         if (abs(domain%pressure) > 0) call take_off_pressure(domain, material, merge(h, unturned, domain%pressure_follows), s)
+         if (abs(domain%pressure) > 0) call take_off_pressure(domain, material, material%is_finite .or. .not. p%total_frame, &
+                                                              p%gradient_of(i), turned, s)
       end associate
    end subroutine take_sample
 
    !> Let a particle be as in a body whose faces carry no pressure: with the stress p I added, which does the work p trace(H), or p cof(F) and
    !> p (det F - 1) where the pressure follows the faces.
-   pure subroutine take_off_pressure(domain, material, h, s)
+   pure subroutine take_off_pressure(domain, material, follows, h, turned, s)
       type(tip_domain_t), intent(in) :: domain
       type(material_t), intent(in) :: material
-      real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient, turned back where the pressure follows [-]
+      logical, intent(in) :: follows             !! whether it is on the faces as they are now, else as they were at first
+      real(dp), intent(in) :: h(ndim, ndim), turned(ndim, ndim) !! displacement gradient, and turned back [-]
       type(sample_t), intent(inout) :: s
       real(dp) :: axes(ndim, ndim)
       real(dp), dimension(space, space) :: f, stress
       axes = frame_along(domain%direction)
-      if (domain%pressure_follows) then
-         f = in_space(identity + h)
+      if (follows) then
+         f = in_space(identity + turned)
          f(space, space) = 1 + s%hoop
          stress = cofactors(f)
          s%stress = s%stress + domain%pressure*matmul(transpose(axes), matmul(stress(:ndim, :ndim), axes))

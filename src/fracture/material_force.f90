@@ -126,7 +126,7 @@ contains
    end subroutine add_particle
 
    !> What each mode has of G, signed as the faces have parted: those of K whose field has the mean opening and sliding of the faces up to a distance
-   !> behind the tip, each particle within a cell of the crack being moved to that by its own slope. Where a law is for large rotations, these are seen from
+   !> behind the tip, each particle within a cell of the crack being moved to that by its own slope. Where a law there is for large rotations, these are seen from
    !> material that turns as the mean of F there.
    pure function parts_of_modes(problem, tip, reach, p) result(part)
       type(problem_t), intent(in) :: problem
@@ -135,17 +135,20 @@ contains
       type(particles_t), intent(in) :: p
       real(dp) :: part(modes), moved(ndim, 2), volume(2), x(ndim), mean(ndim, ndim), angle, opening(ndim), k(modes), beside
       type(tip_field_t) :: field(2)
+      logical :: turns
       integer :: i, face
       part = [1, 0]
       beside = even*tip%nodes%spacing
       moved = 0
       volume = 0
       mean = 0
+      turns = .false.
       do i = 1, p%n
          x = matmul(p%reference(i, :) - tip%place, tip%axis)
          if (norm2(x) > (1 + even)*reach) cycle
          associate (h => p%gradient_of(i), v => p%volume(i))
             mean = mean + v*(identity + h)
+            turns = turns .or. problem%materials(p%material(i))%is_finite
             if (x(1) > -beside .or. abs(x(2)) < beside .or. abs(x(2)) > tip%nodes%spacing + beside) cycle
             face = merge(1, 2, x(2) > 0)
             moved(:, face) = moved(:, face) + v*(p%displacement(i, :) - x(2)*matmul(h, tip%axis(:, 2)))
@@ -159,8 +162,7 @@ contains
       end if
       if (.not. all(volume > 0)) return
       angle = 0
-      if (problem%materials(tip%material)%is_finite .and. .not. tip%is_half()) &
-         angle = atan2(mean(2, 1) - mean(1, 2), mean(1, 1) + mean(2, 2))
+      if (turns .and. .not. tip%is_half()) angle = atan2(mean(2, 1) - mean(1, 2), mean(1, 1) + mean(2, 2))
       field = fields_at(problem%materials, tip)
       opening = matmul(moved(:, 1)/volume(1) - moved(:, 2)/volume(2), &
                        frame_along(cos(angle)*tip%axis(:, 1) + sin(angle)*tip%axis(:, 2)))

@@ -104,7 +104,7 @@ contains
       end associate
    end subroutine path_closure
 
-   !> Rotation in the mean of F around a tip; none where all laws are for small ones.
+   !> Rotation in the mean of F around a tip; none where all laws there are for small ones.
    pure function rotation(tip, p, materials, reach) result(turn)
       type(crack_tip_t), intent(in) :: tip
       type(particles_t), intent(in) :: p
@@ -112,13 +112,17 @@ contains
       real(dp), intent(in) :: reach              !! [m]
       real(dp) :: turn(ndim, ndim)
       real(dp) :: mean(ndim, ndim), c, s
+      logical :: turns
       integer :: i
       turn = identity
-      if (materials(tip%material)%linear) return
       mean = 0
+      turns = .false.
       do i = 1, p%n
-         if (norm2(p%reference(i, :) - tip%place) <= reach) mean = mean + p%volume(i)*(identity + p%gradient_of(i))
+         if (norm2(p%reference(i, :) - tip%place) > reach) cycle
+         mean = mean + p%volume(i)*(identity + p%gradient_of(i))
+         turns = turns .or. materials(p%material(i))%is_finite
       end do
+      if (.not. turns) return
       c = mean(1, 1) + mean(2, 2)
       s = mean(2, 1) - mean(1, 2)
       turn(:, 1) = in_plane(c, s)/max(hypot(c, s), tiny(c))

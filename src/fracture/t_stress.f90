@@ -55,7 +55,7 @@ contains
       type(tip_domain_t) :: domain
       integer :: n
       domain = unturned
-      call find_mean_slope(domain, p, places, c)
+      call find_mean_slope(domain, problem%materials, p, places, c)
       allocate (t(size(domain%radius)), source=0.0_dp)
       axes = frame_along(domain%direction)
       from_force = 0                             ! where there is a singular part the force acts where K has its origin

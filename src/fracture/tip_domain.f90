@@ -47,7 +47,6 @@ module hampm_tip_domain
       type(tip_field_t) :: below                 !! and those below it
       real(dp) :: speed = 0                      !! of the tip, with the fields of which it runs [m/s]
       real(dp) :: pressure = 0                   !! on the faces of a crack that cuts cells, along their normals [Pa]
-      logical :: pressure_follows = .false.      !! whether on the faces as they are now, else as they were at first
       logical :: quadratic = .false.             !! whether cells are quadratic
       real(dp) :: tip_offset(modes) = 0          !! of these, else 0 [cells]
    contains

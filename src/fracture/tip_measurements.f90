@@ -92,7 +92,6 @@ contains
       if (allocated(tip%ends_at)) domain%ends_at = tip%ends_at
       ! A pressure on such faces is a load for each direction along the axes
       domain%pressure = sum(factors*problem%loads%pressure, mask=problem%loads%line == tip%crack)/(2*ndim)
-      domain%pressure_follows = domain%material%is_finite .or. .not. p%total_frame
       if (tip%may_close) closed = sample_behind_tip(problem%interfaces, tip%now, tip%direction, tip%nodes%spacing)
       call domain_integrals(domain, problem, factors, p, state, closed, values%places, values%j, k, k_uncertainty)
       if (allocated(values%t_stress)) then
