@@ -19,7 +19,8 @@
 module hampm_reference_step
    use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t
-   use hampm_interface_points, only: add_interface_forces, stretch_interfaces
+   use hampm_critical_step, only: largest_wave_speed
+   use hampm_interface_points, only: add_interface_forces, stretch_interfaces, commit_slip, ease_faces
    use hampm_interface_step, only: hold_faces
    use hampm_integrator, only: integrator_t
    use hampm_loads, only: place_loads, add_loads, book_work, book_work_late
@@ -85,10 +86,10 @@ contains
       if (m%scheme%name == 'musl' .or. m%scheme%name == 'usavg') then
          call map_velocity(m, mass, v_mapped)
          call strain(m, v_mapped, merge(dt, dt/2, m%scheme%name == 'musl'))
-         call stretch_interfaces(m%interfaces, v_mapped, dt)
+         call open_faces(m, v_mapped, dt)
          call book_work(m%loads, m%particles, m%state%time, dt, v_mapped, work)
       else
-         if (m%interfaces%n_at_end == 0 .or. m%scheme%name /= 'usf') call stretch_interfaces(m%interfaces, v_next, dt)
+         if (m%interfaces%n_at_end == 0 .or. m%scheme%name /= 'usf') call open_faces(m, v_next, dt)
          call book_work_late(m%loads, m%particles, m%state%time, dt, m%state%last_dt, v, work)
       end if
       do i = 1, m%particles%n
@@ -103,7 +104,7 @@ contains
       !> Add the forces of interface points at the end of the step, and what they change.
       subroutine add_forces_at_end()
          type(node_list_t) :: nodes
-         if (m%scheme%name == 'usf') call stretch_interfaces(m%interfaces, v, dt)
+         if (m%scheme%name == 'usf') call open_faces(m, v, dt)
          m%fields%mass_matrix%lumped = mass
          call hold_faces(m%interface_step, m%interfaces, m%matter_t, m%constraints%fixed, m%corners, dt, &
                          m%fields%mass_matrix, m%solver, v_next, a, force, failure)
@@ -112,6 +113,16 @@ contains
          call m%grid%dofs%distribute(nodes, ndim, v_next)
       end subroutine add_forces_at_end
    end subroutine reference_step
+
+   !> Open interface points by a nodal velocity, and let what has slid, and what cohesion has lost, stay so.
+   subroutine open_faces(m, v, dt)
+      type(problem_t), intent(inout) :: m
+      real(dp), intent(in) :: v(:, :)            !! [m/s], (ndim, n_points)
+      real(dp), intent(in) :: dt                 !! [s]
+      call stretch_interfaces(m%interfaces, v, dt)
+      call commit_slip(m%interfaces)
+      call ease_faces(m%interfaces, dt*largest_wave_speed(m%materials, 'shear'))
+   end subroutine open_faces
 
    !> P2G. The lumped masses m_i = sum m_p N_i (9) [kg].
    subroutine map_mass(m, mass)

@@ -39,6 +39,9 @@ SCENES = {
                                                        "&energy_release estimators = 'domain_integral' /\n"),
     "a disc that is cut, with an eigenstrain": scene("&body material = 'a'  shape = 'circle'  center = 0.0093, 0.0102  radius = 0.0087  points_per_cell = 3  "
                                                      "eigenstrain = 1e-3, 2e-3, 5e-4 /\n", "&load kind = 'gravity'  acceleration = 5.0, -9.81 /\n"),
+    "cohesion that fails": scene(PLATE.format(2), HELD, PULL.replace("0.1, 0.5", "0.1, 50.0"), "&crack kind = 'line'  tip = 0.012, 0.01 /\n&cohesive strength = 5e2  toughness = 1e-4 /\n"),
+    "cohesion that fails, usf and finer cells": scene(PLATE.format(2), HELD, PULL.replace("0.1, 0.5", "0.1, 50.0"), "&method scheme = 'usf' /\n", TIP,
+                                                      "&crack kind = 'path'  points = -0.001, 0.0083, 0.0149, 0.0118 /\n&cohesive strength = 5e2  toughness = 1e-4 /\n"),
     "plasticity": scene(PLATE.format(2), HELD, PULL, law=REMEMBERS["j2_plastic"]),
     "viscoelasticity in quadratic cells": scene(PLATE.format(3), HELD, PULL, "&method scheme = 'usavg' /\n", law=REMEMBERS["viscoelastic"], grid="order = 2"),
 }
