@@ -185,18 +185,31 @@ contains
       is_layer = layer_around(model, body, tip, direction) >= radius - tolerance(model%grid)
    end function is_layer
 
-   !> The largest radius around a tip up to which a body is a layer along the crack [m]; below 0 where it is none.
+   !> The largest radius around a tip up to which a body, with those like it that continue it, is a layer along the crack [m]; below 0 where it is none.
    pure real(dp) function layer_around(model, body, tip, direction) result(radius)
       type(model_t), intent(in) :: model
       integer, intent(in) :: body
       real(dp), intent(in) :: tip(ndim), direction(ndim) !! direction of any length [m]
-      integer :: along
+      real(dp), dimension(ndim) :: lower, upper, apart ! of the layer [m]
+      integer :: along, turn, i
       along = maxloc(abs(direction), dim=1)
       radius = -huge(radius)
-      associate (b => model%bodies(body))
-         if (.not. b%outline%is_there() .and. minval(abs(direction)) <= epsilon(1.0_dp)*maxval(abs(direction))) &
-            radius = min(tip(along) - b%lower(along), b%upper(along) - tip(along))
-      end associate
+      lower = model%bodies(body)%lower
+      upper = model%bodies(body)%upper
+      if (model%bodies(body)%outline%is_there() .or. minval(abs(direction)) > epsilon(1.0_dp)*maxval(abs(direction))) return
+      do turn = 2, size(model%bodies)
+         do i = 1, size(model%bodies)
+            associate (b => model%bodies(i), tol => tolerance(model%grid))
+               if (b%outline%is_there() .or. .not. overlap(b%lower, b%upper, lower, upper, -tol)) cycle
+               apart = max(abs(b%lower - lower), abs(b%upper - upper))
+               apart(along) = 0
+               if (any(apart > tol) .or. .not. are_alike(model, i, body)) cycle
+               lower(along) = min(lower(along), b%lower(along))
+               upper(along) = max(upper(along), b%upper(along))
+            end associate
+         end do
+      end do
+      radius = min(tip(along) - lower(along), upper(along) - tip(along))
    end function layer_around
 
    !> The bodies above and below a tip, to the left and to the right of its direction, where its crack is the interface of their two materials and there

@@ -121,6 +121,20 @@ def test_length_turns_the_phase(hampm):
     assert measured(other) == pytest.approx(turned, rel=1e-10)
 
 
+@pytest.mark.parametrize("at", [1.0, 1.5])
+@pytest.mark.parametrize("first", [False, True])
+def test_a_material_that_goes_on_in_another_body(hampm, at, first):
+    """Bodies of one material beside each other are one: a joint at a tip or near it changes no K (it ended that of the tip)."""
+    text = plate(levels=2)
+    whole = next(line for line in text.splitlines(keepends=True) if "&body material = 'm1'" in line)
+    right = f"upper = {WIDE}, 0.0"
+    halves = whole.replace(right, f"upper = {at}, 0.0") + whole.replace(f"lower = {-WIDE}, ", f"lower = {at}, ")
+    text_of_halves = halves + text.replace(whole, "") if first else text.replace(whole, halves)
+    (found, other) = (harness.run(hampm, one).last() for one in (text, text_of_halves))
+    for tip in ("", "_tip2"):
+        assert measured(other, tip) == pytest.approx(measured(found, tip), rel=1e-9)
+
+
 def test_a_run_that_goes_on(hampm):
     """Resumed, in motion, in the updated frame: it has the same bytes."""
     text = plate(levels=1, method="time = 'explicit' frame = 'updated'").replace("end_time = 1.0", "end_time = 4e-3")
