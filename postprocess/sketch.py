@@ -103,11 +103,13 @@ class Sheet:
     """What is drawn on: axes in a unit that suits, the length of a point on paper, and where the material is.
 
     outlines  of bodies and of holes, closed lines (n, 2) [m]
+    polygons  those of them that have sides
     point     1/72 inch on paper [m]
     """
 
     def __init__(self, scene, with_lattice):
         self.outlines = [outline(body) for body in scene.body]
+        self.polygons = [line for line, body in zip(self.outlines, scene.body) if body.shape != "circle"]
         self._material = [(Path(line), body.hole) for line, body in zip(self.outlines, scene.body)]
         self.middles = [middle_of(line) for line, body in zip(self.outlines, scene.body) if not body.hole]
         corners = np.concatenate(self.outlines + ([np.array(lattice(scene))] if with_lattice else []))
@@ -345,12 +347,17 @@ def draw_load(sheet, load, cracks):
     on_crack, is_pressure = load.on == "crack" or load.face != "none", load.kind == "pressure"
     lower, upper = (np.array(corner, dtype=float) for corner in ((load.lower, load.upper) if load.lower else (sheet.lower, sheet.upper)))
     lines = [*(cracks if on_crack else sheet.outlines)] if load.kind in ("traction", "pressure", "absorbing") else []
+    if load.side:
+        lines = [line[load.side - 1:load.side + 1] for line in sheet.polygons if len(line) > load.side]
+    parts = [part for line in lines for part in within(line, lower, upper, 1e-3 * sheet.point)]
+    if load.side:
+        lower, upper = parts[0].min(axis=0), parts[0].max(axis=0)
     if load.kind == "absorbing":
-        for part in [part for line in lines for part in within(line, lower, upper, 1e-3 * sheet.point)]:
+        for part in parts:
             sheet.line(part, color=LOAD, linewidth=5, linestyle=(0, (0.5, 0.5)), zorder=1.5)
         return sheet.label((lower + upper) / 2, "absorbing", upper - lower)
     ends = []
-    for part in [part for line in lines for part in within(line, lower, upper, 1e-3 * sheet.point)]:
+    for part in parts:
         sheet.line(part, color=LOAD, linewidth=5, zorder=1.5, solid_capstyle="butt")
         for place, way in zip(*along(part, SPACING * sheet.point)):
             normal = np.array([way[1], -way[0]])

@@ -49,7 +49,7 @@ contains
       do i = 1, size(model%loads)
          call find_sides(model, i, sides, strays)
          if (strays) call add(text, '&load '//to_text(i)//': its box takes parts of several sides:'//sides// &
-                              '. To load one of them alone, let the box end just short of the corners with the others')
+                              '. To load one of them alone, give its number: side')
       end do
       do i = 1, size(model%materials)
          call check_units(model%materials(i), text)
@@ -84,9 +84,9 @@ contains
       character(:), allocatable, intent(out) :: list !! '' where it acts on no polygon
       logical, intent(out) :: strays
       real(dp), parameter :: sharp = 0.87_dp     ! cosine of 30 degrees
-      real(dp), allocatable :: corner(:, :), length(:), whole(:), along(:, :)
+      real(dp), allocatable :: length(:), whole(:), along(:, :)
       type(edge_part_t), allocatable :: parts(:)
-      integer :: b, r, i, n, most
+      integer :: b, r, i, j, n, most
       list = ''
       strays = .false.
       associate (load => model%loads(k), tol => tolerance(model%grid))
@@ -94,44 +94,26 @@ contains
          do b = 1, size(model%bodies)
             if (.not. model%bodies(b)%outline%is_there()) cycle
             associate (outline => model%bodies(b)%outline)
-               parts = outline%parts_in_box(load%lower, load%upper, tol, model%grid%lower, model%grid%cell)
+               parts = outline%parts_in_box(load%lower, load%upper, tol, model%grid%lower, model%grid%cell, load%side)
                do r = 1, size(outline%rings)
                   if (outline%rings(r)%is_circle) cycle
-                  corner = outline%rings(r)%corners(0)
-                  n = size(corner, 2)
-                  along = cshift(corner, 1, dim=2) - corner
+                  n = size(outline%rings(r)%points, 2)
+                  along = cshift(outline%rings(r)%points, 1, dim=2) - outline%rings(r)%points
                   whole = norm2(along, dim=1)
-                  length = [(on_side(i), i=1, n)]
+                  length = [(sum([(2*norm2(parts(j)%half), j=1, size(parts))], mask=parts%ring == r .and. parts%side == i), i=1, n)]
                   most = maxloc(length, dim=1)
                   do i = 1, n
                      if (.not. length(i) > tol) cycle
                      list = list//trim(merge(', ', '  ', list /= ''))//' '//length_text(length(i))//' m of side '//to_text(i)
                      if (r > 1) list = list//' of its hole '//to_text(r - 1)
                      if (size(model%bodies) > 1) list = list//' of body '//to_text(b)
-                     strays = strays .or. length(i) < whole(i) - tol .and. dot_product(along(:, i), along(:, most)) < &
-                              sharp*whole(i)*whole(most)
+                     strays = strays .or. load%side == 0 .and. length(i) < whole(i) - tol .and. &
+                              dot_product(along(:, i), along(:, most)) < sharp*whole(i)*whole(most)
                   end do
                end do
             end associate
          end do
       end associate
-
-   contains
-
-      !> Length of the parts that are on a side [m].
-      pure real(dp) function on_side(side) result(length)
-         integer, intent(in) :: side
-         real(dp) :: from(ndim), at
-         integer :: j
-         length = 0
-         do j = 1, size(parts)
-            from = parts(j)%middle - corner(:, side)
-            at = dot_product(from, along(:, side))
-            if (at < 0 .or. at > whole(side)**2) cycle
-            if (abs(along(1, side)*from(2) - along(2, side)*from(1)) > tolerance(model%grid)*whole(side)) cycle
-            length = length + 2*norm2(parts(j)%half)
-         end do
-      end function on_side
    end subroutine find_sides
 
    !> What the method makes of the model, and whether its grid looks wrong.

@@ -94,8 +94,8 @@ contains
          call check_name(model%loads(:i)%name, 'load', entry, settings)
          if (.not. settings%good(entry, 'kind')) cycle
          if (is_on_faces(model%loads(i))) call check_pressed(model, model%loads(i), entry, settings)
-         if (any([size(settings%numbers(entry, 'lower')), size(settings%numbers(entry, 'upper'))] /= ndim) .or. &
-             .not. model%loads(i)%has_place) cycle
+         if (any([size(settings%numbers(entry, 'lower')), size(settings%numbers(entry, 'upper'))] /= merge(0, ndim, &
+             model%loads(i)%side > 0 .and. size(settings%numbers(entry, 'lower')) == 0)) .or. .not. model%loads(i)%has_place) cycle
          if (any(model%loads(i)%upper < model%loads(i)%lower)) then
             call settings%complain(entry, 'upper', 'must not be below lower = '//point_text(model%loads(i)%lower))
          else if (has_geometry) then
@@ -141,6 +141,14 @@ contains
       tol = tolerance(model%grid)
       call check_face(model, load, entry, settings, misses)
       if (misses) return
+      if (load%of_outlines /= 1 .and. settings%good(entry, 'side')) then
+         call settings%complain(entry, 'side', 'must be the number of a side of one polygon or rectangle: that from its corner '// &
+                                'of this number to the next, as they are written (of a rectangle 1 below, 2 right, 3 above, '// &
+                                '4 left); '//trim(merge('there is none in its box                                 ', &
+                                                        'there are several: give lower and upper of a box with one', &
+                                                        load%of_outlines == 0)))
+         return
+      end if
       found = load%face /= 'none'
       call find_edge_normal(model, load, normal, sides)
       if (any(load%kind == [character(9) :: 'traction', 'pressure', 'absorbing'])) found = found .or. sides > 0
@@ -152,7 +160,7 @@ contains
              case ('traction', 'pressure', 'absorbing')
                if (body%outline%is_there()) then
                   found = found .or. size(body%outline%parts_in_box(load%lower, load%upper, tol, model%grid%lower, &
-                                                                    model%grid%cell)) > 0
+                                                                    model%grid%cell, load%side)) > 0
                end if
              case ('body')
                found = found .or. area_in_box(body, load%lower, load%upper) > 0

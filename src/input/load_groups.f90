@@ -3,7 +3,7 @@
 module hampm_load_groups
    use hampm_kinds, only: dp, ndim, name_len
    use hampm_constraints, only: given_motion_t
-   use hampm_key_rows, only: zeros, near_side, far_side, components, key_t, type_real, type_name, any_number, &
+   use hampm_key_rows, only: zeros, near_side, far_side, components, key_t, type_real, type_integer, type_name, any_number, &
                              not_negative, max_values, group_t, &
                              type_text, type_logical, repeats, is_optional
    use hampm_settings, only: settings_t
@@ -71,6 +71,9 @@ module hampm_load_groups
             example='0.0, 0.0'//near_side, allowed=any_number, fewest=0, most=ndim), &
       key_t('upper', type_real, 'upper corner of where it acts, for a point equal to the lower one; none where lower is none', &
             example='0.0, 0.01'//far_side, unit='m', allowed=any_number, fewest=0, most=ndim), &
+      key_t('side', type_integer, &
+            'of a traction, pressure or absorbing edge: the side of a polygon or rectangle, by its number; 0: all in the box', &
+            default='0', allowed='[0, inf)'), &
       key_t('force', type_real, 'of a point, traction or body: resultant of the whole load where its factor is 1', &
             example='0.0, 1.0'//near_side, unit='N', allowed=any_number, fewest=0, most=ndim), &
       key_t('pressure', type_real, 'of a pressure: force on each area where its factor is 1, positive into the material', &
@@ -91,6 +94,8 @@ module hampm_load_groups
       logical :: has_place = .true.              !! whether it acts in a box, else on all material or on a crack
       real(dp) :: lower(ndim) = 0                !! [m]
       real(dp) :: upper(ndim) = 0                !! [m]
+      integer :: side = 0                        !! of a polygon or rectangle, on which alone it acts; 0: all in the box
+      integer :: of_outlines = 1                 !! how many have such a side in the box
       real(dp) :: force(ndim) = 0                !! resultant of the whole load [N]
       character(name_len) :: face = ''           !! of a crack: 'none', 'left' or 'right'
       real(dp) :: pressure = 0                   !! positive into the material [Pa]
@@ -174,6 +179,7 @@ contains
             if (size(settings%numbers(entry, 'lower')) == ndim) load%lower = settings%vector(entry, 'lower')
             if (size(settings%numbers(entry, 'upper')) == ndim) load%upper = settings%vector(entry, 'upper')
             if (size(settings%numbers(entry, 'force')) == ndim) load%force = settings%vector(entry, 'force')
+            load%side = nint(settings%number(entry, 'side'))
             load%pressure = settings%number(entry, 'pressure')
             load%crack = settings%text(entry, 'crack')
             load%acceleration = settings%vector(entry, 'acceleration')

@@ -1,7 +1,9 @@
 !> What the user asked for: one type for each group of the namelist, after validation, in SI units. What the keys are, and how they
 !> come from the text, is beside these types in the modules of the groups.
 module hampm_model
-   use hampm_body_group, only: area_in_box, body_t, hole_t, fill_bodies, fill_holes
+   use hampm_body_group, only: area_in_box, body_t, hole_t, fill_bodies, fill_holes, outline_of
+   use hampm_edge_parts, only: edge_part_t
+   use hampm_outline, only: outline_t
    use hampm_load_groups, only: constraint_spec_t, fill_constraints, load_spec_t, fill_loads
    use hampm_indicator, only: indicator_row_t, refine_t
    use hampm_indicators, only: indicators, indicator_keys
@@ -99,6 +101,7 @@ contains
       call fill_energy_release(settings, model%energy_release)
       call fill_probes(settings, model%probes)
       call find_materials(model)
+      call take_sides(settings, model)
       call place_lines(model)
       call find_growing_paths(model)
    end subroutine fill_model
@@ -166,6 +169,38 @@ contains
          end associate
       end do
    end subroutine find_materials
+
+   !> Let the boxes of loads on a side end where that does.
+   pure subroutine take_sides(settings, model)
+      type(settings_t), intent(in) :: settings
+      type(model_t), intent(inout) :: model
+      type(outline_t) :: outline
+      type(edge_part_t), allocatable :: parts(:)
+      real(dp) :: lower(ndim), upper(ndim)        ! of the box without the side [m]
+      integer :: k, b, i
+      do k = 1, size(model%loads)
+         associate (load => model%loads(k), grid => model%grid)
+            if (load%side == 0 .or. ndim > 2) cycle
+            load%of_outlines = 0
+            if (.not. grid%cell > 0) cycle
+            lower = load%lower
+            upper = load%upper
+            if (size(settings%numbers(settings%find('load', k), 'lower')) == 0) then
+               lower = grid%lower
+               upper = grid%lower + grid%cells*grid%cell
+            end if
+            do b = 1, size(model%bodies)
+               outline = outline_of(model%bodies(b))
+               parts = outline%parts_in_box(lower, upper, position_tolerance(grid%cell, grid%lower, grid%lower + &
+                                            grid%cells*grid%cell), lower, sqrt(huge(1.0_dp)), load%side)
+               if (size(parts) == 0) cycle
+               load%of_outlines = load%of_outlines + count([(any(parts%ring == i), i=1, size(outline%rings))])
+               load%lower = [(minval(parts%middle(i) - abs(parts%half(i))), i=1, ndim)]
+               load%upper = [(maxval(parts%middle(i) + abs(parts%half(i))), i=1, ndim)]
+            end do
+         end associate
+      end do
+   end subroutine take_sides
 
    !> Find the other ends of cracks that are straight to a tip: as far from it as their length or, of those without one or with one that is longer, where
    !> one of the faces ends.

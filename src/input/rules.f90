@@ -277,15 +277,22 @@ module hampm_rules
              "a dashpot at its nodes would not turn it")]
 
    type(rule_t), parameter :: of_loads(*) = [ &
-      rule_t("&load kind = 'point' | 'traction' | 'body'", requires, "&load lower and &load upper and &load force"), &
+      rule_t("&load kind = 'point' | 'body'", requires, "&load lower and &load upper and &load force"), &
+      rule_t("&load kind = 'traction'", requires, "&load force"), &
       rule_t("&load kind = 'pressure'", requires, "&load pressure"), &
-      rule_t("&load kind = 'pressure' and &load on = 'edge'", requires, "&load lower and &load upper"), &
+      rule_t("&load kind = 'traction' | 'absorbing'", requires, "&load lower and &load upper or &load side"), &
+      rule_t("&load kind = 'pressure' and &load on = 'edge'", requires, "&load lower and &load upper or &load side"), &
+      rule_t("&load side and &load lower", requires, "&load upper"), &
+      rule_t("&load side and &load upper", requires, "&load lower"), &
+      rule_t("&load side", requires, "&load kind = 'traction' | 'pressure' | 'absorbing'"), &
+      rule_t("&load side", not_with, "&load on = 'crack'"), &
+      rule_t("&load side", not_with, "&load face = 'left' | 'right'", reason="faces of cracks are no sides of polygons"), &
+      rule_t("&load side", not_with, "a solid", reason="sides of solids are flat along the grid, or round: give the box of one"), &
       rule_t("&load kind = 'gravity'", requires, "&load acceleration"), &
       (rule_t("&load "//corners(k), not_with, "&load kind = 'gravity'", reason="gravity acts on all bodies", use="kind = 'body'"), &
        rule_t("&load "//corners(k), not_with, "&load kind = 'pressure' and &load on = 'crack'", &
               reason="the pressure acts on both faces of the whole crack"), k=1, 2), &
       rule_t("&load force", not_with, "&load kind = 'pressure' | 'gravity' | 'absorbing'"), &
-      rule_t("&load kind = 'absorbing'", requires, "&load lower and &load upper"), &
       (rule_t("&load "//of_factor(k), not_with, "&load kind = 'absorbing'", &
               reason="velocities of the edge give its force"), k=1, 2), &
       rule_t("&load kind = 'absorbing'", not_with, "&method time = 'static'", mechanics, "a static model has no velocity"), &

@@ -14,6 +14,8 @@ module hampm_edge_parts
       real(dp) :: half(ndim) = 0                 !! from there to its end, along it; of a rectangle to its corner, 0 of parts of other surfaces [m]
       real(dp) :: normal(ndim) = 0               !! unit vector out of the material
       real(dp) :: area = 0                       !! of a part of the surface of a solid [m2]
+      integer :: ring = 0                        !! of the outline, of which it is
+      integer :: side = 0                        !! of the polygon that the ring is, from its corner of this number as they are written to the next; 0: none
    end type edge_part_t
 
 contains

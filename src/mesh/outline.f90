@@ -417,13 +417,15 @@ contains
       if (ndim > 2) m(1:) = m(1:) + m(0)*(from - lower)
    end function moments
 
-   !> The parts of the edges of an outline whose middle is in a box, each within one cell of a lattice: what a traction acts on.
-   pure function parts_in_box(self, lower, upper, tolerance, origin, spacing) result(parts)
+   !> The parts of the edges of an outline whose middle is in a box, each within one cell of a lattice: what a traction acts on. All, or those of the sides of
+   !> a number.
+   pure function parts_in_box(self, lower, upper, tolerance, origin, spacing, side) result(parts)
       class(outline_t), intent(in) :: self
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! corners of the box [m]
       real(dp), intent(in) :: tolerance          !! below which two positions are the same place [m]
       real(dp), intent(in) :: origin(ndim)       !! of the lattice [m]
       real(dp), intent(in) :: spacing            !! of the lattice [m]
+      integer, intent(in) :: side                !! 0: all
       type(edge_part_t), allocatable :: parts(:)
       integer :: k
       allocate (parts(0))
@@ -437,7 +439,9 @@ contains
          else
             call add_sides(self%rings(k), k > 1, lower, upper, tolerance, origin, spacing, parts)
          end if
+         where (parts%ring == 0) parts%ring = k
       end do
+      if (side > 0) parts = pack(parts, parts%side == side)
    end function parts_in_box
 
    !> Add the sides of a polygon, parted where they cross the lines of a lattice and the box. The tolerance is for sides along those of the box: one
@@ -454,7 +458,9 @@ contains
       integer :: i, d, k
       allocate (corner, source=ring%corners(0))
       do i = 1, size(corner, 2)
-         a = corner(:, merge(size(corner, 2), i - 1, i == 1))
+         part%side = merge(size(corner, 2), i - 1, i == 1)
+         a = corner(:, part%side)
+         if (ring%area() < 0) part%side = size(corner, 2) - mod(part%side, size(corner, 2)) ! written the other way round
          b = corner(:, i)
          if (.not. norm2(b - a) > 0) cycle
          normal = quarter_turn(a - b)/norm2(b - a)

@@ -63,7 +63,7 @@ contains
          associate (body => model%bodies(k))
             if (body%outline%is_there()) parts = [parts, body%outline%parts_in_box(spec%lower, spec%upper, tolerance(model%grid), &
                                                                                    model%grid%lower, &
-                                                                                   model%grid%cell/body%points_per_cell)]
+                                                                                   model%grid%cell/body%points_per_cell, spec%side)]
          end associate
       end do
    end function loaded_parts

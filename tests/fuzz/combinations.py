@@ -431,6 +431,12 @@ def resultant(case, time):
             force = np.array(keys["acceleration"]) * sum(a * density[one["material"]] for a, one in zip(area, solid)) * thickness
         elif keys["kind"] == "pressure" and keys.get("on") == "crack":
             force = np.zeros(case.n)
+        elif keys["kind"] == "pressure" and "side" in keys:
+            case.need("lower" not in keys and len(solid) == 1)
+            corners = np.reshape(solid[0]["points"], (-1, 2))
+            x, y = (np.roll(corners, -1, axis=0) - corners)[keys["side"] - 1]
+            turn = np.sign(np.sum(np.cross(corners, np.roll(corners, -1, axis=0))))
+            force = turn * keys["pressure"] * np.array([-y, x]) * thickness
         elif keys["kind"] == "pressure":
             case.need(len(solid) == 1 and not holes and solid[0].get("shape", "rectangle") == "rectangle")
             body, low, high = solid[0], np.array(keys["lower"]), np.array(keys["upper"])
@@ -830,6 +836,7 @@ PARTS = {"toughness by tables": any_of("growth", "extensions", "angles", "speeds
          "T-stress": chosen("energy_release", "t_stress", True),
          "K of interfaces": any_of("energy_release", "phase_length"),
          "graded bodies with J": lambda scene: any_of("body", "profile_at")(scene) and "domain_integral" in group(scene, "energy_release").get("estimators", ()),
+         "loads on sides of polygons": any_of("load", "side"),
          "material forces": lambda scene: "material_force" in group(scene, "energy_release").get("estimators", ())}
 
 

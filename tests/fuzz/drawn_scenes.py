@@ -147,7 +147,7 @@ class Drawing:
         points = {"points_per_cell": chance.choice([3, 4]) if self.order == 2 else chance.choice([1, 2, 2, 2, 2, 3, 4])}
         materials, first = [self.material("m0", law)], {"material": "m0"} | points
         found = []
-        self.lower_edge, self.upper_edge = 0.0, float(h)
+        self.lower_edge, self.upper_edge, self.sides = 0.0, float(h), 0
         if self.shaped:
             kind = chance.choice(["circle", "polygon", "hole", "hole"])
             r = min(w, h) / 2
@@ -157,6 +157,7 @@ class Drawing:
                 angles = sorted(chance.uniform(0, 2 * math.pi) for _ in range(chance.randint(4, 7)))
                 points_of = [self.place(w / 2 + chance.uniform(0.6, 1) * r * math.cos(a), h / 2 + chance.uniform(0.6, 1) * r * math.sin(a)) for a in angles]
                 first |= {"shape": "polygon", "points": [x for point in points_of for x in point]}
+                self.sides = len(points_of)
             else:
                 first |= self.box(0, 0, w, h)
         elif chance.random() < 0.2 and self.crack != "symmetry":
@@ -413,17 +414,20 @@ class Drawing:
             edge = chance.choice([(0, h, w, h), (0, h, w, h), (0, 0, 0, h), (w, 0, w, h)])
             if self.shaped:
                 edge = chance.choice([(-1, h / 2, w + 1, h + 1), (-1, -1, w / 2, h + 1), (0, h, w, h)])
+            where = self.box(*edge)
+            if self.sides and chance.random() < 0.5:
+                where = {"side": chance.randint(1, self.sides)} | (where if chance.random() < 0.2 else {})
             if kind == "traction":
-                keys = {"kind": kind, "force": direction} | self.box(*edge)
+                keys = {"kind": kind, "force": direction} | where
             elif kind == "point":
                 place = chance.choice([(w / 2, h), (w, h), (0, h / 2), (w / 3, h / 4)])
                 keys = {"kind": kind, "force": [0.2 * f for f in direction]} | self.box(*place, *place)
             elif kind == "body":
                 keys = {"kind": kind, "force": direction} | self.box(0, h / 2 + 0.07, w, h)    # no particle on its edge, for rounding to decide
             elif kind == "pressure":
-                keys = {"kind": kind, "pressure": chance.choice([-1, 1]) * self.strain * self.young} | self.box(*edge)
+                keys = {"kind": kind, "pressure": chance.choice([-1, 1]) * self.strain * self.young} | where
             elif kind == "absorbing":
-                found.append(["load", {"kind": kind} | self.box(*edge)])
+                found.append(["load", {"kind": kind} | where])
                 continue
             elif kind == "gravity":
                 keys = {"kind": kind, "acceleration": [f / (self.density * w * h * self.cell**2 * self.thickness) for f in direction]}

@@ -176,6 +176,7 @@ SCENES = {
     "pushes only": plate() + "&constraint lower = -10e-3, -10e-3 upper = 10e-3, -10e-3 fix = 'y' unilateral = .true. name = 'foot' /\n"
     + "&constraint lower = 0.0, -10e-3 upper = 0.0, -10e-3 fix = 'x' /\n" + "&load kind = 'body' lower = 4e-3, 0.0 upper = 10e-3, 10e-3 force = 0.0, -1e4 /\n"
     + STATIC.format(""),
+    "on a side": plate(shape="shape = 'polygon' points = -10e-3, -10e-3, 8e-3, -10e-3, 10e-3, 10e-3, -10e-3, 10e-3") + HELD + "&load kind = 'traction' side = 2 force = 1e4, 0.0 /\n" + STATIC.format(""),
     "on pins": plate() + "&constraint lower = -8e-3, -3e-3 upper = -4e-3, 1e-3 fix = 'xy' turns = .true. name = 'pin' /\n"
     + "&constraint lower = 4e-3, -3e-3 upper = 8e-3, 1e-3 fix = 'y' turns = .true. /\n&load kind = 'gravity' acceleration = 0.0, 1e4 /\n" + STATIC.format(""),
     "moved": plate() + HELD + "&constraint lower = -10e-3, 10e-3 upper = 10e-3, 10e-3 fix = 'xy' displacement = 1e-5, 2e-5 velocity = 0.0, 1e-5 "
@@ -215,7 +216,7 @@ VALUES = {
     "constraint.history": HISTORIES, "load.history": HISTORIES, "control.history": HISTORIES, "control.displacement": ["0.9*"], "control.quantity": ["growth", "displacement;displacement=1e-6"], "run.stop_length": ["0.011"], "run.stop_load": ["0.99", "0.5"], "run.stop_rest": ["4e-6"], "body.profile_direction": ["0.8,0.6"], "body.held": [".true.", ".false."], "control.stiffness": ["0.5*", "1e8"],
     "control.start": ["1e-6", "0.3", "-1e-6"], "control.rise_time": ["0.9", "0.5"], "control.frequency": ["0.3"], "control.times": ["0.0,0.5"], "control.factors": ["0.0,0.5", "1.0,2.0"],
     "probe.name": ["other"], "probe.of": ["q", "bar"], "load.name": ["bar"],
-    "load.lower": ["-8e-3,10e-3"], "load.upper": ["8e-3,10e-3"], "load.force": ["0.9*", "10.0,10.0"], "load.pressure": ["0.9*", "1e5"], "load.crack": ["p", "q"],
+    "load.lower": ["-8e-3,10e-3"], "load.upper": ["8e-3,10e-3"], "load.side": ["3"], "load.force": ["0.9*", "10.0,10.0"], "load.pressure": ["0.9*", "1e5"], "load.crack": ["p", "q"],
     "load.acceleration": ["0.9*", "1.0,1.0"], "load.start": ["1e-6", "0.3", "-1e-6"], "load.rise_time": ["1e-6", "0.5"], "load.frequency": ["1e4", "0.9*"],
     "load.times": ["0.0,2e-6", "0.0,0.5"], "load.factors": ["0.0,0.5", "1.0,2.0"], "damping.rate": ["1e3", "1.0"], "contact.friction": ["0.2"], "contact.distance": ["0.01", "1e-4"],
     "method.time_step": ["1e-7", "0.9*"], "method.hht_alpha": ["-0.2"], "method.load_steps": ["3"], "method.courant": ["0.04", "0.5"], "method.order": ["3", "4"],

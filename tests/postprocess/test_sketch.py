@@ -105,6 +105,15 @@ def test_each_group_that_has_a_place_is_drawn(drawn):
     assert np.ptp(axes.patches[0].get_xy(), axis=0) == pytest.approx([0.04, 0.03])
 
 
+@pytest.mark.parametrize("load, line", [("kind = 'traction'  side = 2  force = 1.0, 0.0", [[40, 0], [30, 30]]), ("kind = 'absorbing'  side = 3", [[30, 30], [0, 20]]),
+                                        ("kind = 'pressure'  side = 4  pressure = 1.0  lower = 41e-3, 5e-3  upper = 60e-3, 30e-3", [[41, 20], [41, 5]])])
+def test_a_load_on_a_side(drawn, load, line):
+    text = "\n".join(row for row in MODEL.splitlines() if not row.startswith("&load"))
+    if "lower" not in load:
+        text = text.replace("&body material = 'a $ b'  lower = 41e-3, 0  upper = 60e-3, 20e-3", "&body material = 'a $ b'  shape = 'circle'  center = 50e-3, 10e-3  radius = 9e-3")
+    np.testing.assert_allclose(lines(drawn(text + f"\n&load {load} /\n"), BLUE), [line], atol=1e-3)
+
+
 def test_the_lattice_and_its_boxes_where_asked(drawn):
     axes = drawn(MODEL, "--grid", "--title", "all")
     assert axes.get_title() == "all" and {"grid", "refines", "consistent mass"} <= set(words(axes))

@@ -1,6 +1,7 @@
 """Loads at a point, a node, a mouth. Beside the mouth of a crack each side has the traction that acts on its own part of the edge. References by finite elements of order 6 with rings
 around the tip (orders 4 and 6 agree to 0.05 %)."""
 
+import numpy as np
 import pytest
 
 from harness import run
@@ -109,19 +110,51 @@ def test_displacement_of_a_point_load_is_told_to_depend_on_the_cells(hampm, kind
     assert ("the displacement of the point load 'pull' depends on the cells" in said) == told
 
 
+SLANTED = """
+&run plane = 'strain' end_time = 1 /
+&grid lower = -0.002, -0.002 cell = 2e-3 cells = 22, 17 /
+&material name = 's' young = 200e9 poisson = 0.3 density = 7800 /
+&body material = 's' {} points_per_cell = 2 /
+&constraint lower = 0, 0 upper = 0, 0.03 fix = 'xy' name = 'grip' /
+&load {} /
+&method time = 'static' /
+"""
+TILTED, CLOCKWISE = "shape = 'polygon' points = 0, 0, 0.03, 0, 0.04, 0.03, 0, 0.03", "shape = 'polygon' points = 0, 0.03, 0.04, 0.03, 0.03, 0, 0, 0"
+
+
 @pytest.mark.parametrize("lower, upper, strays", [("0.0274, 0.0", "0.04, 0.03", True), ("0.03, 0.0", "0.04, 0.03", True), ("0.03, 0.0", "0.04, 0.02999999", False),
                                                   ("0.0, 0.0", "0.04, 0.03", False)])
 def test_box_around_a_slanted_side_tells_what_it_takes_of_others(hampm, lower, upper, strays):
     """2.6 mm of the foot took 4 % of the force. Whole sides are meant."""
-    row = run(hampm, f"""
-&run plane = 'strain' end_time = 1 /
-&grid lower = -0.002, -0.002 cell = 2e-3 cells = 22, 17 /
-&material name = 's' young = 200e9 poisson = 0.3 density = 7800 /
-&body material = 's' shape = 'polygon' points = 0, 0, 0.03, 0, 0.04, 0.03, 0, 0.03 points_per_cell = 2 /
-&constraint lower = 0, 0 upper = 0, 0.03 fix = 'xy' /
-&load kind = 'traction' lower = {lower} upper = {upper} force = 40e3, 9e3 /
-&method time = 'static' /
-""", "output.file=out.h5")
+    row = run(hampm, SLANTED.format(TILTED, f"kind = 'traction' lower = {lower} upper = {upper} force = 40e3, 9e3"))
     assert ("&load 1: its box takes parts of several sides" in row.said) == strays
     if lower.startswith("0.0274"):
-        assert "0.0026 m of side 1, 0.0316227766 m of side 2, 0.0126 m of side 3" in row.said
+        assert "0.0026 m of side 1, 0.0316227766 m of side 2, 0.0126 m of side 3. To load one of them alone, give its number: side" in row.said
+
+@pytest.mark.parametrize("body, side, box, ends", [
+    (TILTED, 2, "", ((0.03, 0), (0.04, 0.03))), (CLOCKWISE, 2, "", ((0.04, 0.03), (0.03, 0))), (TILTED, 2, "lower = 0.0274, 0.012 upper = 0.04, 0.03", ((0.034, 0.012), (0.04, 0.03))),
+    (TILTED, 3, "lower = 0.01, 0 upper = 0.033, 0.03", ((0.033, 0.03), (0.01, 0.03))), ("lower = 0, 0 upper = 0.04, 0.03", 1, "lower = 0.02, 0 upper = 0.04, 0.03", ((0.02, 0), (0.04, 0)))])
+def test_load_on_one_side_of_a_body(hampm, body, side, box, ends):
+    """A pressure p on a straight side of length L has the resultant p L against its normal, whatever else its box holds; a traction as much is the same load."""
+    (x0, y0), (x1, y1) = ends
+    force = 1e6 * np.array([y0 - y1, x1 - x0]) * (-1 if body == CLOCKWISE else 1)
+    pressed = run(hampm, SLANTED.format(body, f"kind = 'pressure' side = {side} {box} pressure = 1e6"))
+    pulled = run(hampm, SLANTED.format(body, f"kind = 'traction' side = {side} {box} force = {force[0]:.17g}, {force[1]:.17g}"))
+    for row in pressed, pulled:
+        assert "parts of several sides" not in row.said
+        np.testing.assert_allclose([row["reaction_grip_x"][-1], row["reaction_grip_y"][-1]], -force, rtol=0, atol=1e-9 * np.linalg.norm(force))
+    assert pulled["strain_energy"][-1] == pytest.approx(pressed["strain_energy"][-1], rel=1e-9)
+
+
+@pytest.mark.parametrize("body, load, told", [
+    (TILTED, "kind = 'traction' side = 5 force = 1.0, 0.0", "must be the number of a side of one polygon or rectangle"),
+    ("shape = 'circle' center = 0.02, 0.015 radius = 0.014", "kind = 'pressure' side = 1 pressure = 1.0", "there is none in its box"),
+    (TILTED, "kind = 'traction' side = 2 lower = 0, 0 upper = 0.02, 0.03 force = 1.0, 0.0", "there is none in its box"),
+    (TILTED + " /\n&body hole = .true. lower = 0.01, 0.01 upper = 0.02, 0.02", "kind = 'pressure' side = 2 pressure = 1.0", "there are several"),
+    (TILTED, "kind = 'point' lower = 0, 0 upper = 0, 0 force = 1.0, 0.0 side = 1", "requires kind = 'traction' or 'pressure' or 'absorbing'"),
+    (TILTED, "kind = 'traction' side = 2 lower = 0, 0 force = 1.0, 0.0", "requires upper"),
+    (TILTED, "kind = 'traction' force = 1.0, 0.0", "requires lower and upper or side")])
+def test_sides_that_are_not_there_are_refused(run_hampm, tmp_path, body, load, told):
+    (tmp_path / "scene.nml").write_text(SLANTED.format(body, load).replace("points_per_cell = 2", "") + "&output file = 'out.h5' /\n")
+    result = run_hampm("scene.nml", cwd=tmp_path)
+    assert result.returncode == 2 and told in result.stderr

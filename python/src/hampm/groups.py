@@ -182,6 +182,8 @@ class Load(Group):
     """Lower corner of where it acts; none of gravity and of pressure on a crack [m]; (-inf, inf); no default"""
     upper: float | Sequence[float] | None
     """Upper corner of where it acts, for a point equal to the lower one; none where lower is none [m]; (-inf, inf); no default"""
+    side: int | None
+    """Of a traction, pressure or absorbing edge: the side of a polygon or rectangle, by its number; 0: all in the box; [0, inf); default 0"""
     force: float | Sequence[float] | None
     """Of a point, traction or body: resultant of the whole load where its factor is 1 [N]; (-inf, inf); no default"""
     pressure: float | None
