@@ -9,8 +9,8 @@
 !> 3/8, 1/4, 3/8 of three, 13/48, 11/48, 11/48, 13/48 of four. All are positive. With two no weights are exact, and a cell of 2 x 2
 !> has three motions that strain no particle.
 !>
-!> In cells that cracks or edges cut, weights are fitted to the moments of each piece (see below). What few points leave of the
-!> integrals of the gradients of the shape functions is taken off: the gradient of each function gets a constant in each piece, so that
+!> In cells that cracks or edges cut, or in which they have left halves of particles, weights are fitted to the moments of each piece (see below).
+!> What few points leave of the integrals of the gradients of the shape functions is taken off: the gradient of each function gets a constant in each piece, so that
 !> its integral over the piece is exact. Uniform stress is in balance then, whatever is left of a cell, and linear displacements strain
 !> all points alike as ever. In axisymmetric material it is that integral over the ring, with N/r in the first direction.
 !>
@@ -63,9 +63,9 @@ contains
       w = (1 + (1/12.0_dp - mean)*n/sum((q - mean)*q)*(q - mean))/n
    end function weights_along
 
-   !> Give the particles of quadratic cells, in which they are sorted, these volumes, and the masses that go with them; in cells that are cut those
-   !> that fit their moments. Other cells that are not full, as particles on their way to finer ones may leave them for a while, stay as they
-   !> are.
+   !> Give the particles of quadratic cells, in which they are sorted, these volumes, and the masses that go with them; in cells that are cut, or
+   !> hold halves of particles, those that fit their moments. Other cells that are not full, as particles on their way to finer ones may leave them
+   !> for a while, stay as they are.
    subroutine weigh_points(m)
       type(matter_t), intent(inout) :: m
       real(dp) :: x(ndim), xi(ndim)
@@ -73,7 +73,7 @@ contains
       integer :: leaf, e, i, n
       do leaf = 1, m%grid%forest%leaf_count()
          associate (first => m%grid%leaf_element(leaf), last => m%grid%leaf_element(leaf + 1) - 1)
-            if (m%grid%is_cut(leaf)) then
+            if (has_own_weights(m, leaf)) then
                call weigh_pieces(m, leaf)
                cycle
             end if
@@ -100,7 +100,7 @@ contains
       integer :: leaf, piece, k
       if (allocated(m%grid%correction)) deallocate (m%grid%correction)
       do leaf = 1, m%grid%forest%leaf_count()
-         if (.not. m%grid%is_cut(leaf)) cycle
+         if (.not. has_own_weights(m, leaf)) cycle
          if (.not. allocated(m%grid%correction)) &
             allocate (m%grid%correction(m%grid%n_functions, ndim, m%grid%n_elements/corners), source=0.0_dp)
          if (allocated(bodies)) deallocate (bodies)
@@ -116,6 +116,18 @@ contains
          deallocate (moments)
       end do
    end subroutine correct_points
+
+   !> Whether the particles of a leaf are no lattice that fills it: it is cut, or halves stand in it, which a crack through coarser cells has left
+   !> ahead of its tip.
+   pure logical function has_own_weights(m, leaf)
+      type(matter_t), intent(in) :: m
+      integer, intent(in) :: leaf
+      has_own_weights = m%grid%is_cut(leaf)
+      if (has_own_weights .or. .not. allocated(m%particles%half)) return
+      associate (number => particles_in(m%blocks, m%grid%leaf_element(leaf), m%grid%leaf_element(leaf + 1) - 1))
+         has_own_weights = any(abs(m%particles%half(number, :)) > 0)
+      end associate
+   end function has_own_weights
 
    !> The bodies that have particles in a leaf; where no outlines are known the first stands for all.
    pure function bodies_in(m, leaf) result(bodies)
