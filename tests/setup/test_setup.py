@@ -167,7 +167,7 @@ def test_parts_are_what_their_targets_ask_for():
     requirements = SETUP.parents[1] / "requirements"
     names = {part: [line.partition("==")[0] for line in (requirements / f"{part}.txt").read_text().splitlines() if line[0] != "#"] for part in PARTS}
     assert set(names["run"]) - {"f90nml"} == {"numpy", "h5py", "matplotlib"} and names["batch"][0] == "snakemake" and names["docs"] == ["mkdocs-material", "latex2mathml", "ford", "jupytext"]
-    assert names["verify"] == ["vtk", "pyvista"]
+    assert names["verify"] == ["vtk", "pyvista", "ngsolve"]
     assert (SETUP.parents[1] / "requirements.txt").read_text().split() == [word for part in PARTS for word in ("-r", f"requirements/{part}.txt")]
 
 

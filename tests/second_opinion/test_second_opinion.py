@@ -1,0 +1,52 @@
+"""The program and finite elements say the same of random static scenes, within both errors, but for what is known."""
+
+import sys
+
+import pytest
+
+from paths import PROGRAM, ROOT
+
+pytest.importorskip("ngsolve")
+sys.path.insert(0, str(ROOT / "tests/second_opinion"))
+
+from judge import judge  # noqa: E402
+from trial import Trial  # noqa: E402
+
+SCENES = 600          # that are drawn, of which about a half are judged
+AGREE = 0.97          # of the quantities with an estimated error: bars hold for this part of them
+PLATE = """\
+&run plane = 'strain'  thickness = 0.01  end_time = 1.0 /
+&grid lower = -0.001, -0.001  cell = 0.001  cells = 22, 42 /
+&material name = 'm'  young = 70e9  poisson = 0.3  density = 2700 /
+&body material = 'm'  lower = 0.0, 0.0  upper = 0.02, 0.04 /
+&constraint lower = 0.0, 0.0  upper = 0.02, 0.0  fix = 'xy'  name = 'foot' /
+&load kind = 'traction'  lower = 0.0, 0.04  upper = 0.02, 0.04  force = 20.0, 100.0 /
+&method time = 'static' /
+&refine indicator = 'tip'  max_level = 2  rings = 6 /
+&energy_release estimators = 'domain_integral' /
+"""
+CRACKS = {"inner": "&crack kind = 'path'  points = 0.0081, 0.0183, 0.0137, 0.0212 /\n", "edge": "&crack kind = 'path'  points = 0.0, 0.0197, 0.0076, 0.0213 /\n",
+          "pressed": "&crack kind = 'path'  points = 0.0081, 0.0183, 0.0137, 0.0212 /\n&load kind = 'pressure'  on = 'crack'  pressure = 1e6 /\n"}
+
+
+@pytest.mark.parametrize("crack", ["inner", *(pytest.param(name, marks=pytest.mark.verify) for name in CRACKS if name != "inner")])
+def test_a_cracked_plate(crack, tmp_path):
+    """K, G, J, energy, work and reactions, as both find them."""
+    path = tmp_path / "model.nml"
+    path.write_text(PLATE + CRACKS[crack])
+    rows, unknown, _, _ = judge(path, 3, PROGRAM)
+    assert not unknown and {"K_I", "K_II", "J", "G", "strain_energy", "external_work", "reaction_foot_y"} <= {row.column for row in rows}
+    assert [row.column for row in rows if row.verdict != "agree"] == []
+
+
+@pytest.mark.verify
+def test_random_scenes():
+    """Of all that have an estimated error it holds for nearly all."""
+    trial = Trial(PROGRAM, 3, print)
+    for number in range(SCENES):
+        trial.case(7, number)
+    print(trial.totals())
+    assert trial.ends["judged"] >= SCENES / 3
+    barred = [row for _, _, row, _ in trial.faults if row.has_bar]
+    judged = sum(count for (kind, _), count in trial.kinds.items() if kind in ("J", "G", "K_I", "K_II") or kind.startswith("G_"))
+    assert len(barred) <= (1 - AGREE) * judged

@@ -1,0 +1,151 @@
+"""A second opinion on static scenes drawn at random by the project's own generator, tests/fuzz/drawn_scenes.py.
+
+    .venv/bin/python tests/second_opinion/trial.py --seed 3 --cases 100
+    .venv/bin/python tests/second_opinion/trial.py --seed 3 --first 17 --cases 1 --show
+
+Scenes are those of `Drawing`, at rest, of linear elastic and orthotropic material, without growth and cohesion; one that is refused is repaired as in `combinations.py`. Each quantity that
+disagrees is a line, with what it is off over both errors. A scene that disagrees is judged once more
+with supports that end at their last nodes and body loads that act on whole particles. Totals and
+counts by kind of quantity follow. Exit code 1 where a quantity disagrees.
+"""
+
+import argparse
+import random
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+from judge import judge, text
+from opinion_program import PROGRAM, ROOT, run
+from opinion_scene import Outside
+
+sys.path.insert(0, str(ROOT / "tests/fuzz"))
+
+from drawn_scenes import Drawing, groups, repair, text_of  # noqa: E402
+
+REPAIRS = 15
+ORDER = 3
+
+
+class AtRest(Drawing):
+    """A scene at rest of material that follows Hooke's law, without growth, cohesion and cracks to come."""
+
+    def __init__(self, chance):
+        super().__init__(chance)
+        self.time, self.frame, self.end = "static", "total", 10 * self.tick
+        self.grows = self.holds = self.waits = False
+        self.margin = min(self.margin, 1)
+        self.shaped = self.crack != "symmetry" and chance.random() < 0.35
+
+    def material(self, name, law):
+        return super().material(name, law if law in ("linear_elastic", "orthotropic") else self.chance.choice(["linear_elastic", "linear_elastic", "orthotropic"]))
+
+
+def drawn(chance, path, program):
+    """The text of a scene that the program accepts, in a file; None where it refuses all repairs."""
+    scene = AtRest(chance).scene()
+    for _ in range(REPAIRS):
+        for keys in groups(scene, "method"):
+            keys["time"] = "static"
+        for keys in groups(scene, "constraint"):
+            keys.pop("unilateral", None)
+        path.write_text(text_of(scene))
+        ended = run(path, program=program)
+        if ended.code != 2:
+            return True
+        messages = [line.removeprefix("hampm: ") for line in ended.said.splitlines() if line.startswith("hampm: ")]
+        scene = repair(scene, messages, chance)
+    return False
+
+
+class Trial:
+    """Counts of a series of cases."""
+
+    def __init__(self, program, order, tell, keep=None):
+        self.program, self.order, self.tell, self.keep = program, order, tell, keep
+        self.ends, self.outside, self.unknown, self.kinds, self.faults = Counter(), Counter(), Counter(), Counter(), []
+
+    def case(self, seed, number, show=False):
+        """Draws, runs and judges one."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "case.nml"
+            if not drawn(random.Random(f"{seed} {number}"), path, self.program):
+                self.ends["refused"] += 1
+                return
+            if show:
+                self.tell(path.read_text())
+            try:
+                rows, unknown, first, _ = judge(path, self.order, self.program)
+            except Outside as reason:
+                self.ends["not judged"] += 1
+                self.outside[str(reason)[:70]] += 1
+                return
+            except Exception as error:  # noqa: BLE001: the mesher and the solver have errors of their own, which are counted as such
+                if show:
+                    raise
+                self.ends["failed"] += 1
+                self.tell(f"seed {seed} case {number}: {type(error).__name__}: {str(error)[:200]}")
+                return
+            self.ends["judged"] += 1
+            self.unknown.update(unknown.values())
+            if show:
+                self.tell(text(rows))
+            off = [row for row in rows if row.verdict == "disagree"]
+            self.ends["judged, all agree"] += not off
+            for row in rows:
+                self.kinds[row.kind, row.verdict] += 1
+            by_nodes = self.as_nodes_hold(path, off)
+            for row in off:
+                ratio = abs(row.program - row.own) / (row.program_error + row.own_error or 1e-300)
+                self.faults.append((seed, number, row, ratio))
+                self.tell(f"seed {seed} case {number} {row.column}: {row.program:.6g} ± {row.program_error:.2g}{'' if row.has_bar else ' (half cells)'}, finite elements {row.own:.6g} ± {row.own_error:.2g}, "
+                          f"off {ratio:.2f} of both" + by_nodes.get(row.column, ""))
+            if off and self.keep:
+                (self.keep / f"{seed}_{number}.nml").write_text(path.read_text())
+
+    def as_nodes_hold(self, path, off):
+        """What to add where another end of supports makes a quantity agree."""
+        if not off:
+            return {}
+        try:
+            rows = {row.column: row for row in judge(path, self.order, self.program, by_nodes=True)[0]}
+        except Outside:
+            return {}
+        return {row.column: "; agrees with supports up to the last nodes and body loads on whole particles" for row in off if row.column in rows and rows[row.column].verdict == "agree"}
+
+    def totals(self):
+        """The counts as text."""
+        lines = ["", "| quantity | judged | agree | disagree |", "|---|---|---|---|"]
+        for kind in sorted({kind for kind, _ in self.kinds}):
+            agree, off = self.kinds[kind, "agree"], self.kinds[kind, "disagree"]
+            lines.append(f"| {kind} | {agree + off} | {agree} | {off} |")
+        lines += ["", *(f"{name}: {count}" for name, count in self.ends.most_common())]
+        lines += ["not judged: " + f"{count} {reason}" for reason, count in self.outside.most_common()]
+        lines += ["quantities not judged: " + f"{count} {reason}" for reason, count in self.unknown.most_common()]
+        return "\n".join(lines)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, default=1, metavar="N")
+    parser.add_argument("--cases", type=int, default=100, metavar="N", help="scenes that are drawn")
+    parser.add_argument("--first", type=int, default=0, metavar="N", help="number of the first case of the seed")
+    parser.add_argument("--order", type=int, default=ORDER, metavar="N", help="of the elements; one less tells their error")
+    parser.add_argument("--longest", type=float, default=1e9, metavar="S", help="begin no case after so many seconds")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where to write the models that disagree")
+    parser.add_argument("--show", action="store_true", help="print each scene and its table")
+    parser.add_argument("--program", type=Path, default=PROGRAM, metavar="FILE")
+    options = parser.parse_args()
+    trial, begun = Trial(options.program.resolve(), options.order, lambda text: print(text, flush=True), options.keep), time.monotonic()
+    for number in range(options.first, options.first + options.cases):
+        if time.monotonic() - begun > options.longest:
+            break
+        trial.case(options.seed, number, options.show)
+    print(trial.totals())
+    sys.exit(1 if trial.faults else 0)
+
+
+if __name__ == "__main__":
+    main()
