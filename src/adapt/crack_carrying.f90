@@ -12,7 +12,7 @@ module hampm_crack_carrying
    use hampm_matching, only: adopt_lines
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: quarter_turn
+   use hampm_tensors, only: norm, quarter_turn
    use hampm_text, only: to_text
    implicit none
    private
@@ -72,7 +72,7 @@ contains
       do i = 1, m%particles%n
          away = m%particles%reference(i, :) - origin
          face = face_toward(normal, away)
-         distance = norm2(away)
+         distance = norm(away)
          if (distance > nearest(face) + m%grid%cut_cells%slack) cycle
          if (distance < nearest(face) - m%grid%cut_cells%slack) carrier(:, face) = 0
          nearest(face) = min(distance, nearest(face))
@@ -116,7 +116,8 @@ contains
       call list_points(lines, origin, normal)
       allocate (carrier(n_carriers, faces, size(origin, 2)))
       do n = 1, size(origin, 2)
-         old = findloc(norm2(before - spread(origin(:, n), 2, size(before, 2)), dim=1) <= m%grid%cut_cells%slack, .true., dim=1)
+         old = findloc(sum((before - spread(origin(:, n), 2, size(before, 2)))**2, dim=1) <= m%grid%cut_cells%slack**2, &
+                       .true., dim=1)
          if (old > 0) carrier(:, :, n) = carried%carrier(:, :, old)
          if (old == 0) carrier(:, :, n) = nearest_to(m, origin(:, n), normal(:, n))
       end do
@@ -166,7 +167,7 @@ contains
       do k = 1, size(m%grid%cut_cells%lines)
          associate (points => m%grid%cut_cells%lines(k)%points)
             if (.not. allocated(m%grid%cut_cells%lines(k)%origin)) cycle
-            behind = max(behind, maxval(norm2(place(:, n + 1:n + size(points, 2)) - points, dim=1)))
+            behind = max(behind, maxval(sqrt(sum((place(:, n + 1:n + size(points, 2)) - points)**2, dim=1))))
             n = n + size(points, 2)
          end associate
       end do
@@ -196,8 +197,8 @@ contains
                n = n + 1
                origin(:, n) = points(:, k)
                along = 0
-               if (k > 1) along = along + (points(:, k) - points(:, k - 1))/norm2(points(:, k) - points(:, k - 1))
-               if (k < last) along = along + (points(:, k + 1) - points(:, k))/norm2(points(:, k + 1) - points(:, k))
+               if (k > 1) along = along + (points(:, k) - points(:, k - 1))/norm(points(:, k) - points(:, k - 1))
+               if (k < last) along = along + (points(:, k + 1) - points(:, k))/norm(points(:, k + 1) - points(:, k))
                normal(:, n) = quarter_turn(along)
             end do
          end associate
@@ -224,7 +225,7 @@ contains
             n = 1 + (entry - 1)/(n_carriers*faces)
             face = 1 + mod((entry - 1)/n_carriers, faces)
             away = origin(:, n) - p%reference(i, :)
-            distance = norm2(away)
+            distance = norm(away)
             if (face_toward(normal(:, n), -away) /= face) distance = sqrt(huge(distance)) ! only where there is no other
             if (distance < nearest(face, n) - slack) as_near(face, n) = 0
             if (distance <= nearest(face, n) + slack) then
@@ -240,7 +241,7 @@ contains
       overlap = 0
       do n = 2, size(origin, 2) - 1              ! the normal is that between two neighbours
          associate (along => place(:, n + 1) - place(:, n - 1), jump => of_face(:, 1, n) - of_face(:, 2, n))
-            if (dot_product(along, along) > 0) overlap = max(overlap, (along(2)*jump(1) - along(1)*jump(2))/norm2(along))
+            if (dot_product(along, along) > 0) overlap = max(overlap, (along(2)*jump(1) - along(1)*jump(2))/norm(along))
          end associate
       end do
    end subroutine find_places

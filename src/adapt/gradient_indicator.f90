@@ -2,6 +2,7 @@
 !> Quadratic cells have it at their corners, over distances of whole cells: of a field it is what bilinear cells of the same size have.
 module hampm_gradient_indicator
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_tensors, only: norm
    use hampm_basis, only: shape_functions, inside_cell, points_of_quadratic
    use hampm_cell_values, only: is_occupied, mean_of_nodes
    use hampm_extrapolation, only: extrapolate_lumped
@@ -69,7 +70,7 @@ contains
       integer :: k
       associate (p => m%particles)
          stiffness = minval([(m%materials(k)%plane_modulus(), k=1, size(m%materials))])*maxval(p%volume(:p%n))/m%grid%finest_cell
-         loads = sum(abs(largest_factors(m%loads))*[(norm2(m%loads(k)%force), k=1, size(m%loads))])
+         loads = sum(abs(largest_factors(m%loads))*[(norm(m%loads(k)%force), k=1, size(m%loads))])
          strain = rounding*(maxval(abs(p%displacement(:p%n, :)))/m%grid%finest_cell + loads/stiffness &
                             + maxval([(maxval(abs(m%materials(k)%free)), k=1, size(m%materials))]))
          speed = maxval([(m%materials(k)%shear_wave_speed(), k=1, size(m%materials))])
@@ -100,9 +101,9 @@ contains
             if (is_energy) then
                value(i) = material%energy_density(h, m%particles%history_of(i), m%particles%hoop_of(i))
             else if (is_stress) then
-               value(i) = norm2(material%kirchhoff_stress(h, m%particles%history_of(i), m%particles%hoop_of(i)))
+               value(i) = norm(material%kirchhoff_stress(h, m%particles%history_of(i), m%particles%hoop_of(i)))
             else
-               value(i) = norm2(m%particles%velocity(i, :))
+               value(i) = norm(m%particles%velocity(i, :))
             end if
          end associate
       end do

@@ -8,6 +8,7 @@
 !> The kinetic and strain energy that this gains or loses is booked in the energy balance.
 module hampm_matching
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_basis, only: n_hourglasses
    use hampm_crack_lines, only: line_t
    use hampm_domains, only: longest_edge
@@ -323,7 +324,7 @@ contains
             do j = 1, p%n                        ! from the child itself on: those in its cell are near, and few others are nearer
                i = mod(k + j - 2, p%n) + 1
                at = p%reference(i, :)
-               away = norm2(at - x)
+               away = norm(at - x)
                if (crosses(i) .or. p%material(i) /= p%material(k) .or. away > least + alike*away) cycle
                if (m%grid%velocity_field_of(p%body(i)) /= m%grid%velocity_field_of(p%body(k)) .or. cuts%divide(x, at)) cycle
                if (away < least - alike*away) n = 0

@@ -2,6 +2,7 @@
 !> get finer it is exactly the same field.
 module hampm_nodal_transfer
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_basis, only: points_of_quadratic
    use hampm_grid, only: grid_t
    use hampm_problem, only: problem_t
@@ -87,12 +88,12 @@ contains
                place = m%grid%node_position(:, at(c))
                least = huge(least)
                do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-                  least = min(least, norm2(m%particles%place_in_grid(i) - place))
+                  least = min(least, norm(m%particles%place_in_grid(i) - place))
                end do
                value = 0
                n = 0
                do i = b%first_in(e), b%last_in(e), b%stride_in(e)
-                  if (norm2(m%particles%place_in_grid(i) - place) > least*(1 + alike)) cycle
+                  if (norm(m%particles%place_in_grid(i) - place) > least*(1 + alike)) cycle
                   call add_values(old%cell(i), place)
                   n = n + 1
                end do

@@ -5,7 +5,7 @@ module hampm_tensors
    private
    public :: identity, trace, determinant, inverse_transpose, product_of, n_voigt, voigt, name_of_component, quarter_turn, in_plane
    public :: space, unit_tensor, trace_of, symmetric, deviator, volume_change, determinant_of, inverse_transpose_of, cofactors
-   public :: n_symmetric, n_deviator, components_of, tensor_of, deviator_of, in_space
+   public :: n_symmetric, n_deviator, components_of, tensor_of, deviator_of, in_space, norm
 
    integer, parameter :: space = 3               !! dimensions of space
    real(dp), parameter :: unit_tensor(space, space) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [space, space])
@@ -17,7 +17,23 @@ module hampm_tensors
    integer, parameter :: n_deviator = n_symmetric - 1 !! of one without a trace, by which the last follows
    integer, parameter :: row(6) = [1, 2, 1, merge(3, 1, ndim == 2), 2, 3], column(6) = [1, 2, 2, 3, 3, 3] !! of components
 
+   interface norm
+      module procedure norm_of_vector, norm_of_tensor
+   end interface norm
+
 contains
+
+   !> Length of a vector. That of the compiler, `norm2`, has other last digits in other units: it scales by components from 1 on.
+   pure real(dp) function norm_of_vector(x) result(norm)
+      real(dp), intent(in) :: x(:)
+      norm = sqrt(sum(x**2))
+   end function norm_of_vector
+
+   !> The same of the components of a tensor.
+   pure real(dp) function norm_of_tensor(x) result(norm)
+      real(dp), intent(in) :: x(:, :)
+      norm = sqrt(sum(x**2))
+   end function norm_of_tensor
 
    !> Trace of a second-order tensor.
    pure real(dp) function trace(f)

@@ -23,7 +23,7 @@
 module hampm_closed_faces
    use hampm_kinds, only: dp, ndim
    use hampm_interface_points, only: interfaces_t, interface_point_t, contact, force_of, is_pressed, slid_in_all
-   use hampm_tensors, only: in_plane, quarter_turn
+   use hampm_tensors, only: norm, in_plane, quarter_turn
    implicit none
    private
    public :: closed_faces_t, sample_behind_tip
@@ -77,7 +77,7 @@ contains
       stiffness = 0
       do n = 1, interfaces%n
          r = faces%distance_of(interfaces%list(n))
-         if (r > 0 .and. r <= sampled*cell) faces%sliding = max(faces%sliding, norm2(slid_in_all(interfaces%list(n)))/sqrt(r))
+         if (r > 0 .and. r <= sampled*cell) faces%sliding = max(faces%sliding, norm(slid_in_all(interfaces%list(n)))/sqrt(r))
          if (r > 0 .and. is_pressed(interfaces%list(n))) length = length + interfaces%list(n)%length
          if (r < merge(0.0_dp, from*cell, interfaces%list(n)%is_firm)) cycle
          if (r > merge(1.0_dp, sampled, interfaces%list(n)%is_firm)*cell) cycle

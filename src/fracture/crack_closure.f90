@@ -16,7 +16,7 @@ module hampm_crack_closure
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
    use hampm_patch, only: patch_t, patch_around, patch_of_face, fitted_displacement, internal_force, patch_mass
-   use hampm_tensors, only: quarter_turn
+   use hampm_tensors, only: norm, quarter_turn
    implicit none
    private
    public :: crack_opening, path_opening, stress_closure, virtual_crack_closure
@@ -81,11 +81,11 @@ contains
          call extend_opening(interfaces, tip%crack, point, side*along, at_points, may_touch)
          if (may_touch) then
             across = dot_product(at_points, normal)
-            if (across < rounding*norm2(jump)) jump = jump + (across - dot_product(jump, normal))*normal
+            if (across < rounding*norm(jump)) jump = jump + (across - dot_product(jump, normal))*normal
          end if
          opening = opening + matmul(jump, axis(:, [2, 1]))
          n = n + 1
-         if (norm2(toward) > 0) exit
+         if (norm(toward) > 0) exit
       end do
       if (n > 1) opening = opening/n
       if (tip%end == 1) opening = -opening       ! its upper face is the right one, as one walks along the crack
@@ -108,7 +108,7 @@ contains
                                           line)
          mean = mean + sign(1.0_dp, dot_product(of_part, normal))*of_part
       end do
-      if (norm2(mean) > 0) normal = mean/norm2(mean)
+      if (norm(mean) > 0) normal = mean/norm(mean)
    end subroutine halve_kink
 
    !> Opening and sliding from the displacements of the faces; that of a missing face is the mirror image of the other.

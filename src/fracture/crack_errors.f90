@@ -1,6 +1,7 @@
 !> The estimated errors of what is measured at tips, before the first step.
 module hampm_crack_errors
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t, first_point
@@ -149,7 +150,7 @@ contains
             if (.not. problem%materials(tip%material)%isotropic) errors%intensity%relative = maxval(errors%intensity%relative)
             ! Between two materials what the cells have of each mode depends on their size
             if (tip%phase_length > 0) errors%intensity%relative = &
-               maxval(relative_errors([norm2(found%intensity)], [norm2(field(1)%typical_intensities([sum(best), 0.0_dp]))], &
+               maxval(relative_errors([norm(found%intensity)], [norm(field(1)%typical_intensities([sum(best), 0.0_dp]))], &
                                       [sum(correction*best)/sum(best)]/2, own, hardly))
             if (allocated(found%j)) errors%j%relative = maxval(relative_errors([sum(found%j)/size(found%j)], [sum(best)], &
                                                                                 [sum(correction*best)/sum(best)], own, hardly**2))
@@ -181,8 +182,8 @@ contains
       associate (h => tips(number)%nodes%spacing)
          call find(0.0_dp*static_tips%moved(:, :, 1), no_shift, k, j)
          do t = 1, size(tips)
-            distance = norm2(tips(t)%place - tips(number)%place)
-            if (count([(norm2(tips(d)%place - tips(number)%place) < distance, d=1, size(tips))]) > most_others) cycle
+            distance = norm(tips(t)%place - tips(number)%place)
+            if (count([(norm(tips(d)%place - tips(number)%place) < distance, d=1, size(tips))]) > most_others) cycle
             call place_of_tip(problem, tips(t), off_of_j, off_of_k)
             call find(h*static_tips%moved(:, :, t), no_shift, k_there, j_there)
             call find(-h*static_tips%moved(:, :, t), no_shift, k_here, j_here)
@@ -208,11 +209,11 @@ contains
             if (tips(number)%is_half()) by_cells = 2*by_cells
          end associate
       end associate
-      if (.not. (abs(j) > 0 .and. norm2(k) > 0)) return
+      if (.not. (abs(j) > 0 .and. norm(k) > 0)) return
       associate (errors => values%errors)
          errors%of_tip = of_j/(of_j + by_cells + tiny(1.0_dp))
          errors%j%relative = (of_j + by_cells)/abs(j)
-         errors%intensity%relative = maxval(of_k)/norm2(k) + by_cells/(2*abs(j))
+         errors%intensity%relative = maxval(of_k)/norm(k) + by_cells/(2*abs(j))
          do t = 1, size(values%estimates)
             values%estimates(t)%error%relative = errors%j%relative
          end do
@@ -231,7 +232,7 @@ contains
          tip = tips(number)
          tip%may_close = .false.
          tip%radii = [max(min(minval(tip%radii), maxval(tip%radii)/2), min(2*tip%nodes%spacing, maxval(tip%radii)))]
-         call displace(problem, static_tips%u + u, p, tip%now, tip%radii(1) + norm2(shift))
+         call displace(problem, static_tips%u + u, p, tip%now, tip%radii(1) + norm(shift))
          associate (values => found(merge(2, 1, any(abs(shift) > 0))))
             call measure_domain(problem, static_tips%scale*largest_factors(problem%loads), tip, p, &
                                 nodal_state_t(divergence=static_tips%acceleration), values, shift)

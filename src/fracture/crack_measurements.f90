@@ -2,6 +2,7 @@
 module hampm_crack_measurements
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_crack_closure, only: crack_opening, path_opening
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t, best_t
@@ -91,7 +92,7 @@ contains
             call follow(errors%intensity, v%intensity, scale, v%spread_of_k)
          else                                    ! one mode turns into the other, too
             errors%domain%now = 0
-            call follow(errors%intensity, norm2(v%intensity), scale, maxval(v%spread_of_k))
+            call follow(errors%intensity, norm(v%intensity), scale, maxval(v%spread_of_k))
          end if
          of_k = errors%intensity%now
          errors%of_rate = error_of_rate(field, v%intensity, of_k)
@@ -115,8 +116,8 @@ contains
       real(dp) :: off(modes, 4)
       integer :: i
       change = 0
-      if (norm2(error) > 0) change = 1
-      if (.not. norm2(error) < norm2(k)) return
+      if (norm(error) > 0) change = 1
+      if (.not. norm(error) < norm(k)) return
       off = of_any_sign(error)
       change = maxval([(abs(field%shares(k + off(:, i)) - field%shares(k)), i = 1, 4)])
    end function error_of_shares

@@ -199,7 +199,7 @@ contains
       complex(dp) :: z, over_root(2), f(ndim), difference(ndim)
       integer :: k
       if (self%is_running) then
-         gradient = of_running(self, mode, -0.5_dp, x)
+         gradient = of_running(self, mode, 0, x)
          return
       else if (self%is_at_interface) then
          gradient = gradient_at_interface(self, mode, x)
@@ -223,15 +223,16 @@ contains
 
    !> Displacement gradient of a unit K of a mode of a tip that runs, of f = z**(-1/2) with z_k = x + i a_k y; with another power of z that of a field that is
    !> its derivative, but for a factor.
-   pure function of_running(self, mode, power, x) result(gradient)
+   pure function of_running(self, mode, more, x) result(gradient)
       class(tip_field_t), intent(in) :: self
-      integer, intent(in) :: mode
-      real(dp), intent(in) :: power, x(ndim)     !! [-], [m]
+      integer, intent(in) :: mode, more          !! more: by how much the power is less than -1/2
+      real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp) :: gradient(ndim, ndim)
-      complex(dp) :: f(2)
+      complex(dp) :: f(2), z
       integer :: k
       do k = 1, 2
-         f(k) = exp(power*log(cmplx(x(1), self%a(k)*x(2), dp))) ! with the sign of a zero, which tells the face of the crack
+         z = cmplx(x(1), self%a(k)*x(2), dp)
+         f(k) = 1/(sqrt(z)*z**more)              ! with the sign of a zero, which tells the face of the crack
       end do
       gradient = 0
       associate (d => self%a(1), s => self%a(2), re => real(f, dp), im => aimag(f))
@@ -254,7 +255,7 @@ contains
       integer, intent(in) :: mode
       real(dp), intent(in) :: x(ndim)            !! [m]
       real(dp) :: inertia(ndim), change(ndim, ndim)
-      change = of_running(self, mode, -1.5_dp, x)
+      change = of_running(self, mode, 1, x)
       inertia = -self%density*self%speed**2/2*change(:, 1)
    end function inertia
 

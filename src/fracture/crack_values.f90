@@ -1,6 +1,7 @@
 !> What is measured at a tip of a crack, and G by the best of the chosen estimators.
 module hampm_crack_values
    use hampm_kinds, only: dp
+   use hampm_tensors, only: norm
    use hampm_archive, only: archive_t
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_tip_field, only: modes
@@ -151,7 +152,7 @@ contains
       class(crack_values_t), intent(in) :: self
       real(dp), intent(in) :: radii(:)           !! of the domains, ascending [m]
       real(dp) :: by_k(2)                        ! stress there by K, and by its errors [Pa]
-      by_k = [norm2(self%intensity), norm2(self%errors%intensity%now)]/sqrt(2*acos(-1.0_dp)*radii(size(radii)))
+      by_k = [norm(self%intensity), norm(self%errors%intensity%now)]/sqrt(2*acos(-1.0_dp)*radii(size(radii)))
       error = maxval(self%t_stress) - minval(self%t_stress) + self%uncertainty_of_t_stress &
               + by_k(2)
       associate (t => abs(sum(self%t_stress)/size(self%t_stress)))

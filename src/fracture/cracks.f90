@@ -13,7 +13,7 @@ module hampm_cracks
    use hampm_failure, only: failure_t, exit_input
    use hampm_grid, only: grid_t
    use hampm_plane_cuts, only: plane_cut_t
-   use hampm_tensors, only: in_plane
+   use hampm_tensors, only: norm, in_plane
    use hampm_text, only: to_text
    implicit none
    private
@@ -121,7 +121,7 @@ contains
       tip%face(upper) = crack%face /= merge(right_face, left_face, end == last_point)
       tip%face(lower) = crack%face /= merge(left_face, right_face, end == last_point)
       tip%now = tip%place
-      tip%direction = outward/norm2(outward)
+      tip%direction = outward/norm(outward)
       tip%axis = frame_along(tip%direction)
       allocate (tip%radii(0))
    end subroutine place_tip
@@ -244,7 +244,7 @@ contains
       allocate (points, source=toward(now%open_part(), tip%end))
       tip%now = points(:, size(points, 2))
       out = tip%now - points(:, size(points, 2) - 1)
-      tip%direction = out/norm2(out)
+      tip%direction = out/norm(out)
    end subroutine find_in_grid
 
    !> Plan the way of a tip that grows in motion: the crack goes on from its last point to another one, and is bonded there.
@@ -259,8 +259,8 @@ contains
          allocate (points, source=toward(self%crack(tip%crack)%points, tip%end))
          last = size(points, 2)
          associate (from => points(:, last), before => points(:, last - 1))
-            self%crack(tip%crack)%bonded(tip%end) = self%crack(tip%crack)%bonded(tip%end) + norm2(to - from)
-            cosine = dot_product(to - from, from - before)/(norm2(to - from)*norm2(from - before))
+            self%crack(tip%crack)%bonded(tip%end) = self%crack(tip%crack)%bonded(tip%end) + norm(to - from)
+            cosine = dot_product(to - from, from - before)/(norm(to - from)*norm(from - before))
          end associate
          if (cosine > 1 - straight .and. .not. self%carries(tip%crack)) then ! else its points keep their places in the material
             points(:, last) = to
@@ -312,7 +312,7 @@ contains
       integer :: last
       associate (points => toward(self%crack(self%tips(number)%crack)%points, self%tips(number)%end))
          last = size(points, 2)
-         direction = (points(:, last) - points(:, last - 1))/norm2(points(:, last) - points(:, last - 1))
+         direction = (points(:, last) - points(:, last - 1))/norm(points(:, last) - points(:, last - 1))
       end associate
    end function end_direction
 
@@ -326,7 +326,7 @@ contains
       associate (tip => self%tips(number))
          allocate (points, source=toward(self%crack(tip%crack)%points, tip%end))
          n = size(points, 2)
-         points(:, n) = points(:, n - 1) + norm2(points(:, n) - points(:, n - 1))*matmul(tip%axis, in_plane(cos(angle), sin(angle)))
+         points(:, n) = points(:, n - 1) + norm(points(:, n) - points(:, n - 1))*matmul(tip%axis, in_plane(cos(angle), sin(angle)))
          call self%put_back(number, toward(points, tip%end))
       end associate
    end subroutine turn
@@ -379,8 +379,8 @@ contains
          lines(c)%bonded = self%crack(c)%bonded + merge(self%crack(c)%beyond, 0.0_dp, self%crack(c)%bonded > 0 .or. &
                                                         self%crack(c)%is_through .and. lines(c)%grown > 0)
          associate (p => lines(c)%points, last => size(lines(c)%points, 2), beyond => self%crack(c)%beyond)
-            p(:, 1) = p(:, 1) + beyond(first_point)*(p(:, 1) - p(:, 2))/norm2(p(:, 1) - p(:, 2))
-            p(:, last) = p(:, last) + beyond(last_point)*(p(:, last) - p(:, last - 1))/norm2(p(:, last) - p(:, last - 1))
+            p(:, 1) = p(:, 1) + beyond(first_point)*(p(:, 1) - p(:, 2))/norm(p(:, 1) - p(:, 2))
+            p(:, last) = p(:, last) + beyond(last_point)*(p(:, last) - p(:, last - 1))/norm(p(:, last) - p(:, last - 1))
          end associate
          if (.not. self%carries(c)) cycle
          lines(c)%origin = with_points_between(lines(c)%points, self%spacing)
@@ -401,7 +401,7 @@ contains
       real(dp), intent(in) :: spacing            !! [m]
       real(dp), allocatable :: more(:, :)
       integer :: parts(size(points, 2) - 1), k, i, n
-      parts = [(max(1, ceiling(norm2(points(:, k + 1) - points(:, k))/spacing)), k=1, size(parts))]
+      parts = [(max(1, ceiling(norm(points(:, k + 1) - points(:, k))/spacing)), k=1, size(parts))]
       allocate (more(ndim, sum(parts) + 1))
       n = 0
       do k = 1, size(parts)
@@ -425,7 +425,7 @@ contains
          associate (tip => self%tips(k))
             call tip%find_cells(grid%cut_cells%ends(k), self%carries(tip%crack), grid)
             if (self%carries(tip%crack) .and. tip%grown > 0) call find_in_grid(tip, grid%cut_cells%lines(tip%crack))
-            if (tip%nodes%in_cell .or. self%crack(tip%crack)%grows .or. tip%has_zone .or. norm2(tip%now - tip%place) > 0 &
+            if (tip%nodes%in_cell .or. self%crack(tip%crack)%grows .or. tip%has_zone .or. norm(tip%now - tip%place) > 0 &
                 .or. all(abs(tip%direction) > straight)) cycle
             call tip%find_nodes(grid, found)
             if (found .or. .not. tip%is_half()) cycle

@@ -12,7 +12,7 @@ module hampm_domain_integral
    use hampm_problem, only: problem_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: cofactors, identity, in_plane, in_space, product_of, quarter_turn, space, trace, unit_tensor, &
+   use hampm_tensors, only: norm, cofactors, identity, in_plane, in_space, product_of, quarter_turn, space, trace, unit_tensor, &
                             volume_change
    use hampm_crack_tip_field, only: modes, tip_field_t, new_tip_field
    use hampm_tip_domain, only: tip_domain_t, place_t, places_t, list_places, fill_places
@@ -340,11 +340,11 @@ contains
       do mode = 1, modes
          call interact(s, domain, material, place%unit(:, :, mode), place%unit_stress(:, :, mode), flux, source)
          if (domain%field%is_running) then
-            source = min(1.0_dp, norm2(x)/domain%inner_radius()) &
+            source = min(1.0_dp, norm(x)/domain%inner_radius()) &
                      *(source + material%mu/domain%material%mu*dot_product(domain%field%inertia(mode, x), s%slope))
-            if (norm2(x) < domain%inner_radius()) &
+            if (norm(x) < domain%inner_radius()) &
                source = source - material%density*domain%speed*dot_product(velocity, place%unit(:, 1, mode)) &
-                                 *x(1)/(norm2(x)*domain%inner_radius())
+                                 *x(1)/(norm(x)*domain%inner_radius())
          end if
          flux = s%volume*flux
          source = s%volume*source
@@ -466,7 +466,7 @@ contains
             x = domain%from_tip(p%place_in_grid(particle) + load%offset(:, n), p%total_frame)
             do mode = 1, modes
                k(mode, :) = k(mode, :) - 2*part_of_face*side*at_point &
-                                         *dot_product(force, mean_slope_of_face(domain, mode, -x(1), norm2(load%half(:, n))))
+                                         *dot_product(force, mean_slope_of_face(domain, mode, -x(1), norm(load%half(:, n))))
             end do
          end associate
       end do

@@ -28,7 +28,7 @@ module hampm_expected_error
    use hampm_element_stiffness, only: derivatives_at, n_derivatives
    use hampm_tip_domain, only: tip_domain_t, weight_nodes, fields_at
    use hampm_loads, only: largest_factors
-   use hampm_tensors, only: identity, trace
+   use hampm_tensors, only: norm, identity, trace
    use hampm_missing_energy, only: gradient_of, missing_energies
    implicit none
    private
@@ -122,7 +122,7 @@ contains
          b = max(b, dot_product(m%particles%reference(i, :) - tip%place, tip%axis(:, 1)))
       end do
       associate (cell => tip%nodes%spacing)
-         a = max(norm2(tip%place - mouth), cell)
+         a = max(norm(tip%place - mouth), cell)
          b = max(b, cell)
          associate (shortness => shortness_of(m, tip))
             relative = shortness(1)*cell*(2/a + 3/b)
@@ -375,11 +375,11 @@ contains
          d(:pairs) = to_g*(work(mode, 1:) - work(mode, :pairs - 1))
          if (any(d(:pairs) <= 0)) cycle
          if (pairs == 2) d(3) = d(2)**2/d(1)
-         l = log(d)
+         l = log(d/d(1))
          associate (s => shortness(mode), bend => d(1) - 2*d(2) + d(3))
-            g = [(11*d(1) - 7*d(2) + 2*d(3))/6, exp((15*l(1) - 10*l(2) + 3*l(3))/8)*(1 - bend/(24*d(2)))]
+            g = [(11*d(1) - 7*d(2) + 2*d(3))/6, d(1)*exp((3*l(3) - 10*l(2))/8)*(1 - bend/(24*d(2)))]
             change = [s*(2*d(1) - 3*d(2) + d(3)) + s**2/2*bend, &
-                      g(2)*(exp(s*(2*l(1) - 3*l(2) + l(3)) + s**2/2*(l(1) - 2*l(2) + l(3))) - 1)]
+                      g(2)*(exp(s*(l(3) - 3*l(2)) + s**2/2*(l(3) - 2*l(2))) - 1)]
             crack%by_tip(mode) = change(maxloc(abs(change), dim=1))
             crack%g(mode) = g(maxloc(abs(change), dim=1))
          end associate

@@ -24,7 +24,7 @@ module hampm_front_integral
    use hampm_material, only: material_t
    use hampm_nodal_state, only: nodal_state_t
    use hampm_problem, only: problem_t
-   use hampm_tensors, only: cofactors, identity, in_space, space, trace, unit_tensor, volume_change
+   use hampm_tensors, only: norm, cofactors, identity, in_space, space, trace, unit_tensor, volume_change
    implicit none
    private
    public :: front_domain_t, front_place_t, front_integrals, front_modes, along, cell_at, hat_lengths, locate
@@ -384,9 +384,9 @@ contains
                if (next == front%n()) t = min(t, 1.0_dp)
             end if
             if (t < -beyond .or. t > 1 + beyond) cycle
-            associate (e => (outward + t*turn)/norm2(outward + t*turn))
+            associate (e => (outward + t*turn)/norm(outward + t*turn))
                ahead = dot_product(from - t*way, e)
-               distance = hypot(norm2(from - t*way), above)
+               distance = hypot(norm(from - t*way), above)
                if (distance >= best) cycle
                best = distance
                place%node = k

@@ -7,6 +7,7 @@
 !> what acts as the front is a polygon of the lattice, and means over three cells leave little of that.
 module hampm_front_values
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_archive, only: archive_t
    use hampm_front, only: front_t, room_of
    use hampm_front_closure, only: closure_rates
@@ -254,7 +255,7 @@ contains
          next = modulo(from, front%n()) + 1
          values%at(:, j) = front%at(:, from) + (along - from + 1)*(front%at(:, next) - front%at(:, from))
          values%outward(:, j) = front%outward(:, from) + (along - from + 1)*(front%outward(:, next) - front%outward(:, from))
-         values%outward(:, j) = values%outward(:, j)/norm2(values%outward(:, j))
+         values%outward(:, j) = values%outward(:, j)/norm(values%outward(:, j))
          do i = 1, front%n()
             along = abs(front%arc(i) - values%arc(j))
             if (front%is_closed) along = min(along, front%length - along)
@@ -291,7 +292,7 @@ contains
             volume = 0
             way = 0
             do i = 1, p%n
-               if (norm2(p%reference(i, :) - x) > around*cell) cycle
+               if (norm(p%reference(i, :) - x) > around*cell) cycle
                side = merge(1, 2, p%reference(i, front%axis) > front%plane)
                volume(side) = volume(side) + p%volume(i)
                way(side) = way(side) + p%volume(i)*p%displacement(i, front%axis)
@@ -476,7 +477,7 @@ contains
                next = modulo(k, front%n()) + 1
                associate (way => front%at(:, next) - front%at(:, k), from => places(:, i) - front%at(:, k))
                   part = min(max(dot_product(from, way)/sum(way**2), 0.0_dp), 1.0_dp)
-                  away = norm2(from - part*way)
+                  away = norm(from - part*way)
                   if (away >= least) cycle
                   least = away
                   at(i) = front%arc(k) + part*(merge(front%arc(next), front%length, next > k) - front%arc(k))

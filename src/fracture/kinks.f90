@@ -7,6 +7,7 @@
 !> & Marigo, J. Mech. Phys. Solids 57 (2009) 1614 (most energy over toughness).
 module hampm_kinks
    use hampm_kinds, only: dp
+   use hampm_tensors, only: norm
    use hampm_crack_tip_field, only: modes
    use hampm_toughness, only: advance_t, factors_t
    implicit none
@@ -67,10 +68,10 @@ contains
       real(dp) :: of_kink(modes)
       select case (criterion)
        case ('hoop_stress')
-         is_opened = hoop_intensity(k) > little*norm2(k)
+         is_opened = hoop_intensity(k) > little*norm(k)
        case ('local_symmetry', 'max_energy')
          of_kink = after_kink(symmetric_angle(k), k)
-         is_opened = of_kink(1) > 0 .and. abs(of_kink(2)) <= nothing*norm2(k)
+         is_opened = of_kink(1) > 0 .and. abs(of_kink(2)) <= nothing*norm(k)
        case default
          is_opened = k(1) > 0
       end select

@@ -23,7 +23,7 @@ module hampm_material_force
    use hampm_mass_solver, only: mass_solver_t
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
-   use hampm_tensors, only: identity
+   use hampm_tensors, only: norm, identity
    use hampm_tip_domain, only: fields_at, nodes_at_others
    implicit none
    private
@@ -66,7 +66,7 @@ contains
       do i = 1, problem%grid%n_nodes
          if (.not. of_node(at_volume, i) > 0 .or. is_at_other(i)) cycle
          x = matmul(problem%grid%node_position(:, i) - tip%now, tip%axis)
-         distance = (1 + even)*norm2(x)
+         distance = (1 + even)*norm(x)
          if (distance >= maxval(tip%radii)) cycle
          force = of_node(2:ndim + 1, i)
          if (tip%is_half() .and. minval([x(1), -abs(x(2))]) >= -even*tip%nodes%spacing) &
@@ -145,7 +145,7 @@ contains
       turns = .false.
       do i = 1, p%n
          x = matmul(p%reference(i, :) - tip%place, tip%axis)
-         if (norm2(x) > (1 + even)*reach) cycle
+         if (norm(x) > (1 + even)*reach) cycle
          associate (h => p%gradient_of(i), v => p%volume(i))
             mean = mean + v*(identity + h)
             turns = turns .or. problem%materials(p%material(i))%is_finite

@@ -1,6 +1,7 @@
 !> The strain energy that the cells of a mesh lack beside the recovered stress, around a place: what an error expected of G is made of.
 module hampm_missing_energy
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_tensors, only: norm
    use hampm_forest, only: corner_offset
    use hampm_basis, only: shape_functions, shape_gradients
    use hampm_error_indicator, only: errors_at_particles, energy_of_stress, stress_components
@@ -73,7 +74,7 @@ contains
       integer :: k
       is_near = .false.
       do k = 1, size(places, 2)
-         is_near = is_near .or. norm2(x - places(:, k)) < distance
+         is_near = is_near .or. norm(x - places(:, k)) < distance
       end do
    end function is_near
 
@@ -192,7 +193,7 @@ contains
       do i = 1, p%n
          associate (e => p%cell(i))
             if (present(place)) then
-               if (norm2(p%reference(i, :) - place) > distance + reach*m%grid%element_size(e)) cycle
+               if (norm(p%reference(i, :) - place) > distance + reach*m%grid%element_size(e)) cycle
             end if
             at = m%grid%support_of(e)
             xi = m%local_of(i)

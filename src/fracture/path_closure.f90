@@ -26,7 +26,7 @@ module hampm_path_closure
    use hampm_material, only: material_t
    use hampm_problem, only: problem_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: quarter_turn, in_plane, identity
+   use hampm_tensors, only: norm, quarter_turn, in_plane, identity
    use hampm_text, only: to_text
    implicit none
    private
@@ -76,7 +76,7 @@ contains
          do i = 1, p%n
             if (maxval(abs(p%reference(i, :) - tip%place)) > outer) cycle
             x = matmul(p%reference(i, :) - tip%place, tip%axis)
-            if (norm2(x) > outer .or. norm2(x) < inner) cycle
+            if (norm(x) > outer .or. norm(x) < inner) cycle
             if (slope*x(1) > abs(x(2))) then
                stress = matmul(transpose(turn), materials(p%material(i))%first_piola_stress(p%gradient_of(i), hoop=p%hoop_of(i)))
                stress = matmul(transpose(tip%axis), matmul(stress, tip%axis))
@@ -118,7 +118,7 @@ contains
       mean = 0
       turns = .false.
       do i = 1, p%n
-         if (norm2(p%reference(i, :) - tip%place) > reach) cycle
+         if (norm(p%reference(i, :) - tip%place) > reach) cycle
          mean = mean + p%volume(i)*(identity + p%gradient_of(i))
          turns = turns .or. materials(p%material(i))%is_finite
       end do
@@ -138,7 +138,7 @@ contains
       real(dp), intent(in) :: volume             !! [m3]
       real(dp) :: row(most_terms, ndim), r, angle, a, sign_of
       integer :: k
-      r = norm2(x)
+      r = norm(x)
       angle = atan2(x(2), x(1))
       row = 0
       do k = 1, size(of_traction)
@@ -165,7 +165,7 @@ contains
       real(dp), intent(in) :: volume             !! [m3]
       real(dp) :: row(most_terms, ndim), r, angle, a, sign_of
       integer :: k
-      r = norm2(x)
+      r = norm(x)
       angle = atan2(x(2), x(1))
       row = 0
       do k = 1, size(of_opening)

@@ -30,7 +30,7 @@ module hampm_t_stress
    use hampm_nodal_state, only: nodal_state_t
    use hampm_particles, only: particles_t
    use hampm_problem, only: problem_t
-   use hampm_tensors, only: in_plane, quarter_turn
+   use hampm_tensors, only: norm, in_plane, quarter_turn
    use hampm_tip_domain, only: tip_domain_t, places_t
    implicit none
    private
@@ -69,7 +69,7 @@ contains
             call add_interaction(s, domain, problem%materials(p%material(place%particle)), x + from_force, places%q(:, n), &
                                  places%dq(:, :, n), t)
             if (.not. domain%is_ring) cycle
-            s%volume = s%volume*max(0.0_dp, 1 - norm2(x)/domain%inner_radius())
+            s%volume = s%volume*max(0.0_dp, 1 - norm(x)/domain%inner_radius())
             total = total + s%volume
             outward = outward + s%volume*(s%hoop*s%radius - dot_product(axes(1, :), domain%displacement_of(place, x, k)))
          end associate
@@ -100,10 +100,10 @@ contains
       real(dp), intent(in) :: q(:), dq(:, :)     !! at the particle, by radius, and its gradient [1/m], (ndim, radii)
       real(dp), intent(inout) :: sums(:)
       real(dp) :: a(ndim, ndim), flux(ndim), source
-      if (.not. norm2(x) > 0) return
+      if (.not. norm(x) > 0) return
       a = domain%field%gradient_of_force(x)
       call interact(s, domain, material, a, domain%field%stress(a), flux, source)
-      if (domain%is_ring .or. s%is_graded) source = source*min(1.0_dp, norm2(x)/domain%inner_radius())
+      if (domain%is_ring .or. s%is_graded) source = source*min(1.0_dp, norm(x)/domain%inner_radius())
       sums = sums + s%volume*(matmul(flux, dq) + source*q)
    end subroutine add_interaction
 
@@ -161,11 +161,11 @@ contains
          if (.not. any(abs(at_point) > 0)) cycle
          force = domain%in_axes(factor*load%force_at(n))
          x = domain%from_tip(p%place_in_grid(load%particle(n)) + load%offset(:, n), p%total_frame)
-         half = norm2(load%half(:, n))
-         if (.not. norm2(x) > 0) cycle
+         half = norm(load%half(:, n))
+         if (.not. norm(x) > 0) cycle
          a = domain%field%gradient_of_force(x)
          sums = sums - dot_product(force, a(:, 1))*at_point
-         if (.not. (half > 0 .and. norm2(x) <= at_tip*half)) cycle
+         if (.not. (half > 0 .and. norm(x) <= at_tip*half)) cycle
          x = domain%from_tip(p%place_in_grid(load%particle(n)), p%total_frame)
          on_faces = on_faces - sign(merge(1.0_dp, 0.5_dp, domain%half), x(2))*force/(2*half*domain%thickness)
       end do

@@ -10,7 +10,7 @@ module hampm_tip_domain
    use hampm_material, only: material_t
    use hampm_node_list, only: node_list_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: in_plane, identity
+   use hampm_tensors, only: norm, in_plane, identity
    implicit none
    private
    public :: tip_domain_t, place_t, places_t, fields_at, weight_nodes, list_places, fill_places, nodes_at_others
@@ -111,7 +111,7 @@ contains
       do i = 1, grid%n_nodes
          x = grid%node_position(:, i) - domain%tip
          if (abs(x(1)) >= reach .or. abs(x(2)) >= reach) cycle
-         t = (norm2(x)/domain%radius - plateau)/(1 - plateau)
+         t = (norm(x)/domain%radius - plateau)/(1 - plateau)
          t = min(max(t, 0.0_dp), 1.0_dp)
          q(:, i) = 1 - t**2*(3 - 2*t)
       end do
@@ -266,7 +266,7 @@ contains
       do mode = 1, modes
          from_mode = in_plane(x(1) + domain%tip_offset_of(mode), x(2)) ! the sign of the second tells the faces apart where it is 0
          associate (a => place%unit(:, :, mode))
-            if (norm2(from_mode) >= singular*size) then
+            if (norm(from_mode) >= singular*size) then
                a = field%gradient(mode, from_mode)
                if (domain%is_beside .and. abs(x(2)) <= on_line*size) & ! it is on both faces
                   a = (a + field%gradient(mode, in_plane(from_mode(1), -x(2))))/2

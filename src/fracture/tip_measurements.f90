@@ -1,6 +1,7 @@
 !> What the chosen estimators, and the domain integral, find at a tip.
 module hampm_tip_measurements
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_closed_faces, only: closed_faces_t, sample_behind_tip
    use hampm_crack_tip, only: crack_tip_t
    use hampm_crack_values, only: crack_values_t
@@ -97,7 +98,7 @@ contains
       if (allocated(values%t_stress)) then
          values%t_stress = t_stresses(domain, problem, factors, p, state, closed, values%places, sum(k, dim=2)/size(values%j))
          values%uncertainty_of_t_stress = 0
-         if (closed%are_closed) values%uncertainty_of_t_stress = norm2(closed%uncertainty_at(0.0_dp))/domain%thickness
+         if (closed%are_closed) values%uncertainty_of_t_stress = norm(closed%uncertainty_at(0.0_dp))/domain%thickness
       end if
       if (domain%cell > 0 .and. (field%is_at_interface .or. .not. domain%material%isotropic)) then
          do i = 1, size(values%j)
@@ -134,7 +135,7 @@ contains
          values%g_of_k = sum(values%j)/size(values%j)
       end if
       if (.not. tip%to_other < huge(tip%to_other)) return
-      values%spread_of_k = values%spread_of_k + tip%lost_before_other()/2*norm2(values%intensity)
+      values%spread_of_k = values%spread_of_k + tip%lost_before_other()/2*norm(values%intensity)
    end subroutine measure_domain
 
    !> The largest change of G by errors of K of any sign [J/m2].

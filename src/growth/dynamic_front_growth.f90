@@ -137,7 +137,7 @@ contains
       speed = 0
       least = huge(least)
       do i = 1, size(fronts)
-         associate (distance => norm2(fronts(i)%at - spread(x, 2, size(fronts(i)%speed)), dim=1))
+         associate (distance => sqrt(sum((fronts(i)%at - spread(x, 2, size(fronts(i)%speed)))**2, dim=1)))
             if (minval(distance) < least) speed = fronts(i)%speed(minloc(distance, dim=1))
             least = min(least, minval(distance))
          end associate

@@ -22,7 +22,7 @@ module hampm_dynamic_growth
    use hampm_problem, only: problem_t
    use hampm_moving_tip, only: rayleigh_speed
    use hampm_model, only: model_t
-   use hampm_tensors, only: in_plane
+   use hampm_tensors, only: norm, in_plane
    use hampm_text, only: to_text, three_digits
    use hampm_toughness, only: advance_t
    implicit none
@@ -133,9 +133,9 @@ contains
             growing%tips(k)%has_no_room = .true. ! the tip stops where its way ends
             growing%tips(k)%next_of_path = next
             from = before(:, merge(size(before, 2), 1, tip%end == last_point))
-            call find_end(model, cracks, tip%crack, from, ahead, norm2(to - from) + 2*least_radius(model), to, runs_through)
+            call find_end(model, cracks, tip%crack, from, ahead, norm(to - from) + 2*least_radius(model), to, runs_through)
             if (runs_through) then
-               if (norm2(to - from) > m%grid%forest%tolerance()) call cracks%plan_way(k, to)
+               if (norm(to - from) > m%grid%forest%tolerance()) call cracks%plan_way(k, to)
                call plan_end(model, cracks, k)
                is_planned = .true.
             else if (.not. bonded > 0) then
@@ -217,7 +217,7 @@ contains
       part = into_next
       if (cracks%carries(cracks%tips(k)%crack)) then
          call find_in_grid(m%particles, m%grid%cut_cells%slack, x, along)
-         stretch = norm2(along)
+         stretch = norm(along)
          along = along/stretch
          part = into_next_of_moving
       end if
@@ -234,7 +234,7 @@ contains
       to = from + way*direction
       at_kink = .false.
       if (of%direction /= 'path' .or. growing%tips(k)%next_of_path > size(of%points, 2)) return
-      if (norm2(of%points(:, growing%tips(k)%next_of_path) - from) > way) return
+      if (norm(of%points(:, growing%tips(k)%next_of_path) - from) > way) return
       to = of%points(:, growing%tips(k)%next_of_path)
       growing%tips(k)%next_of_path = growing%tips(k)%next_of_path + 1
       at_kink = .true.
@@ -254,7 +254,7 @@ contains
       as_near = 0
       do i = 1, p%n
          away = x - p%reference(i, :)
-         distance = norm2(away)
+         distance = norm(away)
          if (distance > nearest + slack) cycle
          if (distance < nearest - slack) as_near = 0
          nearest = min(distance, nearest)

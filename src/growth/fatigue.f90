@@ -5,6 +5,7 @@
 !> it has is owed to it, and it goes by that in the next step. So cycles and places are of the second order in the increment.
 module hampm_fatigue
    use hampm_kinds, only: dp
+   use hampm_tensors, only: norm
    use hampm_archive, only: archive_t
    use hampm_crack_tip_field, only: modes
    use hampm_cycles_group, only: cycles_t
@@ -79,7 +80,7 @@ contains
       if (upper == 0) return
       largest = open_part(at(:, upper))
       least = open_part(at(:, fatigue%top(block) + fatigue%bottom(block) - upper))
-      range = norm2(largest - least)
+      range = norm(largest - least)
       ratio = max(0.0_dp, min(1.0_dp, dot_product(least, largest)/sum(largest**2)))
       part = at(of_part, upper)
    end subroutine find_cycle
@@ -92,7 +93,7 @@ contains
       real(dp) :: size_of(2)                     ! K at both ends [Pa sqrt(m)]
       integer :: ends(2), k
       ends = [fatigue%top(block), fatigue%bottom(block)]
-      size_of = [(merge(norm2(open_part(at(:, ends(k)))), 0.0_dp, may_grow(at(:, ends(k)))), k=1, 2)]
+      size_of = [(merge(norm(open_part(at(:, ends(k)))), 0.0_dp, may_grow(at(:, ends(k)))), k=1, 2)]
       load = 0
       if (any(size_of > 0)) load = ends(maxloc(size_of, dim=1))
    end function largest_end
@@ -162,7 +163,7 @@ contains
       zone = 0
       yield_stress = model%growth(fatigue%law(tip))%yield_stress()
       upper = largest_end(fatigue, at(:, :, tip), block)
-      if (yield_stress > 0 .and. upper > 0) zone = (norm2(open_part(at(:, upper, tip)))/yield_stress)**2/acos(-1.0_dp) &
+      if (yield_stress > 0 .and. upper > 0) zone = (norm(open_part(at(:, upper, tip)))/yield_stress)**2/acos(-1.0_dp) &
                                                    /merge(1, 3, model%run%plane == 'stress')
    end function zone_of
 

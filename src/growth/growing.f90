@@ -1,6 +1,7 @@
 !> How the tips of a run grow, at rest (`hampm_static_growth`) and in motion (`hampm_dynamic_growth`): what both remember.
 module hampm_growing
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_archive, only: archive_t
    use hampm_branching, only: branching_t, criteria_of, record_branching, why_it_may_branch
    use hampm_crack_groups, only: growth_t
@@ -309,8 +310,8 @@ contains
       direction = before
       do while (self%tips(tip)%next_of_path <= size(points, 2))
          associate (way => points(:, self%tips(tip)%next_of_path) - from)
-            if (norm2(way) > nothing*self%tips(tip)%usual_radii(1)) then
-               direction = way/norm2(way)
+            if (norm(way) > nothing*self%tips(tip)%usual_radii(1)) then
+               direction = way/norm(way)
                return
             end if
          end associate

@@ -1,6 +1,7 @@
 !> What the model says of the surroundings of a crack that grows: it goes on with the crack, and tells how much room there is for a tip.
 module hampm_growth_room
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_crack_placement, only: held_ahead, least_radius, distance_in_material, body_at, is_covered, distance_to_loads, &
                                     distance_to_body, distance_to_others, layer_around, sides_of_tip
    use hampm_crack_lines, only: distance_to_segment, find_nearest_segment
@@ -137,7 +138,7 @@ contains
       is_there = way <= reach .or. nearest <= tolerance(model%grid)
       to = from
       if (way <= reach .and. nearest > tolerance(model%grid)) to = from + way*direction
-      if (.not. is_there .and. dot_product(beside - from, direction) > least_cosine*norm2(beside - from)) then
+      if (.not. is_there .and. dot_product(beside - from, direction) > least_cosine*norm(beside - from)) then
          is_there = .true.
          to = beside
       end if
@@ -188,8 +189,8 @@ contains
       real(dp) :: across, at
       way = huge(way)
       across = direction(1)*(b(2) - a(2)) - direction(2)*(b(1) - a(1))
-      if (abs(across) <= rounding*norm2(b - a)) then ! along it, to the nearer of its ends
-         if (abs(direction(1)*(a(2) - from(2)) - direction(2)*(a(1) - from(1))) > rounding*norm2(b - a)) return
+      if (abs(across) <= rounding*norm(b - a)) then ! along it, to the nearer of its ends
+         if (abs(direction(1)*(a(2) - from(2)) - direction(2)*(a(1) - from(1))) > rounding*norm(b - a)) return
          at = min(dot_product(a - from, direction), dot_product(b - from, direction))
          if (at > 0) way = at
          return

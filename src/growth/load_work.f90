@@ -5,6 +5,7 @@
 !> that move. It takes no more than what both ends are, whatever the meshes between them.
 module hampm_load_work
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_archive, only: archive_t
    use hampm_failure, only: failure_t
    use hampm_loads, only: load_t, add_load, place_loads
@@ -71,16 +72,16 @@ contains
       integer :: k
       largest = 0
       do k = 1, size(m%loads)
-         if (.not. m%loads(k)%history%held) largest = max(largest, norm2(m%loads(k)%force))
+         if (.not. m%loads(k)%history%held) largest = max(largest, norm(m%loads(k)%force))
       end do
       load = load_factor*largest
       displacement = 0
       if (largest > 0) displacement = sum(state%energy(:size(m%loads)), mask=.not. m%loads%history%held)/largest
       if (largest > 0) return
       unit = m%constraints%scaled_units()
-      displacement = load_factor*sum(norm2(unit, dim=1))
+      displacement = load_factor*sum(sqrt(sum(unit**2, dim=1)))
       load = 0
-      if (any(abs(unit) > 0)) load = sum(state%reaction*unit)/sum(norm2(unit, dim=1))
+      if (any(abs(unit) > 0)) load = sum(state%reaction*unit)/sum(sqrt(sum(unit**2, dim=1)))
    end subroutine find_frame
 
    !> The work from one state to another [J].

@@ -175,8 +175,8 @@ contains
          do other = 1, size(cracks%fronts)
             if (other == number .or. cracks%fronts(other)%axis /= cracks%fronts(number)%axis) cycle
             do node = 1, cracks%fronts(other)%n()
-               has_room = has_room .and. minval(norm2(cracks%fronts(number)%at - spread(cracks%fronts(other)%at(:, node), 2, &
-                          cracks%fronts(number)%n()), dim=1)) >= least*finest_cell(model)
+               has_room = has_room .and. minval(sqrt(sum((cracks%fronts(number)%at - spread(cracks%fronts(other)%at(:, node), 2, &
+                          cracks%fronts(number)%n()))**2, dim=1))) >= least*finest_cell(model)
             end do
          end do
          do node = 1, cracks%fronts(number)%n()

@@ -18,7 +18,7 @@ module hampm_static_growth
    use hampm_path_placement, only: path_radius
    use hampm_model, only: model_t
    use hampm_symmetric_turns, only: symmetric_turns_t, begin_turns
-   use hampm_tensors, only: in_plane
+   use hampm_tensors, only: norm, in_plane
    use hampm_text, only: three_digits, length_text
    implicit none
    private
@@ -86,7 +86,7 @@ contains
             if (.not. wanted(k) > 0) return
             if (growing%waits .and. next(k)%rate < reached*next(k)%toughness) return
             if (next(k)%hindrance > 0) then
-               if (values(k)%is_closed .or. norm2(values(k)%intensity) > 0 .or. any(abs(values(k)%j) > 0)) & ! else there is no load yet
+               if (values(k)%is_closed .or. norm(values(k)%intensity) > 0 .or. any(abs(values(k)%j) > 0)) & ! else there is no load yet
                   call growing%note_wait(k, next(k)%hindrance, message)
                return
             end if
@@ -138,11 +138,11 @@ contains
                if (.not. runs_through) then
                   call growing%stop_tip(k, why, message)
                else if (law%max_length > 0 .and. &
-                        cracks%crack(tip%crack)%length() + norm2(way) > law%max_length*(1 + 1e-9_dp)) then
+                        cracks%crack(tip%crack)%length() + norm(way) > law%max_length*(1 + 1e-9_dp)) then
                   call growing%stop_tip(k, 'the crack has its max_length', message)
                else
-                  growing%tips(k)%advance = norm2(way)
-                  call cracks%extend(k, norm2(way), atan2(way(2), way(1)))
+                  growing%tips(k)%advance = norm(way)
+                  call cracks%extend(k, norm(way), atan2(way(2), way(1)))
                   call plan_end(model, cracks, k)
                   call end_tips(growing, model, cracks, message)
                end if

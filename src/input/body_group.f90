@@ -6,7 +6,7 @@ module hampm_body_group
                              is_required, any_number, not_negative, positive, type_logical, max_values
    use hampm_outline, only: outline_t, ring_t, polygon_ring, circle_ring, box_ring, cylinder_ring
    use hampm_settings, only: settings_t
-   use hampm_tensors, only: in_plane
+   use hampm_tensors, only: norm, in_plane
    implicit none
    private
    public :: body_group, body_keys, body_t, profile_t, hole_t, fill_bodies, fill_holes, outline_of, area_in_box
@@ -146,7 +146,7 @@ contains
       if (ndim > 2) then
          within = all(hole%lower() < body%upper .and. hole%upper() > body%lower)
          if (within .and. body%outline%is_there()) within = &
-            all([(body%outline%rings(1)%distance(min(max(x(:, k), body%lower), body%upper)) <= epsilon(1.0)*norm2(body%upper &
+            all([(body%outline%rings(1)%distance(min(max(x(:, k), body%lower), body%upper)) <= epsilon(1.0)*norm(body%upper &
                - body%lower) .or. body%outline%rings(1)%encloses(min(max(x(:, k), body%lower), body%upper)), k=1, size(x, 2))])
          return
       end if

@@ -9,6 +9,7 @@ module hampm_consistency
    use hampm_growth_consistency, only: check_growth, check_nucleations
    use hampm_joints, only: gap_between, groups_of_bodies, velocity_fields_of
    use hampm_kinds, only: dp, name_len, ndim
+   use hampm_tensors, only: norm
    use hampm_load_consistency, only: check_constraints, check_loads, bodies_good
    use hampm_path_consistency, only: check_paths
    use hampm_plane_consistency, only: check_planes
@@ -214,7 +215,7 @@ contains
                   'must have one value for each of the '//to_text(size(at))//' places of profile_at, not '//to_text(n))
             end associate
          end do
-         if (.not. norm2(profile%direction) > 0) call settings%complain(entry, 'profile_direction', 'must not be 0, 0')
+         if (.not. norm(profile%direction) > 0) call settings%complain(entry, 'profile_direction', 'must not be 0, 0')
       end associate
    end subroutine check_profile
 

@@ -6,7 +6,7 @@ module hampm_crack_placement
    use hampm_crack_groups, only: plane_spec_t
    use hampm_model, only: model_t, load_spec_t, area_around, has_shapes
    use hampm_model_materials, only: are_alike
-   use hampm_tensors, only: quarter_turn
+   use hampm_tensors, only: norm, quarter_turn
    use hampm_toughness, only: advance_t
    implicit none
    private
@@ -93,7 +93,7 @@ contains
       radius = 0
       if (is_covered(model, tip, most)) radius = most
       if (has_shapes(model)) then
-         above = min(most, norm2(model%grid%cells*model%grid%cell))
+         above = min(most, norm(model%grid%cells*model%grid%cell))
          do k = 1, digits(above)
             if (radius >= above) exit
             if (is_covered(model, tip, (radius + above)/2)) then
@@ -134,7 +134,7 @@ contains
          real(dp) :: along(ndim), tol
          tol = tolerance(model%grid)
          associate (a => model%paths(part(1))%points(:, part(2) - 1), b => model%paths(part(1))%points(:, part(2)))
-            along = (b - a)/max(norm2(b - a), tiny(tol))
+            along = (b - a)/max(norm(b - a), tiny(tol))
             is_between = abs(along(1)*(x(2) - a(2)) - along(2)*(x(1) - a(1))) <= tol .and. &
                          dot_product(x - a, along) >= -tol .and. dot_product(b - x, along) >= -tol
          end associate
@@ -220,7 +220,7 @@ contains
       integer :: bodies(2)
       real(dp) :: aside(ndim)
       integer :: b, side
-      aside = 1e-3_dp*model%grid%cell*quarter_turn(direction)/norm2(direction)
+      aside = 1e-3_dp*model%grid%cell*quarter_turn(direction)/norm(direction)
       bodies = [body_at(model, tip + aside), body_at(model, tip - aside)]
       if (any(bodies == 0)) return
       if (are_alike(model, bodies(1), bodies(2))) bodies = 0
@@ -246,7 +246,7 @@ contains
       associate (points => model%paths(at(1))%points)
          normal = points(:, at(2)) - points(:, at(2) - 1)
       end associate
-      normal = merge(1, -1, load%face == 'left')*quarter_turn(normal)/norm2(normal)
+      normal = merge(1, -1, load%face == 'left')*quarter_turn(normal)/norm(normal)
    end function face_normal
 
    !> Distance of a tip from the nearest load at a place but on the faces of a crack [m]; huge where there is none.
@@ -320,7 +320,7 @@ contains
    !> Distance of a point from a box, in the unit of both.
    pure real(dp) function distance_to_box(point, lower, upper) result(distance)
       real(dp), intent(in) :: point(ndim), lower(ndim), upper(ndim)
-      distance = norm2(max(lower - point, point - upper, 0.0_dp))
+      distance = norm(max(lower - point, point - upper, 0.0_dp))
    end function distance_to_box
 
    !> The least radius of the domain integral [m].

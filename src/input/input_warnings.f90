@@ -13,7 +13,7 @@ module hampm_input_warnings
    use hampm_placement, only: upper_corner, points_of, spacing_of, tolerance, point_text
    use hampm_model, only: model_t, material_spec_t
    use hampm_orthotropic, only: orthotropic_keys
-   use hampm_tensors, only: in_plane
+   use hampm_tensors, only: norm, in_plane
    use hampm_text, only: add => add_line, to_text, length_text, three_digits
    implicit none
    private
@@ -99,8 +99,8 @@ contains
                   if (outline%rings(r)%is_circle) cycle
                   n = size(outline%rings(r)%points, 2)
                   along = cshift(outline%rings(r)%points, 1, dim=2) - outline%rings(r)%points
-                  whole = norm2(along, dim=1)
-                  length = [(sum([(2*norm2(parts(j)%half), j=1, size(parts))], mask=parts%ring == r .and. parts%side == i), i=1, n)]
+                  whole = sqrt(sum(along**2, dim=1))
+                  length = [(sum([(2*norm(parts(j)%half), j=1, size(parts))], mask=parts%ring == r .and. parts%side == i), i=1, n)]
                   most = maxloc(length, dim=1)
                   do i = 1, n
                      if (.not. length(i) > tol) cycle
@@ -275,7 +275,7 @@ contains
       lower = merge(model%grid%lower, model%bodies(body)%lower, model%bodies(body)%outline%is_there())
       spacing = spacing_of(model, model%bodies(body))/2**level
       d = maxloc(abs(b - a)/spacing, dim=1)
-      step = spacing(d)*norm2(b - a)/abs(b(d) - a(d)) ! along the segment from one column of particles to the next
+      step = spacing(d)*norm(b - a)/abs(b(d) - a(d)) ! along the segment from one column of particles to the next
       last = -2**30
       here = 0
       do c = ceiling((min(a(d), b(d)) - lower(d))/spacing(d) - 0.5_dp), floor((max(a(d), b(d)) - lower(d))/spacing(d) - 0.5_dp)
@@ -341,7 +341,7 @@ contains
             if (.not. is_tip(end)) cycle
             out = path_direction(model%paths(k), end)
             tips = reshape([tips, path_tip(model%paths(k), end)], [ndim, size(tips, 2) + 1])
-            directions = reshape([directions, out/norm2(out)], [ndim, size(directions, 2) + 1])
+            directions = reshape([directions, out/norm(out)], [ndim, size(directions, 2) + 1])
          end do
       end do
    end subroutine list_tips

@@ -3,6 +3,7 @@
 !> same.
 module hampm_joints
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_body_group, only: body_t, area_in_box, outline_of
    use hampm_outline, only: outline_t
    use hampm_placement, only: tolerance
@@ -25,7 +26,7 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: i, j                !! which bodies
       associate (a => model%bodies(i), b => model%bodies(j))
-         gap = norm2(max(a%lower - b%upper, b%lower - a%upper, 0.0_dp))
+         gap = norm(max(a%lower - b%upper, b%lower - a%upper, 0.0_dp))
          if (a%outline%is_there() .or. b%outline%is_there()) gap = max(gap, gap_of_outlines(outline_of(a), outline_of(b)))
       end associate
    end function gap_between

@@ -12,7 +12,7 @@ module hampm_largest_step
    use hampm_quadratic_points, only: fewest_points
    use hampm_model, only: model_t, body_t, cuts_cells, cracks_cut_cells
    use hampm_model_materials, only: materials_of, material_of
-   use hampm_tensors, only: n_voigt
+   use hampm_tensors, only: norm, n_voigt
    implicit none
    private
    public :: courant_limit, default_courant, crosses_cells, chosen_speed, smallest_cell, most_damping_a_step, default_part
@@ -286,7 +286,7 @@ contains
       crosses = model%method%has_domains()
       if (crosses .or. model%method%frame == 'total' .or. model%method%scheme == 'usl') return
       row = law_row(trim(model%materials(body%material_index)%law))
-      crosses = row%is_finite .or. maxval(abs(body%velocity)) + sum(abs(body%spin))*norm2(body%upper - body%lower)/2 &
+      crosses = row%is_finite .or. maxval(abs(body%velocity)) + sum(abs(body%spin))*norm(body%upper - body%lower)/2 &
                 > small_move*model%grid%cell/model%run%end_time
    end function crosses_cells
 

@@ -19,7 +19,7 @@ module hampm_model
    use hampm_probe_group, only: probe_t, fill_probes
    use hampm_namelist_text, only: component_text
    use hampm_settings, only: settings_t
-   use hampm_tensors, only: quarter_turn
+   use hampm_tensors, only: norm, quarter_turn
    use hampm_tolerance, only: position_tolerance
    implicit none
    private
@@ -211,8 +211,8 @@ contains
       do k = 1, size(model%paths)
          associate (path => model%paths(k))
             if (path%key /= 'tip' .or. size(path%points, 2) /= 1) cycle
-            if (.not. (norm2(path%direction) > 0 .and. model%grid%cell > 0)) cycle
-            path%direction = path%direction/norm2(path%direction)
+            if (.not. (norm(path%direction) > 0 .and. model%grid%cell > 0)) cycle
+            path%direction = path%direction/norm(path%direction)
             reach = max(way_out(model, path%points(:, 1), -path%direction), model%grid%cell)
             if (path%length > 0) reach = min(reach, path%length)
             path%points = reshape([path%points(:, 1) - reach*path%direction, path%points(:, 1)], [ndim, 2])

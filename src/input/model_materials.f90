@@ -3,6 +3,7 @@ module hampm_model_materials
    use hampm_body_group, only: profile_t
    use hampm_laws, only: law_keys
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_material, only: material_t, slice_t, new_material
    use hampm_material_group, only: material_spec_t
    use hampm_model, only: model_t
@@ -84,7 +85,7 @@ contains
       slices = own_materials(model, body)
       associate (b => model%bodies(body), profile => model%bodies(body)%profile)
          associate (places => profile%at, last => size(profile%at))
-            slice = slice_t(number, slices, first, profile%direction/norm2(profile%direction), places(1), &
+            slice = slice_t(number, slices, first, profile%direction/norm(profile%direction), places(1), &
                             (places(last) - places(1))/slices)
             at = places(1) + (number - 0.5_dp)*slice%width
             k = max(1, count(places(:last - 1) <= at))

@@ -1,6 +1,7 @@
 !> Whether the cracks of a model can be cut: each by itself, against each other, and against what they are not allowed with.
 module hampm_path_consistency
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_crack_placement, only: least_radius, is_other_within, distance_to_others, is_layer, sides_of_tip
    use hampm_path_placement, only: path_tips, path_tip, path_direction, path_radius, path_radii, clear_radius, distance_to_cracks, &
                                    length_along, &
@@ -46,7 +47,7 @@ contains
       entry = settings%find('crack', k)
       if (.not. settings%good(entry, trim(model%paths(k)%key))) return
       if (model%paths(k)%kind == 'line') then
-         if (.not. norm2(model%paths(k)%direction) > 0) call settings%complain(entry, 'direction', 'must not be 0, 0')
+         if (.not. norm(model%paths(k)%direction) > 0) call settings%complain(entry, 'direction', 'must not be 0, 0')
          if (size(model%paths(k)%points, 2) < 2) return ! told, or elsewhere
       end if
       associate (points => model%paths(k)%points, numbers => settings%numbers(entry, trim(model%paths(k)%key)))
@@ -63,9 +64,9 @@ contains
             near = least_way*cell_at(model, k)
             if (is_tip(first_end) .and. i == 2 .or. is_tip(last_end) .and. i == size(points, 2)) &
                near = least_way*cell_at(model, k, is_at_tip=.true.)
-            if (norm2(points(:, i) - points(:, i - 1)) >= near - tolerance(model%grid)) cycle
+            if (norm(points(:, i) - points(:, i - 1)) >= near - tolerance(model%grid)) cycle
             call settings%complain(entry, trim(model%paths(k)%key), 'points '//to_text(i - 1)//' and '//to_text(i)//' are '// &
-                                   length_text(norm2(points(:, i) - points(:, i - 1)))//' m apart, less than a cell, '// &
+                                   length_text(norm(points(:, i) - points(:, i - 1)))//' m apart, less than a cell, '// &
                                    to_text(near)//' m: the cells cannot follow. Use fewer points or smaller cells')
             return
          end do

@@ -2,6 +2,7 @@
 !> the checks of the input and for the assembly; in the run `cracks_t` knows where cracks are.
 module hampm_path_placement
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_crack_lines, only: distance_to_segment, length_of
    use hampm_crack_placement, only: is_covered, covered_radius, distance_to_loads, distance_to_constraints, distance_to_others, &
                                     domain_radii
@@ -133,7 +134,7 @@ contains
                if (is_in_material(model, k, x)) beyond(end) = 0
                if (is_inside(model, x)) cycle
                out = path_direction(model%paths(k), end)
-               out = out/norm2(out)
+               out = out/norm(out)
                if (.not. is_inside(model, x - step*out)) cycle ! it ends outside anyway
                do i = 1, looks
                   if (.not. is_inside(model, x + i*step*out)) cycle
@@ -179,7 +180,7 @@ contains
       way = part*length_of(points)
       x = points(:, 1)
       do i = 2, size(points, 2)
-         length = norm2(points(:, i) - points(:, i - 1))
+         length = norm(points(:, i) - points(:, i - 1))
          x = points(:, i - 1) + min(way/length, 1.0_dp)*(points(:, i) - points(:, i - 1))
          if (way <= length) return
          way = way - length
@@ -212,8 +213,8 @@ contains
       way = 0
       associate (points => model%paths(k)%points, others => model%paths(other)%points)
          do i = 2, size(points, 2)
-            steps = ceiling(8*norm2(points(:, i) - points(:, i - 1))/model%grid%cell)
-            step = norm2(points(:, i) - points(:, i - 1))/steps
+            steps = ceiling(8*norm(points(:, i) - points(:, i - 1))/model%grid%cell)
+            step = norm(points(:, i) - points(:, i - 1))/steps
             do j = 0, steps - 1
                x = points(:, i - 1) + (j + 0.5_dp)/steps*(points(:, i) - points(:, i - 1))
                way = way + step
@@ -248,7 +249,7 @@ contains
       integer :: i, n
       associate (path => model%paths(k), tip => path_tip(model%paths(k), end))
          n = straight_at(path, end)
-         radius = norm2(tip - path%points(:, merge(2, n - 1, end == first_end)))
+         radius = norm(tip - path%points(:, merge(2, n - 1, end == first_end)))
          do i = 2, size(path%points, 2)
             if (i == n) cycle
             radius = min(radius, distance_to_segment(tip, path%points(:, i - 1), path%points(:, i)))

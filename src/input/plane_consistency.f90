@@ -2,6 +2,7 @@
 !> plane of symmetry, with constraints that hold it.
 module hampm_plane_consistency
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_crack_groups, only: plane_spec_t
    use hampm_crack_placement, only: body_at, finest_cell, find_extents
    use hampm_front, only: front_t, region_t, region_of, find_fronts, crosses_itself, plane_axes, room_of
@@ -47,7 +48,7 @@ contains
        case ('straight')
          in_plane = plane%direction
          in_plane(plane%axis) = 0
-         if (abs(plane%direction(plane%axis)) > 0 .or. .not. norm2(in_plane) > 0) &
+         if (abs(plane%direction(plane%axis)) > 0 .or. .not. norm(in_plane) > 0) &
             call settings%complain(entry, 'direction', 'must be in the plane across '//axes(plane%axis:plane%axis)// &
                                    ', the normal, and not 0')
        case ('disc', 'ellipse')

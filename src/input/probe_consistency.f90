@@ -1,6 +1,7 @@
 !> Whether probes measure something that is there: material at their places, a crack with a tip, a load or a constraint.
 module hampm_probe_consistency
    use hampm_kinds, only: dp, ndim, name_len
+   use hampm_tensors, only: norm
    use hampm_crack_lines, only: length_of
    use hampm_crack_placement, only: body_at, path_at
    use hampm_load_consistency, only: check_name
@@ -75,7 +76,7 @@ contains
          end if
          return
       end if
-      length = norm2(probe%at(:, 2) - probe%at(:, 1))
+      length = norm(probe%at(:, 2) - probe%at(:, 1))
       if (length <= tolerance(model%grid)) then
          call settings%complain(entry, 'at', 'the ends of the line must differ')
       else if (probe%face /= 'none') then

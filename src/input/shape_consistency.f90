@@ -7,7 +7,7 @@ module hampm_shape_consistency
    use hampm_placement, only: point_text
    use hampm_model, only: model_t
    use hampm_settings, only: settings_t
-   use hampm_tensors, only: quarter_turn
+   use hampm_tensors, only: norm, quarter_turn
    use hampm_text, only: to_text
    implicit none
    private
@@ -27,7 +27,7 @@ contains
       do k = 1, size(model%bodies)
          if (.not. model%bodies(k)%outline%is_there()) cycle
          do i = 2, size(points, 2)
-            n = ceiling(norm2(points(:, i) - points(:, i - 1))/(step*model%grid%cell))
+            n = ceiling(norm(points(:, i) - points(:, i - 1))/(step*model%grid%cell))
             do j = 0, n
                associate (x => points(:, i - 1) + real(j, dp)/max(n, 1)*(points(:, i) - points(:, i - 1)))
                   near = near .or. model%bodies(k)%outline%distance(x) < 2*model%grid%cell
@@ -83,7 +83,7 @@ contains
       x = reshape(numbers/max(maxval(abs(numbers)), tiny(1.0_dp)), [ndim, n]) ! squares of areas stay numbers
       do i = 1, n
          associate (a => x(:, i), b => x(:, mod(i, n) + 1))
-            if (norm2(b - a) <= 1e-12_dp*maxval(maxval(x, 2) - minval(x, 2))) then
+            if (norm(b - a) <= 1e-12_dp*maxval(maxval(x, 2) - minval(x, 2))) then
                call settings%complain(entry, 'points', 'corners '//to_text(i)//' and '//to_text(mod(i, n) + 1)// &
                                       ' are at one place, '//point_text(numbers(ndim*(i - 1) + 1:ndim*i)))
                return
@@ -197,7 +197,7 @@ contains
          do k = 1, size(corner, 2)
             associate (from => corner(:, k), to => corner(:, mod(k, size(corner, 2)) + 1))
                inward = 0
-               if (ndim == 2) inward = quarter_turn(to - from)/norm2(to - from)
+               if (ndim == 2) inward = quarter_turn(to - from)/norm(to - from)
                at = (from + to)/2 + 4*tolerance*inward
                has_point_of = has_point_of .or. (ring%encloses(from) .and. ring%distance(from) > 4*tolerance) .or. &
                               (ring%encloses(at) .and. ring%distance(at) > 2*tolerance)

@@ -19,6 +19,7 @@
 !> meets the other as an inelastic point does: that of a cell at the surface, less with smaller cells.
 module hampm_body_contact
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_archive, only: archive_t
    use hampm_body_extents, only: extents_t, gather_extents, find_normal_and_gap
    use hampm_cell_blocks, only: cell_blocks_t
@@ -243,10 +244,10 @@ contains
          if (c%always_sticks .or. c%friction > 0) then
             impulse = impulse_to_stick(give, w, closing*n)
             along = impulse - dot_product(impulse, n)*n
-            if (c%always_sticks .or. norm2(along) <= c%friction*dot_product(impulse, n)) then
+            if (c%always_sticks .or. norm(along) <= c%friction*dot_product(impulse, n)) then
                pair%state = sticks
             else
-               along = n + c%friction*along/norm2(along)
+               along = n + c%friction*along/norm(along)
                impulse = along*impulse_along(n, along, give, dot_product(w, n), closing)
             end if
          end if

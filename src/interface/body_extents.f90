@@ -22,7 +22,7 @@ module hampm_body_extents
    use hampm_dofs, only: element_of_slot
    use hampm_grid, only: grid_t
    use hampm_particles, only: particles_t, spacing_of
-   use hampm_tensors, only: in_plane, identity, inverse_transpose
+   use hampm_tensors, only: norm, in_plane, identity, inverse_transpose
    implicit none
    private
    public :: extents_t, gather_extents, find_normal_and_gap
@@ -248,7 +248,7 @@ contains
       logical :: is_done
       gap = huge(gap)
       normal = b%toward/sum(p%volume(b%list(:b%n)%particle)) - a%toward/sum(p%volume(a%list(:a%n)%particle))
-      normal = normal/norm2(normal)
+      normal = normal/norm(normal)
       widest = margin(p, a, b, normal)
       most = 1
       do turn = 1, most_turns
@@ -261,7 +261,7 @@ contains
             call take_corner(hull, across(normal, v), -dot_product(normal, v), rounding*cell, is_done)
             if (is_done) exit
             turned = normal + from_across(normal, hull%plane(2:))
-            turned = turned/norm2(turned)
+            turned = turned/norm(turned)
          end do
          if (-hull%plane(1) <= widest + 2*rounding*cell) exit
          found = margin(p, a, b, turned)

@@ -6,7 +6,7 @@ module hampm_face_jumps
    use hampm_crack_lines, only: both_faces
    use hampm_matter, only: matter_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: quarter_turn, identity, inverse_transpose
+   use hampm_tensors, only: norm, quarter_turn, identity, inverse_transpose
    implicit none
    private
    public :: faces, place_of_faces_t, faces_at, nearest_carrier, place_between, jump_between, turn_between, find_half_stiffness
@@ -87,7 +87,7 @@ contains
       real(dp), intent(in) :: x(ndim)            !! [m]
       integer :: k
       associate (carriers => carriers_of(m, e))
-         nearest = carriers(minloc([(norm2(m%grid%local_coordinate(carriers(k), x) - 0.5_dp), k=1, size(carriers))], dim=1))
+         nearest = carriers(minloc([(norm(m%grid%local_coordinate(carriers(k), x) - 0.5_dp), k=1, size(carriers))], dim=1))
       end associate
    end function nearest_carrier
 

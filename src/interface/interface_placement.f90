@@ -31,7 +31,7 @@ module hampm_interface_placement
    use hampm_matter, only: matter_t
    use hampm_plane_points, only: add_points_of_planes
    use hampm_patch, only: patch_t, patch_around, internal_force, patch_mass
-   use hampm_tensors, only: quarter_turn
+   use hampm_tensors, only: norm, quarter_turn
    implicit none
    private
    public :: openings_t, rebuild_interfaces, find_openings, release_length
@@ -160,7 +160,7 @@ contains
          do k = 1, size(m%grid%cut_cells%ends)
             associate (end => m%grid%cut_cells%ends(k), last => points(:, size(points, 2)))
                if (end%line == number .and. end%end == 2 .and. line%bonded(2) > 0 .and. &
-                   norm2(last - line%points(:, size(line%points, 2))) <= m%grid%cut_cells%slack) last = end%front
+                   norm(last - line%points(:, size(line%points, 2))) <= m%grid%cut_cells%slack) last = end%front
             end associate
          end do
          call add_along(interfaces, m, points, layer_t(cohesive, line%cohesion, friction=line%friction, line=number, &
@@ -178,7 +178,7 @@ contains
       do s = n + 1, interfaces%n
          associate (point => interfaces%list(s))
             if (any([(interfaces%list(k)%is_failing .and. interfaces%list(k)%line == point%line .and. &
-                      norm2(interfaces%list(k)%place - point%place) <= reach*interfaces%list(k)%length, k=1, n)])) cycle
+                      norm(interfaces%list(k)%place - point%place) <= reach*interfaces%list(k)%length, k=1, n)])) cycle
          end associate
          fraction_left = fraction_left + 1
          interfaces%list(fraction_left) = interfaces%list(s)
@@ -205,7 +205,7 @@ contains
                k = mod(k, old%n) + 1
                associate (before => old%list(k))
                   if (.not. is_before(before, point)) cycle
-                  is_there = max(norm2(before%origin - point%origin), abs(before%length - point%length)) <= same*point%cell
+                  is_there = max(norm(before%origin - point%origin), abs(before%length - point%length)) <= same*point%cell
                   if (.not. is_there) cycle
                   if (point%tip == 0) then
                      point%opening = turned(before%opening, before, point)
@@ -234,7 +234,7 @@ contains
       length = 0
       do k = 1, old%n
          if (.not. is_before(old%list(k), point)) cycle
-         distance = norm2(old%list(k)%origin - point%origin)
+         distance = norm(old%list(k)%origin - point%origin)
          side = merge(1, 2, ndim > plane .or. dot_product(along(point), old%list(k)%place - point%place) < 0)
          if (distance > least(side) + same*point%cell) cycle
          if (distance < least(side) - same*point%cell) n(side) = 0
@@ -396,7 +396,7 @@ contains
          allocate (rest, source=line%new_part(end%end, kind%way))
          rest(:, size(rest, 2)) = end%front
          if (.not. line%is_through(end%end) .and. &
-             norm2(rest(:, size(rest, 2)) - rest(:, size(rest, 2) - 1)) > least_part*m%grid%finest_cell) &
+             norm(rest(:, size(rest, 2)) - rest(:, size(rest, 2) - 1)) > least_part*m%grid%finest_cell) &
             call add_along(interfaces, m, rest, kind)
       end associate
       do k = n + 1, interfaces%n
@@ -408,7 +408,7 @@ contains
    pure function left_of(direction) result(normal)
       real(dp), intent(in) :: direction(ndim)    !! of any length
       real(dp) :: normal(ndim)
-      normal = quarter_turn(direction)/norm2(direction)
+      normal = quarter_turn(direction)/norm(direction)
    end function left_of
 
    !> Begin with a cohesive point of a tip that moves, or of one that the material carries through the cells: as it was on the grid before, or with the
@@ -424,7 +424,7 @@ contains
       allocate (distance(old%n))
       begins = .false.
       ! of two as near the one behind, whatever rounding makes of the middle between them
-      distance = [(abs(old%list(k)%way - point%way) + 1e-9_dp*old%list(k)%way + norm2(old%list(k)%origin - point%origin), &
+      distance = [(abs(old%list(k)%way - point%way) + 1e-9_dp*old%list(k)%way + norm(old%list(k)%origin - point%origin), &
                    k=1, old%n)]
       nearest = minloc(distance, dim=1, mask=[(old%list(k)%tip == point%tip .or. & ! or that of a tip which did not move, at rest
                                                .not. m%particles%total_frame .and. old%list(k)%tip == 0 .and. &
@@ -545,7 +545,7 @@ contains
                jump = openings%places(k)%jump(m%particles)
                if (face /= both_faces) jump = 2*dot_product(normal, jump)*normal
                least = min(least, dot_product(normal, jump))
-               largest = max(largest, norm2(jump))
+               largest = max(largest, norm(jump))
             end associate
          end do
       end associate
@@ -578,7 +578,7 @@ contains
       way = kind%way
       associate (forest => m%grid%forest)
          do i = 2, size(points, 2)
-            length = norm2(points(:, i) - points(:, i - 1))
+            length = norm(points(:, i) - points(:, i - 1))
             direction = (points(:, i) - points(:, i - 1))/length
             aside = spread(direction, 2, faces)
             if (any(abs(direction) < parallel)) then
@@ -657,14 +657,14 @@ contains
       real(dp) :: normal(ndim)
       integer :: i, before
       associate (from => layer%from, to => layer%to)
-         if (.not. norm2(to - from) > 0) return
+         if (.not. norm(to - from) > 0) return
          normal = left_of(to - from)
          of_point = layer
          do i = 1, points, merge(points - 1, 1, layer%certain) ! an opening is linear along a leaf
-            of_point%way = layer%way + (1 + place(i))/2*norm2(to - from)
-            if (layer%law == cohesive) of_point%way = layer%way + sum(part(:i - 1))*norm2(to - from)
+            of_point%way = layer%way + (1 + place(i))/2*norm(to - from)
+            if (layer%law == cohesive) of_point%way = layer%way + sum(part(:i - 1))*norm(to - from)
             before = interfaces%n
-            call add_point(interfaces, m, of_point, (from + to)/2 + place(i)*(to - from)/2, normal, part(i)*norm2(to - from))
+            call add_point(interfaces, m, of_point, (from + to)/2 + place(i)*(to - from)/2, normal, part(i)*norm(to - from))
             if (interfaces%n == before) cycle
             interfaces%list(interfaces%n)%middle = from + (sum(part(:i - 1)) + part(i)/2)*(to - from)
             interfaces%list(interfaces%n)%follows_leaf = .true.

@@ -36,7 +36,7 @@ module hampm_interface_points
    use hampm_cohesive_law, only: cohesive_law_t, cohesive_state_t
    use hampm_dofs, only: most_nodes_of_leaf
    use hampm_jumps, only: jump_t, jump_of, give_nodes
-   use hampm_tensors, only: identity, in_plane, quarter_turn
+   use hampm_tensors, only: norm, identity, in_plane, quarter_turn
    use hampm_text, only: to_text
    use hampm_thickness, only: thickness_t
    implicit none
@@ -161,7 +161,7 @@ contains
    !> How long a vector along faces is.
    pure real(dp) function length_along(components) result(length)
       real(dp), intent(in) :: components(ndim - 1)
-      length = merge(abs(components(1)), norm2(components), ndim == 2)
+      length = merge(abs(components(1)), norm(components), ndim == 2)
    end function length_along
 
    !> What is as long as a limit in the direction of a sliding.
@@ -171,7 +171,7 @@ contains
       if (ndim == 2) then
          components = sign(limit, sliding)
       else
-         components = limit/max(norm2(sliding), tiny(limit))*sliding
+         components = limit/max(norm(sliding), tiny(limit))*sliding
       end if
    end function in_direction_of
 
@@ -413,7 +413,7 @@ contains
          associate (point => interfaces%list(k), beside => interfaces%list(other))
             is_next = is_free(beside) .or. holds(beside)
             if (is_softening(point)) is_next = beside%tip == point%tip
-            is_next = is_next .and. other /= k .and. beside%line == point%line .and. norm2(beside%normal - point%normal) <= 1e-6_dp
+            is_next = is_next .and. other /= k .and. beside%line == point%line .and. norm(beside%normal - point%normal) <= 1e-6_dp
          end associate
       end function is_next
    end subroutine find_face_force

@@ -10,6 +10,7 @@
 !> before and after.
 module hampm_nodal_release
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_interface_points, only: interfaces_t, interface_point_t, along, force_of, energy_of, pulls
    use hampm_interface_placement, only: release_length
    implicit none
@@ -55,7 +56,7 @@ contains
          force = force_of(as_felt(interfaces%list(k), k <= interfaces%n_at_end))
          across = dot_product(force, interfaces%list(k)%normal)
          force = force - min(across, 0.0_dp)*interfaces%list(k)%normal
-         traction = norm2(force)/(interfaces%list(k)%area*strength/sqrt(interfaces%list(k)%cell))
+         traction = norm(force)/(interfaces%list(k)%area*strength/sqrt(interfaces%list(k)%cell))
          if (interfaces%list(k)%way > last) then
             overload = max(overload, traction)
          else if (traction > 1) then
@@ -123,7 +124,7 @@ contains
       real(dp) :: further, all
       fraction_left = point%fraction_left
       if (.not. fraction_left > 0) return
-      associate (held => norm2(point%held))
+      associate (held => norm(point%held))
          all = 2*(toughness*point%area - point%stored)
          if (.not. (held > 0 .and. all > 0)) then
             fraction_left = 0
@@ -137,7 +138,7 @@ contains
    !> How far a cohesive point has opened along its force since it has failed [m].
    pure real(dp) function opening_along(point) result(opening)
       type(interface_point_t), intent(in) :: point
-      opening = dot_product(point%opening - point%start, point%held)/norm2(point%held)
+      opening = dot_product(point%opening - point%start, point%held)/norm(point%held)
    end function opening_along
 
    !> Let the forces of cohesive points that have failed follow their openings, at a toughness. `has_parted` tells whether any
@@ -153,7 +154,7 @@ contains
          associate (point => interfaces%list(k))
             if (point%tip /= tip .or. .not. point%is_failing) cycle
             point%fraction_left = fraction_at(point, toughness)
-            if (norm2(point%held) > 0) point%reached = max(point%reached, opening_along(point))
+            if (norm(point%held) > 0) point%reached = max(point%reached, opening_along(point))
             has_parted = has_parted .or. .not. point%fraction_left > 0
          end associate
       end do

@@ -17,7 +17,7 @@ module hampm_plane_points
                                      interface_energy, is_half
    use hampm_matter, only: matter_t
    use hampm_plane_cuts, only: plane_cut_t, has_face_in
-   use hampm_tensors, only: identity
+   use hampm_tensors, only: norm, identity
    implicit none
    private
    public :: add_points_of_planes, follow_fronts, late_release, elements_beside, parts
@@ -197,7 +197,7 @@ contains
                            point%felt = point%opening
                            do k = 1, old%n
                               if (old%list(k)%plane /= number .or. old%list(k)%stiffness > 0) cycle
-                              if (norm2(old%list(k)%origin - point%origin) > same*edge) cycle
+                              if (norm(old%list(k)%origin - point%origin) > same*edge) cycle
                               point%is_new = .false.
                               point%opening = old%list(k)%opening
                               point%before = old%list(k)%before

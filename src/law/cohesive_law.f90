@@ -33,7 +33,7 @@
 !> sliding that lets strengths and toughnesses of both modes be given).
 module hampm_cohesive_law
    use hampm_kinds, only: dp, ndim
-   use hampm_tensors, only: in_plane
+   use hampm_tensors, only: norm, in_plane
    implicit none
    private
    public :: cohesive_law_t, cohesive_state_t, new_cohesive_law, most_openings
@@ -173,7 +173,7 @@ contains
       integer :: i
       scale = in_plane(1/sqrt(self%of_sliding), 1.0_dp)
       g = scale*in_plane(opening(1), max(opening(2), 0.0_dp))
-      lambda = norm2(g)
+      lambda = norm(g)
       b = 0
       if (lambda > 0) b = min((g(1)/lambda)**2, 1.0_dp)
       e = self%elastic + 1/layer

@@ -19,7 +19,7 @@ module hampm_j2_plastic
    use hampm_kinds, only: dp
    use hampm_key_rows, only: key_t, type_real, positive, not_negative
    use hampm_law, only: law_t, constant_t, value_of
-   use hampm_tensors, only: space, unit_tensor, trace_of, symmetric, deviator, n_deviator, components_of, deviator_of
+   use hampm_tensors, only: norm, space, unit_tensor, trace_of, symmetric, deviator, n_deviator, components_of, deviator_of
    implicit none
    private
    public :: j2_plastic_t, new_j2_plastic, j2_plastic_keys
@@ -197,7 +197,7 @@ contains
       trial = 2*self%mu*(deviator(symmetric(h)) - plastic) - 2*self%kinematic/3*plastic
       stiffness = 2*self%mu + 2*self%kinematic/3
       r%alpha = state(equivalent)
-      r%size = norm2(trial)
+      r%size = norm(trial)
       if (.not. r%size - self%radius(r%alpha) > rounding*self%radius(r%alpha)) return
       do k = 1, most_iterations
          excess = r%size - stiffness*r%gamma - self%radius(r%alpha)

@@ -14,7 +14,7 @@ module hampm_orthotropic
    use hampm_kinds, only: dp, ndim
    use hampm_key_rows, only: key_t, type_real, positive, any_number
    use hampm_law, only: constant_t, flaw_t, add_flaw, value_of
-   use hampm_tensors, only: voigt, n_voigt, in_plane, quarter_turn, identity, inverse_transpose
+   use hampm_tensors, only: norm, voigt, n_voigt, in_plane, quarter_turn, identity, inverse_transpose
    implicit none
    private
    public :: stiffness_of_solid, acoustic_modulus_of_solid
@@ -272,13 +272,13 @@ contains
       largest = 0
       do start = 0, (3**ndim - 3)/2                  ! along axes, diagonals of sides, diagonals
          n = [(real(mod(start/3**(i - 1), 3) - 1, dp), i=1, ndim)]
-         n = n/norm2(n)
+         n = n/norm(n)
          m = n
          do pass = 1, passes
             n = next(m, n)
             m = next(n, m)
          end do
-         largest = max(largest, norm2(matmul(acoustic(n), m)))
+         largest = max(largest, norm(matmul(acoustic(n), m)))
       end do
 
    contains
@@ -299,7 +299,7 @@ contains
          real(dp) :: better(ndim), a(ndim, ndim)
          a = acoustic(n)
          better = matmul(a, m)
-         better = better/norm2(better)
+         better = better/norm(better)
       end function next
    end function acoustic_modulus_of_solid
 

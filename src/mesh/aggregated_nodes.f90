@@ -13,6 +13,7 @@
 !> and Engineering 336 (2018) 533-553.
 module hampm_aggregated_nodes
    use hampm_kinds, only: dp, ndim, corners, neighbours, long
+   use hampm_tensors, only: norm
    use hampm_basis, only: shape_functions
    use hampm_cut_cells, only: cut_cells_t
    use hampm_forest, only: forest_t, outside, corner_offset, level_width
@@ -218,7 +219,7 @@ contains
       type(forest_t), intent(in) :: forest
       integer, intent(in) :: leaf
       real(dp), intent(in) :: x(ndim)            !! [m]
-      distance = norm2((forest%middle_of(leaf) - x)*longer)
+      distance = norm((forest%middle_of(leaf) - x)*longer)
    end function distance_to
 
    !> Whether a crack is between two leaves.

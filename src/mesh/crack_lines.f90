@@ -1,6 +1,7 @@
 !> A polyline along which cells are cut: its points, its tips, and the parts of it that are open, new, held by cohesion or free.
 module hampm_crack_lines
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    implicit none
    private
    public :: line_t, length_of, distance_to_segment, twice_area, find_nearest_segment, both_faces, left_face, right_face
@@ -91,14 +92,14 @@ contains
    pure real(dp) function length_of(points) result(length)
       real(dp), intent(in) :: points(:, :)       !! [m], (ndim, 2 or more)
       integer :: k
-      length = sum([(norm2(points(:, k) - points(:, k - 1)), k=2, size(points, 2))])
+      length = sum([(norm(points(:, k) - points(:, k - 1)), k=2, size(points, 2))])
    end function length_of
 
    !> Distance of a point from a segment [m].
    pure real(dp) function distance_to_segment(x, a, b) result(distance)
       real(dp), intent(in) :: x(ndim), a(ndim), b(ndim) !! and its ends, which may be the same [m]
       associate (t => dot_product(x - a, b - a)/max(sum((b - a)**2), tiny(1.0_dp)))
-         distance = norm2(x - a - min(max(t, 0.0_dp), 1.0_dp)*(b - a))
+         distance = norm(x - a - min(max(t, 0.0_dp), 1.0_dp)*(b - a))
       end associate
    end function distance_to_segment
 
@@ -121,7 +122,7 @@ contains
       do k = 2, size(points, 2)
          associate (a => points(:, k - 1), b => points(:, k))
             way = dot_product(x - a, b - a)/sum((b - a)**2)
-            distance = norm2(x - a - min(max(way, 0.0_dp), 1.0_dp)*(b - a))
+            distance = norm(x - a - min(max(way, 0.0_dp), 1.0_dp)*(b - a))
          end associate
          if (distance >= nearest) cycle
          nearest = distance
@@ -148,7 +149,7 @@ contains
       left = by
       n = size(shorter, 2)
       do
-         length = norm2(shorter(row:, n) - shorter(row:, n - 1))
+         length = norm(shorter(row:, n) - shorter(row:, n - 1))
          if (length*(1 - rounding) > left .or. n == 2) exit
          left = max(0.0_dp, left - length)
          n = n - 1

@@ -16,7 +16,7 @@ module hampm_cut_cells
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
    use hampm_forest, only: corner_offset, forest_t, outside, level_width
    use hampm_crack_lines, only: both_faces, distance_to_segment, find_nearest_segment, line_t
-   use hampm_tensors, only: quarter_turn, in_plane
+   use hampm_tensors, only: norm, quarter_turn, in_plane
    implicit none
    private
    public :: cut_cells_t, end_leaf_t, place_of_copy, divides, side_of_ties, is_between, nearly_none, on_line, sample, &
@@ -98,7 +98,7 @@ contains
             if (line%face == both_faces) cycle
             way = dot_product(x - line%began, end%direction)
             if (way < -self%slack .or. way > dot_product(end%front - line%began, end%direction) - self%slack) cycle
-            if (norm2(x - line%began - way*end%direction) > self%slack) cycle
+            if (norm(x - line%began - way*end%direction) > self%slack) cycle
             freed = freed .or. .not. abs(end%direction) > 0
          end associate
       end do
@@ -151,7 +151,7 @@ contains
    pure logical function is_left(a, b, p, slack)
       real(dp), intent(in) :: a(ndim), b(ndim), p(ndim) !! [m]
       real(dp), intent(in) :: slack              !! [m]
-      is_left = (b(1) - a(1))*(p(2) - a(2)) - (b(2) - a(2))*(p(1) - a(1)) >= -slack*norm2(b - a)
+      is_left = (b(1) - a(1))*(p(2) - a(2)) - (b(2) - a(2))*(p(1) - a(1)) >= -slack*norm(b - a)
    end function is_left
 
    !> Number of pieces of a leaf.
@@ -218,8 +218,8 @@ contains
          if (k == 0) cycle
          associate (a => self%lines(line)%origin(:, k - 1), b => self%lines(line)%origin(:, k), &
                     from => self%lines(line)%points(:, k - 1), to => self%lines(line)%points(:, k))
-            across = ((b(1) - a(1))*(origin(2) - a(2)) - (b(2) - a(2))*(origin(1) - a(1)))/norm2(b - a)
-            x = from + along*(to - from) + across*quarter_turn(to - from)/norm2(to - from)
+            across = ((b(1) - a(1))*(origin(2) - a(2)) - (b(2) - a(2))*(origin(1) - a(1)))/norm(b - a)
+            x = from + along*(to - from) + across*quarter_turn(to - from)/norm(to - from)
          end associate
       end do
    end function follow
@@ -261,7 +261,7 @@ contains
          if (k == 0) cycle
          associate (a => self%lines(line)%points(:, k - 1), b => self%lines(line)%points(:, k))
             point = a + min(max(along, 0.0_dp), 1.0_dp)*(b - a)
-            normal = quarter_turn(b - a)/norm2(b - a)
+            normal = quarter_turn(b - a)/norm(b - a)
          end associate
       end do
    end subroutine find_nearest
@@ -296,7 +296,7 @@ contains
             last = merge(1, size(points, 2), end%end == 1)
             if (allocated(self%lines(line)%origin)) then ! as far ahead of the tip as it is now
                associate (out => points(:, last) - points(:, merge(2, last - 1, end%end == 1)))
-                  points(:, last) = points(:, last) + dot_product(end%front - end%tip, end%direction)*out/norm2(out)
+                  points(:, last) = points(:, last) + dot_product(end%front - end%tip, end%direction)*out/norm(out)
                end associate
             else
                points(:, last) = end%front
@@ -335,9 +335,9 @@ contains
       farthest = 0
       do k = self%first_near(self%entry(leaf)), self%first_near(self%entry(leaf) + 1) - 1
          associate (a => self%segment(:, 1, self%near(k)), b => self%segment(:, 2, self%near(k)))
-            along = (b - a)/norm2(b - a)
-            place = min(max(dot_product(x - a, along), 0.0_dp), norm2(b - a))
-            distance = norm2(x - a - place*along)
+            along = (b - a)/norm(b - a)
+            place = min(max(dot_product(x - a, along), 0.0_dp), norm(b - a))
+            distance = norm(x - a - place*along)
             height = abs(along(1)*(x(2) - a(2)) - along(2)*(x(1) - a(1)))
             if (distance > nearest + self%slack) cycle
             if (distance > nearest - self%slack .and. height <= farthest) cycle
@@ -379,12 +379,12 @@ contains
       do k = self%first_near(self%entry(leaf)), self%first_near(self%entry(leaf) + 1) - 1
          associate (a => self%segment(:, 1, self%near(k)), b => self%segment(:, 2, self%near(k)))
             if (distance_to_segment(x, self%segment(:, 1, self%near(k)), self%segment(:, 2, self%near(k))) > self%slack) cycle
-            left = quarter_turn(b - a)/norm2(b - a)
+            left = quarter_turn(b - a)/norm(b - a)
             if (last == 0) then
                normal = left
-            else if (last == self%near(k) - 1 .and. norm2(self%segment(:, 2, max(last, 1)) - a) <= self%slack) then
+            else if (last == self%near(k) - 1 .and. norm(self%segment(:, 2, max(last, 1)) - a) <= self%slack) then
                normal = normal + left
-            else if (abs(normal(1)*left(2) - normal(2)*left(1)) > nearly_none*norm2(normal)) then
+            else if (abs(normal(1)*left(2) - normal(2)*left(1)) > nearly_none*norm(normal)) then
                normal = 0
                return
             end if
@@ -421,7 +421,7 @@ contains
       nearest = huge(nearest)
       do j = max(middle(2) - reach, 1), min(middle(2) + reach, samples)
          do i = max(middle(1) - reach, 1), min(middle(1) + reach, samples)
-            distance = norm2(sample(forest, leaf, i, j) - x)
+            distance = norm(sample(forest, leaf, i, j) - x)
             if (distance >= nearest) cycle
             if (is_between(self, leaf, x, sample(forest, leaf, i, j))) cycle
             nearest = distance

@@ -6,7 +6,7 @@ module hampm_cutting
    use hampm_crack_lines, only: line_t, left_face, right_face
    use hampm_cut_cells, only: cut_cells_t, end_leaf_t, is_between, nearly_none, on_line, sample, samples, &
                               side_of_ties
-   use hampm_tensors, only: in_plane, quarter_turn
+   use hampm_tensors, only: norm, in_plane, quarter_turn
    implicit none
    private
    public :: find_cut_cells
@@ -58,7 +58,7 @@ contains
                end%tip = points(:, last)
                end%front = end%tip
                end%direction = end%tip - points(:, merge(last - 1, 2, k == 2))
-               end%direction = end%direction/norm2(end%direction)
+               end%direction = end%direction/norm(end%direction)
             else
                call move_end(forest, cut%lines(line)%face, points(:, merge(last - 1, 2, k == 2)), points(:, last), end)
                if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, last), end)
@@ -68,7 +68,7 @@ contains
                   end%tip = open(:, merge(1, size(open, 2), k == 1))
                   end%direction = end%tip - open(:, merge(2, size(open, 2) - 1, k == 1))
                end associate
-               end%direction = end%direction/norm2(end%direction)
+               end%direction = end%direction/norm(end%direction)
                if (cut%lines(line)%is_through(k)) end%leaf = forest%leaf_at(end%tip + nearly_none*forest%cell &
                                                      *(into_half(end%direction, cut%lines(line)%face) - end%direction))
             end if
@@ -98,7 +98,7 @@ contains
       integer :: leaf
       end%tip = tip
       end%front = tip
-      direction = (tip - from)/norm2(tip - from)
+      direction = (tip - from)/norm(tip - from)
       end%direction = direction
       leaf = forest%leaf_at(tip + nearly_none*forest%cell*(direction + into_half(direction, face)))
       if (leaf == outside) return
@@ -187,7 +187,7 @@ contains
       real(dp), parameter :: part = 0.125_dp     ! of a leaf, from one place to the next
       real(dp) :: way, length, step, x(ndim), y(ndim)
       integer :: leaf, i, j
-      length = norm2(to - from)
+      length = norm(to - from)
       way = 0
       do
          x = from + min(way, length)/length*(to - from)

@@ -2,6 +2,7 @@
 !> spacing on cylinders, and on spheres those of a lattice of angles on the sides of the cube around it, which is the same along all axes.
 module hampm_edge_parts
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    implicit none
    private
    public :: edge_part_t, rectangles_of_side, parts_of_mantle, parts_of_sphere
@@ -93,7 +94,7 @@ contains
             part%normal(d) = merge(1, -1, k < size(parts)/2)
             part%normal(1 + mod(d, ndim)) = tan(angle(1))
             part%normal(1 + mod(d + 1, ndim)) = tan(angle(2))
-            part%normal = part%normal/norm2(part%normal)
+            part%normal = part%normal/norm(part%normal)
             part%middle = center + radius*part%normal
             part%area = radius**2*(seen(i + 1, j + 1) - seen(i, j + 1) - seen(i + 1, j) + seen(i, j))
          end associate

@@ -8,6 +8,7 @@
 !>    front%uncracked(low, high, area, middle)             of a rectangle
 module hampm_front
    use hampm_kinds, only: dp, ndim, name_len
+   use hampm_tensors, only: norm
    implicit none
    private
    public :: region_t, front_t, crack_shape_t, region_of, find_fronts, crosses_itself, find_crossing, clip_edge, &
@@ -102,8 +103,8 @@ contains
             if (area_of(region%outline) < 0) region%outline = region%outline(:, n:1:-1)
          case default
             d = region%in_plane(shape%direction)
-            d = d/norm2(d)
-            reach = 2*norm2(upper - lower) + norm2(max(abs(shape%center - lower), abs(shape%center - upper))) ! as in a mirror
+            d = d/norm(d)
+            reach = 2*norm(upper - lower) + norm(max(abs(shape%center - lower), abs(shape%center - upper))) ! as in a mirror
             allocate (region%outline(2, 4))
             region%outline = reach*reshape([d(2), -d(1), -d(2), d(1), -d(2) - d(1), d(1) - d(2), d(2) - d(1), -d(1) - d(2)], [2, 4])
             region%outline = region%outline + spread(center, 2, 4)
@@ -115,7 +116,7 @@ contains
          do k = 1, n
             associate (a => region%outline(:, k) - region%outline(:, modulo(k - 2, n) + 1), &
                        b => region%outline(:, modulo(k, n) + 1) - region%outline(:, k))
-               region%is_corner(k) = dot_product(a, b) < smooth*norm2(a)*norm2(b)
+               region%is_corner(k) = dot_product(a, b) < smooth*norm(a)*norm(b)
             end associate
          end do
       end if
@@ -134,7 +135,7 @@ contains
       integer :: n, k, i, first, last
       low = region%in_plane(lower)
       high = region%in_plane(upper)
-      margin = rounding*norm2(high - low)
+      margin = rounding*norm(high - low)
       n = size(region%outline, 2)
       do k = 1, n
          call clip_edge(region%outline(:, k), region%outline(:, modulo(k, n) + 1), low + margin, high - margin, from(k), to(k))
@@ -211,7 +212,7 @@ contains
                if (i == parts .and. k < last) normal = normal_of(k) + normal_of(k + 1)
                if (i == 0 .and. front%is_closed .and. region%is_corner(edge(m))) normal = normal_of(last) + normal_of(first)
             end associate
-            outward = reshape([outward, normal/norm2(normal)], [2, size(outward, 2) + 1])
+            outward = reshape([outward, normal/norm(normal)], [2, size(outward, 2) + 1])
             front%arc = [front%arc, wanted]
             front%on_outline = [front%on_outline, begin(edge(m)) + from(edge(m))*length_of(m) + wanted - way(m)]
          end do
@@ -235,7 +236,7 @@ contains
       !> Length of an edge [m].
       pure real(dp) function length_of(k)
          integer, intent(in) :: k
-         length_of = norm2(region%outline(:, edge(k + 1)) - region%outline(:, edge(k)))
+         length_of = norm(region%outline(:, edge(k + 1)) - region%outline(:, edge(k)))
       end function length_of
 
       !> Unit vector out of the region at an edge.
@@ -252,7 +253,7 @@ contains
          real(dp) :: normal(2)
          normal = normal_of(k)
          if (.not. region%is_corner(edge(corner))) normal = normal_of(corner - 1) + normal_of(corner)
-         normal = normal/norm2(normal)
+         normal = normal/norm(normal)
       end function normal_at
    end subroutine place_nodes
 
@@ -279,8 +280,8 @@ contains
             end do
             if (k == front%n() .and. .not. front%is_closed) cycle
             next = modulo(k, front%n()) + 1
-            room = min(room, norm2(front%at(:, next) - front%at(:, k)) &
-                             /max(norm2(front%outward(:, next) - front%outward(:, k)), along_side))
+            room = min(room, norm(front%at(:, next) - front%at(:, k)) &
+                             /max(norm(front%outward(:, next) - front%outward(:, k)), along_side))
          end do
       end associate
    end function room_of
@@ -354,7 +355,7 @@ contains
       n = size(self%outline, 2)
       do k = 1, n
          associate (way => self%outline(:, modulo(k, n) + 1) - self%outline(:, k))
-            normal(:, k) = [way(2), -way(1)]/norm2(way)
+            normal(:, k) = [way(2), -way(1)]/norm(way)
          end associate
          margin(k) = merge(by, 0.0_dp, self%may_be_front(k))
       end do

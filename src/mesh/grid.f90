@@ -27,6 +27,7 @@
 !> a leaf have the same nodes.
 module hampm_grid
    use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_tensors, only: norm
    use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point, shape_functions, shape_gradients, &
                           quadratic_functions, quadratic_gradients
    use hampm_cut_cells, only: cut_cells_t
@@ -340,7 +341,7 @@ contains
    pure logical function is_toward(corner, toward)
       integer, intent(in) :: corner
       real(dp), intent(in) :: toward(ndim)
-      is_toward = dot_product(0.5_dp - corner_offset(corner), toward) > 0.25_dp*norm2(toward) ! 0 of a cell beside a diagonal
+      is_toward = dot_product(0.5_dp - corner_offset(corner), toward) > 0.25_dp*norm(toward) ! 0 of a cell beside a diagonal
    end function is_toward
 
    !> The element that covers the place `x`, of its piece where there are several; `outside` where there is none, or where `x` is not a

@@ -5,6 +5,7 @@
 !> convex and stay kinks where it is not, where corners that come together are one. Nothing heals, as ways are not below 0.
 module hampm_moving_front
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_front, only: region_t, front_t, find_crossing, clip_edge, area_of, chords
    implicit none
    private
@@ -84,14 +85,14 @@ contains
       integer :: k
       way(1) = 0
       do k = 2, size(way)
-         way(k) = way(k - 1) + norm2(outline(:, k) - outline(:, k - 1))
+         way(k) = way(k - 1) + norm(outline(:, k) - outline(:, k - 1))
       end do
    end function ways_along
 
    !> The length of an outline [m].
    pure real(dp) function around_of(outline)
       real(dp), intent(in) :: outline(:, :)      !! [m]
-      around_of = sum(norm2(cshift(outline, 1, dim=2) - outline, dim=1))
+      around_of = sum(sqrt(sum((cshift(outline, 1, dim=2) - outline)**2, dim=1)))
    end function around_of
 
    !> Divide long edges where they are in a box, so that the outline keeps its area.
@@ -106,7 +107,7 @@ contains
       integer :: n, k, next, parts, i
       logical :: is_long(size(new%way))
       n = size(new%way)
-      is_long = new%may_be_front .and. norm2(cshift(new%at, 1, dim=2) - new%at, dim=1) > longest*chord
+      is_long = new%may_be_front .and. sqrt(sum((cshift(new%at, 1, dim=2) - new%at)**2, dim=1)) > longest*chord
       do k = 1, n
          if (.not. is_long(k)) cycle
          call find_part(new, k, length, from, to)
@@ -145,7 +146,7 @@ contains
          integer, intent(in) :: k
          real(dp), intent(out) :: length         !! of it [m]
          real(dp), intent(out) :: from, to       !! [-]
-         length = norm2(of%at(:, modulo(k, n) + 1) - of%at(:, k))
+         length = norm(of%at(:, modulo(k, n) + 1) - of%at(:, k))
          from = 0
          to = 1
          if (length < far*chord) return
@@ -189,7 +190,7 @@ contains
       integer, intent(in) :: k
       real(dp) :: normal(2)
       normal = outline(:, modulo(k, size(outline, 2)) + 1) - outline(:, k)
-      normal = [normal(2), -normal(1)]/max(norm2(normal), tiny(normal))
+      normal = [normal(2), -normal(1)]/max(norm(normal), tiny(normal))
    end function normal_of
 
    !> Angle by which an outline turns at each corner, above 0 to the left [rad].
@@ -216,7 +217,7 @@ contains
       real(dp), intent(in) :: chord              !! [m]
       real(dp), parameter :: far = 4             ! chords
       real(dp) :: curvature(size(of%way))
-      associate (length => norm2(cshift(of%at, 1, dim=2) - of%at, dim=1))
+      associate (length => sqrt(sum((cshift(of%at, 1, dim=2) - of%at)**2, dim=1)))
          associate (before => cshift(length, -1))
             curvature = turns_of(of%at)
             where (of%is_corner .or. abs(curvature) > kink .or. max(length, before) > far*chord) curvature = 0
@@ -231,12 +232,12 @@ contains
       real(dp), intent(in) :: chord              !! [m]
       real(dp) :: bulge(2, size(of%way)), out(2)
       integer :: k
-      associate (length => norm2(cshift(of%at, 1, dim=2) - of%at, dim=1), curvature => curvatures(of, chord))
+      associate (length => sqrt(sum((cshift(of%at, 1, dim=2) - of%at)**2, dim=1)), curvature => curvatures(of, chord))
          do k = 1, size(of%way)
             associate (before => modulo(k - 2, size(of%way)) + 1)
                out = normal_of(of%at, before) + normal_of(of%at, k)
                bulge(:, k) = 0
-               if (abs(curvature(k)) > 0) bulge(:, k) = out/norm2(out)*curvature(k)/12 &
+               if (abs(curvature(k)) > 0) bulge(:, k) = out/norm(out)*curvature(k)/12 &
                                                         *(length(before)**2 - length(before)*length(k) + length(k)**2)
             end associate
          end do
@@ -272,7 +273,7 @@ contains
                along = along*of_area(turn(k))
             end if
             associate (out => merge(a + b, a*sin((parts - i)*turn(k)/max(1, parts)) + b*sin(i*turn(k)/max(1, parts)), parts == 0))
-               call add(new, old%at(:, k) + along*out/norm2(out), old%way(k), .true., old%is_corner(k) .and. parts == 0)
+               call add(new, old%at(:, k) + along*out/norm(out), old%way(k), .true., old%is_corner(k) .and. parts == 0)
             end associate
          end do
       end do
@@ -297,7 +298,7 @@ contains
       logical :: stays(size(new%way))
       integer :: k, next
       turn = turns_of(new%at)
-      length = norm2(cshift(new%at, 1, dim=2) - new%at, dim=1)
+      length = sqrt(sum((cshift(new%at, 1, dim=2) - new%at)**2, dim=1))
       stays = .true.
       do k = 1, size(turn)
          next = modulo(k, size(turn)) + 1

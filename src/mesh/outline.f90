@@ -10,7 +10,7 @@ module hampm_outline
    use hampm_kinds, only: dp, ndim
    use hampm_ring_moments, only: clip, moments_of_circle, moments_of_polygon, moments_of_box, moments_of_cylinder, &
                                   moments_of_sphere, sort_few
-   use hampm_tensors, only: in_plane, quarter_turn
+   use hampm_tensors, only: norm, in_plane, quarter_turn
    implicit none
    private
    public :: outline_t, ring_t, polygon_ring, circle_ring, box_ring, cylinder_ring, least_part
@@ -100,7 +100,7 @@ contains
             beyond(ndim) = abs(across(self%axis)) - (self%ends(2) - self%ends(1))/2
             across(self%axis) = 0
          end if
-         beyond(1) = norm2(across) - self%radius
+         beyond(1) = norm(across) - self%radius
       else
          beyond = abs(x - (self%points(:, 1) + self%points(:, 2))/2) - (self%points(:, 2) - self%points(:, 1))/2
       end if
@@ -157,7 +157,7 @@ contains
          encloses = all(beyond(self, x) < 0)
          return
       else if (self%is_circle) then
-         encloses = norm2(x - self%center) < self%radius
+         encloses = norm(x - self%center) < self%radius
          return
       end if
       encloses = .false.
@@ -180,10 +180,10 @@ contains
       integer :: i, j
       if (ndim > 2) then
          out = beyond(self, x)
-         distance = max(norm2(max(out, 0.0_dp)), -maxval(out))
+         distance = max(norm(max(out, 0.0_dp)), -maxval(out))
          return
       else if (self%is_circle) then
-         distance = abs(norm2(x - self%center) - self%radius)
+         distance = abs(norm(x - self%center) - self%radius)
          return
       end if
       distance = huge(distance)
@@ -192,7 +192,7 @@ contains
          associate (a => self%points(:, j), b => self%points(:, i))
             t = 0
             if (sum((b - a)**2) > 0) t = min(max(dot_product(x - a, b - a)/sum((b - a)**2), 0.0_dp), 1.0_dp)
-            distance = min(distance, norm2(x - a - t*(b - a)))
+            distance = min(distance, norm(x - a - t*(b - a)))
          end associate
          j = i
       end do
@@ -399,7 +399,7 @@ contains
       integer :: k
       whole = product(upper - lower)
       m = 0
-      if (self%distance((lower + upper)/2) > 0.501_dp*norm2(upper - lower)) then
+      if (self%distance((lower + upper)/2) > 0.501_dp*norm(upper - lower)) then
          if (self%covers((lower + upper)/2)) m = whole*[1.0_dp, (upper - lower)/2]
          return
       end if
@@ -462,8 +462,8 @@ contains
          a = corner(:, part%side)
          if (ring%area() < 0) part%side = size(corner, 2) - mod(part%side, size(corner, 2)) ! written the other way round
          b = corner(:, i)
-         if (.not. norm2(b - a) > 0) cycle
-         normal = quarter_turn(a - b)/norm2(b - a)
+         if (.not. norm(b - a) > 0) cycle
+         normal = quarter_turn(a - b)/norm(b - a)
          if (is_hole) normal = -normal
          beyond = merge(tolerance, 0.0_dp, abs(b - a) <= tolerance)
          cut = [0.0_dp, 1.0_dp]
@@ -478,7 +478,7 @@ contains
          call sort_few(cut)
          do k = 2, size(cut)
             at = (cut(k - 1) + cut(k))/2
-            if ((cut(k) - cut(k - 1))*norm2(b - a) <= tolerance) cycle
+            if ((cut(k) - cut(k - 1))*norm(b - a) <= tolerance) cycle
             part%middle = a + at*(b - a)
             if (any(part%middle < lower - beyond .or. part%middle > upper + beyond)) cycle
             part%half = (cut(k) - cut(k - 1))/2*(b - a)

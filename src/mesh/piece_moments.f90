@@ -9,7 +9,7 @@ module hampm_piece_moments
    use hampm_cut_cells, only: cut_cells_t
    use hampm_forest, only: forest_t, corner_offset
    use hampm_outline, only: outline_t, ring_t
-   use hampm_tensors, only: in_plane
+   use hampm_tensors, only: norm, in_plane
    implicit none
    private
    public :: polynomials_at, moments_of_pieces, integrals_of_gradients, integrals_in_ring, n_polynomials
@@ -123,7 +123,7 @@ contains
       real(dp), allocatable :: corner(:, :)
       integer :: n, k, next
       if (ring%is_circle) then
-         if (abs(norm2(lower + edge/2 - ring%center) - ring%radius) > edge) return
+         if (abs(norm(lower + edge/2 - ring%center) - ring%radius) > edge) return
          n = max(64, sides_of_circle*ceiling(2*pi*ring%radius/edge))
          corner = ring%corners(n)
          do k = 1, n

@@ -61,7 +61,9 @@ contains
          do j = 1, size(before)
             if (before(j)%crack /= k .or. before(j)%n() == 0) cycle
             do i = 1, size(of_cut)
-               away(i, j) = minval(norm2(before(j)%at - spread(of_cut(i)%at(:, of_cut(i)%n()/2 + 1), 2, before(j)%n()), dim=1))
+               associate (middle => of_cut(i)%at(:, of_cut(i)%n()/2 + 1))
+                  away(i, j) = sqrt(minval(sum((before(j)%at - spread(middle, 2, before(j)%n()))**2, dim=1)))
+               end associate
             end do
          end do
          do while (any(away < huge(away)))

@@ -2,7 +2,7 @@
 !> volume and first moments of what a box has of a box, a cylinder along an axis, in closed form, and of a sphere, by its slices.
 module hampm_ring_moments
    use hampm_kinds, only: dp, ndim
-   use hampm_tensors, only: in_plane, quarter_turn
+   use hampm_tensors, only: norm, in_plane, quarter_turn
    implicit none
    private
    public :: clip, moments_of_circle, moments_of_polygon, moments_of_box, moments_of_cylinder, moments_of_sphere, sort_few
@@ -165,8 +165,8 @@ contains
       real(dp), intent(in) :: a(ndim), b(ndim), r, place(ndim)
       real(dp) :: m(0:ndim)
       real(dp) :: chord, angle, square, rest
-      chord = norm2(b - a)
-      angle = 2*atan2(chord, norm2(a + b))
+      chord = norm(b - a)
+      angle = 2*atan2(chord, norm(a + b))
       square = angle**2
       rest = angle - sin(angle)
       if (angle < 0.5_dp) rest = angle*square/6*(1 - square/20*(1 - square/42*(1 - square/72*(1 - square/110*(1 - square/156)))))

@@ -10,6 +10,7 @@
 !> particles are the same whether the crack or the finer cells come first.
 module hampm_children
    use hampm_kinds, only: dp, ndim, corners, long
+   use hampm_tensors, only: norm
    use hampm_forest, only: corner_offset
    use hampm_outline, only: least_part
    use hampm_particles, only: particles_t, spacing_of
@@ -56,7 +57,7 @@ contains
          litter%n = 2
          litter%path(:2) = p%path(i)*corners + [0, 1]
          litter%part(:2) = 0.5_dp
-         litter%half(:, 1) = normal/norm2(normal)
+         litter%half(:, 1) = normal/norm(normal)
          litter%half(:, 2) = -litter%half(:, 1)
          litter%offset(:, 1) = middle_of_half(spacing_of(p, i)/2, litter%half(:, 1))
          litter%offset(:, 2) = -litter%offset(:, 1)
@@ -80,14 +81,14 @@ contains
       whole = quarters_of(p, p%body(i), p%reference(i, :) - from_middle, edges, p%path(i)/corners)
       do c = 1, whole%n
          height = dot_product(toward, whole%offset(:, c))
-         if (height < -on_crack*norm2(edges)) cycle
+         if (height < -on_crack*norm(edges)) cycle
          litter%n = litter%n + 1
          associate (n => litter%n)
             litter%path(n) = whole%path(c)
             litter%level(n) = 0
             litter%part(n) = whole%part(c)
             litter%offset(:, n) = whole%offset(:, c) - from_middle
-            if (height > on_crack*norm2(edges)) cycle
+            if (height > on_crack*norm(edges)) cycle
             litter%path(n) = whole%path(c)*corners + mod(p%path(i), int(corners, long))
             litter%level(n) = 1
             litter%part(n) = whole%part(c)/2

@@ -4,7 +4,7 @@ module hampm_energy
    use hampm_domains, only: kinetic_energy_of, spin_of
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: determinant, identity, product_of, trace
+   use hampm_tensors, only: norm, determinant, identity, product_of, trace
    implicit none
    private
    public :: kinetic_energy, energy_density_of, strain_energy, dissipation, linear_momentum, angular_momentum, n_turns, &
@@ -159,7 +159,7 @@ contains
                total(d) = total(d) + p%mass(i)*(x(j)*v(k) - x(k)*v(j)) + spin_of(p, i)
             end associate
          end do
-         largest = largest + p%mass(i)*norm2(x)*(norm2(v) + rounding*norm2(p%velocity(i, :)))
+         largest = largest + p%mass(i)*norm(x)*(norm(v) + rounding*norm(p%velocity(i, :)))
       end do
    end subroutine angular_momentum
 

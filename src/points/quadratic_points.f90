@@ -36,7 +36,7 @@ module hampm_quadratic_points
    use hampm_grid, only: grid_t
    use hampm_matter, only: matter_t
    use hampm_piece_moments, only: moments_of_pieces, integrals_of_gradients, integrals_in_ring, polynomials_at, n_polynomials
-   use hampm_tensors, only: identity
+   use hampm_tensors, only: norm, identity
    implicit none
    private
    public :: weights_along, weigh_points, correct_points, fewest_points
@@ -312,10 +312,10 @@ contains
                row = row - dot_product(row, basis(:, k))*basis(:, k)
             end do
          end do
-         if (norm2(row) <= close*sqrt(real(size(is_free), dp))) cycle
+         if (norm(row) <= close*sqrt(real(size(is_free), dp))) cycle
          n = n + 1
-         basis(:, n) = row/norm2(row)
-         change = change + (missing(j) - dot_product(at_points(j, :), change))/norm2(row)*basis(:, n)
+         basis(:, n) = row/norm(row)
+         change = change + (missing(j) - dot_product(at_points(j, :), change))/norm(row)*basis(:, n)
       end do
    end function least_change
 end module hampm_quadratic_points

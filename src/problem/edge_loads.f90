@@ -7,6 +7,7 @@
 !> widths on either side K of a slanted crack was off in proportion to their spacing at the mouth, which finer cells at the tip leave as it is.
 module hampm_edge_loads
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_absorbing_edges, only: impedance
    use hampm_edge_parts, only: edge_part_t
    use hampm_aggregated_nodes, only: least_fill
@@ -176,7 +177,7 @@ contains
          do velocity_field = 1, m%grid%n_velocity_fields
             do e = m%grid%copy_on(first, velocity_field), m%grid%copy_on(last, velocity_field)
                do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
-                  distance = norm2(m%particles%place_in_grid(i) - x)
+                  distance = norm(m%particles%place_in_grid(i) - x)
                   if (distance > nearest + m%grid%forest%tolerance()) cycle
                   if (distance < nearest - m%grid%forest%tolerance()) carriers = [integer ::]
                   carriers = [carriers, i]
@@ -264,7 +265,7 @@ contains
       do i = 1, size(segments, 3)
          associate (a => segments(:, 1, i) - part%middle, b => segments(:, 2, i) - segments(:, 1, i), c => part%half)
             associate (across => c(1)*b(2) - c(2)*b(1))
-               if (abs(across) <= least*norm2(b)*norm2(c)) cycle
+               if (abs(across) <= least*norm(b)*norm(c)) cycle
                if (abs((a(1)*c(2) - a(2)*c(1))/across - 0.5_dp) > 0.5_dp + least) cycle
                call take((a(1)*b(2) - a(2)*b(1))/across, 1)
             end associate
@@ -284,7 +285,7 @@ contains
             way = 0
             way(direction) = part%half(direction)
          end if
-         if ((1 - abs(t))*norm2(way) <= least*edge) return
+         if ((1 - abs(t))*norm(way) <= least*edge) return
          at = t
          along = way
       end subroutine take

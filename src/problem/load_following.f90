@@ -4,6 +4,7 @@
 !> a body force is shared by the children. Recombining makes of halves the segment that they were, whichever parts of other segments are there.
 module hampm_load_following
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_loads, only: load_t
    use hampm_particles, only: particles_t
    implicit none
@@ -113,7 +114,7 @@ contains
       integer :: c
       weight = p%weights_of([(c, c=first, last)])
       x = matmul(weight, p%reference(first:last, :)) + offset
-      distance = [(norm2(x - p%reference(c, :)), c=first, last)]
+      distance = [(norm(x - p%reference(c, :)), c=first, last)]
       is_nearest = distance <= minval(distance) + tolerance
       do c = first, last
          if (is_nearest(c)) call put(load, n, fraction/count(is_nearest), c, x - p%reference(c, :), half)

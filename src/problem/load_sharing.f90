@@ -1,6 +1,7 @@
 !> How a force on a place is shared by the particles around it, or by the corners of their domains.
 module hampm_load_sharing
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_tensors, only: norm
    use hampm_basis, only: shape_functions
    use hampm_domain_pass, only: find_corners
    use hampm_domains, only: edges_of_domain, weights_in_domain
@@ -85,7 +86,7 @@ contains
                do e = m%grid%leaf_element(first), m%grid%leaf_element(last + 1) - 1
                   do i = m%blocks%first_in(e), m%blocks%last_in(e), m%blocks%stride_in(e)
                      at = m%particles%place_in_grid(i)
-                     distance = norm2(at - x)
+                     distance = norm(at - x)
                      if (distance > best + tolerance) cycle
                      if (allocated(is_weak)) then
                         if (is_weak(m%grid%first_of_piece(e))) distance = distance + m%grid%leaf_size(e)

@@ -1,6 +1,7 @@
 !> The motion of the nodes at an instant between steps, for what is measured there.
 module hampm_nodal_state
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_failure, only: failure_t
    use hampm_loads, only: place_loads, add_loads
    use hampm_mass_solver, only: solve_aside
@@ -227,18 +228,18 @@ contains
       do a = 1, size(m%constraints%node)
          associate (node => m%constraints%node(a))
             if (.not. m%fields%is_active(node)) cycle
-            all = all + norm2(pack(m%fields%force(:, node), [(m%constraints%holds(node, d), d=1, ndim)]))/2
+            all = all + norm(pack(m%fields%force(:, node), [(m%constraints%holds(node, d), d=1, ndim)]))/2
             do k = 1, constraints
                has = any(m%constraints%box(:, node) == k)
                if (.not. has) cycle
                nodes(k) = nodes(k) + 1
                last(k) = node
-               force(k) = norm2(pack(m%fields%force(:, node), m%constraints%box(:, node) == k .and. &
+               force(k) = norm(pack(m%fields%force(:, node), m%constraints%box(:, node) == k .and. &
                                      [(m%constraints%holds(node, d), d=1, ndim)]))
             end do
          end associate
       end do
-      all = max(all, sum([(abs(m%loads(k)%history%factor(m%state%time))*norm2(m%loads(k)%force), k=1, size(m%loads))]))
+      all = max(all, sum([(abs(m%loads(k)%history%factor(m%state%time))*norm(m%loads(k)%force), k=1, size(m%loads))]))
       do k = 1, constraints
          if (nodes(k) /= 1 .or. .not. force(k) > state%lone_part*all) cycle
          state%lone_part = force(k)/all

@@ -5,6 +5,7 @@
 !> turned until they do: how far is no matter of the rigid-body constraints.
 module hampm_rigid_motions
    use hampm_kinds, only: dp, ndim, corners
+   use hampm_tensors, only: norm
    use hampm_basis, only: points_of_quadratic
    use hampm_constraints, only: hold
    use hampm_disjoint_sets, only: disjoint_sets_t, singletons
@@ -110,7 +111,7 @@ contains
          end associate
       end do
       free = cross(:, maxloc(sum(cross**2, dim=1), dim=1))
-      free = free/norm2(free)
+      free = free/norm(free)
       motion = merge(motions, 0, dot_product(free, matmul(held, free)) <= not_held*maxval([(held(k, k), k=1, motions)]))
    end subroutine find_free_motion
 

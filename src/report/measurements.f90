@@ -6,6 +6,7 @@
 !> Closed forms for the double cantilever beam.
 module hampm_measurements
    use hampm_kinds, only: dp, ndim, long
+   use hampm_tensors, only: norm
    use hampm_archive, only: archive_t
    use hampm_cell_blocks, only: smallest_occupied_cell
    use hampm_constraints, only: constraints_t
@@ -176,12 +177,12 @@ contains
       end associate
       force = 0
       do k = 1, size(loads)
-         force = force + norm2(real(loads(k)%force, wide))*abs(loads(k)%history%largest_factor())
+         force = force + sqrt(sum(real(loads(k)%force, wide)**2))*abs(loads(k)%history%largest_factor())
       end do
       do k = 1, size(model%constraints)
          associate (motion => model%constraints(k)%motion)
             force = force + abs(motion%history%largest_factor())*stiffness &
-                    *(norm2(motion%displacement) + norm2(motion%velocity)*real(model%run%end_time, wide))
+                    *(norm(motion%displacement) + norm(motion%velocity)*real(model%run%end_time, wide))
          end associate
       end do
       energy = real(min(epsilon(energy)*force**2/stiffness, real(huge(energy), wide)), dp)
@@ -264,7 +265,7 @@ contains
          do tip = 1, size(cracks%tips)
             if (cracks%tips(tip)%crack /= k) cycle
             least = min(least, m%crack(tip)%behind(1), m%crack(tip)%mouth(1))
-            largest = max(largest, norm2(m%crack(tip)%behind), norm2(m%crack(tip)%mouth))
+            largest = max(largest, norm(m%crack(tip)%behind), norm(m%crack(tip)%mouth))
          end do
          largest = max(largest, rounding*largest_displacement(problem%particles))
          call m%overlap(k)%look(reshape([least, 0.0_dp, largest, 0.0_dp], [2, 2]), problem%state%time)

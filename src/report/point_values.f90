@@ -12,6 +12,7 @@
 !> crack hides from it. All distances are those in the reference configuration: a point keeps its material in either frame.
 module hampm_point_values
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_crack_lines, only: both_faces, distance_to_segment, area => twice_area
    use hampm_cracks, only: cracks_t
    use hampm_material, only: are_of_one
@@ -168,7 +169,7 @@ contains
       real(dp) :: slack, of_x, of_y
       of_x = area(a, b, x)
       of_y = area(a, b, y)
-      slack = rounding*norm2(b - a)*norm2(y - x)
+      slack = rounding*norm(b - a)*norm(y - x)
       is_between = .false.
       if (of_x*of_y >= 0 .or. min(abs(of_x), abs(of_y)) <= slack) return
       is_between = area(x, y, a)*area(x, y, b) <= 0
@@ -248,7 +249,7 @@ contains
                if (b > ndim) b = a
                term = merge(root*x(a, :)**2, root*x(a, :)*x(b, :), a == b)
             end if
-            size_of_term = norm2(term)
+            size_of_term = norm(term)
             do again = 1, 2
                do i = 1, j - 1
                   part = dot_product(q(:, i), term)
@@ -257,7 +258,7 @@ contains
                end do
             end do
             q(:, j) = 0
-            r(j, j) = norm2(term)
+            r(j, j) = norm(term)
             if (r(j, j) <= no_more*size_of_term) cycle
             q(:, j) = term/r(j, j)
             z(j) = (merge(1.0_dp, 0.0_dp, j == 1) - dot_product(r(:j - 1, j), z(:j - 1)))/r(j, j)

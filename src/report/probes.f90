@@ -12,7 +12,7 @@ module hampm_probes
    use hampm_point_values, only: view_t, surroundings_t, new_view, look_around, weights_of, weights_of_cells, &
                                    quadratic_fit
    use hampm_problem, only: problem_t
-   use hampm_tensors, only: in_plane, quarter_turn, n_symmetric, components_of, space
+   use hampm_tensors, only: norm, in_plane, quarter_turn, n_symmetric, components_of, space
    implicit none
    private
    public :: record_probes, add_means
@@ -63,7 +63,7 @@ contains
       if (size(probe%at, 2) == 1) then
          toward = toward_face(model, probe)
       else
-         associate (way => norm2(probe%at(:, 2) - probe%at(:, 1)))
+         associate (way => norm(probe%at(:, 2) - probe%at(:, 1)))
             n = min(most_points, max(2, ceiling(points_in_cell*way/problem%grid%finest_cell)))
          end associate
       end if
@@ -114,7 +114,7 @@ contains
    pure function left_of(from, to) result(normal)
       real(dp), intent(in) :: from(ndim), to(ndim) !! [m]
       real(dp) :: normal(ndim)
-      normal = quarter_turn(to - from)/norm2(to - from)
+      normal = quarter_turn(to - from)/norm(to - from)
    end function left_of
 
    !> Add parts of what the particles around a point tell of it: displacement, velocity, and the components of strain
@@ -184,10 +184,10 @@ contains
       across = 0
       apart = displacement_at(problem, view, ends(:, 2), across) - displacement_at(problem, view, ends(:, 1), across)
       associate (line => ends(:, 2) - ends(:, 1))
-         length = norm2(line)
+         length = norm(line)
          elongation = dot_product(line, apart)/length**2
          if (any(problem%materials%is_finite)) elongation = (2*dot_product(line, apart) + sum(apart**2)) &
-                                                            /(length*(norm2(line + apart) + length)) ! without cancellation
+                                                            /(length*(norm(line + apart) + length)) ! without cancellation
       end associate
    end function elongation
 
@@ -214,7 +214,7 @@ contains
             left = probe%distance
             length = 1
             do k = 2, size(points, 2)
-               length = norm2(points(:, k) - points(:, k - 1))
+               length = norm(points(:, k) - points(:, k - 1))
                if (left <= length .or. k == size(points, 2)) exit
                left = left - length
             end do
@@ -291,18 +291,18 @@ contains
       do side = 1, -1, -2
          if (face == merge(right_face, left_face, side == 1)) cycle
          if (body_at(model, x + side*aside) == 0) then
-            if (norm2(to - from) <= most*problem%grid%forest%cell) return
+            if (norm(to - from) <= most*problem%grid%forest%cell) return
             cycle
          end if
          associate (forest => problem%grid%forest, now => problem%grid%cut_cells%follow(x))
             cell = min(cell, forest%size_of(max(1, forest%leaf_at(now + side*aside))))
          end associate
       end do
-      if (norm2(to - from) > most*min(cell, problem%grid%forest%cell)) then
+      if (norm(to - from) > most*min(cell, problem%grid%forest%cell)) then
          integral = volume(model, problem, view, face, from, x) + volume(model, problem, view, face, x, to)
       else
          parted = parted_at(problem, view, face, x, left_of(from, to))
-         integral = parted(1)*norm2(to - from)*problem%particles%thickness%at(x)
+         integral = parted(1)*norm(to - from)*problem%particles%thickness%at(x)
       end if
    end function volume
 

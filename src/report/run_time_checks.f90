@@ -7,6 +7,7 @@
 !> rings under pressure), while loose ones have hundreds of times these.
 module hampm_run_time_checks
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_crack_tip, only: crack_tip_t
    use hampm_interface_points, only: is_pressed
    use hampm_crack_lines, only: both_faces
@@ -239,7 +240,7 @@ contains
          if (maxval(abs(p%displacement(:p%n, :))) < problem%grid%finest_cell) return
          product = 0
          do i = 1, p%n
-            cells = norm2(p%displacement(i, :))/problem%grid%element_size(p%cell(i))
+            cells = norm(p%displacement(i, :))/problem%grid%element_size(p%cell(i))
             if (cells < 1) cycle
             product = product + cells*(largest_stretch(p, i) - 1)*p%volume(i) &
                       *energy_density_of(p, problem%materials, i)
@@ -267,7 +268,7 @@ contains
       associate (lines => problem%grid%cut_cells%lines, energies => problem%energies)
          if (.not. allocated(problem%grid%cut_cells%lines)) return
          do k = 1, size(lines)
-            if (allocated(lines(k)%origin)) far = max(far, maxval(norm2(lines(k)%points - lines(k)%origin, dim=1)))
+            if (allocated(lines(k)%origin)) far = max(far, maxval(sqrt(sum((lines(k)%points - lines(k)%origin)**2, dim=1))))
          end do
          if (far <= problem%grid%finest_cell) return
          missing = abs(energies%external_work + measurements%initial_energy - measurements%kinetic_energy &
@@ -312,7 +313,7 @@ contains
       n = 0
       associate (p => problem%particles)
          do i = 1, p%n
-            if (norm2(p%reference(i, :) - tip%place) > tip%radii(size(tip%radii))) cycle
+            if (norm(p%reference(i, :) - tip%place) > tip%radii(size(tip%radii))) cycle
             square = square + (largest_stretch(p, i) - 1)**2
             n = n + 1
          end do
@@ -425,7 +426,7 @@ contains
       character(:), allocatable, intent(inout) :: warning
       real(dp), parameter :: little = 1e-8_dp    ! of a cell, which rounding does not move a body
       integer :: k
-      if (.not. any([(norm2(problem%loads(k)%force) > 0, k=1, size(problem%loads))])) return
+      if (.not. any([(norm(problem%loads(k)%force) > 0, k=1, size(problem%loads))])) return
       if (max(measurements%largest_energy, measurements%initial_energy) > measurements%rounding_energy) return
       if (largest_displacement(problem%particles) > little*problem%grid%forest%cell) return
       call warn('the loads have done no work, and nothing has moved. Likely cause: they cancel each other, push on what a '// &
@@ -462,7 +463,7 @@ contains
       if (problem%particles%total_frame .or. .not. tip%is_half()) return ! others go with the material
       call patch_around(problem%grid, problem%particles, problem%blocks, tip%nodes%tip, patch)
       moved = fitted_displacement(patch, problem%particles)
-      if (patch%n > 0 .and. norm2(moved) <= tip%nodes%spacing) return
+      if (patch%n > 0 .and. norm(moved) <= tip%nodes%spacing) return
       call failure%report(exit_computation, problem%state%when()//'the material at the tip of the crack has moved '// &
                           'by more than a cell there, '//to_text(tip%nodes%spacing)//' m, and the crack, which is fixed in '// &
                           'the grid, is elsewhere in the material now. Likely cause: the body moves as a whole or deforms '// &
@@ -567,6 +568,6 @@ contains
    !> Norm of the strain of Green and Lagrange [-].
    pure real(dp) function strain_of(gradient) result(strain)
       real(dp), intent(in) :: gradient(ndim, ndim) !! of the displacement [-]
-      strain = norm2(gradient + transpose(gradient) + matmul(transpose(gradient), gradient))/2
+      strain = norm(gradient + transpose(gradient) + matmul(transpose(gradient), gradient))/2
    end function strain_of
 end module hampm_run_time_checks

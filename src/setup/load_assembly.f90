@@ -1,6 +1,7 @@
 !> From the loads of a model to what acts on its particles and on the faces of its cracks.
 module hampm_load_assembly
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_absorbing_edges, only: components
    use hampm_crack_placement, only: face_normal
    use hampm_failure, only: failure_t, exit_input
@@ -73,7 +74,7 @@ contains
       type(model_t), intent(in) :: model
       type(edge_part_t), intent(in) :: part
       area_of = part%area
-      if (ndim == 2) area_of = 2*norm2(part%half)*model%run%thickness%at(part%middle)
+      if (ndim == 2) area_of = 2*norm(part%half)*model%run%thickness%at(part%middle)
    end function area_of
 
    !> The parts of edges on which a load at a place acts, their areas [m2]: of polygons, circles and bodies with holes, or else the one in its box, of bodies

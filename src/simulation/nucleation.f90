@@ -17,7 +17,7 @@ module hampm_nucleation
    use hampm_problem, only: stored_energy
    use hampm_simulation, only: simulation_t
    use hampm_static_growth, only: has_held_drive, has_scaled_drive, book_work
-   use hampm_tensors, only: n_symmetric
+   use hampm_tensors, only: norm, n_symmetric
    use hampm_text, only: to_text
    implicit none
    private
@@ -145,7 +145,7 @@ contains
          tensor = 0
          call look_around(s%problem%matter_t, view, place_along(points, part(i)), nowhere, around)
          call add_means(s%problem, around, 1.0_dp, u, v, strain, tensor)
-         associate (n => [-along(2), along(1)]/norm2(along))
+         associate (n => [-along(2), along(1)]/norm(along))
             stress(i) = n(1)**2*tensor(1) + n(2)**2*tensor(2) + 2*n(1)*n(2)*tensor(3)
          end associate
       end do

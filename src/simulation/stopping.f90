@@ -3,6 +3,7 @@
 !> It is looked for at each sample of the history, with which the run then ends.
 module hampm_stopping
    use hampm_kinds, only: dp
+   use hampm_tensors, only: norm
    use hampm_simulation, only: simulation_t
    use hampm_text, only: three_digits
    implicit none
@@ -71,7 +72,7 @@ contains
       if (.not. any(s%model%constraints%name /= '')) return
       load = 0
       do k = 1, size(s%model%constraints)
-         if (s%model%constraints(k)%name /= '') load = max(load, norm2(s%measurements%reactions(:, k)))
+         if (s%model%constraints(k)%name /= '') load = max(load, norm(s%measurements%reactions(:, k)))
       end do
    end function present_load
 end module hampm_stopping

@@ -7,6 +7,7 @@
 !> Each row is the work of one thread, and sums are taken in a fixed order: the result has the same bytes on any number of threads.
 module hampm_multigrid
    use hampm_kinds, only: dp
+   use hampm_tensors, only: norm
    use hampm_failure, only: failure_t, exit_computation
    use hampm_factorisation, only: factorisation_t
    use hampm_sparse, only: sparse_t
@@ -228,7 +229,7 @@ contains
       real(dp), allocatable, intent(out) :: next_b(:, :)
       integer, allocatable :: place(:), member(:), rows(:)
       real(dp), allocatable :: q(:, :), all_b(:, :)
-      real(dp) :: norm, part
+      real(dp) :: length, part
       integer :: g, i, j, k, n, rank, again
       associate (motions => size(b, 1), unknowns => size(b, 2), groups => maxval(aggregate))
          allocate (place(groups + 1), next_start(groups + 1), source=0)
@@ -263,7 +264,7 @@ contains
             q = transpose(b(:, rows))
             rank = 0
             do j = 1, motions
-               norm = norm2(q(:, j))
+               length = norm(q(:, j))
                q(:, rank + 1) = q(:, j)
                do again = 1, 2
                   do k = 1, rank
@@ -272,8 +273,8 @@ contains
                      all_b(j, next_start(g) + k - 1) = all_b(j, next_start(g) + k - 1) + part
                   end do
                end do
-               part = norm2(q(:, rank + 1))
-               if (part <= dependent*norm) cycle
+               part = norm(q(:, rank + 1))
+               if (part <= dependent*length) cycle
                rank = rank + 1
                q(:, rank) = q(:, rank)/part
                all_b(j, next_start(g) + rank - 1) = part

@@ -9,6 +9,7 @@
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapter 5 (limit points).
 module hampm_equilibrium
    use hampm_kinds, only: dp, ndim, long
+   use hampm_tensors, only: norm
    use hampm_archive, only: archive_t
    use hampm_balance, only: balance_t, part_t, start_t, is_in_touch
    use hampm_interface_points, only: along_faces, relax_interfaces, have_friction, contact
@@ -303,7 +304,7 @@ contains
       type(equilibrium_t), intent(in) :: self
       type(failure_t), intent(inout) :: failure
       if (.not. allocated(self%newton%predicted)) return
-      if (norm2(self%moved - self%newton%predicted) > off_tangent*norm2(self%newton%predicted)) &
+      if (norm(self%moved - self%newton%predicted) > off_tangent*norm(self%newton%predicted)) &
          call failure%report(exit_computation, 'the equilibrium found is far from the prediction by the tangent before it')
    end subroutine check_step_size
 

@@ -15,6 +15,7 @@
 !> Source: Bathe, Finite Element Procedures (1996), section 8.4.
 module hampm_newton
    use hampm_kinds, only: dp, ndim, name_len
+   use hampm_tensors, only: norm
    use hampm_cell_blocks, only: of_force
    use hampm_energy, only: determinant_of, most_crushed_particle
    use hampm_interface_points, only: stretch_interfaces, add_interface_forces, add_interface_resistance, have_friction, &
@@ -350,7 +351,7 @@ contains
       real(dp), allocatable :: by_faces(:, :)
       integer :: k
       area = (m%grid%forest%cell/2)**(ndim - 1)*m%interfaces%thickness%at(maxval(m%grid%node_position, dim=2))
-      largest_force = max(maxval(abs(r)), tiny(1.0_dp), sums/balanced*sum([(norm2(m%loads(k)%force) &
+      largest_force = max(maxval(abs(r)), tiny(1.0_dp), sums/balanced*sum([(norm(m%loads(k)%force) &
                       *abs(m%loads(k)%history%largest_factor()*m%loads(k)%history%scale), k=1, size(m%loads))])) ! where they cancel or are 0
       if (m%blocks%n > 0) largest_force = max(largest_force, &
                                               maxval(abs(m%fields%contribution(:, :, of_force:of_force + ndim - 1, 1:m%blocks%n))))

@@ -10,7 +10,7 @@ module hampm_stiffening
    use hampm_law, only: most_columns
    use hampm_material, only: material_t
    use hampm_particles, only: particles_t
-   use hampm_tensors, only: n_voigt
+   use hampm_tensors, only: norm, n_voigt
    implicit none
    private
    public :: stiffening_of
@@ -86,7 +86,7 @@ contains
             gradient(d, :) = direction
             q(:, d) = matmul(change_of_stress(material, h, gradient, history, hoop), direction)
          end do
-         stiffest = max(stiffest, norm2(q))
+         stiffest = max(stiffest, norm(q))
       end do
    end function stiffest
 end module hampm_stiffening

@@ -1,5 +1,6 @@
 """Modules depend on each other in the order of the table in CONTRIBUTING.md, without cycles, and procedures have few arguments."""
 
+import re
 import sys
 from collections import Counter
 from pathlib import Path
@@ -255,6 +256,11 @@ def test_calls_of_a_binding_lead_to_all_that_override_it():
 
 def test_a_velocity_is_followed_to_whom_it_is_handed():
     assert followed(Calls(CALLS)) == {Path("b.f90"): "kick names a column of G", Path("main.f90"): "on the way there"}
+
+
+def test_no_norm_depends_on_units():
+    """`norm2` of gfortran scales by components from 1 on, and has another last digit in other units."""
+    assert [file.name for file in (ROOT / "src").rglob("*.f90") if re.search(r"\bnorm2 *\(", file.read_text())] == []
 
 
 # --- Python -----------------------------------------------------------------------------------------------------------

@@ -507,6 +507,18 @@ def units(case):
     case.same(expected, run, scale)
 
 
+def bits(case):
+    """In units of powers of four, of which roots are exact too: the same bits, as no threshold has a unit. Rates of growth have powers of any exponent."""
+    case.need(not any("rate_constant" in keys for _, keys in case.scene))
+    for unit in ((4.0**7, 1.0, 1.0), (1.0, 4.0**5, 1.0), (1.0, 1.0, 4.0**-6)):
+        run = case.again(maps.in_units(case.scene, *unit))
+        expected = maps.in_units_columns(case.base.row, case.base.units, *unit)
+        other = [name for name in expected if not np.array_equal(expected[name], run.row.get(name, ()), equal_nan=True)]
+        if other:
+            size, where = differences(expected, run.row, maps.in_units_columns({name: np.array(value) for name, value in case.scale.items()}, case.base.units, *unit))
+            raise Fault(f"in units of {unit} {len(other)} of {len(expected)} columns have other bits, at most by {size:.1e}, {where}")
+
+
 def thickness(case):
     """Three times as thick, under three times the forces."""
     case.need(not is_ring(case.scene))
@@ -808,7 +820,7 @@ def builds(case):
 
 
 OWN = {"finite": finite, "energies": energies, "forces": forces}
-SECOND = {"mirror in x": isometry(maps.MIRROR_X), "mirror in y": isometry(maps.MIRROR_Y), "quarter turn": isometry(maps.TURN), "units": units, "thickness": thickness,
+SECOND = {"mirror in x": isometry(maps.MIRROR_X), "mirror in y": isometry(maps.MIRROR_Y), "quarter turn": isometry(maps.TURN), "units": units, "bits": bits, "thickness": thickness,
           "halved": halved, "order": order, "reverse": reverse, "split": split, "motion": motion, "superposed": superposed, "reciprocal": reciprocal,
           "slow": slow, "damped": damped, "still": still, "finer": finer, "reference": reference, "threads": threads, "resume": resume,
           "another end": another_end, "check": check, "builds": builds}

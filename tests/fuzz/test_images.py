@@ -5,6 +5,20 @@ import pytest
 from paths import CHECKED_PROGRAM
 
 SCENES = {
+    "lengths of vectors in other units, and a tip that runs": ("bits", [
+        ["run", {"plane": "strain", "end_time": 3.7e-06, "thickness": 1.0}],
+        ["grid", {"lower": [-0.00830078125, 0.006232323231032573], "cell": 0.0009765625, "cells": [14, 15]}],
+        ["material", {"name": "m0", "young": 70e9, "poisson": 0.3, "density": 2700.0}],
+        ["body", {"material": "m0", "lower": [-0.00732421875, 0.007208885731032573], "upper": [0.004150390625, 0.019611229481032572], "velocity": [0.0355, 0.0167]}],
+        ["body", {"hole": True, "shape": "circle", "center": [0.0012, 0.0161], "radius": 0.0017}],
+        ["crack", {"kind": "line", "name": "c0", "tip": [-0.00341796875, 0.011115135731032573], "direction": [1.0, 0.0], "length": 0.001953125}],
+        ["growth", {"law": "prescribed", "direction": "max_energy", "crack": "c0", "tips": "last", "speed": 1018.0, "max_length": 0.0078125}],
+        ["constraint", {"lower": [-0.00732421875, 0.007208885731032573], "upper": [-0.00732421875, 0.007208885731032573], "fix": "xy"}],
+        ["constraint", {"lower": [0.00439453125, 0.007208885731032573], "upper": [0.00439453125, 0.007208885731032573], "fix": "y"}],
+        ["method", {"time": "explicit"}],
+        ["energy_release", {"estimators": ["domain_integral"], "energy_balance": True}],
+        ["output", {"file": "case.h5", "history_interval": 3.7e-07}],
+    ]),
     "a closed tip that slides either way": ("mirror in x", [
         ["run", {"plane": "strain", "end_time": 4.3223090711018e-06, "thickness": 3.0}],
         ["grid", {"lower": [0.0029296875, 0.0], "cell": 0.0009765625, "cells": [9, 12]}],
