@@ -37,7 +37,7 @@ kernels := $(notdir $(wildcard src/law/*.f90)) $(addsuffix .f90,audit_kernels ba
 	matching mean_force missing_energy nodal_kernels particle_kernels particle_pass pass recovery sparse stencils support_pass tensors tip_domain)
 seldom_folders := input simulation growth setup report output
 seldom := $(addsuffix .f90,absorbing_edges archive balance bodies body_contact closed_faces cohesive_zone constraints crack_errors crack_lines \
-	crack_measurements crack_values cracks domains edge_parts error_context estimated_errors estimator estimators failure fatigue_rates \
+	crack_measurements crack_values cracks domains edge_loads edge_parts error_context estimated_errors estimator estimators failure fatigue_rates \
 	fine_region front front_closure front_values growth_laws indicators instant interface_placement interruption json kinks load_following \
 	load_sharing local_leapfrog material_force moving_front nodal_release patch path_closure plane_cuts plane_points quadratic_children \
 	quadratic_points quadratic_tip_offset reference_step static_equilibrium step_groups supports symmetric_turns t_stress text \
@@ -277,9 +277,10 @@ clean:  ## remove what was built; results stay
 
 # --- objects and programs -----------------------------------------------------------------------------------------------------
 
-# A line for each file that is compiled, with its number among those of src/; what the compiler says is shown, and kept in a file beside the object
+# A line for each file that is compiled, with its number among those of src/ in a first build; what the compiler says is shown, and kept in a file beside the object
 say = $(if $(V),,@echo "$(1)")
-counted = $(if $(filter src/%,$<),[$$(($$(ls $(O) | grep -c '\.o$$') + 1))/$(words $(SOURCES) src/processor.c)] )
+counted = $(if $(filter src/%,$<),$$(n=$$(($$(ls $(O) | grep -c '\.o$$') + 1)); test $$n -gt $(n_sources) || printf '[%d/%d] ' $$n $(n_sources)))
+n_sources = $(words $(SOURCES) src/processor.c)
 quietly := $(if $(V),,@)
 noting = 2> $@.log; status=$$?; cat $@.log >&2; exit $$status
 
