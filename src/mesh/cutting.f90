@@ -14,11 +14,10 @@ module hampm_cutting
 contains
 
    !> Find the leaves of a forest that lines cut, and their pieces.
-   pure subroutine find_cut_cells(forest, lines, goes_on, cut)
+   pure subroutine find_cut_cells(forest, lines, least, cut)
       type(forest_t), intent(in) :: forest
       type(line_t), intent(in) :: lines(:)
-      logical, intent(in) :: goes_on             !! whether leaves ahead of tips are cut where their faces share a node behind these: linear
-                                                 !! ones, as nodes in the middles of sides part the faces of quadratic ones
+      real(dp), intent(in) :: least              !! way from a tip to where the cut ends, over the size of the leaf, below which the next one is cut too
       type(cut_cells_t), intent(out) :: cut
       integer, allocatable :: leaf(:)            ! of each entry
       integer :: k
@@ -27,7 +26,7 @@ contains
       do k = 1, size(lines)                      ! as a whole it would leak in gfortran 12
          cut%lines(k) = lines(k)
       end do
-      call find_segments(forest, goes_on, cut)
+      call find_segments(forest, least, cut)
       if (.not. cut%are_there()) return
       call find_leaves(forest, cut, leaf)
       do k = 1, size(leaf)
@@ -36,9 +35,9 @@ contains
    end subroutine find_cut_cells
 
    !> The segments of all lines; ends at tips are moved.
-   pure subroutine find_segments(forest, goes_on, cut)
+   pure subroutine find_segments(forest, least, cut)
       type(forest_t), intent(in) :: forest
-      logical, intent(in) :: goes_on             !! as in `find_cut_cells`
+      real(dp), intent(in) :: least              !! as in `find_cut_cells`
       type(cut_cells_t), intent(inout) :: cut
       real(dp), allocatable :: points(:, :)
       type(end_leaf_t) :: end
@@ -61,7 +60,7 @@ contains
                end%direction = end%direction/norm(end%direction)
             else
                call move_end(forest, cut%lines(line)%face, points(:, merge(last - 1, 2, k == 2)), points(:, last), end)
-               if (goes_on .and. .not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, points(:, last), end)
+               if (.not. cut%lines(line)%bonded(k) > 0) call cut_ahead(forest, least, points(:, last), end)
             end if
             if (cut%lines(line)%bonded(k) > 0) then
                associate (open => cut%lines(line)%open_part())
@@ -112,10 +111,11 @@ contains
       end%front = tip
    end subroutine move_end
 
-   !> Cut leaves ahead of the tip, one after the other, as long as of the edge at which the cut ends a node is behind the tip: both faces
-   !> share it, and hold the crack together there.
-   pure subroutine cut_ahead(forest, front, end)
+   !> Cut leaves ahead of the tip, one after the other, as long as of the edge at which the cut ends a node is behind the tip, or the edge is near: both
+   !> faces share its nodes, and hold the crack together there.
+   pure subroutine cut_ahead(forest, least, front, end)
       type(forest_t), intent(in) :: forest
+      real(dp), intent(in) :: least              !! as in `find_cut_cells`
       real(dp), intent(inout) :: front(ndim)     !! where the cut ends [m]
       type(end_leaf_t), intent(inout) :: end
       integer, parameter :: most = 4             ! leaves; a line meets no more before an edge across it
@@ -130,7 +130,7 @@ contains
             across = minloc(off, dim=1)
             node = front
             node(ndim + 1 - across) = lower(ndim + 1 - across) + merge(0.0_dp, size, direction(ndim + 1 - across) > 0)
-            if (dot_product(node - end%tip, direction) >= 0) return
+            if (dot_product(node - end%tip, direction) >= 0 .and. norm2(front - end%tip) >= least*size) return
             leaf = forest%leaf_at(front + nearly_none*forest%cell*direction)
             if (leaf == outside .or. leaf == end%leaf) return
             end%leaf = leaf
