@@ -53,10 +53,10 @@ checked_seldom := -Og
 memcheck := -O1 -g
 # Threads that count at once lose counts, never the first one
 coverage := -O1 -g --coverage
-# Another compiler
+# Another compiler, by the first of its names that this machine has
 portable := -O1
 ifeq ($(build),portable)
-FC := flang-new-19
+FC := $(or $(shell for name in flang-new-19 flang-19 flang-new flang; do command -v $$name > /dev/null && echo $$name && break; done),flang-new-19)
 COMMON := -std=f2018 -fopenmp
 endif
 FLAGS := $(COMMON) $($(build)) -J$(O)
@@ -191,10 +191,12 @@ verification:  ## run tests/regression and write build/verification.html: refere
 	@status=0; $(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup $(if $(quick),-m "not verify") --junitxml=results/regression.xml tests/regression || status=$$?; \
 		$(PYTHON) tools/verification_table.py --html build/verification.html $(wildcard results/verify.xml) results/regression.xml; exit $$status
 
-portability:  ## compile everything by another compiler, flang, and run unit and regression tests with what it makes
+portability:  ## compile both programs and the tests by another compiler, flang, and run unit and regression tests, and cases of solids
 	@tools/setup.sh flang-19
 	@$(MAKE) $(parallel) build=portable program unit
+	@$(MAKE) $(parallel) build=portable dim=3 program
 	HAMPM=build/portable/hampm $(PYTHON) -m pytest -q -n $(JOBS) --dist loadgroup -m "not verify" tests/unit tests/regression
+	HAMPM=build/portable/hampm HAMPM3D=build/portable3d/hampm3d $(PYTHON) -m pytest -q -n $(JOBS) -m "not verify" $(checks)
 
 coverage:  ## count which lines of src/ the tests run: a table; an error below 90 %
 	@tools/setup.sh test

@@ -122,8 +122,8 @@ missing_packages() {
 is_present() {
     case $1 in
         gfortran | make | valgrind) has_command "$1" ;;
-        flang-19) has_command flang-new-19 ;;
-        libomp-19-dev) any_installed libomp-19-dev ;;
+        flang-19) has_command flang-new-19 || has_command flang-19 || has_command flang-new || has_command flang ;;
+        libomp-19-dev) any_installed libomp-19-dev libomp-dev ;;
         gnuplot-nox) has_command gnuplot ;;
         libopenblas-dev) any_installed libopenblas-dev libopenblas-openmp-dev libopenblas-pthread-dev || links openblas ;;
         liblapack-dev) any_installed liblapack-dev || links lapack ;;
