@@ -130,7 +130,7 @@ contains
             across = minloc(off, dim=1)
             node = front
             node(ndim + 1 - across) = lower(ndim + 1 - across) + merge(0.0_dp, size, direction(ndim + 1 - across) > 0)
-            if (dot_product(node - end%tip, direction) >= 0 .and. norm2(front - end%tip) >= least*size) return
+            if (dot_product(node - end%tip, direction) >= 0 .and. norm(front - end%tip) >= least*size) return
             leaf = forest%leaf_at(front + nearly_none*forest%cell*direction)
             if (leaf == outside .or. leaf == end%leaf) return
             end%leaf = leaf
