@@ -103,3 +103,35 @@ def test_one_load_over_two_bonded_bodies(hampm, hampm3d, dim, kind, time):
                 for loads in (load(0.0, 0.04), load(0.0, 0.017) + load(0.017, 0.04)))
     for name in ("strain_energy", "external_work", "kinetic_energy"):
         assert one[name] == pytest.approx(two[name], rel=1e-9, abs=1e-20)
+
+
+JOINED = """\
+&run plane = 'strain' end_time = 1.0 /
+&grid lower = -12e-3, -12e-3 cell = 1e-3 cells = 24, 24 /
+&material name = 'm' young = 3e9 poisson = 0.3 density = 1200 /
+{bodies}&load kind = 'traction' lower = -10e-3, 10e-3 upper = 10e-3, 10e-3 force = 1e3, 20e3 /
+&load kind = 'traction' lower = -10e-3, -10e-3 upper = 10e-3, -10e-3 force = -1e3, -20e3 /
+&constraint lower = -10e-3, -10e-3 upper = -10e-3, -10e-3 fix = 'xy' /
+&constraint lower = 10e-3, -10e-3 upper = 10e-3, -10e-3 fix = 'y' /
+&crack {crack} /
+&method time = 'static' /
+&energy_release estimators = 'domain_integral' /
+&output file = 'r.h5' /
+"""
+
+
+@pytest.mark.parametrize("crack", ["kind = 'line' tip = 3e-3, 0.0 length = 6e-3", "kind = 'path' points = -3.3e-3, -0.4e-3, 3.2e-3, 0.7e-3"])
+@pytest.mark.parametrize("eigenstrain", ["", "eigenstrain = 1e-4, 1e-4, 0.0, 0.0"])
+def test_a_joint_of_one_material_is_none(hampm, crack, eigenstrain):
+    """Two bodies of one material have the columns and the numbers of one, wherever they meet: across the crack, ahead of a tip, beside it."""
+    def row(*boxes):
+        bodies = "".join(f"&body material = 'm' lower = {a}, {b} upper = {c}, {d} {eigenstrain} /\n" for a, b, c, d in boxes)
+        return harness.run(hampm, JOINED.format(bodies=bodies, crack=crack))
+    r, x, y = 10e-3, 1e-3, 1e-3
+    whole = row((-r, -r, r, r))
+    assert "K_I_tip2" in whole
+    for boxes in (((-r, -r, x, r), (x, -r, r, r)), ((-r, -r, 4 * x, r), (4 * x, -r, r, r)), ((-r, -r, r, y), (-r, y, r, r))):
+        joined = row(*boxes)
+        assert set(joined) == set(whole)
+        for name in ("K_I", "K_II", "K_I_tip2", "K_II_tip2", "J", "J_tip2", "K_I_error", "K_I_error_tip2"):
+            assert joined[name][-1] == pytest.approx(whole[name][-1], rel=1e-9, abs=1e-6), name
