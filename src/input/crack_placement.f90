@@ -4,6 +4,8 @@ module hampm_crack_placement
    use hampm_kinds, only: dp, ndim, long
    use hampm_placement, only: tolerance, within, is_part_of, overlap
    use hampm_crack_groups, only: plane_spec_t
+   use hampm_law, only: law_row_t
+   use hampm_laws, only: law_row
    use hampm_model, only: model_t, load_spec_t, area_around, has_shapes
    use hampm_model_materials, only: are_alike
    use hampm_tensors, only: norm, quarter_turn
@@ -38,15 +40,41 @@ contains
       end do
    end function distance_in_material
 
-   !> The first body that a point is in or at the edge of, 0 where there is none.
+   !> The body that a point is in or at the edge of, of several the one that leads, 0 where there is none.
    pure integer function body_at(model, point) result(body)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: point(ndim)
-      do body = 1, size(model%bodies)
-         if (is_part_of(point, model%bodies(body), tolerance(model%grid))) return
-      end do
+      integer :: k
       body = 0
+      do k = 1, size(model%bodies)
+         if (.not. is_part_of(point, model%bodies(k), tolerance(model%grid))) cycle
+         if (body > 0) then
+            if (.not. leads(model, k, body)) cycle
+         end if
+         body = k
+      end do
    end function body_at
+
+   !> Whether on a seam the material of a body tells what holds for both, and not that of another one, in whichever order they are: it remembers, has
+   !> axes of its own, is for any strain, or is the softer one.
+   pure logical function leads(model, body, other)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: body, other
+      type(law_row_t) :: row
+      real(dp) :: marks(4, 2)
+      integer :: k, first, material(2)
+      material = model%bodies([body, other])%material_index
+      leads = .false.
+      if (any(material < 1)) return
+      do k = 1, 2
+         associate (of => model%materials(material(k)))
+            row = law_row(of%law)
+            marks(:, k) = [merge(1.0_dp, 0.0_dp, [row%has_history, of%law == 'orthotropic', row%is_finite]), -of%least_young()]
+         end associate
+      end do
+      first = findloc(abs(marks(:, 1) - marks(:, 2)) > 0, .true., dim=1)
+      if (first > 0) leads = marks(first, 1) > marks(first, 2)
+   end function leads
 
    !> Take the toughness of the body ahead, or where there is none of that at a place. On the seam of bodies the least of theirs counts, in whichever order they are.
    pure subroutine take_toughness(model, ahead, place, advance)

@@ -173,6 +173,15 @@ def test_j_between_laws_for_small_and_for_large_turns(hampm, order):
     assert other["J"] == pytest.approx(found["J"], rel=1e-9) and other["J_error"] == pytest.approx(found["J_error"], rel=1e-6)
 
 
+@pytest.mark.parametrize("law", ["law = 'viscoelastic' young = 1.0 poisson = 0.3 moduli = 0.2, 0.1 relaxation_times = 0.1, 1.0",
+                                 "law = 'orthotropic' young_1 = 1.0 young_2 = 0.4 young_3 = 0.3 shear_12 = 0.2 poisson_12 = 0.3 poisson_13 = 0.2 poisson_23 = 0.25"])
+def test_columns_on_a_seam_are_those_of_both_laws(hampm, law):
+    """What a tip between two laws records, and its values, hang on neither's place in the file: J of one that remembers has no K, modes or errors."""
+    found, other = (harness.run(hampm, layers(5.0, 1, bodies).replace("law = 'neo_hookean' young = 1.0 poisson = 0.3", law)) for bodies in (LAYERS, LAYERS[::-1]))
+    assert found.keys() == other.keys() and ("J_near_tip" in found) == ("viscoelastic" in law)
+    assert all(other[name] == pytest.approx(found[name], rel=1e-8, abs=1e-12) for name in found)
+
+
 def refused(hampm, text, *arguments):
     return harness.run(hampm, text, *arguments, code=2)
 
