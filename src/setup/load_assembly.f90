@@ -164,8 +164,10 @@ contains
             loads(d)%edges%area = edges%area/sum(edges%area)
          else
             loads(d)%force = 0
-            loads(d)%force(d) = -pressure
-            loads(d)%edges%area = edges%area*edges%normal(d)
+            loads(d)%force(d) = -pressure*sum(abs(edges%area*edges%normal(d))) ! its size counts where forces are compared
+            loads(d)%edges%area = 0
+            if (sum(abs(edges%area*edges%normal(d))) > 0) &
+               loads(d)%edges%area = edges%area*edges%normal(d)/sum(abs(edges%area*edges%normal(d)))
          end if
       end do
    end subroutine press

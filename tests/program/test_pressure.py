@@ -273,3 +273,21 @@ def test_what_has_no_meaning_is_refused(hampm, tmp_path, text, phrase):
     result = hampm("--check", "plate.nml")
     assert result.returncode == 2, result.stdout
     assert re.search(phrase, result.stderr), result.stderr
+
+
+DISC = """&run plane = 'strain' thickness = {0} end_time = 1.0 /
+&grid lower = 0, 0 cell = {0} cells = 12, 12 /
+&material name = 'a' young = 1e9 poisson = 0.3 density = 1000 /
+&body material = 'a' shape = 'circle' center = {1}, {1} radius = {2} /
+&constraint lower = 0, 0 upper = {4}, {3} fix = 'xy' name = 'foot' /
+&load kind = 'pressure' lower = 0, {3} upper = {4}, {4} pressure = 1e5 history = 'ramp' rise_time = 2.0 /
+&method time = 'static' /
+"""
+
+
+def test_small_bodies_are_strained_by_a_pressure_as_large_ones(hampm):
+    """A disc of 12 cells of 1 m or of 10 nm: the same strains and forces over areas. The resultant of a pressure on several edges was taken for its Pa, beside which forces
+    of small edges were rounding: nothing moved."""
+    found = {cell: harness.run(hampm, DISC.format(*(part * cell for part in (1.0, 6.1, 5.3, 5.5, 12.0)))).last() for cell in (1.0, 1e-8)}
+    assert found[1e-8]["strain_energy"] / 1e-8**3 == pytest.approx(found[1.0]["strain_energy"], rel=1e-9)
+    assert found[1e-8]["reaction_foot_y"] / 1e-8**2 == pytest.approx(found[1.0]["reaction_foot_y"], rel=1e-9)
