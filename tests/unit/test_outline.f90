@@ -113,13 +113,13 @@ contains
       type(edge_part_t), allocatable :: parts(:)
       real(dp) :: twice
       integer :: k
-      allocate (parts, source=star%parts_in_box([-2.0_dp, -2.0_dp], [2.0_dp, 2.0_dp], tol, [0.013_dp, 0.017_dp], 0.1_dp))
+      allocate (parts, source=star%parts_in_box([-2.0_dp, -2.0_dp], [2.0_dp, 2.0_dp], tol, [0.013_dp, 0.017_dp], 0.1_dp, 0))
       twice = sum([(2*norm2(parts(k)%half)*dot_product(parts(k)%middle, parts(k)%normal), k=1, size(parts))])
       call check_close(twice/2, star%area(), 1e-13_dp, 'edges of a polygon')
-      parts = ring%parts_in_box([-2.0_dp, -2.0_dp], [2.0_dp, 2.0_dp], tol, [0.0_dp, 0.0_dp], 0.1_dp)
+      parts = ring%parts_in_box([-2.0_dp, -2.0_dp], [2.0_dp, 2.0_dp], tol, [0.0_dp, 0.0_dp], 0.1_dp, 0)
       twice = sum([(2*norm2(parts(k)%half)*dot_product(parts(k)%middle, parts(k)%normal), k=1, size(parts))])
       call check_close(twice/2, ring%area(), 1e-13_dp, 'edges of circles')
-      parts = star%parts_in_box([0.0_dp, -1.0_dp], [0.3_dp, -0.2_dp], tol, [0.0_dp, 0.0_dp], 0.1_dp)
+      parts = star%parts_in_box([0.0_dp, -1.0_dp], [0.3_dp, -0.2_dp], tol, [0.0_dp, 0.0_dp], 0.1_dp, 0)
       twice = sum([(2*norm2(parts(k)%half), k=1, size(parts))])
       call check_close(twice, norm2([0.3_dp, 0.8_dp]), 1e-13_dp, 'a box around a side has this side')
    end subroutine check_edges
@@ -136,7 +136,7 @@ contains
       strip%rings(1) = polygon_ring(matmul(reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [ndim, ndim]), &
                                            reshape([-4, -1, 4, -1, 4, 1, -4, 1]/2.0_dp, [ndim, 4])))
       associate (a => strip%rings(1)%points(:, 2), b => strip%rings(1)%points(:, 3))
-         allocate (parts, source=strip%parts_in_box(min(a, b), max(a, b), tol, [0.013_dp, 0.017_dp], 0.1_dp))
+         allocate (parts, source=strip%parts_in_box(min(a, b), max(a, b), tol, [0.013_dp, 0.017_dp], 0.1_dp, 0))
          length = sum([(2*norm2(parts(k)%half), k=1, size(parts))])
          off = -(a + b)/2
          do k = 1, size(parts)
