@@ -40,6 +40,7 @@ module hampm_front_integral
       real(dp), allocatable :: radius(:)         !! of the domains, in planes normal to the front, ascending [m]
       integer :: material = 0                    !! number of the material at it
       real(dp) :: lower(ndim) = 0, upper(ndim) = 0 !! of all material [m]
+      real(dp) :: cell = 0                       !! the finest [m]
       logical :: has_modes = .false.             !! whether K have a meaning there: by isotropic laws of small strain
       real(dp) :: pressure = 0                   !! on the faces [Pa]
    end type front_domain_t
@@ -275,7 +276,7 @@ contains
       end associate
    end subroutine add_particle
 
-   !> The way of a node while the front advances by 1 [-]: along its normal, and on a side of the material along that.
+   !> The way of a node while the front advances by 1 [-]: along its normal, and on a side of the material along that, of a round one within a cell of it.
    pure function extension(domain, place, x) result(e)
       type(front_domain_t), intent(in) :: domain
       type(front_place_t), intent(in) :: place
@@ -285,8 +286,29 @@ contains
       real(dp), parameter :: least = 0.25_dp     ! of sides that a front leaves along itself
       e = place%outward
       where (min(abs(x - domain%lower), abs(x - domain%upper)) < on_side*domain%radius(1)) e = 0
+      if (allocated(domain%front%bodies)) call take_off_walls(domain%front, x, domain%cell, e)
       e = e/max(dot_product(e, place%outward), least)
    end function extension
+
+   !> Take off a way what of it goes through the wall of a hole, or a round side, that is nearer than a cell; in the plane of the crack it stays there.
+   pure subroutine take_off_walls(front, x, cell, e)
+      type(front_t), intent(in) :: front
+      real(dp), intent(in) :: x(ndim), cell      !! [m]
+      real(dp), intent(inout) :: e(ndim)
+      real(dp) :: normal(ndim)
+      integer :: b, r
+      do b = 1, size(front%bodies)
+         do r = 1, size(front%bodies(b)%rings)
+            associate (ring => front%bodies(b)%rings(r))
+               if (r == 1 .and. .not. ring%is_circle) cycle
+               if (ring%distance(x) > cell) cycle
+               normal = ring%normal_at(x)
+               if (abs(x(front%axis) - front%plane) < singular*cell) normal(front%axis) = 0
+               e = e - dot_product(e, normal)*normal/max(sum(normal**2), tiny(cell))
+            end associate
+         end do
+      end do
+   end subroutine take_off_walls
 
    !> f of each domain: 1 up to a part of the radius, then a cubic with level ends, 0 from the radius on.
    pure function weight(domain, place) result(f)

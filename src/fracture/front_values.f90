@@ -22,7 +22,7 @@ module hampm_front_values
    implicit none
    private
    public :: front_values_t, renew_front_values, archive_front_values, measure_front, record_front, mean_rate, front_fields, &
-             part_along, between_hats, parts_of
+             part_along, between_hats, parts_of, place_hats
 
    real(dp), parameter :: default_radii(3) = [4, 5, 6] !! cells
    real(dp), parameter :: of_room = 0.9_dp       !! part of the room that the largest takes
@@ -163,8 +163,9 @@ contains
       logical, intent(in) :: grows
       integer, intent(in) :: hats                !! how many places there are to be; 0: so many as suit it
       type(front_values_t), intent(out) :: values
+      real(dp), parameter :: on_wall = 1e-6_dp   ! cells
       real(dp) :: room
-      integer :: i, k
+      integer :: i, k, node
       associate (front => fronts(number), domain => values%domain, p => problem%particles)
          call place_hats(front, grows, hats, values)
          allocate (values%g(size(values%arc)), values%g_error(size(values%arc)), source=0.0_dp)
@@ -191,11 +192,17 @@ contains
             room = min(room, sqrt(minval(sum((front%at - spread(p%reference(i, :), 2, front%n()))**2, dim=1))) &
                              - p%volume(i)**(1.0_dp/ndim))
          end do
-         if (allocated(p%outlines)) then         ! nor holes
-            do i = 1, size(p%outlines)
-               if (p%has_outline(i)) room = min(room, minval([(p%outlines(i)%distance_to_holes(front%at(:, k)), k=1, front%n())]))
+         if (allocated(front%bodies)) then       ! nor holes, but those at whose wall the front ends
+            do i = 1, size(front%bodies)
+               do k = 2, size(front%bodies(i)%rings)
+                  associate (away => [(front%bodies(i)%rings(k)%distance(front%at(:, node)), node=1, front%n())])
+                     if (front%is_closed .or. min(away(1), away(front%n())) > on_wall*problem%grid%finest_cell) &
+                        room = min(room, minval(away))
+                  end associate
+               end do
             end do
          end if
+         domain%cell = problem%grid%finest_cell
          domain%radius = default_radii*min(cell_at(front, problem), of_room*max(room, 0.0_dp)/maxval(default_radii))
          if (grows) domain%radius = max(domain%radius, least_part*default_radii*cell_at(front, problem))
          associate (material => problem%materials(domain%material))

@@ -10,6 +10,7 @@ module hampm_dynamic_front_growth
    use hampm_crack_placement, only: take_toughness
    use hampm_crack_groups, only: growth_t
    use hampm_cracks, only: cracks_t
+   use hampm_front, only: front_t
    use hampm_front_values, only: front_values_t, between_hats
    use hampm_history, only: history_t
    use hampm_kinds, only: dp, ndim
@@ -42,6 +43,7 @@ module hampm_dynamic_front_growth
       logical :: is_running = .false.            !! whether some of its front has moved in the last step
       integer :: fronts = 0                      !! how many it had then
       integer :: open_ends = 0                   !! of which had ends on sides
+      logical :: is_at_hole = .false.            !! whether one of these is at the wall of a hole
       real(dp) :: onset = -1                     !! when it began to move; below 0: it has not [s]
       real(dp) :: last_motion = -1               !! when it moved last [s]
       real(dp) :: mean = 0, largest = 0          !! of the speed of its fronts in the last step [m/s]
@@ -55,12 +57,13 @@ contains
       type(cracks_t), intent(in) :: cracks
       type(growing_plane_t), allocatable, intent(out) :: planes(:)
       type(growing_front_t), allocatable, intent(out) :: fronts(:)
-      integer :: k
+      integer :: k, f
       allocate (planes(size(model%planes)), fronts(0))
       do k = 1, size(planes)
          planes(k)%grows = any(model%growth%path == k)
          planes(k)%fronts = count(cracks%fronts%crack == k)
          planes(k)%open_ends = count(cracks%fronts%crack == k .and. .not. cracks%fronts%is_closed)
+         planes(k)%is_at_hole = any([(cracks%fronts(f)%crack == k .and. ends_at_hole(cracks%fronts(f)), f=1, size(cracks%fronts))])
       end do
    end subroutine new_growing_planes
 
@@ -230,6 +233,7 @@ contains
       logical, intent(in) :: meets_itself
       character(:), allocatable, intent(inout) :: message
       integer :: fronts, open_ends, k
+      logical :: at_hole
       plane%mean = sum(ways)/(max(1, size(ways))*step)
       plane%largest = 0
       if (size(ways) > 0) plane%largest = maxval(ways)/step
@@ -241,16 +245,20 @@ contains
       fronts = count([(cracks%fronts(k)%crack == number .and. cracks%fronts(k)%n() > 0, k=1, size(cracks%fronts))])
       open_ends = count([(cracks%fronts(k)%crack == number .and. cracks%fronts(k)%n() > 0 .and. .not. cracks%fronts(k)%is_closed, &
                           k=1, size(cracks%fronts))])
+      at_hole = any([(cracks%fronts(k)%crack == number .and. ends_at_hole(cracks%fronts(k)), k=1, size(cracks%fronts))])
       if (meets_itself) then
          call tell('no longer grows: its front has met itself around a part that is not cracked')
       else if (fronts == 0 .and. plane%fronts > 0) then
-         call tell('has run through')
+         call tell('has run through'//trim(merge(', or to holes', '             ', allocated(cracks%fronts(1)%bodies))))
       else if (fronts /= plane%fronts .or. open_ends /= plane%open_ends) then
          call tell('has met a side of the material, or its fronts have met')
+      else if (at_hole .and. .not. plane%is_at_hole) then
+         call tell('has come to the wall of a hole, and its front ends there')
       end if
       if (meets_itself .or. fronts == 0) plane%has_stopped = .true.
       plane%fronts = fronts
       plane%open_ends = open_ends
+      plane%is_at_hole = at_hole
 
    contains
 
@@ -263,6 +271,21 @@ contains
          end associate
       end subroutine tell
    end subroutine note_state
+
+   !> Whether an end of a front is at the wall of a hole.
+   pure logical function ends_at_hole(front) result(is)
+      type(front_t), intent(in) :: front
+      integer :: b, r
+      is = .false.
+      if (.not. allocated(front%bodies) .or. front%is_closed .or. front%n() == 0) return
+      do b = 1, size(front%bodies)
+         do r = 2, size(front%bodies(b)%rings)
+            associate (ring => front%bodies(b)%rings(r))
+               is = is .or. min(ring%distance(front%at(:, 1)), ring%distance(front%at(:, front%n()))) <= 1e-6_dp*front%length
+            end associate
+         end do
+      end do
+   end function ends_at_hole
 
    !> Record how a crack stands.
    subroutine record_plane(plane, cut, history)

@@ -112,6 +112,7 @@ module hampm_growing
    contains
       procedure :: are_there
       procedure :: is_growing
+      procedure :: add_points
       procedure :: law_at
       procedure :: advance_of
       procedure :: next_of
@@ -517,6 +518,28 @@ contains
       end do
    end subroutine note_branching
 
+   !> Add points of fronts at rest that are as some others.
+   subroutine add_points(self, like)
+      class(growing_t), intent(inout) :: self
+      integer, intent(in) :: like(:)             !! the number of the other, of each
+      type(growing_tip_t), allocatable :: tips(:)
+      integer :: k, n
+      n = size(self%tips)
+      allocate (tips(n + size(like)))
+      tips(:n) = self%tips
+      do k = 1, size(like)
+         tips(n + k) = self%tips(like(k))
+      end do
+      call move_alloc(tips, self%tips)
+      if (.not. self%is_cyclic) return
+      associate (fatigue => self%fatigue)
+         fatigue%law = [fatigue%law, fatigue%law(like)]
+         fatigue%owed = [fatigue%owed, fatigue%owed(like)]
+         fatigue%zone = [fatigue%zone, fatigue%zone(like)]
+         fatigue%at = reshape([fatigue%at, fatigue%at(:, :, like)], [shape(fatigue%at(:, :, 1)), size(fatigue%law)])
+      end associate
+   end subroutine add_points
+
    !> Keep how tips have grown.
    subroutine archive_growing(growing, archive)
       type(growing_t), intent(inout) :: growing
@@ -525,6 +548,9 @@ contains
       if (.not. growing%are_there()) return
       n = size(growing%tips)
       call archive%section('growth')
+      call archive%serialise('points', n)
+      if (archive%failure%failed()) return
+      if (n > size(growing%tips)) call growing%add_points(spread(size(growing%tips), 1, n - size(growing%tips)))
       call archive%serialise('load_factor', growing%load_factor)
       call archive%serialise('work', growing%work)
       if (growing%is_static) call archive_load_state(growing%loads, archive)

@@ -12,12 +12,12 @@
 !> than increments then do not grow.
 module hampm_static_front_growth
    use hampm_kinds, only: dp, ndim
-   use hampm_crack_placement, only: body_at, finest_cell, find_extents, distance_to_loads, is_at_wall, &
+   use hampm_crack_placement, only: body_at, finest_cell, find_extents, distance_to_loads, least_radius, &
                                    take_toughness
    use hampm_cracks, only: cracks_t
    use hampm_fatigue, only: ways_of
-   use hampm_front, only: front_t, region_t, find_fronts
-   use hampm_front_values, only: front_values_t, mean_rate, part_along, between_hats, parts_of
+   use hampm_front, only: front_t
+   use hampm_front_values, only: front_values_t, mean_rate, part_along, between_hats, parts_of, place_hats
    use hampm_growing, only: growing_t, next_t
    use hampm_lapack, only: dposv
    use hampm_law, only: value_of
@@ -25,6 +25,7 @@ module hampm_static_front_growth
    use hampm_model, only: model_t
    use hampm_moving_front, only: advance_region
    use hampm_history, only: history_t
+   use hampm_plane_cuts, only: plane_cut_t, fronts_of
    use hampm_problem, only: problem_t
    use hampm_text, only: add_line, to_text
    use hampm_toughness, only: advance_t
@@ -34,6 +35,9 @@ module hampm_static_front_growth
 
    real(dp), parameter :: pi = acos(-1.0_dp)
    real(dp), parameter :: floor_of_fall = 0.1_dp !! fall of G over G with the way of a whole front over its length, which no mode of A has [-]
+
+   integer, parameter :: a_side = 1, a_wall = 2  !! what a front meets
+   real(dp), parameter :: to_walls = 3           !! finest cells: the largest of the least domains of fronts that grow
 
    !> A of a front.
    type :: fall_t
@@ -93,19 +97,24 @@ contains
       type(cracks_t), intent(inout) :: cracks
       logical, intent(out) :: have_moved
       character(:), allocatable, intent(inout) :: message
-      type(front_t), allocatable :: found(:), before_it(:)
-      type(region_t) :: region
-      real(dp) :: way(size(growing%tips)), lower(ndim), upper(ndim)
+      type(front_t), allocatable :: before_it(:)
+      type(plane_cut_t) :: cuts(size(model%planes))
+      real(dp) :: way(size(growing%tips))
       real(dp), allocatable :: of_nodes(:)
       logical :: meets_itself
-      logical, allocatable :: have_met(:)
-      integer :: c, f, i, n, before, first, last
+      integer, allocatable :: have_met(:), of_crack(:)
+      integer :: c, f, i, n, before
       call find_ways(growing, model, fronts, way, message)
       have_moved = any(way > 0)
       growing%tips%advance = 0
       if (.not. have_moved) return
       call note_ways(growing, fronts, way)
-      do c = 1, size(model%planes)
+      do c = 1, size(cuts)
+         call find_extents(model, model%planes(c), cuts(c)%lower, cuts(c)%upper)
+         cuts(c)%spacing = finest_cell(model)
+         cuts(c)%region_t = cracks%fronts(findloc(cracks%fronts%crack, c, dim=1))%region_t
+      end do
+      do c = 1, size(cuts)
          before = 0
          of_nodes = [real(dp) ::]
          do f = 1, size(fronts)
@@ -119,34 +128,31 @@ contains
             before = before + n
          end do
          if (.not. any(of_nodes > 0)) cycle
-         call find_extents(model, model%planes(c), lower, upper)
-         first = findloc(cracks%fronts%crack, c, dim=1)
-         last = findloc(cracks%fronts%crack, c, dim=1, back=.true.)
-         call reach_sides(cracks%fronts(first:last), lower, upper, finest_cell(model), of_nodes, have_met)
-         do f = first, last
-            if (have_met(f - first + 1)) call tell(name_of(f)//' has met a side, and ends there as far as it goes on')
+         of_crack = pack([(f, f=1, size(cracks%fronts))], cracks%fronts%crack == c)
+         call reach_sides(cracks%fronts(of_crack), cuts(c)%lower, cuts(c)%upper, finest_cell(model), &
+                          maxval([to_walls*finest_cell(model), model%energy_release%radii]), of_nodes, have_met)
+         do i = 1, size(of_crack)
+            if (have_met(i) > 0) call tell(name_of(of_crack(i))//' has '//trim(merge('met a side                ', &
+               'come to the wall of a hole', have_met(i) == a_side))//', and ends there as far as it goes on')
          end do
-         region = cracks%fronts(first)%region_t
-         call advance_region(region, cracks%fronts(first:last), of_nodes, lower, upper, finest_cell(model), meets_itself)
-         call find_fronts(region, lower, upper, finest_cell(model), found)
-         found%crack = c
-         if (size(found) == 0) then
-            call end_fronts(first, last)
-         else if (meets_itself .or. size(found) /= last - first + 1) then
-            call stop_fronts(first, last, 'it would meet itself, or divide')
+         before_it = cracks%fronts
+         call advance_region(cuts(c)%region_t, cracks%fronts(of_crack), of_nodes, cuts(c)%lower, cuts(c)%upper, &
+                             finest_cell(model), meets_itself)
+         if (.not. meets_itself) call fronts_of(cuts, cracks%fronts)
+         if (meets_itself) then
+            call stop_fronts('it would meet itself')
+         else if (.not. all([(has_room(f), f=1, size(cracks%fronts))])) then
+            cuts(c)%region_t = before_it(of_crack(1))%region_t
+            deallocate (cracks%fronts)
+            call move_alloc(before_it, cracks%fronts)
+            call stop_fronts('a step further it has less than two of the finest cells to another front or '// &
+                             'less than six to a load, or two to a hole beside its plane')
          else
-            before_it = cracks%fronts(first:last)
-            cracks%fronts(first:last) = found
-            if (any([(are_at_wall(f), f=first, last)])) then
-               cracks%fronts(first:last) = before_it
-               call stop_fronts(first, last, 'a step further it comes to the wall of a hole in the material, with '// &
-                                'less than two of the finest cells between them')
-            else if (.not. all([(has_room(f), f=first, last)])) then
-               cracks%fronts(first:last) = before_it
-               call stop_fronts(first, last, 'a step further it has less than two of the finest cells to another front or '// &
-                                'less than six to a load, or leaves the material')
-            end if
+            call note_ends
          end if
+      end do
+      do f = size(fronts) + 1, size(cracks%fronts)
+         call place_points(growing, cracks%fronts(f))
       end do
       have_moved = any(growing%tips%advance > 0)
 
@@ -170,78 +176,114 @@ contains
       logical function has_room(number)
          integer, intent(in) :: number
          real(dp), parameter :: least = 2, to_loads = 6 ! finest cells
-         integer :: node, other
+         integer :: node, other, hole
          has_room = .true.
-         do other = 1, size(cracks%fronts)
-            if (other == number .or. cracks%fronts(other)%axis /= cracks%fronts(number)%axis) cycle
-            do node = 1, cracks%fronts(other)%n()
-               has_room = has_room .and. minval(sqrt(sum((cracks%fronts(number)%at - spread(cracks%fronts(other)%at(:, node), 2, &
-                          cracks%fronts(number)%n()))**2, dim=1))) >= least*finest_cell(model)
+         associate (front => cracks%fronts(number))
+            if (front%crack /= c) return
+            do other = 1, size(cracks%fronts)
+               if (other == number .or. cracks%fronts(other)%axis /= front%axis) cycle
+               do node = 1, cracks%fronts(other)%n()
+                  has_room = has_room .and. all(norm(front%at - spread(cracks%fronts(other)%at(:, node), 2, front%n()), dim=1) &
+                                                >= least*finest_cell(model))
+               end do
             end do
-         end do
-         do node = 1, cracks%fronts(number)%n()
-            associate (at => cracks%fronts(number)%at(:, node))
-               has_room = has_room .and. body_at(model, at) > 0 .and. distance_to_loads(model, at) >= to_loads*finest_cell(model)
-            end associate
-         end do
+            do node = 1, front%n()
+               has_room = has_room .and. body_at(model, front%at(:, node)) > 0 &
+                          .and. distance_to_loads(model, front%at(:, node)) >= to_loads*finest_cell(model)
+            end do
+            if (.not. allocated(front%bodies)) return
+            do other = 1, size(front%bodies)     ! holes in the plane are those at which it ends
+               do hole = 2, size(front%bodies(other)%rings)
+                  associate (ring => front%bodies(other)%rings(hole))
+                     if (size(ring%section(front%axis, front%plane)) == 0) has_room = has_room .and. &
+                        all([(ring%distance(front%at(:, node)) >= least_radius(model), node=1, front%n())])
+                  end associate
+               end do
+            end do
+         end associate
       end function has_room
 
-      !> Whether nodes of a front are at the wall of a hole.
-      logical function are_at_wall(number)
+      !> Points of a front.
+      pure function are_of(number) result(are)
          integer, intent(in) :: number
-         integer :: node
-         are_at_wall = any([(is_at_wall(model, cracks%fronts(number)%at(:, node)), node=1, cracks%fronts(number)%n())])
-      end function are_at_wall
-
-      !> Points of some fronts.
-      pure function are_of(first, last) result(are)
-         integer, intent(in) :: first, last
          logical :: are(size(growing%tips))
          integer :: f
-         are = [(spread(f >= first .and. f <= last, 1, size(fronts(f)%arc)), f=1, size(fronts))]
+         are = [(spread(f == number, 1, size(fronts(f)%arc)), f=1, size(fronts))]
       end function are_of
 
-      !> Let fronts stay where they are, for good.
-      subroutine stop_fronts(first, last, why)
-         integer, intent(in) :: first, last
+      !> Let fronts of the crack stay where they are, for good.
+      subroutine stop_fronts(why)
          character(*), intent(in) :: why
-         where (are_of(first, last))
-            growing%tips%has_stopped = .true.
-            growing%tips%advance = 0
-         end where
-         do f = first, last
-            call tell(name_of(f)//' no longer grows: '//why)
+         do i = 1, size(of_crack)
+            where (are_of(of_crack(i)))
+               growing%tips%has_stopped = .true.
+               growing%tips%advance = 0
+            end where
+            if (cracks%fronts(of_crack(i))%n() > 0) call tell(name_of(of_crack(i))//' no longer grows: '//why)
          end do
       end subroutine stop_fronts
 
-      !> A crack has no front any more.
-      subroutine end_fronts(first, last)
-         integer, intent(in) :: first, last
-         where (are_of(first, last))
-            growing%tips%has_stopped = .true.
-            growing%tips%has_ended = .true.
-         end where
-         do f = first, last
-            cracks%fronts(f)%region_t = region
-            cracks%fronts(f)%at = cracks%fronts(f)%at(:, :0)
-            cracks%fronts(f)%arc = cracks%fronts(f)%arc(:0)
-            call tell(name_of(f)//' has run through all of the material')
+      !> Note which fronts of the crack are none any more, and which are new.
+      subroutine note_ends
+         logical :: is_left
+         is_left = any([(cracks%fronts(f)%crack == c .and. cracks%fronts(f)%n() > 0, f=1, size(cracks%fronts))])
+         do i = 1, size(of_crack)
+            if (cracks%fronts(of_crack(i))%n() > 0 .or. before_it(of_crack(i))%n() == 0) cycle
+            where (are_of(of_crack(i)))
+               growing%tips%has_stopped = .true.
+               growing%tips%has_ended = .true.
+            end where
+            if (have_met(i) == a_wall) then
+               call tell(name_of(of_crack(i))//' has come to holes with all of its length, and has ended')
+            else if (is_left) then
+               call tell(name_of(of_crack(i))//' has run through, or become part of another')
+            else
+               call tell(name_of(of_crack(i))//' has run through all of the material')
+            end if
          end do
-      end subroutine end_fronts
+         do f = size(before_it) + 1, size(cracks%fronts)
+            call tell(name_of(f)//' is new, where another has divided, and is in no column')
+         end do
+      end subroutine note_ends
    end subroutine advance_points
 
-   !> Let nodes that would be so near to a side that cells do not resolve what is left go beyond it.
-   pure subroutine reach_sides(fronts, lower, upper, cell, ways, have_met)
+   !> Give a front that is new points, which have grown as those that were nearest; their part of the length before is that of these.
+   subroutine place_points(growing, front)
+      type(growing_t), intent(inout) :: growing
+      type(front_t), intent(in) :: front
+      type(front_values_t) :: values
+      real(dp) :: away(size(growing%tips))       ! [m]
+      integer, allocatable :: like(:)
+      integer :: before, j, k
+      call place_hats(front, .true., 0, values)
+      before = size(away)
+      allocate (like(size(values%arc)))
+      do j = 1, size(like)
+         away = [(norm(growing%tips(k)%place - values%at(:, j)), k=1, before)]
+         like(j) = minloc(away, dim=1)
+      end do
+      call growing%add_points(like)
+      do j = 1, size(like)
+         growing%tips(before + j)%place = values%at(:, j)
+      end do
+      growing%tips(before + 1:)%width = 0
+   end subroutine place_points
+
+   !> Let nodes that would be so near to a side that cells do not resolve what is left go beyond it, or so near to the wall of a hole that it would be in
+   !> their domains.
+   pure subroutine reach_sides(fronts, lower, upper, cell, near_walls, ways, have_met)
       type(front_t), intent(in) :: fronts(:)
       real(dp), intent(in) :: lower(ndim), upper(ndim), cell !! [m]
+      real(dp), intent(in) :: near_walls         !! [m]
       real(dp), intent(inout) :: ways(:)         !! of the nodes of all fronts, one after another [m]
-      logical, allocatable, intent(out) :: have_met(:) !! whether nodes of each front do
+      integer, allocatable, intent(out) :: have_met(:) !! what nodes of each front do: a side, the wall of a hole, or 0
       real(dp), parameter :: near = 1.5_dp, beyond = 1 ! cells
       real(dp), parameter :: slanted = 0.5_dp
-      integer :: f, i, k, d
-      real(dp) :: way
+      real(dp), parameter :: inside = 1e-6_dp    ! cells
+      integer :: f, i, k, d, b, r
+      real(dp) :: way, chord
       k = 0
-      allocate (have_met(size(fronts)), source=.false.)
+      allocate (have_met(size(fronts)), source=0)
       do f = 1, size(fronts)
          do i = 1, fronts(f)%n()
             k = k + 1
@@ -251,8 +293,24 @@ contains
                   way = (merge(upper(d), lower(d), out > 0) - fronts(f)%at(d, i))/out
                   if (way - ways(k) >= near*cell) cycle
                   ways(k) = max(ways(k), way + beyond*cell)
-                  have_met(f) = .true.
+                  have_met(f) = a_side
                end associate
+            end do
+            if (.not. allocated(fronts(f)%bodies)) cycle
+            do b = 1, size(fronts(f)%bodies)
+               do r = 1, size(fronts(f)%bodies(b)%rings)
+                  associate (ring => fronts(f)%bodies(b)%rings(r), at => fronts(f)%at(:, i), out => fronts(f)%outward(:, i))
+                     if (r == 1 .and. .not. ring%is_circle) cycle
+                     way = ring%way_to(at, out)
+                     if (way - ways(k) >= near_walls) cycle
+                     if (abs(dot_product(ring%normal_at(at + way*out), out)) < slanted) cycle
+                     if ((dot_product(ring%normal_at(at + way*out), out) > 0) .neqv. r == 1) cycle
+                     chord = huge(chord)
+                     if (r > 1) chord = ring%way_to(at + (way + inside*cell)*out, out)
+                     ways(k) = max(ways(k), way + min(beyond*cell, chord/2))
+                     have_met(f) = merge(a_wall, a_side, r > 1)
+                  end associate
+               end do
             end do
          end do
       end do

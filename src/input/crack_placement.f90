@@ -2,6 +2,8 @@
 !> for the assembly. In the run `cracks_t` knows where cracks are.
 module hampm_crack_placement
    use hampm_kinds, only: dp, ndim, long
+   use hampm_body_group, only: outline_of
+   use hampm_front, only: region_t, region_of
    use hampm_placement, only: tolerance, within, is_part_of, overlap
    use hampm_crack_groups, only: plane_spec_t
    use hampm_law, only: law_row_t
@@ -14,7 +16,7 @@ module hampm_crack_placement
    private
    public :: distance_in_material, body_at, least_radius, domain_radii, is_covered, held_ahead, covered_radius, &
              distance_to_loads, distance_to_constraints, path_at, is_other_within, is_layer, sides_of_tip, face_normal, &
-             distance_to_others, distance_to_body, layer_around, finest_cell, find_extents, take_toughness, is_at_wall
+             distance_to_others, distance_to_body, layer_around, finest_cell, find_extents, find_region, take_toughness
 
    real(dp), parameter :: least_cells = 2        !! fewest cells to a radius
 
@@ -391,19 +393,26 @@ contains
       end do
    end subroutine find_extents
 
-   !> Whether a place of a front is in a hole of a body, or so near to its wall that there is no room for the least radius of a domain integral.
-   pure logical function is_at_wall(model, place) result(is)
+   !> Where a plane of a solid is cracked, with that box, and the outlines of these bodies where any is no box: fronts end at their sides.
+   pure subroutine find_region(model, plane, lower, upper, region)
       type(model_t), intent(in) :: model
-      real(dp), intent(in) :: place(ndim)        !! [m]
+      type(plane_spec_t), intent(in) :: plane
+      real(dp), intent(out) :: lower(ndim), upper(ndim) !! [m]
+      type(region_t), intent(out) :: region      !! of no corners where no body is there
       integer :: k
-      is = .false.
+      call find_extents(model, plane, lower, upper)
+      allocate (region%outline(2, 0), region%may_be_front(0), region%is_corner(0))
+      if (.not. all(upper > lower)) return
+      region = region_of(plane%crack_shape_t, lower, upper, finest_cell(model))
+      if (.not. has_shapes(model)) return
+      allocate (region%bodies(0))
       do k = 1, size(model%bodies)
-         associate (body => model%bodies(k))
-            if (.not. within(place, place, body%lower, body%upper, tolerance(model%grid)) .or. .not. body%outline%is_there()) cycle
-            is = is .or. body%outline%distance_to_holes(place) < least_radius(model)*(1 - 1e-9_dp)
+         associate (body => model%bodies(k), x => plane%center(plane%axis))
+            if (x < body%lower(plane%axis) - tolerance(model%grid) .or. x > body%upper(plane%axis) + tolerance(model%grid)) cycle
+            region%bodies = [region%bodies, outline_of(body)]
          end associate
       end do
-   end function is_at_wall
+   end subroutine find_region
 
    !> Size of the finest cells that there may be [m].
    pure real(dp) function finest_cell(model)

@@ -4,7 +4,7 @@ module hampm_plane_consistency
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
    use hampm_crack_groups, only: plane_spec_t
-   use hampm_crack_placement, only: body_at, finest_cell, find_extents
+   use hampm_crack_placement, only: body_at, finest_cell, find_region
    use hampm_front, only: front_t, region_t, region_of, find_fronts, crosses_itself, plane_axes, room_of
    use hampm_model, only: model_t, has_shapes
    use hampm_placement, only: tolerance, within
@@ -99,10 +99,9 @@ contains
                                 'nearest is '//to_text(model%grid%lower(plane%axis) + anint(steps)*model%grid%cell))
          return
       end if
-      call find_extents(model, plane, lower, upper)
-      is_there = all(upper > lower)
+      call find_region(model, plane, lower, upper, region)
+      is_there = size(region%outline) > 0
       if (is_there) then
-         region = region_of(plane%crack_shape_t, lower, upper, finest_cell(model))
          call find_fronts(region, lower, upper, finest_cell(model), fronts)
          is_there = size(fronts) > 0
       end if

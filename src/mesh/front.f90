@@ -1,13 +1,16 @@
 !> Cracks in a plane of the grid, and their fronts: geometry alone, of solids only.
 !>
 !> The cracked region is a polygon in the plane, counterclockwise as seen against the normal; curves are chords far shorter than
-!> cells, with the area of the curve. A front is a part of its edge that is inside the material: from side to side, or closed.
+!> cells, with the area of the curve. A front is a part of its edge that is inside the material: from side to side, also those of holes and
+!> cavities, or closed.
 !>
-!>    find_fronts(region, lower, upper, spacing, fronts)   the fronts inside a box, with nodes that far apart
+!>    find_fronts(region, lower, upper, spacing, fronts)   the fronts inside material, with nodes that far apart
 !>    front%distance(x)                                    from the edge of the region in the plane, below 0 where it is cracked
 !>    front%uncracked(low, high, area, middle)             of a rectangle
 module hampm_front
    use hampm_kinds, only: dp, ndim, name_len
+   use hampm_outline, only: outline_t
+   use hampm_ring_moments, only: sort_few
    use hampm_tensors, only: norm
    implicit none
    private
@@ -39,6 +42,7 @@ module hampm_front
       real(dp), allocatable :: outline(:, :)     !! corners of the region in the plane [m], (2, any)
       logical, allocatable :: may_be_front(:)    !! of the edge from each corner to the next; the others are far from the material
       logical, allocatable :: is_corner(:)       !! whether there the outline has a kink, else it stands for a curve
+      type(outline_t), allocatable :: bodies(:)  !! with material in the plane; not allocated where all of these are boxes
    contains
       procedure :: in_plane => place_in_plane
       procedure :: in_space => place_in_space
@@ -123,23 +127,31 @@ contains
       if (all(shape%front /= ['disc   ', 'ellipse', 'polygon'])) region%may_be_front(2:) = .false.
    end function region_of
 
-   !> The fronts of a region inside a box, along its outline.
-   pure subroutine find_fronts(region, lower, upper, spacing, fronts)
-      type(region_t), intent(in) :: region
-      real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
+   !> The fronts of a region inside material, along its outline.
+   pure subroutine find_fronts(whole, lower, upper, spacing, fronts)
+      type(region_t), intent(in) :: whole
+      real(dp), intent(in) :: lower(ndim), upper(ndim) !! of the box around all material [m]
       real(dp), intent(in) :: spacing            !! of nodes, roughly [m]
       type(front_t), allocatable, intent(out) :: fronts(:)
-      real(dp), dimension(size(region%outline, 2)) :: from, to ! of each edge of the outline, parts of it, where it is inside
-      logical :: begins(size(region%outline, 2)), ends(size(region%outline, 2))
+      type(region_t) :: region                   ! the same with a corner wherever its outline comes to a side of a body
+      real(dp), allocatable, dimension(:) :: from, to ! of each edge of the outline, parts of it, where it is inside
+      logical, allocatable :: begins(:), ends(:)
       real(dp) :: low(2), high(2), margin
       integer :: n, k, i, first, last
-      low = region%in_plane(lower)
-      high = region%in_plane(upper)
+      region = whole
+      low = whole%in_plane(lower)
+      high = whole%in_plane(upper)
       margin = rounding*norm(high - low)
+      if (allocated(region%bodies)) call part_edges(region, margin)
       n = size(region%outline, 2)
+      allocate (from(n), to(n), begins(n), ends(n))
       do k = 1, n
-         call clip_edge(region%outline(:, k), region%outline(:, modulo(k, n) + 1), low + margin, high - margin, from(k), to(k))
-         if (.not. region%may_be_front(k)) to(k) = -1
+         associate (a => region%outline(:, k), b => region%outline(:, modulo(k, n) + 1))
+            call clip_edge(a, b, low + margin, high - margin, from(k), to(k))
+            if (.not. region%may_be_front(k)) to(k) = -1
+            if (.not. allocated(region%bodies) .or. to(k) <= from(k)) cycle
+            if (.not. is_in_material(region, a + (from(k) + to(k))/2*(b - a), margin)) to(k) = -1
+         end associate
       end do
       do k = 1, n
          associate (before => modulo(k - 2, n) + 1, after => modulo(k, n) + 1)
@@ -150,6 +162,7 @@ contains
       if (all(to > from) .and. .not. any(begins)) then
          allocate (fronts(1))
          call place_nodes(region, 1, n, from, to, spacing, fronts(1))
+         fronts%region_t = whole
          return
       end if
       allocate (fronts(count(begins)))
@@ -166,8 +179,64 @@ contains
             where (abs(fronts(i)%at(region%along(k), :) - low(k)) < 4*margin) fronts(i)%at(region%along(k), :) = low(k)
             where (abs(fronts(i)%at(region%along(k), :) - high(k)) < 4*margin) fronts(i)%at(region%along(k), :) = high(k)
          end do
+         fronts(i)%region_t = whole
       end do
    end subroutine find_fronts
+
+   !> Add a corner, which is no kink, wherever the outline of a region comes to a side of a body.
+   pure subroutine part_edges(region, shortest)
+      type(region_t), intent(inout) :: region
+      real(dp), intent(in) :: shortest           !! part of an edge that there is [m]
+      type(region_t) :: old
+      real(dp), allocatable :: at(:)             ! parts of an edge
+      real(dp), allocatable :: outline(:, :)
+      logical, allocatable :: may_be_front(:), is_corner(:)
+      real(dp) :: before
+      integer :: n, k, b, r, i
+      old = region
+      n = size(old%outline, 2)
+      allocate (outline(2, 0), may_be_front(0), is_corner(0))
+      do k = 1, n
+         associate (a => old%in_space(old%outline(:, k)), c => old%in_space(old%outline(:, modulo(k, n) + 1)))
+            at = [0.0_dp]
+            if (old%may_be_front(k)) then
+               do b = 1, size(old%bodies)
+                  do r = 1, size(old%bodies(b)%rings) ! each is met twice at most
+                     at = [at, old%bodies(b)%rings(r)%way_to(a, c - a), 1 - old%bodies(b)%rings(r)%way_to(c, a - c)]
+                  end do
+               end do
+               at = pack(at, at >= 0 .and. at < 1)
+               call sort_few(at)
+            end if
+            before = 0
+            do i = 1, size(at)
+               if (i > 1 .and. min(at(i) - before, 1 - at(i))*norm(c - a) <= shortest) cycle
+               before = at(i)
+               outline = reshape([outline, old%in_plane(a + at(i)*(c - a))], [2, size(outline, 2) + 1])
+               may_be_front = [may_be_front, old%may_be_front(k)]
+               is_corner = [is_corner, old%is_corner(k) .and. i == 1]
+            end do
+         end associate
+      end do
+      call move_alloc(outline, region%outline)
+      call move_alloc(may_be_front, region%may_be_front)
+      call move_alloc(is_corner, region%is_corner)
+   end subroutine part_edges
+
+   !> Whether there is material at a place of the plane, at both of its sides but on one of symmetry.
+   pure logical function is_in_material(region, y, tolerance) result(is)
+      type(region_t), intent(in) :: region
+      real(dp), intent(in) :: y(2), tolerance    !! [m]
+      real(dp) :: x(ndim)
+      logical :: at(2)
+      integer :: side, k
+      do side = 1, 2
+         x = region%in_space(y)
+         x(region%axis) = region%plane + (2*side - 3)*8*tolerance
+         at(side) = any([(region%bodies(k)%covers_within(x, tolerance), k=1, size(region%bodies))])
+      end do
+      is = all(at) .or. region%is_symmetry .and. any(at)
+   end function is_in_material
 
    !> The nodes of a front along edges of an outline: at its ends and its kinks, and in equal ways between them.
    pure subroutine place_nodes(region, first, last, from, to, spacing, front)
@@ -351,7 +420,8 @@ contains
       type(region_t) :: region
       real(dp) :: normal(2, size(self%outline, 2)), margin(size(self%outline, 2))
       integer :: n, k
-      region = region_t(self%axis, self%along, self%plane, self%is_symmetry, self%outline, self%may_be_front, self%is_corner)
+      region = region_t(self%axis, self%along, self%plane, self%is_symmetry, self%outline, self%may_be_front, self%is_corner, &
+                        null())
       n = size(self%outline, 2)
       do k = 1, n
          associate (way => self%outline(:, modulo(k, n) + 1) - self%outline(:, k))
@@ -437,16 +507,63 @@ contains
       if (area > whole*(1 - rounding)) area = whole
    end subroutine uncracked
 
-   !> The area that is cracked in a box [m2].
+   !> The area that is cracked in a box [m2]: of the material, without holes.
    pure real(dp) function area_in(self, lower, upper)
       class(region_t), intent(in) :: self
       real(dp), intent(in) :: lower(ndim), upper(ndim) !! [m]
       real(dp) :: rest, middle(2)
+      real(dp), allocatable :: part(:, :)
+      integer :: b, r
+      if (allocated(self%bodies)) then
+         area_in = 0
+         do b = 1, size(self%bodies)
+            do r = 1, size(self%bodies(b)%rings)
+               part = self%outline
+               call cut_by(part, self%bodies(b)%rings(1)%section(self%axis, self%plane))
+               if (r > 1) call cut_by(part, self%bodies(b)%rings(r)%section(self%axis, self%plane))
+               area_in = area_in + merge(-1, 1, r > 1)*area_of(part)
+            end do
+         end do
+         return
+      end if
       associate (low => self%in_plane(lower), high => self%in_plane(upper))
          call self%uncracked(low, high, rest, middle)
          area_in = product(high - low) - rest
       end associate
    end function area_in
+
+   !> Keep of a polygon what is in a convex one.
+   pure subroutine cut_by(polygon, window)
+      real(dp), allocatable, intent(inout) :: polygon(:, :)
+      real(dp), intent(in) :: window(:, :)       !! counterclockwise [m], (2, any)
+      real(dp), allocatable :: kept(:, :)
+      integer :: i, k, n, m
+      if (size(window, 2) == 0) polygon = polygon(:, :0)
+      do i = 1, size(window, 2)
+         m = size(polygon, 2)
+         allocate (kept(2, 2*m))
+         n = 0
+         associate (from => window(:, i), to => window(:, modulo(i, size(window, 2)) + 1))
+            do k = 1, m
+               associate (a => polygon(:, k), b => polygon(:, modulo(k, m) + 1))
+                  associate (of_a => side_of(from, to, a), of_b => side_of(from, to, b))
+                     if (of_a >= 0) then
+                        n = n + 1
+                        kept(:, n) = a
+                     end if
+                     if ((of_a >= 0) .neqv. (of_b >= 0)) then
+                        n = n + 1
+                        kept(:, n) = a + of_a/(of_a - of_b)*(b - a)
+                     end if
+                  end associate
+               end associate
+            end do
+         end associate
+         deallocate (polygon)
+         allocate (polygon, source=kept(:, :n))
+         deallocate (kept)
+      end do
+   end subroutine cut_by
 
    !> Keep of a polygon what has a coordinate of this value or less.
    pure subroutine cut_polygon(polygon, axis, most)

@@ -37,6 +37,8 @@ module hampm_outline
       procedure :: moments => moments_of_ring
       procedure :: corners => corners_of_ring
       procedure :: way_to => way_to_ring
+      procedure :: section => section_of_ring
+      procedure :: normal_at => normal_of_ring
    end type ring_t
 
    !> A ring, without what is in some others.
@@ -47,7 +49,6 @@ module hampm_outline
       procedure :: area
       procedure :: covers
       procedure :: covers_within
-      procedure :: distance_to_holes
       procedure :: distance
       procedure :: way_out
       procedure :: moments
@@ -267,6 +268,60 @@ contains
       if (last >= 0 .and. last > first) way = merge(first, last, first >= 0)
    end function way_in_space
 
+   !> What a plane across an axis of the grid cuts out of a ring in space: a convex polygon, counterclockwise as seen against the axis, of a circle one of its area.
+   pure function section_of_ring(self, axis, plane) result(points)
+      class(ring_t), intent(in) :: self
+      integer, intent(in) :: axis
+      real(dp), intent(in) :: plane              !! [m]
+      real(dp), allocatable :: points(:, :)      !! along the axes that follow it in cyclic order [m], (2, any)
+      integer, parameter :: chords = 360
+      real(dp), dimension(ndim) :: from, to, middle
+      real(dp) :: half, angle
+      integer :: along(2), k
+      along = modulo(axis + [0, 1], ndim) + 1
+      allocate (points(2, 0))
+      from = self%lower()
+      to = self%upper()
+      if (plane < from(axis) .or. plane > to(axis)) return
+      middle = (from + to)/2
+      half = self%radius
+      if (self%axis /= axis) half = sqrt(max(half**2 - (plane - middle(axis))**2, 0.0_dp))
+      if (self%is_circle .and. (self%axis == axis .or. self%axis == 0)) then
+         angle = 2*pi/chords
+         half = half*sqrt(angle/sin(angle))
+         points = reshape([(middle(along) + half*[cos(k*angle), sin(k*angle)], k=1, chords)], [2, chords])
+         return
+      end if
+      if (self%is_circle) then
+         from = merge(from, middle - half, [(k, k=1, ndim)] == self%axis)
+         to = merge(to, middle + half, [(k, k=1, ndim)] == self%axis)
+      end if
+      associate (a => from(along), b => to(along))
+         points = reshape([a(1), a(2), b(1), a(2), b(1), b(2), a(1), b(2)], [2, 4])
+      end associate
+   end function section_of_ring
+
+   !> Unit vector out of what a ring in space encloses, at the place of it that is nearest.
+   pure function normal_of_ring(self, x) result(normal)
+      class(ring_t), intent(in) :: self
+      real(dp), intent(in) :: x(ndim)            !! [m]
+      real(dp) :: normal(ndim), out(ndim)
+      integer :: d
+      normal = 0
+      out = beyond(self, x)
+      d = maxloc(out, dim=1)
+      if (self%is_circle .and. d == 1) then
+         normal = x - self%center
+         if (self%axis > 0) normal(self%axis) = 0
+         normal = normal/max(norm(normal), tiny(normal))
+      else
+         if (self%is_circle) d = self%axis
+         associate (from => self%lower(), to => self%upper())
+            normal(d) = sign(1.0_dp, x(d) - (from(d) + to(d))/2)
+         end associate
+      end if
+   end function normal_of_ring
+
    !> Area, in solids volume, inside a ring and a box, and its first moments around the lower corner of the box [m2, m3, m3].
    pure function moments_of_ring(self, lower, upper) result(m)
       class(ring_t), intent(in) :: self
@@ -358,17 +413,6 @@ contains
          if (covers) covers = .not. self%rings(k)%encloses(x) .or. self%rings(k)%distance(x) <= tolerance
       end do
    end function covers_within
-
-   !> Distance of a point from the holes of an outline, 0 in one, and huge where there is none [m].
-   pure real(dp) function distance_to_holes(self, x) result(distance)
-      class(outline_t), intent(in) :: self
-      real(dp), intent(in) :: x(ndim)            !! [m]
-      integer :: k
-      distance = huge(distance)
-      do k = 2, size(self%rings)
-         distance = merge(0.0_dp, min(distance, self%rings(k)%distance(x)), self%rings(k)%encloses(x))
-      end do
-   end function distance_to_holes
 
    !> Distance of a point from the edges of an outline [m].
    pure real(dp) function distance(self, x)

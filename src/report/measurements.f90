@@ -486,9 +486,7 @@ contains
          call archive%section('errors_'//to_text(k))
          call keep_crack_values(m%crack(k), archive)
       end do
-      if (allocated(problem%grid%planes)) then
-         if (any(problem%grid%planes%moves)) call archive_front_values(m%fronts, archive)
-      end if
+      if (allocated(problem%grid%planes)) call archive_front_values(m%fronts, archive)
       call archive%section('extrapolation')
       call archive_solver(m%extrapolation, 'extrapolation', problem%grid, is_weighed(problem), problem%fields%mass_matrix, &
                           archive)

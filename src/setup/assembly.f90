@@ -6,7 +6,7 @@ module hampm_assembly
    use hampm_body_group, only: outline_of
    use hampm_constraints, only: constrain_box, hold_axis
    use hampm_crack_placement, only: distance_in_material, body_at, held_ahead, &
-                                  finest_cell, find_extents, least_radius
+                                  finest_cell, find_region, least_radius
    use hampm_crack_tip, only: frame_along
    use hampm_cracks, only: crack_t, cracks_t, last_point
    use hampm_domains, only: start_domains
@@ -14,7 +14,6 @@ module hampm_assembly
    use hampm_failure, only: failure_t, exit_input
    use hampm_forest, only: forest_t, deepest
    use hampm_grid_building, only: build_grid
-   use hampm_front, only: region_of
    use hampm_plane_cuts, only: plane_cut_t, fronts_of
    use hampm_integrator, only: integrator_t
    use hampm_load_placement, only: into_half
@@ -193,9 +192,8 @@ contains
       allocate (planes(size(model%planes)))
       do k = 1, size(planes)
          associate (plane => planes(k))
-            call find_extents(model, model%planes(k), plane%lower, plane%upper)
+            call find_region(model, model%planes(k), plane%lower, plane%upper, plane%region_t)
             plane%spacing = finest_cell(model)
-            plane%region_t = region_of(model%planes(k)%crack_shape_t, plane%lower, plane%upper, plane%spacing)
             plane%contact = model%planes(k)%contact
             plane%friction = model%planes(k)%friction
             plane%moves = any(model%growth%path == k .and. .not. model%growth%law%is_static)

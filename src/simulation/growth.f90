@@ -4,12 +4,10 @@
 module hampm_growth
    use hampm_kinds, only: dp
    use hampm_crack_tip_field, only: modes
-   use hampm_crack_placement, only: is_at_wall
    use hampm_crack_values, only: crack_values_t
    use hampm_cracks, only: cracks_t
    use hampm_failure, only: failure_t, exit_computation
    use hampm_dynamic_front_growth, only: law_of_plane, ways_of_fronts, find_speeds, note_state
-   use hampm_front, only: region_t
    use hampm_moving_front, only: advance_region
    use hampm_nodal_state, only: internal_force, external_force
    use hampm_plane_cuts, only: fronts_of, find_unbonded, open_more
@@ -92,7 +90,6 @@ contains
       real(dp), intent(in) :: time               !! at its start [s]
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: ways(:)
-      type(region_t) :: before
       real(dp) :: dropped, released
       logical :: meets_itself, have_moved
       integer :: k
@@ -107,22 +104,11 @@ contains
                end if
                if (.not. growing%grows .or. growing%has_stopped) cycle
                ways = ways_of_fronts(s%model, s%cracks, s%growing%planes, s%growing%fronts, k, time, s%dt)
-               before = plane%region_t
                call advance_region(plane%region_t, pack(s%cracks%fronts, s%cracks%fronts%crack == k), ways, plane%lower, &
                                    plane%upper, plane%spacing, meets_itself)
-               call fronts_of(m%grid%planes, s%cracks%fronts)
-               if (size(s%model%holes) > 0 .and. any(ways > 0)) then
-                  if (are_at_wall(k)) then
-                     plane%region_t = before
-                     call fronts_of(m%grid%planes, s%cracks%fronts)
-                     growing%has_stopped = .true.
-                     ways = 0
-                     call add_line(s%warning, 'crack '//to_text(k)//' no longer grows: its front has come to the wall of a '// &
-                                   'hole in the material at t = '//digits_text(time, 6)//' s')
-                  end if
-               end if
                have_moved = have_moved .or. any(ways > 0)
                call find_unbonded(plane, m%grid%forest)
+               call fronts_of(m%grid%planes, s%cracks%fronts)
                call note_state(growing, k, s%cracks, ways, m%materials(1), time, s%dt, meets_itself, s%warning)
             end associate
          end do
@@ -136,19 +122,6 @@ contains
          if (.not. failure%failed()) call s%integrator%initialise(m, s%dt, failure)
          if (.not. failure%failed()) call hold_new_nodes(m)
       end associate
-
-   contains
-
-      !> Whether fronts of a crack are at the wall of a hole.
-      pure logical function are_at_wall(number)
-         integer, intent(in) :: number           !! of the crack
-         integer :: f, i
-         are_at_wall = .false.
-         do f = 1, size(s%cracks%fronts)
-            if (s%cracks%fronts(f)%crack /= number) cycle
-            are_at_wall = are_at_wall .or. any([(is_at_wall(s%model, s%cracks%fronts(f)%at(:, i)), i=1, s%cracks%fronts(f)%n())])
-         end do
-      end function are_at_wall
    end subroutine move_fronts
 
    !> Measure along fronts, and find the speeds for the next step of those that grow by their toughness: with fronts where they are, after an explicit
