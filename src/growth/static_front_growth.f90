@@ -12,6 +12,7 @@
 !> than increments then do not grow.
 module hampm_static_front_growth
    use hampm_kinds, only: dp, ndim
+   use hampm_tensors, only: norm
    use hampm_crack_placement, only: body_at, finest_cell, find_extents, distance_to_loads, least_radius, &
                                    take_toughness
    use hampm_cracks, only: cracks_t
@@ -183,8 +184,8 @@ contains
             do other = 1, size(cracks%fronts)
                if (other == number .or. cracks%fronts(other)%axis /= front%axis) cycle
                do node = 1, cracks%fronts(other)%n()
-                  has_room = has_room .and. all(norm(front%at - spread(cracks%fronts(other)%at(:, node), 2, front%n()), dim=1) &
-                                                >= least*finest_cell(model))
+                  has_room = has_room .and. all(sum((front%at - spread(cracks%fronts(other)%at(:, node), 2, front%n()))**2, dim=1) &
+                                                >= (least*finest_cell(model))**2)
                end do
             end do
             do node = 1, front%n()
