@@ -91,6 +91,19 @@ def test_a_penny_of_finer_cells_in_load_cycles(tmp_path):
     check_fatigue_of_a_penny(tmp_path / "penny", 2, (0.01, 0.01))
 
 
+def test_a_penny_in_load_cycles_to_fracture(tmp_path):
+    """da/dN = C dK**m/((1 - R) K_c - dK), K_c the root of toughness times modulus: the cycles are those of a closed integration."""
+    critical = 2 * tension(1.5)
+    growth = f"law = 'fatigue'  rate = 'forman'  rate_constant = 1.0e-3  rate_exponent = 3.0  increment = 0.1  toughness = {critical**2 / MODULUS}"
+    _, history, _ = grown(tmp_path / "forman", eighth(DISC, growth, 4, cycles="&cycles ratio = 0.5 /"))
+    radius = radius_of(history)[-1]
+    s = np.linspace(1, radius, 2001)
+    f = 1e3 * (0.5 * critical - 0.5 * tension(s)) / (0.5 * tension(s))**3
+    asked = np.sum((f[1:] + f[:-1]) / 2) * (s[1] - s[0])
+    print("radius", radius, "cycles", history["cycles"][-1], "asked", asked, history["cycles"][-1] / asked - 1)
+    assert 1.3 < radius < 1.45 and history["cycles"][-1] == pytest.approx(asked, rel=0.02)
+
+
 def irwin(a, b):
     """K at the ends of the half axes a and b of an ellipse in an endless body under tension 1."""
     t = (np.arange(400) + 0.5) / 400 * np.pi / 2

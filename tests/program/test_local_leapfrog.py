@@ -47,6 +47,18 @@ def test_a_beam_comes_to_the_rest_of_common_steps(history):
     assert np.max(np.abs(error)) < 5e-3 * local["external_work"][-1] and abs(error[-1]) < 1e-3 * local["external_work"][-1]
 
 
+def test_loads_that_vary_do_the_work_of_common_steps_to_the_second_order(history):
+    """Each group of cells has the load of its own steps: what the work is off by falls with their square."""
+    scene = PLATE.replace("history = 'ramp'  rise_time = 3e-5", "history = 'sine'  frequency = 1e4").replace("end_time = 4e-4", "end_time = 4e-5")
+    off = []
+    for courant in (0.36, 0.18):
+        settings = ("method.frame=total", f"method.courant={courant}", "damping.rate=0", "energy_release.energy_balance=.false.")
+        local, common = (history(scene, *settings, f"method.time_steps={steps}")["external_work"] for steps in ("local", "global"))
+        off.append(np.max(np.abs(local - common)) / np.max(np.abs(common)))
+    print("work off by", off, "order", np.log2(off[0] / off[1]))
+    assert off[0] < 1e-3 and np.log2(off[0] / off[1]) > 1.6
+
+
 def test_a_plate_of_two_materials_comes_to_the_rest_of_common_steps(history, tmp_path):
     (tmp_path / "plate.nml").write_text(PLATE)
     local, common = history("plate.nml", *LOCAL), history("plate.nml", *COMMON)
