@@ -1,6 +1,7 @@
 """Bodies with velocity fields of their own, that meet: docs/explanation/contact.md. What is asked is exact, or of the sources named there."""
 
 import math
+import re
 import sys
 
 import h5py
@@ -153,6 +154,28 @@ def test_momentum_is_kept_and_energy_is_booked(hampm, tmp_path, options, bodies)
     start = found["kinetic_energy"][0]
     balance = sum(found[name] for name in BOOKED if name in found)
     assert np.abs(balance - start).max() < 1e-6 * start   # rounding at nodes with hardly any mass
+
+
+@pytest.mark.parametrize("shift, told", [(0.3, True), (0.0, False)])
+def test_angular_momentum_that_an_eccentric_impact_makes_is_told(hampm, tmp_path, shift, told):
+    """Impulse and reaction at a node act on particles whose middles are apart. The number is the change since the start; a central impact makes none."""
+    written(tmp_path, f"""\
+&run plane = 'strain' end_time = 12.0 /
+&grid lower = 0.0, 0.0 cell = 0.1 cells = 32, 28 /
+&material name = 'm' law = 'neo_hookean' young = 1.0 poisson = 0.3 density = 1.0 /
+&body material = 'm' lower = 0.5, 0.8 upper = 1.3, 1.6 velocity = 0.03, 0.0 /
+&body material = 'm' lower = 1.36, {0.8 + shift} upper = 2.16, {1.6 + shift} /
+&contact bodies = 'frictionless' /
+&method frame = 'updated' /
+&output history_interval = 0.5 /
+""")
+    said = hampm("case.nml").stderr
+    found = re.search(r"t = (\S+) s: bodies that meet have changed their angular momentum by (\S+) kg m2/s", said)
+    assert bool(found) == told, said
+    if told:
+        row = history(tmp_path / "case.h5")
+        change = np.interp(float(found[1]), row["time"], row["angular_momentum"]) - row["angular_momentum"][0]
+        assert float(found[2]) == pytest.approx(change, rel=1e-6) and abs(change) < 0.1 * row["angular_momentum"][0]
 
 
 @pytest.mark.parametrize("options", [(), (CPDI,), ("refine.indicator='zz'", "refine.max_level=1", "refine.tolerance=0.1")], ids=str)
