@@ -3,7 +3,7 @@
 #
 #     tools/setup.sh              install all
 #     tools/setup.sh PART...      install what parts of it need: run (draws and tabulates), batch (sweeps), docs (pages of modules),
-#                                 test (run, batch and what tests need), verify (all: VTK and PyVista too),
+#                                 test (run, batch and what tests need), verify (all: VTK, PyVista and NGSolve too),
 #                                 program (compiler, libraries and a Python, without its packages)
 #     tools/setup.sh valgrind     what test needs, and some package of the distribution, such as valgrind or flang-19
 #     tools/setup.sh --check      only list what is missing; exit code 1 if anything is

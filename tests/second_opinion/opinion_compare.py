@@ -1,21 +1,23 @@
 """Columns of the program beside what finite elements say of them.
 
-Two numbers agree where they differ by no more than both errors. That of the program is its own column `_error`; where it has none, SETTLED times what the number changes by with cells
-of half the size. That of the elements is what the last order and the rings make of it, with a floor.
+Two numbers agree where they differ by no more than both errors. That of the program is its own column `_error`; where it has none, SETTLED times what the number changes by with
+cells of half the size, and a part of the largest value of its kind. That of the elements is what the last order and the rings make of it, with a floor.
 """
 
 from dataclasses import dataclass
 
-import opinion_integrals as integrals
+import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
+import opinion_integrals as integrals
 from opinion_mesh import build
 from opinion_scene import Outside, distance
 from opinion_solve import Problem
 
-SETTLED = 3.0
+SETTLED, COARSE = 3.0, 0.01    # and by this part of the largest value of that kind, as differences of few cells tell little
 FLOOR = 1e-5            # of the own error, over the value
 NOTHING = 1e-9          # over the largest value of that kind: rounding
+BESIDE = 2.0            # distance of a tip within which no stress or strain is judged [cells]
 FACE = 2e-3             # beside a crack, from where values are continued to its faces [cells]
 
 
@@ -46,7 +48,7 @@ class Answer:
         for keys in scene.probes:
             try:
                 self.probe(keys)
-            except (Outside, ng.NgException) as reason:
+            except (Outside, RuntimeError, netgen.NgException) as reason:    # the last is of a point in no element
                 self.unknown[keys["name"]] = str(reason)
 
     def add(self, column, kind, value, unit, scale=0.0):
@@ -114,14 +116,14 @@ class Answer:
         scene, solution, force = self.scene, self.solution, self.scene.force
         eigen = any(np.any(body.eigenstrain) for body in scene.bodies)
         if solution.singular:
-            self.unknown["energies"] = "a point carries a load"
-        else:
-            self.add("strain_energy", "energy", solution.strain_energy, force * scene.cell, solution.strain_energy)
-            if not eigen:
-                self.add("external_work", "work", solution.external_work, force * scene.cell, solution.strain_energy)
+            self.unknown["energies, reactions"] = "a point carries a load"
+            return
+        self.add("strain_energy", "energy", solution.strain_energy, force * scene.cell, solution.strain_energy)
+        if not eigen:
+            self.add("external_work", "work", solution.external_work, force * scene.cell, solution.strain_energy)
         acting = [np.abs(load.value * load.factors[-1]).max() for load in scene.loads if load.kind in ("traction", "point", "body")]
         acting += [abs(value) for one in solution.reactions.values() for value in one.values()]
-        scale = max(acting, default=0.0)
+        scale = max([*acting, solution.strain_energy / self.size])
         for number, reaction in solution.reactions.items():
             name = scene.holds[number].name
             for c, value in reaction.items():
@@ -132,7 +134,9 @@ class Answer:
         """The columns of a probe."""
         scene, solution, name = self.scene, self.solution, keys["name"]
         wanted = keys["quantity"] if isinstance(keys["quantity"], list) else [keys["quantity"]]
-        loose = solution.floats or solution.singular
+        if solution.singular:
+            raise Outside("a point carries a load")
+        loose = solution.floats
         u = ng.CF((solution.ux, solution.uy))
         if "at" in keys:
             at = (np.reshape(keys["at"], (-1, 2)) - scene.origin) / scene.cell
@@ -145,8 +149,11 @@ class Answer:
             points = at if len(at) == 1 else at[0] + np.linspace(0.005, 0.995, 100)[:, None] * (at[1] - at[0])
             if any(scene.material_at(p) is None for p in (points if wanted != ["strain"] else at)):
                 raise Outside("a probe beside the material")
+            near = min((np.linalg.norm(p - tip.place) for p in points for one in scene.cracks for tip in one.tips), default=np.inf)
             for quantity in wanted:
-                if quantity == "strain" and len(at) == 2:
+                if quantity in ("stress", "strain") and near < BESIDE and not (quantity == "strain" and len(at) == 2):
+                    self.unknown[f"{quantity}_{name}"] = "a probe next to a tip"
+                elif quantity == "strain" and len(at) == 2:
                     way = at[1] - at[0]
                     ends = [solution.at(u, p) for p in at]
                     if not solution.floats:
@@ -193,7 +200,7 @@ class Answer:
             if not symmetric:
                 self.add(f"sliding_{name}", "opening", slid, scene.cell, self.size)
         if "volume" in wanted and not scene.ring:
-            number = scene.cracks.index(crack)
+            number = next(k for k, one in enumerate(scene.cracks) if one is crack)
             if symmetric:
                 raise Outside("volume on a symmetry plane")
             n, region = ng.specialcf.normal(2), self.mesh.boundaries(lambda key: key[2] == number)
@@ -221,14 +228,14 @@ def table(found, row, finer_row):
             continue
         name, _, tip = column.partition("_tip")
         bar = row.get(f"{name}_error" + (f"_tip{tip}" if tip else ""))
-        its = abs(row[column]) if kind.startswith("G_") else row[column]
+        its = abs(row[column]) if kind.startswith("G") else row[column]           # parts have the sign of their K, and so has G by closure
         has_bar = bar is not None and not np.isnan(bar)
         if not has_bar and kind in ("J", "G", "K_I", "K_II") or kind.startswith("G_") and not has_bar:
             continue
         if not has_bar:
             if column not in finer_row:
                 continue
-            bar = SETTLED * abs(finer_row[column] - its)
+            bar = SETTLED * abs(finer_row[column] - its) + COARSE * abs(scale)
         off = abs(its - value)
         verdict = "agree" if off <= bar + error + NOTHING * abs(scale) else "disagree"
         rows.append(Row(column, kind, its, bar, value, error, has_bar, verdict))

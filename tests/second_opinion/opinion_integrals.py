@@ -140,20 +140,19 @@ class Disc:
         for mode in (0, 1):
             a, da = unit_field(compliance, material.isotropic, mode, *off)
             a, da = axes.T @ a, np.einsum("ai,abn,bk->ikn", axes, da, axes)
-            strain = np.array([da[0, 0], da[1, 1], a[0] / self.rho if self.scene.ring else 0 * a[0], da[0, 1] + da[1, 0]])
-            sa = np.einsum("ijn,jn->in", self.stiffness, strain)
-            a1, w = np.einsum("ikn,k->in", da, e), (s * strain).sum(0)
+            flat = np.array([da[0, 0], da[1, 1], 0 * a[0], da[0, 1] + da[1, 0]])
+            sa, hoop = np.einsum("ijn,jn->in", self.stiffness, flat), a[0] / self.rho if self.scene.ring else 0 * a[0]
+            a1, w = np.einsum("ikn,k->in", da, e), (s * flat).sum(0) + s[2] * hoop
             flow = (s[0] * a1[0] + s[3] * a1[1] + sa[0] * along[0] + sa[3] * along[1]) * dq[0]
             flow += (s[3] * a1[0] + s[1] * a1[1] + sa[3] * along[0] + sa[1] * along[1]) * dq[1] - w * (e @ dq)
             lack = np.array([sa[0] * self.grade_vector[0] + sa[3] * self.grade_vector[1], sa[3] * self.grade_vector[0] + sa[1] * self.grade_vector[1]])
             inside = -(self.force * a1).sum(0) + (sa * self.free_change).sum(0) - self.grade * w + (lack * along).sum(0)
             total = (flow + q * inside) * self.rho
             if self.scene.ring:
-                r = self.rho
-                hoop = np.array([da[0, 0] / r - a[0] / r**2, da[0, 1] / r])
-                c = self.stiffness[:, 2]
-                d = [r * (c[0] * hoop[0] + c[3] * hoop[1]) + sa[0], r * (c[3] * hoop[0] + c[1] * hoop[1]) + sa[3]]
-                total += q * (s[2] * a[0] * e[0] / r + d[0] * along[0] + d[1] * along[1] - w * e[0] - sa[2] * (along[0] - self.u[0] * e[0] / r))
+                by_hoop = self.stiffness[:, 2]                                  # stress for each hoop strain, of which that in the plane is taken out of `sa`: faces are free of it
+                held = by_hoop[0] * self.gradient[0, 0] + by_hoop[1] * self.gradient[1, 1] + by_hoop[3] * (self.gradient[0, 1] + self.gradient[1, 0])
+                total += held * (a[0] * (e @ dq) + (a1[0] + self.grade * a[0]) * q)
+                total += q * (s[2] * hoop * e[0] + sa[0] * along[0] + sa[3] * along[1] - w * e[0] - (sa[2] + by_hoop[2] * hoop) * (along[0] - self.u[0] * e[0] / self.rho))
             total += self.pressed(a1, da[0, 0] + da[1, 1], a1[0], q, dq)
             found.append(float(total @ self.weight) / self.size)
         return np.linalg.solve(2 * release(compliance, material.isotropic), found)

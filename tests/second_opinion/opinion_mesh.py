@@ -17,6 +17,7 @@ from opinion_scene import FAR, NEAR, Outside, crossings, distance
 
 COARSE, CORNER, GRADING = 1 / 7, 0.03, 0.35   # largest elements over the scene, those at corners and ends of loads, how fast they grow
 SHARP = 5e-4                                  # those where stress has no bound: ends of supports, point loads, corners between bodies and that are no convex ones
+AXIS = "axis"                                 # in place of an arc: edges around which material is
 ON_ARC = 0.3                                  # elements on a circle over its radius
 IN_RING = 0.25                                # elements around a tip over the distance
 TIP = 2e-4                                    # elements at a tip over what fits around it
@@ -28,7 +29,7 @@ class Mesh:
 
     elements: ng.Mesh
     parts: list            # of materials: (number of the body, numbers of holds, numbers of body loads)
-    edges: list            # of boundaries: (numbers of holds, numbers of loads, crack or None, 'left' or 'right', arc or None)
+    edges: list            # of boundaries: (numbers of holds, numbers of loads, crack or None, 'left' or 'right', arc, AXIS or None)
     rooms: list            # of tips: radius without anything but the crack; None where it cannot be measured in one material
     seams: list            # of tips: whether it runs between two bodies
     nodes: np.ndarray
@@ -86,7 +87,7 @@ class Geometry:
             if body.at:
                 along = FAR * np.array([-body.direction[1], body.direction[0]])
                 lines += [(at * body.direction - along, at * body.direction + along) for at in body.at]
-        extra = [Segment((*a, 0), (*b, 0)) * material for a, b in lines]
+        extra = [line for line in (Segment((*a, 0), (*b, 0)) * material for a, b in lines) if len(line.edges)]
         extra += [Vertex((*one.lower, 0)) for one in self.boxes if is_point(one) and scene.material_at(one.lower) is not None]
         self.shape = Glue([*self.faces, *extra]) if extra else material
 
@@ -312,6 +313,8 @@ def edge_key(ends, is_outer, crack, middle, scene, arcs):
                 at = centre + radius * (at - centre) / np.linalg.norm(at - centre)
     if crack is not None:
         return (), (), crack, "left" if left_of(middle, scene.cracks[crack]) else "right", None
+    if scene.ring and max(ends[:, 0]) < NEAR:
+        arc = AXIS
     holds = tuple(k for k, one in enumerate(scene.holds) if within(at, one.lower, one.upper))
     loads = tuple(k for k, one in enumerate(scene.loads) if is_outer and one.kind in ("traction", "pressure") and within(at, one.lower, one.upper))
     return holds, loads, None, "", arc

@@ -199,7 +199,7 @@ def factor(keys, time):
         part = min(t / keys["rise_time"], 1.0)
         return part**3 * (10 - 15 * part + 6 * part * part) if kind == "smooth_ramp" else part
     if kind == "sine":
-        return math.sin(2 * math.pi * keys["frequency"] * t)
+        return round(math.sin(2 * math.pi * keys["frequency"] * t), 13)          # 0 where it is but for rounding
     return float(np.interp(t, listed(keys["times"]), listed(keys["factors"])))
 
 

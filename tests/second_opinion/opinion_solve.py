@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import ngsolve as ng
 import numpy as np
-from opinion_mesh import is_point
+from opinion_mesh import AXIS, is_point
 from ngsolve import x, y
 from opinion_scene import Outside
 
@@ -19,6 +19,8 @@ def chain(scene, body, factors, exponential):
     """The factor of a graded body as a function of place, and its slope along the direction of the body (of its logarithm where it is exponential)."""
     if not factors:
         return ng.CF(1.0), ng.CF(0.0)
+    if len(set(factors)) == 1:                                 # NGSolve takes exp(0) of a function that is 0 all over for 0
+        return ng.CF(float(factors[0])), ng.CF(0.0)
     s = body.direction[0] * x + body.direction[1] * y
     values = [math.log(f) for f in factors] if exponential else list(factors)
     value, slope = ng.CF(values[-1]), ng.CF(0.0)
@@ -96,7 +98,7 @@ class Problem:
     def __init__(self, scene, mesh, order):
         self.scene, self.mesh, self.fields = scene, mesh, Fields(scene, mesh)
         mesh.elements.UnsetDeformation()
-        arcs = {f"b{k}": self.to_arc(key[4]) for k, key in enumerate(mesh.edges) if key[4] is not None}
+        arcs = {f"b{k}": self.to_arc(key[4]) for k, key in enumerate(mesh.edges) if key[4] not in (None, AXIS)}
         self.keep = None
         if arcs:
             self.keep = ng.GridFunction(ng.VectorH1(mesh.elements, order=order))
@@ -113,8 +115,7 @@ class Problem:
         self.form += ng.InnerProduct(fields.stiffness * strain, self.virtual) * fields.weight * ng.dx(bonus_intorder=2)
         self.form.Assemble()
         self.half = one.ndof
-        self.free = ng.BitArray(self.space.ndof)
-        self.free.Set()
+        self.free = ng.BitArray(self.space.FreeDofs())       # not those of nodes that no element has
 
     def to_arc(self, number):
         """From a chord to its arc."""
@@ -206,13 +207,12 @@ class Problem:
             for c in hold.components:
                 fix(bits, c)
                 rows += [(c, *place) for place in ([hold.middle] if turns else nodes[held])]
+            for other, (nodes_of, turned) in zip(self.scene.holds, found):
+                if set(other.components) & set(hold.components) and set(nodes_of) & set(held) and (turns or turned or np.any(other.moved != hold.moved)):
+                    raise Outside("supports that share nodes and do not move alike")
             found.append((held, turns))
         if self.scene.ring:
-            axis = [n for n in range(len(nodes)) if nodes[n][0] < 1e-9]
-            if axis:
-                region = self.mesh.elements.Boundaries("|".join({self.mesh.elements.GetBoundaries()[el.index] for el in self.mesh.elements.Elements(ng.BND)
-                                                                 if all(nodes[v.nr][0] < 1e-9 for v in el.vertices)}))
-                fix(space.GetDofs(region), 0)
+            fix(space.GetDofs(self.mesh.boundaries(lambda key: key[4] == AXIS)), 0)
         middle = nodes.mean(0)
         modes = np.array([[c == 0, c == 1, (-(py - middle[1]) if c == 0 else px - middle[0])] for c, px, py in rows], float).reshape(-1, 3)
         if self.scene.ring:
@@ -310,7 +310,7 @@ class Problem:
                     f.data += float(factors[step]) * df
             states.append((u, r, f, [hold.factors[step] for hold in scene.holds]))
         u, r, _, _ = states[-1]
-        largest = max([np.abs(one[2].FV().NumPy()).sum() for one in states] + [np.abs(r.FV().NumPy()).max(), 1e-300])
+        largest = max([np.abs(one.FV().NumPy()).sum() for one in [state[2] for state in states] + [thermal] * (thermal is not None)] + [np.abs(r.FV().NumPy()).max(), 1e-300])
         if any(abs(r[n + c * self.half]) > BALANCED * largest for n, c in self.pins):
             raise Outside("loads that nothing balances")
         work = 0.0
