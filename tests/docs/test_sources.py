@@ -7,7 +7,7 @@ import pytest
 from paths import ROOT
 
 DEFINITION = re.compile(r"(?!end|!)(?:(?:pure|elemental|recursive|integer|logical|character|real|type)(?:\([^)]*\))? +)*"
-                        r"(?:(?:subroutine|function|module|program) (\w+)|type(?:, *\w+)* *:: *(\w+))")
+                        r"(?:(?:subroutine|function|module|program) (?!procedure\b)(\w+)|type(?:, *\w+)* *:: *(\w+))")
 SOURCES = sorted((ROOT / "src").glob("**/*.f90"))
 FOREIGN = re.compile(r"^ *interface *$.*?^ *end interface *$", re.MULTILINE | re.DOTALL)
 
