@@ -293,7 +293,7 @@ $(UNIT_PROGRAMS): $(call objects,$(UNIT_TOOLS))
 $(filter-out $(PROGRAM),$(PROGRAMS)): $(O)/%: $(O)/%.o
 $(PROGRAMS): $(LIBRARY)
 	$(call say,$@)
-	$(quietly){ $(if $(with),$(FC) $(FLAGS) -o $@ $^ $(with) 2> $@.log || )$(FC) $(FLAGS) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK) 2> $@.log; }; \
+	$(quietly){ $(if $(with),$(FC) $(filter-out -J%,$(FLAGS)) -o $@ $^ $(with) 2> $@.log || )$(FC) $(filter-out -J%,$(FLAGS)) -o $@ $^ $(HDF5_LINK) $(ALGEBRA_LINK) 2> $@.log; }; \
 		status=$$?; cat $@.log >&2; exit $$status
 
 # All laws, indicators, integrators and estimators are given what one of them needs
