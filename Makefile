@@ -318,9 +318,11 @@ $(O)/%.o: %.f90 $(O)/flags
 	$(call say,$(counted)$(FC) $<)
 	$(quietly)$(FC) $(FLAGS) $(level) $(dimensions) $(stack) $(unused) -c -o $@ $< $(noting)
 
+# `+` hands on the jobs of make, and runs the command in a dry run, too
+is_dry := $(findstring n,$(firstword -$(MAKEFLAGS)))
 $(O)/kernels.o: $(KERNELS) $(OFTEN)
 	$(call say,$@)
-	+$(quietly)$(FC) $(FLAGS) $($(build)_often) -fPIE --param inline-unit-growth=100 -flto=auto -r -flinker-output=nolto-rel -o $@ $^ $(noting)
+	+$(quietly)$(if $(is_dry),true || )$(FC) $(FLAGS) $($(build)_often) -fPIE --param inline-unit-growth=100 -flto=auto -r -flinker-output=nolto-rel -o $@ $^ $(noting)
 
 $(O)/processor.o: src/processor.c $(O)/flags
 	$(call say,$(counted)$(FC) $<)
