@@ -1,5 +1,5 @@
 # Functions of tools/bare_root.sh and tools/wheel.sh: a Debian that has nothing else, in the folder $bare. Of this machine nothing is mounted in it:
-# it has the devices that debootstrap makes, and in a mount namespace that ends with each command a fresh /proc and /dev/shm.
+# it has the devices that debootstrap makes, and in a mount namespace that ends with each command a fresh /proc, /dev/shm and /dev/pts.
 
 fail() {
     echo "${0##*/}: $1" >&2
@@ -29,7 +29,7 @@ mirror() { apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | 
 # A command in a root: inside ROOT COMMAND...
 inside() {
     unshare --mount --pid --fork --propagation private sh -c 'mount -t proc proc "$1/proc" && mkdir -p "$1/dev/shm" && mount -t tmpfs -o size=2g tmpfs "$1/dev/shm" &&
-        bare=$1 && shift && exec chroot "$bare" "$@"' sh "$1" \
+        mkdir -p "$1/dev/pts" && mount -t devpts -o newinstance,ptmxmode=0666 devpts "$1/dev/pts" && bare=$1 && shift && exec chroot "$bare" "$@"' sh "$1" \
         /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 ${PIP_CERT:+PIP_CERT="$PIP_CERT"} sh -c 'shift && exec "$@"' sh "$@"
 }
 
