@@ -77,7 +77,7 @@ set -e
 export DEBIAN_FRONTEND=noninteractive
 apt-get -qq install -y --no-install-recommends $packages python3 python3-venv ca-certificates
 make -C /source install PREFIX=/opt/hampm
-cd /tmp
+cd "\$(mktemp -d)"
 mv /source /source.away
 /opt/hampm/bin/hampm /opt/hampm/share/hampm/input/edge_crack.nml --quiet
 /opt/hampm/bin/hampm-tool tabulate edge_crack.h5 --column J

@@ -163,4 +163,5 @@ def test_a_bare_root_is_removed_only_where_nothing_is_mounted_below_it():
     assert text.count("rm -rf") == 1 and text.index('[ -n "$(mounted)" ]') < text.index("rm -rf --one-file-system")
     mounts = [line.strip() for line in text.splitlines() if re.search(r"\bmount -", line)]
     assert mounts and all("unshare --mount --pid --fork" in text[:text.index(line)] + line for line in mounts)
-    assert all(kind in ("proc", "tmpfs") for kind in re.findall(r"mount -t (\w+)", text))
+    assert "mount -t devpts" not in text or "mount -t devpts -o newinstance" in text
+    assert all(kind in ("proc", "tmpfs", "devpts") for kind in re.findall(r"mount -t (\w+)", text))
