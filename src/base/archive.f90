@@ -1,6 +1,5 @@
-!> Something in which a run keeps, item by item, what it has to remember: one list of items serves for writing and for reading,
-!> where each item gets the value that it had. Types keep themselves in an archive, whatever it is; `hampm_checkpoint` is one, a
-!> file.
+!> Store of the items that a run has to save: one list of items serves writing and reading, where each item gets its stored value.
+!> Types list their items without knowing the kind of store; `hampm_checkpoint` is one, a file.
 module hampm_archive
    use hampm_kinds, only: dp, long
    use hampm_column_visitor, only: column_visitor_t
@@ -61,7 +60,7 @@ module hampm_archive
          character(*), intent(in) :: name
       end subroutine section
 
-      !> Fail because what was read cannot be right.
+      !> Report that the values read cannot be right.
       subroutine refuse(self, why)
          import :: archive_t
          class(archive_t), intent(inout) :: self

@@ -6,7 +6,7 @@ module hampm_column_visitor
    private
    public :: column_visitor_t
 
-   !> What is to be done with each column, whatever it means.
+   !> Action on each column, independent of its meaning.
    type, abstract :: column_visitor_t
       character(name_len) :: name = ''                  !! of the field that is visited
    contains

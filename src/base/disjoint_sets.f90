@@ -26,7 +26,7 @@ contains
       sets%next = [(k, k=1, n)]
    end subroutine singletons
 
-   !> Make one set of those of `a` and `b`; the way from these to its least member becomes short.
+   !> Merge the sets of `a` and `b`; the paths from both to the least member become short.
    pure subroutine join(self, a, b)
       class(disjoint_sets_t), intent(inout) :: self
       integer, intent(in) :: a, b

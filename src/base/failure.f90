@@ -12,10 +12,10 @@ module hampm_failure
    integer, parameter :: exit_file = 4        !! a file could not be read or written
    integer, parameter :: exit_stopped = 5     !! the run was asked to stop before its end, and can be resumed
 
-   !> Whether something has failed, and what the user is told.
+   !> Whether something has failed, and the message to the user.
    type :: failure_t
       integer :: code = exit_done               !! exit code of the program, `exit_done` while nothing failed
-      character(:), allocatable :: message      !! what, where, and what would be right; may have several lines
+      character(:), allocatable :: message      !! the error, its place and the remedy; may have several lines
       character(:), allocatable :: records      !! the same as items of an array of JSON
    contains
       procedure :: failed
@@ -34,7 +34,7 @@ contains
    pure subroutine report(self, code, message, records)
       class(failure_t), intent(inout) :: self
       integer, intent(in) :: code               !! one of the exit codes
-      character(*), intent(in) :: message       !! what happened, where, what would be right
+      character(*), intent(in) :: message       !! the error, its place and the remedy
       character(*), intent(in), optional :: records !! the same as items of an array of JSON, where more is known than the message
       if (.not. allocated(self%records)) self%records = ''
       if (present(records)) then

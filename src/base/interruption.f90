@@ -1,9 +1,8 @@
-!> When a run writes checkpoints, and why it stops before its end: at a limit that the user gave, or by a signal of a user or
-!> a batch system.
+!> When a run writes checkpoints, and why it stops before its end: a limit given by the user, or a signal of a user or a batch
+!> system.
 !>
-!> Signals with which a user or a batch system asks the program to stop. The first one is remembered, to be looked at where the run
-!> can be stopped well. A second SIGINT, by which an impatient user means it, ends the program at once. Others may come again, as
-!> Slurm and srun each send a SIGTERM at the limit of time: the run still has the time to write a checkpoint.
+!> The first signal is stored; the run reads it where it can be stopped safely. A second SIGINT ends the program at once. Other
+!> signals may repeat, as Slurm and srun each send a SIGTERM at the time limit: the run still has the time to write a checkpoint.
 module hampm_interruption
    use, intrinsic :: iso_c_binding, only: c_funptr, c_funloc, c_int, c_intptr_t
    use hampm_kinds, only: dp, long
@@ -12,18 +11,18 @@ module hampm_interruption
    private
    public :: interruption_t
 
-   !> A signal that is looked out for.
+   !> A signal that the program catches.
    type :: signal_t
       integer(c_int) :: number
       character(8) :: name
    end type signal_t
 
-   ! The numbers are those of Linux on x86 and ARM
+   ! Numbers of Linux on x86 and ARM
    type(signal_t), parameter :: watched(*) = [signal_t(1, 'SIGHUP'), signal_t(2, 'SIGINT'), signal_t(10, 'SIGUSR1'), &
                                               signal_t(12, 'SIGUSR2'), signal_t(15, 'SIGTERM'), signal_t(24, 'SIGXCPU')]
    integer(c_int), parameter :: by_keyboard = 2        !! SIGINT
    integer(c_int), parameter :: file_too_large = 25    !! SIGXFSZ: a write beyond the limit of the size of files
-   integer(c_intptr_t), parameter :: by_default = 0, ignored = 1    !! what C calls SIG_DFL and SIG_IGN
+   integer(c_intptr_t), parameter :: by_default = 0, ignored = 1    !! SIG_DFL and SIG_IGN of C
 
    integer(c_int), volatile, save :: caught = 0        !! the first signal that has come, 0 for none
 
@@ -109,8 +108,8 @@ contains
       seconds = real(now - earlier, dp)/real(rate, dp)
    end function seconds_since
 
-   !> Watch for signals from now on, but for those that the program was started to ignore, as by nohup. A write that exceeds the
-   !> allowed size of a file is to fail and not to kill.
+   !> Watch for signals from now on, except those that the program was started to ignore, as by nohup. A write beyond the size limit
+   !> of files fails then and does not end the program.
    subroutine watch_signals()
       type(c_funptr) :: before
       integer :: k
@@ -131,7 +130,7 @@ contains
       end do
    end function stop_signal
 
-   !> What happens when a signal comes.
+   !> Store the number of a signal: the handler of all.
    subroutine note_signal(number) bind(c)
       integer(c_int), value :: number
       type(c_funptr) :: before

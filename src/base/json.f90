@@ -1,4 +1,4 @@
-!> JSON, for programs that read what hampm says: values as text, and members and items, of which objects and arrays are made.
+!> JSON for programs that read the output of hampm: values as text, members and items, the parts of objects and arrays.
 module hampm_json
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use hampm_kinds, only: dp
@@ -119,7 +119,7 @@ contains
       json = '['//items(len(separator) + 1:)//']'
    end function array
 
-   !> What is to be said of a model, as an item: `file` and `line` or `option`, `group`, `key`, `value` and `reason`, those that are known.
+   !> A message on a model as an item: `file` and `line` or `option`, `group`, `key`, `value` and `reason`, where known.
    pure function message_record(reason, location, group, key, value) result(json)
       character(*), intent(in) :: reason
       character(*), intent(in) :: location       !! 'case.nml:12', 'case.nml' or '--set group.key=value'

@@ -29,7 +29,7 @@ module hampm_key_rows
    type :: group_t
       character(name_len) :: name
       logical :: repeats                           !! whether it may stand several times
-      integer :: presence                          !! what its absence means: `is_required`, `is_assumed`, `is_optional`
+      integer :: presence                          !! meaning of its absence: `is_required`, `is_assumed`, `is_optional`
       character(96) :: meaning
       logical :: is_apart = .false.                !! whether it goes with other choices than those of the template only
    end type group_t

@@ -8,7 +8,7 @@ module hampm_kinds
    integer, parameter :: dp = real64     !! kind of every real number
    integer, parameter :: long = int64    !! kind of counters that outgrow 2**31
    integer, parameter :: ndim = DIMENSIONS !! of space: 2 or, in the build for solids, 3
-   integer, parameter :: plane = 2       !! those of a plane: of what is there in plane models only
+   integer, parameter :: plane = 2       !! dimensions of a plane, for parts that only plane models have
    integer, parameter :: corners = 2**ndim !! corners of a cell
    integer, parameter :: neighbours = 3**ndim !! nodes of the cells around a node, where all have the same size and no cut ends
    integer, parameter :: name_len = 64   !! longest name or keyword in an input file

@@ -1,5 +1,5 @@
 !> Large arrays in large pages of memory, where the system has them: a pass over the particles reads from many places, and each page
-!> that it touches has to be looked up.
+!> that it touches needs an address translation.
 module hampm_large_pages
    use, intrinsic :: iso_c_binding, only: c_int, c_size_t, c_intptr_t, c_loc
    use hampm_kinds, only: dp

@@ -1,5 +1,5 @@
-!> A table that numbers integer places in the order in which they are first met: open addressing with linear probing. Where most are the corners
-!> of a lattice, an array has the numbers of these.
+!> A table that numbers integer places in the order of first occurrence, by open addressing with linear probing. Where most places
+!> are corners of a lattice, an array has their numbers.
 module hampm_place_table
    use hampm_kinds, only: ndim, long
    implicit none
@@ -9,7 +9,7 @@ module hampm_place_table
    !> The places met so far, and where their numbers are found.
    type :: place_table_t
       integer :: n = 0                                  !! places numbered so far
-      integer, allocatable, private :: corner(:)        !! number of each corner of the lattice, 0 where it has none yet, row by row from 0 on
+      integer, allocatable, private :: corner(:)        !! number of each lattice corner, row by row from 0 on; 0 if none
       integer, private :: extent(ndim) = 0              !! corners of the lattice in each direction
       integer, private :: bits = 0                      !! binary logarithm of its width
       integer, private :: seated = 0                    !! places that are no such corners

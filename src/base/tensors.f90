@@ -1,4 +1,4 @@
-!> Small tensors: of the dimension of the model, and those of space, in which material laws are written.
+!> Small tensors: of the dimension of the model, and of three-dimensional space, for material laws.
 module hampm_tensors
    use hampm_kinds, only: dp, ndim
    implicit none
@@ -14,7 +14,7 @@ module hampm_tensors
    integer, parameter :: both(13) = [1, 3, 3, 2, 1, 4, 5, 4, 2, 6, 5, 6, 3]
    integer, parameter :: voigt(ndim, ndim) = reshape(both(4*ndim - 7:), [ndim, ndim]) !! number of each component
    integer, parameter :: n_symmetric = 2*ndim    !! components of a symmetric tensor that are not zero by the dimension of the model
-   integer, parameter :: n_deviator = n_symmetric - 1 !! of one without a trace, by which the last follows
+   integer, parameter :: n_deviator = n_symmetric - 1 !! components of a deviator: the last follows from the trace
    integer, parameter :: row(6) = [1, 2, 1, merge(3, 1, ndim == 2), 2, 3], column(6) = [1, 2, 2, 3, 3, 3] !! of components
 
    interface norm
@@ -23,7 +23,7 @@ module hampm_tensors
 
 contains
 
-   !> Length of a vector. That of the compiler, `norm2`, has other last digits in other units: it scales by components from 1 on.
+   !> Length of a vector. The last digits of the intrinsic `norm2` depend on the units: it scales by components from 1 on.
    pure real(dp) function norm_of_vector(x) result(norm)
       real(dp), intent(in) :: x(:)
       norm = sqrt(sum(x**2))
@@ -130,7 +130,7 @@ contains
       symmetric = (t + transpose(t))/2
    end function symmetric
 
-   !> What a tensor of space has beside its mean normal component.
+   !> A tensor of space less its mean normal component.
    pure function deviator(t)
       real(dp), intent(in) :: t(space, space)
       real(dp) :: deviator(space, space)

@@ -84,7 +84,7 @@ contains
       if (number < 0) sign = '-'
       text = sign//'inf'
       if (.not. ieee_is_finite(number)) return
-      least = merge(14, 0, abs(number) >= tiny(number))  ! 15 digits of a number that fewer tell, unless it is denormal, end in zeros
+      least = merge(14, 0, abs(number) >= tiny(number))  ! 15 digits end in zeros where fewer digits are exact, unless denormal
       if (abs(number) > 0.5_dp*huge(number)) least = 16  ! rounded up, it would overflow
       do decimals = least, 16
          write (form, '(a,i0,a)') '(es32.', decimals, 'e3)'
@@ -208,7 +208,7 @@ contains
 
    contains
 
-      !> Whether the letters that end here are those of the other word in the other order.
+      !> Whether the last two letters of both words are swapped.
       pure logical function swapped(i, j)
          integer, intent(in) :: i, j
          swapped = .false.
@@ -240,7 +240,7 @@ contains
       if (abs(x) > 0) text = to_text(decimal(x, 10.0_dp**(10 - digits)*abs(x)))
    end function digits_text
 
-   !> A number rounded to the 13 leading digits of a scale: what is beyond is the rounding of what it was found from.
+   !> A number rounded to the 13 leading digits of a scale; the digits beyond are rounding of its operands.
    elemental real(dp) function without_rounding(x, scale)
       real(dp), intent(in) :: x
       real(dp), intent(in) :: scale              !! not below 0, in the unit of x
@@ -260,7 +260,7 @@ contains
       text = text(:max(len(text) - len(separator), 0))
    end function joined
 
-   !> A position as text, without the roundings of what it was found from.
+   !> A position as text, without the rounding of its operands.
    pure function point_text(point) result(text)
       real(dp), intent(in) :: point(:)
       character(:), allocatable :: text

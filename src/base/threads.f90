@@ -60,7 +60,7 @@ module hampm_threads
 
 contains
 
-   !> Use the threads that are wanted, or where that is 0 those of the environment. Fails where the system does not start as many.
+   !> Use the wanted number of threads; 0 takes the number of the environment. Fails where the system cannot start as many.
    subroutine check_threads(wanted, failure)
       integer, intent(in) :: wanted
       type(failure_t), intent(inout) :: failure
@@ -72,7 +72,7 @@ contains
                           ': use fewer (--threads, OMP_NUM_THREADS), or allow more processes or memory (ulimit -u, ulimit -v)')
    end subroutine check_threads
 
-   !> What the user should know where more threads are wanted than there are processors: each step all wait for the one that has none.
+   !> A warning where more threads are wanted than there are processors: in each step all threads wait for one without a processor.
    function surplus_threads(wanted) result(warning)
       integer, intent(in) :: wanted
       character(:), allocatable :: warning
@@ -82,8 +82,8 @@ contains
                    'every step: --threads '//to_text(processor_count())//' is faster'
    end function surplus_threads
 
-   !> Use `wanted` threads from now on; 0 takes as many as the particles keep busy, up to the number of processors that are free now and
-   !> to that of the environment (OMP_NUM_THREADS).
+   !> Use `wanted` threads from now on; 0 takes as many as the particles keep busy, up to the number of free processors and to the
+   !> number of the environment (OMP_NUM_THREADS).
    subroutine use_threads(wanted, particles)
       integer, intent(in) :: wanted
       integer, intent(in) :: particles
@@ -116,8 +116,8 @@ contains
       text = to_text(thread_count())//' thread'//trim(merge(' ', 's', thread_count() == 1))//', '//reason
    end function thread_report
 
-   !> How many processors other processes leave free at this moment, 1 at least. All, where the system does not tell, or has given this process
-   !> some of its processors, of which it does not tell who else uses them.
+   !> Number of processors that other processes leave free now, 1 at least; all where the system does not tell, or where this
+   !> process has only some of the processors, whose load the system does not tell.
    integer function free_processors() result(free)
       integer, parameter :: processors_online = 84  ! _SC_NPROCESSORS_ONLN of Linux
       character(80) :: line                      ! mean loads, processes that run / all, last process: 0.20 0.18 0.12 1/80 11206
@@ -176,7 +176,7 @@ contains
       end do
    end function threads_that_start
 
-   !> What each thread does: it waits at the gate.
+   !> Body of each thread: it waits at the gate.
    type(c_ptr) function pass_gate(argument) bind(c, name='hampm_pass_gate')
       type(c_ptr), value :: argument
       integer(c_int) :: status

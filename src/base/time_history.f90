@@ -15,8 +15,8 @@ module hampm_time_history
       real(dp) :: frequency = 0                  !! of a sine [Hz]
       real(dp), allocatable :: times(:)          !! of a table, after `start`, ascending [s]
       real(dp), allocatable :: factors(:)        !! of a table [-]
-      real(dp) :: scale = 1                      !! by which all of it is multiplied
-      logical :: held = .false.                  !! whether it keeps this scale where cracks that grow at rest scale what drives them
+      real(dp) :: scale = 1                      !! factor of the whole history [-]
+      logical :: held = .false.                  !! whether `scale` stays where loads of quasi-static growth are scaled
    contains
       procedure :: scale_to
       procedure :: factor
@@ -30,7 +30,7 @@ contains
    !> Multiply all of it from now on, unless it is held.
    elemental subroutine scale_to(self, scale)
       class(time_history_t), intent(inout) :: self
-      real(dp), intent(in) :: scale              !! of what the model has, not of what is [-]
+      real(dp), intent(in) :: scale              !! relative to the input, not to the present scale [-]
       if (.not. self%held) self%scale = scale
    end subroutine scale_to
 
@@ -64,7 +64,7 @@ contains
       real(dp) :: t, early, a, b
       integer :: k
       t = time - self%start
-      early = max(0.0_dp, -self%start)           ! what a history that begins before the run has gone through
+      early = max(0.0_dp, -self%start)           ! duration of a history before the start of the run [s]
       integral = 0
       if (t <= early) return
       select case (self%kind)
@@ -109,7 +109,7 @@ contains
       smooth_integral = rise_time*x**4*(2.5_dp - x*(3 - x)) + max(0.0_dp, t - rise_time)
    end function smooth_integral
 
-   !> The time from which on the factor stays the same; huge where there is none [s].
+   !> Time from which on the factor is constant; huge if it never is [s].
    pure real(dp) function time_to_constant(self) result(time)
       class(time_history_t), intent(in) :: self
       time = self%start
@@ -123,7 +123,7 @@ contains
       end select
    end function time_to_constant
 
-   !> The factor of largest size that there ever is, with its sign, but for the scale [-].
+   !> Factor of largest magnitude, with its sign, without `scale` [-].
    pure real(dp) function largest_factor(self)
       class(time_history_t), intent(in) :: self
       largest_factor = 1

@@ -1,4 +1,4 @@
-!> The version of the program, written into every result and checkpoint: a number and, in parentheses, the commit that it was built from.
+!> Version of the program, written into every result and checkpoint: a number and, in parentheses, the commit of the build.
 !>
 !> Only the main program knows it, and says it as it begins, so that nothing else is compiled and linked anew with each commit.
 module hampm_version
