@@ -1,36 +1,15 @@
-!> Traction and separation of faces that cohesion holds together: irreversible, without rate, in mixed mode, whatever the way of the mode mix.
+!> Traction-separation law of crack faces: irreversible, rate-independent, in mixed mode, independent of the path of the mode mix.
 !>
-!> A curve of mode I, of straight parts, is given: tractions over openings, without their elastic part x = o/X, t = T/S_I with X = G_I/S_I. Its area is 1, and
-!> what faces have taken at a point of it, of all that they take, is p = (area up to x) - x t/2, in which x and t are linear along each part. p is
-!> the damage, kept at its largest so far; 1 is parted. All compliances are those of p, of sliding k times those of opening:
+!> Mode I is a piecewise linear curve without the elastic part of the openings: x = o/X, t = T/S_I, X = G_I/S_I, of area 1. The
+!> damage p = (area up to x) - x t/2 is the dissipated part of the toughness; its largest value is stored, 1 failed. Unloading is
+!> straight to the origin.
 !>
-!>    T_n = g_n/(e + c),   T_s = g_s/(k (e + c)),   c = G_I/S_I**2 x/t,   k = (G_II/S_II**2)/(G_I/S_I**2),
+!>    T_n = g_n/(e + c),   T_s = g_s/(k (e + c)),   c = G_I/S_I**2 x/t,   k = (G_II/S_II**2)/(G_I/S_I**2)
 !>
-!> so that with the opening lambda**2 = <g_n>**2 + g_s**2/k, <g> = max(g, 0), both modes have one law. e is the elastic compliance, and that of the layer
-!> of the cells, in series: it shears the curve, does not change its area, so that the layer, which a coarse mesh makes soft, costs no toughness, and
-!> gives the curve an end where it would turn back. Back to the origin the way is straight. Faces that overlap press on each other by the
-!> layer alone, whatever the damage.
-!>
-!> As p grows by dp faces take G dp, of which sliding has B = g_s**2/(k lambda**2), and p grows with
-!>
-!>    lambda = sqrt(G) (e t + G_I/S_I**2 x)/sqrt(G_I/S_I**2).
-!>
-!> In proportional motion G is the toughness of the mode mix G_c(B),
-!>
-!>    benzeggagh_kenane   G_c = G_I + (G_II - G_I) B**m
-!>    power               ((1 - B) G_c/G_I)**m + (B G_c/G_II)**m = 1,
-!>
-!> and the strength is sqrt(G_c S_I**2/G_I). Where B changes, G_c(B) would give the mean of the toughness along the way in place of the toughness of the mean mix, 4 % less
-!> in a beam whose arms slide on after they have opened. So G is what is left: of faces that have taken (W_I, W_II) and go on with B until
-!> their works fit, w in
-!>
-!>    W + w = G_c((W_II + w B)/(W + w)),   G = w/(1 - p),   W = W_I + W_II.
-!>
-!> G is constant as long as B is, and where p comes to 1 the works fit the criterion, whatever the way was. In a body that is
-!> its own mirror image in the crack, and linear, both works are the G_I and G_II of the loads. A step goes with the B of its end.
-!>
-!> Sources: Camanho & Davila, NASA TM 2002-211737 (mixed mode, power law); Turon, Camanho, Costa & Renart, Composite Structures 92 (2010), 1857 (a stiffness of
-!> sliding that lets strengths and toughnesses of both modes be given).
+!> e is the elastic compliance and that of the layer of the cells, in series: it shears the curve and keeps its area, so a coarse
+!> mesh changes no toughness. Theory: docs/explanation/cracks.md. Sources: Camanho & Davila, NASA TM 2002-211737 (mixed mode, power
+!> law); Turon, Camanho, Costa & Renart, Composite Structures 92 (2010), 1857 (stiffness of sliding from strengths and toughnesses
+!> of both modes).
 module hampm_cohesive_law
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm, in_plane
@@ -59,12 +38,12 @@ module hampm_cohesive_law
       procedure, private :: find_remaining
    end type cohesive_law_t
 
-   !> What a law answers, for each area of the faces.
+   !> Response of a law, per area of the faces.
    type :: cohesive_state_t
-      real(dp) :: traction(ndim) = 0             !! along the faces and across them, by which they resist [Pa]
+      real(dp) :: traction(ndim) = 0             !! resistance along the faces and across them [Pa]
       real(dp) :: tangent(ndim, ndim) = 0        !! its change with the opening [Pa/m]
-      real(dp) :: secant(ndim, ndim) = 0         !! of the way from the origin, symmetric: of the quadratic energy that is never less than that of the law
-                                                 !! and touches it here [Pa/m]
+      real(dp) :: secant(ndim, ndim) = 0         !! from the origin, symmetric; its quadratic energy is never below the law's
+                                                 !! and equal to it here [Pa/m]
       real(dp) :: damage = 0                     !! p
       real(dp) :: stored = 0                     !! [J/m2]
       real(dp) :: taken(2) = 0                   !! by opening and by sliding, since the last state that was kept [J/m2]
@@ -75,7 +54,7 @@ contains
    !> The law of some points of a curve of mode I: openings [m] and tractions [Pa], the last of which is 0.
    pure type(cohesive_law_t) function new_cohesive_law(openings, tractions, of_shear, by_power, exponent) result(law)
       real(dp), intent(in) :: openings(:), tractions(:)
-      real(dp), intent(in) :: of_shear(2)        !! strength [Pa] and toughness [J/m2] of mode II; 0: those of mode I
+      real(dp), intent(in) :: of_shear(2)        !! strength [Pa] and toughness [J/m2] of mode II; 0: as in mode I
       logical, intent(in) :: by_power
       real(dp), intent(in) :: exponent
       real(dp) :: strength(2), o(size(openings)) ! S_I and S_II [Pa]; openings without their elastic part [m]
@@ -110,7 +89,10 @@ contains
       end associate
    end function turns_back
 
-   !> Toughness of a mode mix, G_c(B) [J/m2].
+   !> Toughness of a mode mix [J/m2]; m is the exponent:
+   !>
+   !>    benzeggagh_kenane   G_c = G_I + (G_II - G_I) B**m
+   !>    power               ((1 - B) G_c/G_I)**m + (B G_c/G_II)**m = 1
    pure subroutine find_mode_mix(self, b, toughness, slope)
       class(cohesive_law_t), intent(in) :: self
       real(dp), intent(in) :: b                  !! B
@@ -131,7 +113,8 @@ contains
       end associate
    end subroutine find_mode_mix
 
-   !> What faces take from a damage on, over the damage that is left, if they go on with a mode mix: G [J/m2].
+   !> Dissipation from a damage on over the remaining damage, G = w/(1 - p) [J/m2], of faces that have dissipated W = W_I + W_II and
+   !> go on with the mode mix B until the sums satisfy the criterion: W + w = G_c((W_II + w B)/(W + w)). G is constant while B is.
    pure subroutine find_remaining(self, b, damage, taken, toughness, slope)
       class(cohesive_law_t), intent(in) :: self
       real(dp), intent(in) :: b                  !! B
@@ -162,7 +145,9 @@ contains
       slope = slope*toughness/((sum(taken) + w)*max(rate, steep))
    end subroutine find_remaining
 
-   !> What the faces answer to an opening after a damage.
+   !> Response of the faces to an opening after a damage. With lambda**2 = <g_n>**2 + g_s**2/k both modes have one law: as p grows
+   !> by dp the faces dissipate G dp, the part B = g_s**2/(k lambda**2) of it by sliding (B at the end of the step), where
+   !> lambda = sqrt(G) (e t + G_I/S_I**2 x)/sqrt(G_I/S_I**2). Closed faces press on each other by the layer alone, at any damage.
    pure type(cohesive_state_t) function respond(self, opening, layer, damage, taken) result(state)
       class(cohesive_law_t), intent(in) :: self
       real(dp), intent(in) :: opening(ndim)      !! along the faces and across them [m]

@@ -1,20 +1,13 @@
-!> Plasticity of metals at small strain: von Mises' yield condition, the associated flow rule, isotropic hardening by a line and, after Voce, to a
-!> limit, and linear kinematic hardening (Prager),
+!> Plasticity of metals at small strain: von Mises' yield condition, associated flow, isotropic hardening (linear and, after Voce,
+!> saturating) and linear kinematic hardening (Prager), integrated over a step by the implicit rule of Euler (radial return):
 !>
 !>    |s - q| <= sqrt(2/3) Y(alpha),   Y = yield_stress + hardening alpha + saturation (1 - exp(-alpha/saturation_strain)),
-!>    eps_p' = gamma' n,   alpha' = sqrt(2/3) gamma',   q = 2/3 kinematic eps_p,   n = (s - q)/|s - q|,
+!>    eps_p' = gamma' n,   alpha' = sqrt(2/3) gamma',   q = 2/3 kinematic eps_p,   n = (s - q)/|s - q|
 !>
-!> s being the deviator of stress = C (eps - eps_p), eps = sym(H), and alpha the equivalent plastic strain. Over a
-!> step the flow rule is integrated by the implicit rule of Euler, which returns the trial stress to the yield surface along its radius,
+!> s is the deviator of stress = C (eps - eps_p), eps = sym(H); alpha is the equivalent plastic strain. The back stress q stores the
+!> energy kinematic |eps_p|**2/3. A particle stores eps_p without its last component, and alpha. The stress of a state is elastic.
 !>
-!>    |s - q| of the trial - (2 mu + 2/3 kinematic) gamma - sqrt(2/3) Y(alpha + sqrt(2/3) gamma) = 0.
-!>
-!> The left side falls and is convex: Newton's iteration rises to its root, without Voce's term at once. The back stress q stores the energy
-!> kinematic |eps_p|**2/3.
-!>
-!> A particle keeps eps_p without its last component, and alpha. The stress of a state is elastic, C (eps - eps_p).
-!>
-!> Source: Simo & Hughes, Computational Inelasticity (1998), boxes 3.1 and 3.2, with the tangent consistent with them.
+!> Source: Simo & Hughes, Computational Inelasticity (1998), boxes 3.1 and 3.2, with the consistent tangent.
 module hampm_j2_plastic
    use hampm_kinds, only: dp
    use hampm_key_rows, only: key_t, type_real, positive, not_negative
@@ -40,14 +33,14 @@ module hampm_j2_plastic
             allowed=not_negative, only_with='law = ''j2_plastic''')]
 
    integer, parameter :: equivalent = n_deviator + 1 !! which state variable is alpha
-   real(dp), parameter :: rounding = 1.0e-13_dp  !! part of the yield stress by which a stress may be above it
-   integer, parameter :: most_iterations = 50    !! of an iteration that rises to its end
+   real(dp), parameter :: rounding = 1.0e-13_dp  !! largest excess of a stress over the yield stress, relative
+   integer, parameter :: most_iterations = 50    !! of an iteration that rises to its root
 
    type, extends(law_t) :: j2_plastic_t
       real(dp) :: lambda = 0, mu = 0             !! Lame constants [Pa]
       real(dp) :: yield_stress = 0               !! in uniaxial tension, at first [Pa]
-      real(dp) :: hardening = 0                  !! by which it rises with alpha, not negative [Pa]
-      real(dp) :: saturation = 0                 !! by which it rises in the end besides, not negative [Pa]
+      real(dp) :: hardening = 0                  !! rise of the yield stress with alpha, not negative [Pa]
+      real(dp) :: saturation = 0                 !! largest further rise of the yield stress, not negative [Pa]
       real(dp) :: saturation_strain = 1          !! alpha at which 1 - 1/e of that is reached [-]
       real(dp) :: kinematic = 0                  !! modulus of the back stress, not negative [Pa]
    contains
@@ -90,7 +83,7 @@ contains
       allocate (law, source=this)
    end subroutine new_j2_plastic
 
-   !> Let flow what flows in a step.
+   !> Plastic flow of a step.
    pure subroutine update(self, h, dt, state)
       class(j2_plastic_t), intent(in) :: self
       real(dp), intent(in) :: h(space, space)
@@ -187,7 +180,7 @@ contains
       beyond = x*beyond
    end function beyond
 
-   !> Return the trial stress of a step.
+   !> Return the trial stress: Newton's iteration for |s - q| of the trial - (2 mu + 2/3 kinematic) gamma - sqrt(2/3) Y = 0, convex.
    pure type(return_t) function returned(self, h, state) result(r)
       class(j2_plastic_t), intent(in) :: self
       real(dp), intent(in) :: h(space, space), state(:)

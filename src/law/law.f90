@@ -1,11 +1,11 @@
-!> What a material law is to the method: stress, energy, dissipation and tangent of material that is strained in space.
+!> Interface of a material law: stress, energy, dissipation and tangent of material that is strained in space.
 !>
-!> A law sees the whole displacement gradient H, 3 x 3; what a plane has to do with it (H_33 = 0 in plane strain, stress_33 = 0 in plane stress), strain
-!> without stress and the mean dilatation of cells are around it, once for all laws (`hampm_material`). What a particle keeps of what has been, its state
-!> variables, are `columns` numbers. `update` takes them over a step; stress, energy and dissipation are those of a state that is up to date.
+!> A law sees the whole displacement gradient H, 3 x 3. `hampm_material` treats, once for all laws, the plane (H_33 = 0 in plane
+!> strain, stress_33 = 0 in plane stress), eigenstrain and the mean dilatation of cells. The history of a particle, its state
+!> variables, are `columns` numbers: `update` advances them over a step; stress, energy and dissipation belong to an updated state.
 !>
-!> Laws for small strain take eps = sym(H), and their stress is that on any configuration; laws for any strain (`is_finite`) give the Kirchhoff
-!> stress tau = P F^T, which keeps the digits of small strains.
+!> Laws for small strain take eps = sym(H), and their stress holds on any configuration; laws for any strain (`is_finite`) give the
+!> Kirchhoff stress tau = P F^T, which keeps the digits of small strains.
 !>
 !> A new law is a file that extends this type, with its keys, and a row in the table of `hampm_laws`.
 module hampm_law
@@ -26,10 +26,10 @@ module hampm_law
       real(dp) :: value(most_values) = 0         !! in the unit of the key
    end type constant_t
 
-   !> What is wrong with a constant.
+   !> An invalid constant.
    type :: flaw_t
       character(name_len) :: key = ''
-      character(:), allocatable :: what          !! as it goes on behind the key
+      character(:), allocatable :: what          !! message that follows the key
    end type flaw_t
 
    !> A row of the table of laws.
@@ -44,8 +44,8 @@ module hampm_law
    !> A law with its constants.
    type, abstract :: law_t
       integer :: columns = 0                     !! state variables
-      logical :: is_finite = .false.             !! whether it is for any rotation and strain, with which bodies may buckle
-      logical :: yields = .false.                !! whether what it dissipates is plastic work, else that of viscosity
+      logical :: is_finite = .false.             !! whether it is for any rotation and strain: bodies may buckle
+      logical :: yields = .false.                !! whether its dissipation is plastic work, else viscous
    contains
       procedure(stress_of), deferred :: stress
       procedure(tangent_of), deferred :: tangent
@@ -74,7 +74,7 @@ module hampm_law
          type(flaw_t), allocatable, intent(out) :: flaws(:)
       end subroutine check_law
 
-      !> Stress of a state; of a finite law the Kirchhoff stress, 0 where the material is turned inside out, which the caller notices [Pa].
+      !> Stress of a state [Pa]: of a finite law the Kirchhoff stress, 0 where the material is inverted, which the caller detects.
       pure function stress_of(self, h, state) result(stress)
          import :: law_t, dp, space
          class(law_t), intent(in) :: self
@@ -83,8 +83,8 @@ module hampm_law
          real(dp) :: stress(space, space)
       end function stress_of
 
-      !> Change of the first Piola stress at the end of a step by a small change of H, the tangent that is consistent with `update`; without a step
-      !> that of sudden, elastic strains [Pa].
+      !> Change of the first Piola stress at the end of a step by a small change of H [Pa]: the tangent consistent with `update`;
+      !> without a step the instantaneous elastic tangent.
       pure function tangent_of(self, h, dh, state, dt) result(change)
          import :: law_t, dp, space
          class(law_t), intent(in) :: self
@@ -153,7 +153,7 @@ contains
       real(dp), intent(inout) :: state(:)
    end subroutine update
 
-   !> What has been dissipated per reference volume [J/m3]. Here nothing is.
+   !> Dissipation per reference volume [J/m3]; here 0.
    pure real(dp) function dissipation(self, state)
       class(law_t), intent(in) :: self
       real(dp), intent(in) :: state(:)
@@ -167,12 +167,12 @@ contains
       plastic_strain = 0
    end function plastic_strain
 
-   !> H_33 that leaves no stress_33 [-], by Newton's iteration: at the end of a step, or without one of a state that is up to date. The stress rises
-   !> with H_33. Where Newton's next value is beyond one of which it has the other sign, or of material turned inside out, or the step there not half
-   !> of the last one, as where the tangents of a law that yields lead round in circles, the middle between the two nearest values is next.
+   !> H_33 at zero stress_33 [-], by Newton's iteration: at the end of a step, or without a step of an updated state. The stress
+   !> rises with H_33. The next value is by bisection where Newton's leaves the bracket or inverts the material, or where a step is
+   !> not half of the last one, as where the tangents of a law that yields lead round in circles.
    pure real(dp) function across(self, h, state, dt) result(h_33)
       class(law_t), intent(in) :: self
-      real(dp), intent(in) :: h(space, space)    !! of which H_33 is not asked [-]
+      real(dp), intent(in) :: h(space, space)    !! H_33 is not used [-]
       real(dp), intent(in) :: state(:)           !! before the step
       real(dp), intent(in), optional :: dt       !! length of the step [s]
       real(dp), parameter :: thickness(space, space) = reshape([0, 0, 0, 0, 0, 0, 0, 0, 1], [space, space])

@@ -15,7 +15,7 @@ module hampm_laws
 
 contains
 
-   !> All rows. The linear laws have moduli in the plane, which `hampm_material` makes of their constants, in the place of a law in space.
+   !> All rows. The linear laws have no law in space: `hampm_material` makes their moduli in the plane of their constants.
    pure function laws() result(rows)
       type(law_row_t), allocatable :: rows(:)
       allocate (rows, source=[ &
@@ -27,7 +27,7 @@ contains
          law_row_t('orthotropic', check=check_orthotropic)])
    end function laws
 
-   !> The row of a name, without one where there is none.
+   !> The row of a name; a row without a name if absent.
    pure type(law_row_t) function law_row(name) result(row)
       character(*), intent(in) :: name
       type(law_row_t), allocatable :: rows(:)

@@ -1,13 +1,13 @@
-!> A material: its law with its constants, in the plane of a model, and the stress and energy that follow from the displacement gradient.
+!> A material: its law with constants, in the plane of a model; stress and energy from the displacement gradient.
 !>
-!> Laws (`hampm_law`) are of space. What a plane has to do with them is here, once for all: in plane strain H_33 = 0, in plane stress H_33 leaves no
-!> stress_33, and of axisymmetric material it is given, `hoop` = u_r/R; strain without stress is taken off before. Linear laws have their moduli of the
-!> plane, to which H_33 adds what it makes of the strain in it, nu H_33 (`by_across`), and a stress_33 by Young's modulus across it.
-!> Without the hoop that it needs stress of axisymmetric material is not a number.
+!> Laws (`hampm_law`) are written in space; the plane is treated here, once for all laws: H_33 = 0 in plane strain, stress_33 = 0 in
+!> plane stress, and H_33 is given, `hoop` = u_r/R, in axisymmetric material; eigenstrain is subtracted before. Linear laws have
+!> moduli in the plane; H_33 adds the strain nu H_33 in it (`by_across`), and a stress_33 by Young's modulus across it. Without its
+!> hoop the stress of axisymmetric material is NaN.
 !>
-!> Laws with a history need the state variables of a particle, `past`, too; without it their numbers are not numbers. It is that of the
-!> last state that was kept (`follow`). Explicit steps keep it whenever they strain the particles. At rest trial states must not:
-!> while `is_trial`, stress, tangent and energies are those at the end of a step that began with `past` and lasts `elapsed`.
+!> Laws with a history need the state variables of a particle, `old_state`, too, else their results are NaN. Explicit steps update
+!> them (`update_state`) whenever they strain the particles. Trial states of equilibrium do not: while `is_trial`, stress, tangent
+!> and energies are those at the end of a step that began with `old_state` and lasts `time_increment`.
 module hampm_material
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim, plane, name_len
@@ -23,7 +23,7 @@ module hampm_material
    private
    public :: material_t, slice_t, new_material, new_orthotropic, are_of_one
 
-   !> One of the slices of a graded body, across a direction, each of which has a material. In each the moduli change by the same factor from place to place.
+   !> A slice of a graded body, across a direction, with its own material; along it the moduli change exponentially.
    type :: slice_t
       integer :: number = 0                      !! from the first on, 0 for none
       integer :: most = 0                        !! how many there are
@@ -31,19 +31,19 @@ module hampm_material
       real(dp) :: direction(ndim) = 0            !! unit vector
       real(dp) :: start = 0                      !! where the first begins along it [m]
       real(dp) :: width = 1                      !! [m]
-      real(dp) :: rate = 0                       !! by which the logarithm of the moduli changes [1/m]
-      real(dp) :: free_rate(ndim, ndim) = 0      !! by which the strain in the plane without stress does [1/m]
+      real(dp) :: rate = 0                       !! of change of the logarithm of the moduli [1/m]
+      real(dp) :: free_rate(ndim, ndim) = 0      !! of change of the stress-free strain in the plane [1/m]
    end type slice_t
 
    !> A law with its constants.
    type :: material_t
       character(name_len) :: name = ''
       character(name_len) :: law_name = ''       !! of its law in model files
-      logical :: linear = .true.                 !! whether that is a linear one
-      class(law_t), allocatable, private :: law  !! unless it is
-      logical :: is_finite = .false.             !! whether that is meant for any rotation and strain, with which bodies may buckle
-      logical :: yields = .false.                !! whether it is one of plasticity
-      logical :: has_history = .false.           !! whether stress depends on what has been
+      logical :: linear = .true.                 !! whether the law is linear
+      class(law_t), allocatable, private :: law  !! unless it is linear
+      logical :: is_finite = .false.             !! whether the law is for any rotation and strain: bodies may buckle
+      logical :: yields = .false.                !! whether it is a law of plasticity
+      logical :: has_history = .false.           !! whether stress depends on the history
       logical :: isotropic = .true.              !! else `young` and `poisson` have no effect
       logical :: plane_stress = .true.           !! else plane strain
       logical :: is_ring = .false.               !! else, of a material as in plane strain, axisymmetric
@@ -56,8 +56,8 @@ module hampm_material
       integer :: columns = 0                     !! number of state variables
       logical :: is_trial = .false.              !! whether states are tried that are not kept
       real(dp) :: time_increment = 0             !! since the last that was kept [s]
-      ! At small strain, of the columns (s_11, s_22, s_12) and (eps_11, eps_22, 2 eps_12); of an orthotropic material lambda and mu are C_12 and
-      ! C_66 in its axes
+      ! At small strain, of the columns (s_11, s_22, s_12) and (eps_11, eps_22, 2 eps_12); lambda and mu of an orthotropic material
+      ! are C_12 and C_66 in its axes
       real(dp) :: stiffness(n_voigt, n_voigt) = 0  !! in x and y [Pa]
       real(dp) :: compliance(n_voigt, n_voigt) = 0 !! its inverse [1/Pa]
       real(dp) :: in_its_axes(n_voigt, n_voigt) = 0 !! the compliance in the axes of the material [1/Pa]
@@ -65,16 +65,16 @@ module hampm_material
       real(dp), private :: fastest = 0           !! rho c**2 of the fastest waves [Pa]
       ! Strain without stress: `give_eigenstrain`
       logical :: has_eigenstrain = .false.
-      logical :: is_scaled = .false.             !! whether cracks that grow at rest scale it
-      real(dp) :: scale = 1                      !! by which they do [-]
-      real(dp), private :: given(4) = 0          !! what the model has of it [-]
+      logical :: is_scaled = .false.             !! whether quasi-static growth scales it
+      real(dp) :: scale = 1                      !! factor of that scaling [-]
+      real(dp), private :: given(4) = 0          !! value of the model [-]
       real(dp), private :: eigenstrain(space, space) = 0 !! [-]
       real(dp), private :: inverse(space, space) = unit_tensor !! of the stretch I + eigenstrain, of laws for any strain
       real(dp), private :: swelling = 1          !! its determinant, volume without stress over reference volume, of these laws [-]
       real(dp), private :: by_across(ndim, ndim) = 0 !! strain in the plane by one that is kept across it; 0 in plane stress [-]
       real(dp), private :: young_across = 0      !! Young's modulus there [Pa]
-      real(dp) :: free(ndim, ndim) = 0           !! strain in the plane at which there is no stress in it [-]
-      real(dp) :: free_hoop = 0                  !! and H_33 of axisymmetric material at which there is none across it [-]
+      real(dp) :: free(ndim, ndim) = 0           !! stress-free strain in the plane [-]
+      real(dp) :: free_hoop = 0                  !! H_33 of stress-free axisymmetric material [-]
       real(dp) :: idle_energy = 0                !! energy density there, of the stress normal to it [J/m3]
       type(slice_t) :: slice                     !! of a graded body that it is of
    contains
@@ -163,13 +163,13 @@ contains
       m%has_history = m%columns > 0
    end function new_material
 
-   !> Give material a strain eps0 at which there is no stress: stress and energy are those of H - eps0 or, of laws for any strain, of (I + H)(I + eps0)**-1 - I, the
-   !> energy that of the volume without stress. The linear laws know the plane only: what is kept from the strain normal to it, by a stress of -E eps0_zz where
-   !> there is none in the plane, adds nu eps0_zz to the strain in the plane.
+   !> Give material an eigenstrain eps0, the stress-free strain: stress and energy are those of H - eps0 or, of laws for any strain,
+   !> of (I + H)(I + eps0)**-1 - I, the energy per stress-free volume. The linear laws know the plane only: a normal strain that is
+   !> held by a stress of -E eps0_zz, without stress in the plane, adds nu eps0_zz to the strain in the plane.
    pure subroutine give_eigenstrain(self, eigenstrain, is_scaled)
       class(material_t), intent(inout) :: self
       real(dp), intent(in) :: eigenstrain(4)     !! components xx, yy, xy and zz of the tensor [-]
-      logical, intent(in), optional :: is_scaled !! whether cracks that grow at rest scale it
+      logical, intent(in), optional :: is_scaled !! whether quasi-static growth scales it
       self%has_eigenstrain = any(abs(eigenstrain) > 0)
       self%given = eigenstrain
       if (present(is_scaled)) self%is_scaled = is_scaled
@@ -179,7 +179,7 @@ contains
    !> Multiply a given eigenstrain that is scaled.
    elemental subroutine scale_eigenstrain(self, scale)
       class(material_t), intent(inout) :: self
-      real(dp), intent(in) :: scale              !! of what the model has, not of what is [-]
+      real(dp), intent(in) :: scale              !! relative to the given value, not to the present one [-]
       if (.not. self%is_scaled) return
       self%scale = scale
       call take_eigenstrain(self, scale*self%given)
@@ -304,7 +304,7 @@ contains
       call self%law%update(strain, dt, old_state(:self%columns))
    end subroutine update_state
 
-   !> Displacement gradient in space of material whose law is not linear, less that without stress: at the end of a step, or of the present state.
+   !> Displacement gradient in space less the eigenstrain, of a nonlinear law: at the end of a step, or of the present state.
    pure function strain_of(self, h, old_state, dt, hoop) result(strain)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
@@ -319,8 +319,8 @@ contains
       if (self%plane_stress) strain(3, 3) = self%law%across(strain, old_state, dt)
    end function strain_of
 
-   !> The present strain and state of material whose law is not linear: of a trial those at the end of its step. NaN where a law needs a history that is
-   !> not given.
+   !> Present strain and state of a law that is not linear; while `is_trial`, those at the end of the step. NaN where a history is
+   !> needed and not given.
    pure subroutine find_state(self, h, old_state, hoop, strain, state)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
@@ -353,7 +353,7 @@ contains
       if (self%columns > 0) strain = self%law%plastic_strain(old_state(:self%columns))
    end function equivalent_plastic_strain
 
-   !> What has been dissipated per reference volume: the work on the plastic strain where the law `yields`, else what viscosity has taken [J/m3].
+   !> Dissipation per reference volume [J/m3]: plastic work where the law `yields`, else viscous dissipation.
    pure real(dp) function dissipation(self, h, old_state, hoop)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)
@@ -392,7 +392,7 @@ contains
       stress = self%swelling*self%law%stress(strain, state(:self%columns))
    end function stress_in_space
 
-   !> Component 33 of the first Piola stress of axisymmetric material, by which its rings resist to be widened [Pa].
+   !> Component 33 of the first Piola stress of axisymmetric material, the resistance of its rings to widening [Pa].
    pure real(dp) function hoop_stress(self, h, old_state, hoop) result(stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
@@ -424,14 +424,14 @@ contains
       end if
    end function first_piola_stress
 
-   !> What a small change of H makes of `first_piola_stress` [Pa]; in plane stress together with that of H_33, which leaves no stress_33.
+   !> Change of `first_piola_stress` by a small change of H [Pa]; in plane stress H_33 changes too, so that stress_33 stays 0.
    pure function first_piola_change(self, h, dh, old_state, hoop, change_of_hoop) result(change)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
       real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
       real(dp), intent(in), optional :: old_state(self%columns) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
-      real(dp), intent(in), optional :: change_of_hoop !! and that of it [-]
+      real(dp), intent(in), optional :: change_of_hoop !! change of H_33 [-]
       real(dp) :: change(ndim, ndim), in_space(space, space)
       if (self%linear) then
          change = stress_of_plane(self, dh + given_hoop(self, change_of_hoop)*self%by_across)
@@ -448,7 +448,7 @@ contains
       real(dp), intent(in) :: dh(ndim, ndim)     !! its change [-]
       real(dp), intent(in), optional :: old_state(self%columns) !! state variables of the particle
       real(dp), intent(in), optional :: hoop     !! H_33 of axisymmetric material [-]
-      real(dp), intent(in), optional :: change_of_hoop !! and that of it [-]
+      real(dp), intent(in), optional :: change_of_hoop !! change of H_33 [-]
       real(dp) :: in_space(space, space)
       if (self%linear) then
          change = sum(self%by_across*stress_of_plane(self, dh + given_hoop(self, change_of_hoop)*self%by_across)) &
@@ -546,7 +546,7 @@ contains
                        + self%young_across*(given_hoop(self, hoop) - self%eigenstrain(space, space))**2/2
    end function energy_density
 
-   !> Elastic energy per volume of a small stress [J/m3]: in a plane what it takes there, of axisymmetric material with the stress_33 that is given.
+   !> Elastic energy per volume of a small stress [J/m3]: in the plane; of axisymmetric material with the given stress_33.
    pure real(dp) function stress_energy_density(self, stress, hoop_stress)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: stress(ndim, ndim) !! symmetric [Pa]
@@ -587,7 +587,7 @@ contains
       stress_across = sum(self%by_across*stress)
    end function stress_across
 
-   !> Strain of a small tension that is the same in all directions of the plane or, of axisymmetric isotropic material, of space [-].
+   !> Strain of a small tension, equal in all directions of the plane or, of axisymmetric isotropic material, of space [-].
    pure function strain_of_pressure(self, tension) result(strain)
       class(material_t), intent(in) :: self
       real(dp), intent(in) :: tension            !! [Pa]
@@ -595,7 +595,7 @@ contains
       real(dp) :: of_unit(n_voigt)
       integer :: d
       of_unit = sum(self%compliance(:, :ndim), dim=2)
-      if (self%is_ring .and. self%isotropic) of_unit = of_unit/(1 + self%poisson) ! no strain is kept there by a stress across the plane
+      if (self%is_ring .and. self%isotropic) of_unit = of_unit/(1 + self%poisson) ! no strain is held across the plane
       of_unit(ndim + 1:) = of_unit(ndim + 1:)/2
       do d = 1, ndim
          strain(:, d) = tension*of_unit(voigt(:, d))
@@ -635,8 +635,8 @@ contains
       dilatational_wave_speed = sqrt(self%fastest/self%density)
    end function dilatational_wave_speed
 
-   !> E' of the plane condition [Pa]: E in plane stress, E/(1 - nu**2) in plane strain; of an orthotropic material the geometric mean of
-   !> those along its axes.
+   !> E' of the plane condition [Pa]: E in plane stress, E/(1 - nu**2) in plane strain; of an orthotropic material the geometric
+   !> mean of E' along its axes.
    pure real(dp) function plane_modulus(self)
       class(material_t), intent(in) :: self
       plane_modulus = 1/sqrt(self%in_its_axes(1, 1)*self%in_its_axes(2, 2))

@@ -1,9 +1,10 @@
 !> Compressible Mooney-Rivlin elasticity for any rotation and stretch:
 !>
-!>    W = c10 (I_1 - 3) + c01 (I_2 - 3) - (2 c10 + 4 c01) ln J + lambda'/2 (ln J)**2,   I_1 = tr b, I_2 = (I_1**2 - tr b**2)/2, b = F F^T,
+!>    W = c10 (I_1 - 3) + c01 (I_2 - 3) - (2 c10 + 4 c01) ln J + lambda'/2 (ln J)**2,
+!>    I_1 = tr b,   I_2 = (I_1**2 - tr b**2)/2,   b = F F^T,
 !>    Kirchhoff stress tau = 2 c10 b + 2 c01 (I_1 b - b**2) - (2 c10 + 4 c01) I + lambda' ln J I.
 !>
-!> For small strains it is linear elasticity with mu = 2 (c10 + c01) and lambda = lambda' + 4 c01; with c01 = 0 it is the neo-Hookean law.
+!> For small strains it is linear elasticity with mu = 2 (c10 + c01), lambda = lambda' + 4 c01; c01 = 0 is the neo-Hookean law.
 !>
 !> Source: Mooney, Journal of Applied Physics 11 (1940) 582-592; Holzapfel, Nonlinear Solid Mechanics (2000), section 6.5.
 module hampm_mooney_rivlin
@@ -47,7 +48,7 @@ contains
       end associate
    end subroutine new_mooney_rivlin
 
-   !> The modulus of the second invariant leaves that of the first, and the volume stiff however it changes.
+   !> Check that c01 leaves c10 and lambda' not below 0.
    pure subroutine check_mooney_rivlin(young, poisson, plane_stress, constants, flaws)
       real(dp), intent(in) :: young, poisson
       logical, intent(in) :: plane_stress

@@ -1,11 +1,11 @@
-!> What changes at the tip of a crack that grows at a speed: the energy release rate of a stress intensity factor, and the largest speed.
+!> Energy release rate of a stress intensity factor at the tip of a crack that grows at a speed v, and the largest speed.
 !>
 !>    G = (A_I(v) K_I**2 + A_II(v) K_II**2)/E',    A_I = a_d v**2/((1 - nu) c_s**2 D),   A_II = a_s v**2/((1 - nu) c_s**2 D),
 !>    a_d**2 = 1 - v**2/c_d**2,   a_s**2 = 1 - v**2/c_s**2,   D = 4 a_d a_s - (1 + a_s**2)**2
 !>
-!> in plane strain; in plane stress with nu/(1 + nu) for nu, and the speed of pressure waves of a plate. D is 0 at the speed of Rayleigh
-!> waves, which no crack of mode I reaches. Source: Freund, Dynamic Fracture Mechanics (1990), sections 4.3, 5.3 and 6.4; Yoffe, Phil. Mag. 42
-!> (1951) 739 (hoop stress).
+!> in plane strain; in plane stress with nu/(1 + nu) for nu, and the speed of pressure waves of a plate. D is 0 at the Rayleigh wave
+!> speed, which no crack of mode I reaches. Source: Freund, Dynamic Fracture Mechanics (1990), sections 4.3, 5.3 and 6.4; Yoffe,
+!> Phil. Mag. 42 (1951) 739 (hoop stress).
 module hampm_moving_tip
    use hampm_kinds, only: dp
    use hampm_material, only: material_t
@@ -50,13 +50,14 @@ contains
       d = 4*of_pressure*of_shear - (1 + of_shear**2)**2
    end function rayleigh_function
 
-   !> Energy release rate of mode I over that of a tip at rest under the same loads, g = A_I k**2, with the universal function
-   !> k = (1 - v/c_R)/sqrt(1 - v/c_d) exp(1/pi int atan(4 e**2 sqrt((e**2 - a**2)(b**2 - e**2))/(b**2 - 2 e**2)**2)/(1/v - e) de) from a = 1/c_d
-   !> to b = 1/c_s; 0 from the speed of Rayleigh waves on.
+   !> Energy release rate of mode I over its value at a tip at rest under the same loads, g = A_I k**2, with the universal function
+   !>   k = (1 - v/c_R)/sqrt(1 - v/c_d)
+   !>       exp(1/pi int_a^b atan(4 e**2 sqrt((e**2 - a**2)(b**2 - e**2))/(b**2 - 2 e**2)**2)/(1/v - e) de),
+   !> a = 1/c_d, b = 1/c_s; 0 from the Rayleigh wave speed on.
    pure real(dp) function share_of_rest(material, speed) result(g)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: speed              !! of the tip [m/s]
-      integer, parameter :: steps = 64           ! in the angle by whose sine squared e goes from a to b: the ends have no roots then
+      integer, parameter :: steps = 64           ! e from a to b by the sine squared of an angle: no roots at the ends
       real(dp) :: a, b, e, angle, integral, factors(2)
       integer :: i
       g = 1

@@ -3,9 +3,9 @@
 !>    W = mu/2 (tr b - 3 - 2 ln J) + lambda/2 (ln J)**2,    b = F F^T,
 !>    Kirchhoff stress tau = mu (b - I) + lambda ln J I.
 !>
-!> For small strains it is linear elasticity with the same lambda and mu. In plane stress F_33 follows from tau_33 = mu (F_33**2 - 1) + lambda ln(J_2
-!> F_33) = 0, J_2 being the determinant in the plane; with y = ln F_33 the left side rises and is convex in y, so that Newton's iteration always
-!> converges.
+!> For small strains it is linear elasticity with the same lambda and mu. In plane stress F_33 follows from
+!> tau_33 = mu (F_33**2 - 1) + lambda ln(J_2 F_33) = 0, J_2 being the determinant in the plane; the left side rises and is convex in
+!> y = ln F_33: Newton's iteration always converges.
 !> (Bonet & Wood, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd ed., section 6.4.3.)
 module hampm_neo_hookean
    use hampm_kinds, only: dp
@@ -100,7 +100,7 @@ contains
          stretched = exp_minus_one(2*y)
          change = -(self%mu*stretched + self%lambda*(log_j + y))/(2*self%mu*(1 + stretched) + self%lambda)
          y = y + change
-         if (change**2 <= epsilon(y)*abs(y)) exit   ! what is left is less than change**2
+         if (change**2 <= epsilon(y)*abs(y)) exit   ! the error is less than change**2
       end do
       h_33 = exp_minus_one(y)
    end function across

@@ -1,15 +1,15 @@
-!> Orthotropic linear elasticity for small strains: stress = C eps, eps = sym(H), with material axes 1 and 2 in the plane, axis 1 turned by
-!> an angle from x, and axis 3 across the plane.
+!> Orthotropic linear elasticity for small strains: stress = C eps, eps = sym(H), with material axes 1 and 2 in the plane, axis 1
+!> turned by an angle from x, and axis 3 across the plane.
 !>
 !> In the axes of the material (Lekhnitskii 1963; Jones 1999)
 !>
 !>    eps_1 = s_1/E_1 - nu_12 s_2/E_1 - nu_13 s_3/E_1,   eps_2 = -nu_12 s_1/E_1 + s_2/E_2 - nu_23 s_3/E_2,
 !>    eps_3 = -nu_13 s_1/E_1 - nu_23 s_2/E_2 + s_3/E_3,  2 eps_12 = s_12/G_12.
 !>
-!> In plane stress s_3 = 0; in plane strain eps_3 = 0, which leaves S_ij - S_i3 S_j3/S_33 of the compliances S. Matrices are those of the
-!> columns (s_11, s_22, s_12) and (eps_11, eps_22, 2 eps_12). In solids 2 eps_13 = s_13/G_13 and 2 eps_23 = s_23/G_23 stand besides, and the axes are
-!> turned around x, then y, then z. As with `hampm_linear_elastic`, rotations count as strain to second
-!> order, and the axes of the material do not turn with it.
+!> In plane stress s_3 = 0; in plane strain eps_3 = 0, with the compliances S_ij - S_i3 S_j3/S_33. Matrices act on the columns
+!> (s_11, s_22, s_12) and (eps_11, eps_22, 2 eps_12). Solids add 2 eps_13 = s_13/G_13 and 2 eps_23 = s_23/G_23, and their axes are
+!> turned around x, then y, then z. As in `hampm_linear_elastic`, rotations count as strain to second order, and the material axes
+!> do not turn with the material.
 module hampm_orthotropic
    use hampm_kinds, only: dp, ndim
    use hampm_key_rows, only: key_t, type_real, positive, any_number
@@ -62,7 +62,7 @@ module hampm_orthotropic
 
 contains
 
-   !> Those that are given by their keys; where they are not, those of isotropic material.
+   !> Orthotropic constants from their keys; absent ones are isotropic.
    pure type(orthotropic_t) function orthotropic_of(constants, young, poisson) result(of)
       type(constant_t), intent(in) :: constants(:)
       real(dp), intent(in) :: young, poisson     !! of that [Pa], [-]
@@ -130,7 +130,7 @@ contains
       end do
    end function plane_compliance
 
-   !> What keeps the strain energy from being positive; '' where nothing does. Moduli are above 0.
+   !> Reason why the strain energy is not positive definite; '' if it is. Moduli are above 0.
    pure function why_not_definite(m, plane_stress) result(why)
       type(orthotropic_t), intent(in) :: m
       logical, intent(in) :: plane_stress        !! else plane strain
@@ -228,7 +228,7 @@ contains
       turned = symmetric(matmul(r, matmul(s, transpose(r))))
    end function turned_compliance
 
-   !> Stiffness, or with `is_compliance` compliance, of a solid in x, y and z, from that in the axes of its material, which are turned [Pa], [1/Pa].
+   !> Stiffness, or with `is_compliance` compliance, of a solid in x, y and z from that in its turned material axes [Pa], [1/Pa].
    pure function stiffness_of_solid(c, turns, is_compliance) result(turned)
       real(dp), intent(in) :: c(n_voigt, n_voigt)
       real(dp), intent(in) :: turns(3)           !! around x, then y, then z [degrees]
@@ -246,7 +246,7 @@ contains
          of_turn(j, [i, j]) = [d(2), d(1)]
          axes = matmul(of_turn, axes)
       end do
-      do b = 1, ndim                             ! of stress for stiffness, of strain for compliance, from the axes of the material to x, y and z
+      do b = 1, ndim                             ! of stress for stiffness, of strain for compliance, from material axes to x, y, z
          do a = 1, b
             do j = 1, ndim
                strain(:, j) = (axes(:, a)*axes(j, b) + axes(:, b)*axes(j, a))/2
@@ -262,8 +262,8 @@ contains
       turned = symmetric(matmul(r, matmul(c, transpose(r))))
    end function stiffness_of_solid
 
-   !> rho c**2 of the fastest plane wave in a solid [Pa]: the largest value of m.C(n, n).m over unit vectors n and m. That for a given n is an eigenvalue, and
-   !> n and m may change places: from many directions on each is found by the other in turn, which never makes it less.
+   !> rho c**2 of the fastest plane wave in a solid [Pa]: the largest m.C(n, n).m over unit vectors n and m. For a given n it is an
+   !> eigenvalue, and n and m may swap: from many start directions each is found by the other in turn, which never lowers the value.
    pure real(dp) function acoustic_modulus_of_solid(c) result(largest)
       real(dp), intent(in) :: c(n_voigt, n_voigt) !! [Pa]
       integer, parameter :: passes = 60
@@ -303,7 +303,7 @@ contains
       end function next
    end function acoustic_modulus_of_solid
 
-   !> A matrix without what rounding has left of its antisymmetric part.
+   !> Symmetric part of a matrix: rounding leaves a small antisymmetric part.
    pure function symmetric(a)
       real(dp), intent(in) :: a(n_voigt, n_voigt)
       real(dp) :: symmetric(n_voigt, n_voigt)
@@ -339,9 +339,9 @@ contains
 
    !> rho c**2 of the fastest plane wave [Pa]: the largest eigenvalue of the acoustic tensor over all directions n = (cos, sin).
    !>
-   !> In the axes of the material that tensor has the components C_11 t + C_66 (1 - t), C_66 t + C_22 (1 - t) and (C_12 + C_66) cos sin,
-   !> t = cos**2, so that its larger eigenvalue is p + q t + sqrt(a t**2 + b t + c). It is largest at t of 0 or 1, or where its
-   !> derivative is 0, which are roots of a quadratic equation.
+   !> In the axes of the material the tensor has the components C_11 t + C_66 (1 - t), C_66 t + C_22 (1 - t) and
+   !> (C_12 + C_66) cos sin, t = cos**2, so its larger eigenvalue is p + q t + sqrt(a t**2 + b t + c). It is largest at t of 0 or 1,
+   !> or at a zero of the derivative, a root of a quadratic equation.
    pure real(dp) function acoustic_modulus(stiffness) result(largest)
       real(dp), intent(in) :: stiffness(n_voigt, n_voigt) !! in the axes of the material [Pa]
       real(dp) :: p, q, a, b, c, root
@@ -365,7 +365,7 @@ contains
 
    contains
 
-      !> The larger eigenvalue at a value of cos**2, 0 where that is none [Pa].
+      !> The larger eigenvalue at a value of cos**2; 0 outside (0, 1) [Pa].
       pure real(dp) function larger_at(t)
          real(dp), intent(in) :: t
          larger_at = 0

@@ -1,19 +1,12 @@
-!> Linear viscoelasticity at small strain: elastic in its volume, and in shear a spring beside Maxwell elements, a Prony series of
-!> the shear modulus,
+!> Linear viscoelasticity at small strain: elastic volume, and in shear a spring beside Maxwell elements (Prony series),
 !>
 !>    G(t) = mu - sum of G_i + sum of G_i exp(-t/tau_i),   stress = kappa tr(eps) I + 2 (mu - sum of G_i) e + sum of q_i,
-!>    q_i = 2 G_i (e - v_i),   v_i' = q_i/(2 eta_i),   eta_i = G_i tau_i,
-!>
-!> e being the deviator of eps = sym(H) and v_i the strain of the i-th dashpot. mu, and with it Young's modulus and Poisson's
-!> ratio, are those of instantaneous strain. Where the sum of the G_i is mu nothing is left of the shear stress in the end, as in a
-!> Maxwell fluid.
-!>
-!> Over a step e is taken to change at a constant rate, of which the update, with x = dt/tau_i, is the solution:
-!>
+!>    q_i = 2 G_i (e - v_i),   v_i' = q_i/(2 eta_i),   eta_i = G_i tau_i;   over a step, x = dt/tau_i:
 !>    q_i <- exp(-x) q_i + 2 G_i (1 - exp(-x))/x (e' - e).
 !>
-!> A particle keeps the deviator of its strain, the energy that its dashpots have taken per volume, and the v_i, deviators too, each without its
-!> last component.
+!> e is the deviator of eps = sym(H), v_i the strain of dashpot i; e changes at a constant rate in a step. mu, Young's modulus and
+!> Poisson's ratio are instantaneous. Where the sum of the G_i is mu all shear stress relaxes. A particle stores the deviator of its
+!> strain, the energy per volume dissipated by its dashpots, and the deviators v_i, each without its last component.
 !>
 !> Source: Taylor, Pister & Goudreau, Int. J. Numer. Meth. Engng 2 (1970) 45-59; Simo & Hughes, Computational Inelasticity (1998),
 !> sections 10.2 and 10.3.
@@ -55,8 +48,8 @@ module hampm_viscoelastic
 
 contains
 
-   !> The constants from those of instantaneous strain and those of the elements. Moduli whose sum is the instantaneous one but for
-   !> what their decimals tell leave nothing.
+   !> Make the law of the instantaneous constants and of the Maxwell elements. Moduli whose sum is mu up to the decimals given leave
+   !> no shear stress.
    subroutine new_viscoelastic(lambda, mu, constants, law)
       real(dp), intent(in) :: lambda, mu         !! of instantaneous strain
       type(constant_t), intent(in) :: constants(:)
@@ -111,7 +104,7 @@ contains
       state(:n_deviator) = components_of(before + change)
    end subroutine update
 
-   !> Stress; of another strain than that of the state, the sudden one [Pa].
+   !> Stress [Pa]; for a strain other than that of the state the instantaneous one.
    pure function stress(self, h, state)
       class(viscoelastic_t), intent(in) :: self
       real(dp), intent(in) :: h(space, space), state(:)
@@ -178,9 +171,8 @@ contains
       if (x > 1) relaxing = (1 - exp(-x))/x
    end function relaxing
 
-   !> The integral of |q|**2 dt/tau over a step of length x tau through which q is driven at a constant rate: q exp(-s)
-   !> + drive (1 - exp(-s))/x, drive being that of a sudden step. The last of its three parts loses its digits where x is small, and
-   !> has a series there.
+   !> Integral of |q|**2 dt/tau over a step of length x tau at a constant rate: q exp(-s) + drive (1 - exp(-s))/x, where `drive`
+   !> belongs to a sudden step. The last of its three parts loses digits at small x and has a series there.
    pure real(dp) function taken(x, q, drive)
       real(dp), intent(in) :: x, q(space, space), drive(space, space)
       real(dp), parameter :: small = 0.01_dp
