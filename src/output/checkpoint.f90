@@ -1,9 +1,8 @@
-!> The file of a checkpoint. What a run has to remember is kept in it item by item; one list of items serves for writing and for
-!> reading, where each item gets the value that it had.
+!> The file of a checkpoint. One list of items serves writing and reading, where each item gets its stored value.
 !>
-!> The file is written under a partial name and put in its place whole. HDF5 keeps a checksum with each of its pieces: arrays by its filter Fletcher-32, texts
-!> being arrays of letters here, and its own structures by the file format of HDF5 1.10. Reading fails, and says why, where the file is none of this program
-!> or of another version, has changed, or does not fit the model.
+!> The file is written under a partial name and renamed when complete. HDF5 keeps checksums: of arrays by its filter Fletcher-32
+!> (texts are arrays of letters here), of its own structures by the file format of HDF5 1.10. Reading fails, with the reason, where
+!> the file is not of this program or is of another version, has changed, or does not fit the model.
 module hampm_checkpoint
    use hampm_kinds, only: dp, long
    use hampm_archive, only: archive_t
@@ -64,7 +63,7 @@ contains
       call self%archive_text('version', text)
    end subroutine create
 
-   !> Begin to read a checkpoint. `exit_file` where it is none, or not one that this program has written.
+   !> Begin to read a checkpoint. Fails with `exit_file` where the file is not a checkpoint of this program.
    subroutine open_checkpoint(self, path)
       class(checkpoint_t), intent(inout) :: self
       character(*), intent(in) :: path
@@ -96,7 +95,7 @@ contains
       end if
    end subroutine open_checkpoint
 
-   !> What there is to say of an open checkpoint that the program of another commit has written; '' else.
+   !> Notice that another commit of the program has written an open checkpoint; '' else.
    pure function other_build(self) result(text)
       class(checkpoint_t), intent(in) :: self
       character(:), allocatable :: text

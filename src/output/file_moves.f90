@@ -1,5 +1,5 @@
-!> Files that are put in the place of others as a whole: whoever looks at a name finds the old file or the new one, and never a part
-!> of it, whenever the program or the computer stops.
+!> Files that replace others as a whole: a reader of a name finds the old file or the new one, and never a part of it, whenever the
+!> program or the computer stops.
 module hampm_file_moves
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
    use, intrinsic :: iso_fortran_env, only: int8

@@ -1,8 +1,8 @@
-!> A thin layer over HDF5 with what the program needs: a file, groups, links, attributes and whole datasets.
-!> Objects are named by their path in the file. HDF5 prints nothing itself: what goes wrong is reported as
-!> `exit_file` with the file's path. No object carries a time stamp: the same data give the same bytes.
+!> A thin layer over HDF5 for the needs of the program: a file, groups, links, attributes and whole datasets. Objects are named by
+!> their path in the file. HDF5 prints nothing itself: failures are reported as `exit_file` with the file's path. No object carries
+!> a time stamp: the same data give the same bytes.
 !>
-!> What HDF5 calls the program's types of data: types, spaces and texts for the other HDF5 modules.
+!> Types, spaces and texts of HDF5 for the other HDF5 modules.
 module hampm_hdf5_file
    use, intrinsic :: iso_c_binding, only: c_associated, c_bool, c_char, c_f_pointer, c_loc, c_null_ptr, c_ptr, c_size_t
    use hampm_kinds, only: dp, long
@@ -43,7 +43,7 @@ contains
       class(hdf5_file_t), intent(inout) :: self
       character(*), intent(in) :: path
       type(failure_t), intent(inout) :: failure
-      logical, intent(in), optional :: sealed   !! whether HDF5's own structures have checksums, as they do since HDF5 1.10; default: no
+      logical, intent(in), optional :: sealed   !! whether HDF5's own structures have checksums (HDF5 1.10 on); default: no
       integer(long) :: access, list
       integer :: e
       call open_library()
@@ -142,7 +142,7 @@ contains
          call self%unwritten('making the link '//path//' failed', failure)
    end subroutine make_link
 
-   !> Attach a text of any length (UTF-8), a real number or an integer to the group or dataset `object`, or replace the one of that name.
+   !> Attach a text of any length (UTF-8), a real number or an integer to the group or dataset `object`, or replace it.
    subroutine put_attribute_value(self, object, name, value, failure)
       class(hdf5_file_t), intent(in) :: self
       character(*), intent(in) :: object, name
@@ -351,7 +351,7 @@ contains
       if (any(e < 0)) call unread(file, 'reading '//path//' failed (has it changed since it was written?)', failure)
    end subroutine read_dataset
 
-   !> Write an attribute, making it where there is none yet; the space is closed.
+   !> Write an attribute, created if absent; the space is closed.
    subroutine write_attribute(file, object, name, file_type, memory_type, space, address, failure)
       type(hdf5_file_t), intent(in) :: file
       character(*), intent(in) :: object, name

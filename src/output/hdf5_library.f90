@@ -1,7 +1,7 @@
-!> What the program calls of HDF5's C library, 1.10 or later. Its own Fortran modules are not used: they serve one compiler only, and take time when a
-!> program starts. Identifiers and extents are 64-bit integers; functions return a negative number where they fail, as do identifiers.
+!> Interfaces of HDF5's C library, 1.10 or later. Its own Fortran modules are not used: they serve one compiler only, and slow the
+!> start. Identifiers and extents are 64-bit integers; functions and identifiers are negative where they fail.
 !>
-!> Extents are in C's order: the last one is that of neighbours in memory. Source: HDF5 Reference Manual, The HDF Group.
+!> Extents are in C's order: the last one is contiguous in memory. Source: HDF5 Reference Manual, The HDF Group.
 module hampm_hdf5_library
    use, intrinsic :: iso_c_binding, only: c_bool, c_char, c_int, c_null_char, c_ptr, c_size_t, long => c_int64_t
    implicit none

@@ -39,7 +39,7 @@ contains
       class(hdf5_series_t), intent(inout) :: self
       type(hdf5_file_t), intent(in) :: file
       character(*), intent(in) :: path
-      integer, intent(in) :: values              !! what it stores: `real_values`, `long_values` or `byte_values`
+      integer, intent(in) :: values              !! type of its values: `real_values`, `long_values` or `byte_values`
       integer, intent(in) :: rows                !! values an entry
       integer, intent(in) :: chunk               !! entries stored together
       type(failure_t), intent(inout) :: failure

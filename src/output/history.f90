@@ -10,11 +10,11 @@ module hampm_history
    private
    public :: history_t, column_t
 
-   !> What a column is.
+   !> A column.
    type :: column_t
       character(:), allocatable :: name
       character(:), allocatable :: unit          !! SI unit, '1' for a pure number
-      character(:), allocatable :: meaning       !! what a plot writes at the axis
+      character(:), allocatable :: meaning       !! label of the axis in a plot
       logical :: integer_valued = .false.
       integer :: first = 0                       !! where its values begin in a row
       integer :: n = 1                           !! how many they are: along a front as many as it has nodes
@@ -25,8 +25,8 @@ module hampm_history
    type :: history_t
       type(column_t), allocatable :: columns(:)  !! in the order of the calls; not allocated before the first pass
       real(dp), allocatable :: row(:)            !! latest value of each column
-      character(name_len) :: of_tip = ''         !! what the names of the next columns end with, as '_tip2'
-      logical :: is_of_none = .false.            !! whether the next columns are of a tip that is none any more: not numbers
+      character(name_len) :: of_tip = ''         !! end of the names of the next columns, as '_tip2'
+      logical :: is_of_none = .false.            !! whether the next columns are of a tip that has reached the surface: NaN
       integer, private :: filled = 0             !! how many values the row has so far
    contains
       procedure :: begin_row
@@ -47,7 +47,7 @@ contains
       self%filled = 0
    end subroutine begin_row
 
-   !> The latest value of a column; not a number where there is none of this name.
+   !> The latest value of a column; NaN if there is no column of this name.
    pure real(dp) function latest(self, name)
       class(history_t), intent(in) :: self
       character(*), intent(in) :: name

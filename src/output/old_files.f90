@@ -1,6 +1,6 @@
-!> What a run finds under the names that it is going to write, remove or replace. Only files that a run has left are its own: HDF5
-!> files, what a run that was killed has begun of one, and empty locks. Any other, such as the namelist that the run is made from,
-!> stays, whatever leads to it: another spelling, a link, a folder or --force.
+!> Files found under the names that a run will write, remove or replace. Only files that a run has left are its own: HDF5 files,
+!> files that a killed run has begun, and empty locks. Any other, such as the namelist of the run, stays, whatever leads to it:
+!> another spelling, a link, a folder or --force.
 module hampm_old_files
    use hampm_checkpoint, only: checkpoint_name
    use hampm_failure, only: failure_t, exit_file

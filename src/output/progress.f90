@@ -1,5 +1,5 @@
-!> What the user sees of a run in progress: on a terminal one line that is refreshed, in a file or pipe a line now
-!> and then, in the quiet mode nothing.
+!> Progress of a run for the user: on a terminal one line that is refreshed, in a file or pipe a line now and then, in the quiet
+!> mode nothing.
 module hampm_progress
    use, intrinsic :: iso_c_binding, only: c_int
    use, intrinsic :: iso_fortran_env, only: output_unit
@@ -17,7 +17,7 @@ module hampm_progress
    character(*), parameter :: line_start = achar(13)//escape//'[?7l' !! to the first column; cut long lines, do not wrap
    character(*), parameter :: line_end = escape//'[K'//escape//'[?7h' !! erase the rest; wrap again
 
-   !> What has been shown, and when.
+   !> The progress shown so far, and its times.
    type :: progress_t
       private
       real(dp) :: end_time = 0.0_dp              !! of the simulation [s]
@@ -47,16 +47,16 @@ module hampm_progress
       real(dp) :: time                           !! simulated time [s]
       integer(long) :: step
       integer :: cells, particles, finest_level
-      real(dp) :: energy_residual = not_there    !! what is missing in the energy balance, relative
+      real(dp) :: energy_residual = not_there    !! error of the energy balance, relative
       real(dp) :: rate = not_there               !! energy release rate of the first tip [J/m2]
-      real(dp) :: reference = 0                  !! what that is divided by, where it is above 0 [J/m2]
+      real(dp) :: reference = 0                  !! divisor of `rate`, where above 0 [J/m2]
       real(dp) :: crack_length = not_there       !! of all cracks together, where some grow [m]
       real(dp) :: tip_speed = not_there          !! of the fastest tip, where some grow in motion [m/s]
    end type standing_t
 
 contains
 
-   !> Start the clock, look whether the standard output is a terminal.
+   !> Start the clock; find out whether the standard output is a terminal.
    subroutine start(self, end_time, quiet)
       class(progress_t), intent(out) :: self
       real(dp), intent(in) :: end_time           !! of the simulation [s]
@@ -69,8 +69,8 @@ contains
       self%clock_last = self%clock_start
    end subroutine start
 
-   !> Print how far the run is, if the last time was long enough ago. The first call is made before the first step; the last one, before
-   !> anything else is printed and also when the run has failed, prints a line in any case.
+   !> Print the progress, if the last time was long enough ago. The first call is before the first step; the last call, before any
+   !> other output and also when the run has failed, always prints a line.
    subroutine show(self, now, last)
       class(progress_t), intent(inout) :: self
       type(standing_t), intent(in) :: now

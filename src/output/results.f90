@@ -1,10 +1,9 @@
 !> The result file of a run: the history (one column a quantity, one value a sample), texts that say where the
 !> numbers come from, and snapshots where they are asked for.
 !>
-!> It is written under a partial name. A flush puts it, whole and closed, in the place of the last one; so the file with the name of
-!> the result can be read at any moment, also after the program was killed at any. The last one is not thrown away: it is given
-!> what it lacks, and written on. Two files go forward by turns: what is written is written twice, but nothing is copied
-!> that grows with the run.
+!> It is written under a partial name. A flush renames it, whole and closed, over the last one; so the file with the name of the
+!> result can be read at any moment, also after the program was killed. The last one is kept, completed and written on: two files
+!> take turns. So everything is written twice, but nothing is copied that grows with the run.
 module hampm_results
    use hampm_kinds, only: dp, long
    use hampm_failure, only: failure_t, exit_file
@@ -135,7 +134,7 @@ contains
       class(results_t), intent(inout) :: self
       character(*), intent(in) :: name           !! the dataset is /history/<name>, or /front/<name>
       character(*), intent(in) :: unit           !! SI unit, '1' for a pure number
-      character(*), intent(in) :: long_name      !! what a plot writes at the axis
+      character(*), intent(in) :: long_name      !! label of the axis in a plot
       type(failure_t), intent(inout) :: failure
       logical, intent(in), optional :: integer_valued
       integer, intent(in), optional :: along_front !! how many values of nodes of a front it has a sample

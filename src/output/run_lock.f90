@@ -72,7 +72,7 @@ contains
       end do
    end subroutine take
 
-   !> Open the file, made where there is none, and lock it if that can be done at once.
+   !> Open the file, created if absent, and lock it if that can be done at once.
    subroutine open_and_lock(self, others)
       class(run_lock_t), intent(inout) :: self
       logical, intent(out) :: others

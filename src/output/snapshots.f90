@@ -4,8 +4,8 @@
 !> Layout: /VTKHDF/<piece> holds the data of all snapshots one after the other, /VTKHDF/<piece>/Steps where each
 !> snapshot begins, and /VTKHDF/Assembly the tree of pieces. Nothing is made before the first snapshot.
 !>
-!> VTK from 9.6.2 on asks /VTKHDF/Steps how many snapshots there are and takes it for one more piece, which older versions
-!> do too. It is a link to the first piece, which therefore has what VTK looks for in both: NSteps and Values.
+!> VTK from 9.6.2 on reads the number of snapshots from /VTKHDF/Steps and takes it for one more piece, as older versions do. It is a
+!> link to the first piece, which therefore has NSteps and Values, as both need.
 module hampm_snapshots
    use hampm_kinds, only: dp, long, ndim
    use hampm_failure, only: failure_t
@@ -137,7 +137,7 @@ contains
       call file%put_attribute(folder_of(steps), 'NSteps', int(series%length), failure)
    end subroutine note_steps
 
-   !> How many entries each dataset has, or is to have where it has not been looked at since the file is continued.
+   !> Number of entries of each dataset, or the number to be kept where the file is continued and not yet shortened.
    function lengths(self)
       class(snapshots_t), intent(in) :: self
       integer(long), allocatable :: lengths(:)
