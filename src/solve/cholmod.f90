@@ -1,6 +1,6 @@
 !> Sparse Cholesky factorisation by CHOLMOD (Chen, Davis, Hager & Rajamanickam 2008), through its C interface for 32-bit indices:
-!> rows in the order of approximate minimum degree, of solids in that of nested dissection where it has less entries, L L^T by dense blocks of columns where these pay, else column by column. Where many solutions
-!> are to follow `hampm_sparse_factor` solves.
+!> order by approximate minimum degree, in solids by nested dissection where it has fewer entries; L L^T by dense blocks of columns
+!> where these pay, else column by column. For many solutions `hampm_sparse_factor` solves.
 module hampm_cholmod
    use, intrinsic :: iso_c_binding, only: c_int, c_double, c_size_t, c_ptr, c_funptr, c_null_ptr, c_associated, c_loc, c_f_pointer
    !$ use omp_lib, only: omp_get_max_active_levels, omp_set_max_active_levels
@@ -17,8 +17,8 @@ module hampm_cholmod
    integer(c_int), parameter :: no = 0, yes = 1
    integer(c_int), parameter :: upper = 1                 ! the triangle that is read
    integer(c_int), parameter :: integers = 0, reals = 1, doubles = 0 ! CHOLMOD_INT, CHOLMOD_REAL, CHOLMOD_DOUBLE
-   integer(c_int), parameter :: given = 1        ! methods of ordering: that of the caller
-   integer(c_int), parameter :: usual = merge(2, 0, ndim == 2) ! where there is none AMD; in a solid METIS too, which in a plane takes longer
+   integer(c_int), parameter :: given = 1        ! ordering given by the caller
+   integer(c_int), parameter :: usual = merge(2, 0, ndim == 2) ! else AMD; in a solid METIS too, which in a plane costs more
                                                           ! than it saves
 
    !> The first members of CHOLMOD's settings, in its order, and room for the others, which are 2500 bytes.
@@ -249,8 +249,8 @@ contains
       status = cholmod_free_sparse(columns, settings)
    end subroutine take_factor
 
-   !> Solve with the factorised matrix, for one right-hand side or several, which stand side by side at each row; those `without` the rows that are
-   !> eliminated last, which is for many solutions only, have 0 there, and these equations are left out.
+   !> Solve with the factorised matrix, for one right-hand side or several, side by side at each row. Right-hand sides `without` the
+   !> rows that are eliminated last (for many solutions only) leave these equations out: x is 0 there.
    subroutine solve(self, rhs, x, without)
       class(cholmod_t), intent(inout) :: self
       real(dp), intent(in), contiguous :: rhs(:)

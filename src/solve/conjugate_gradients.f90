@@ -1,6 +1,6 @@
-!> Solution of a sparse symmetric positive definite matrix by conjugate gradients, with its diagonal as preconditioner or the cycle of a multigrid. The
-!> diagonal needs no more memory than the matrix, and ever more iterations for finer meshes. Sums are taken in a fixed order, whatever the number of
-!> threads. (Saad, Iterative Methods for Sparse Linear Systems, 2nd ed., algorithm 9.1.)
+!> Solution of a sparse symmetric positive definite matrix by conjugate gradients, preconditioned by its diagonal or a multigrid
+!> cycle. The diagonal needs no more memory than the matrix, but ever more iterations for finer meshes. Sums are taken in a fixed
+!> order, independent of the number of threads. (Saad, Iterative Methods for Sparse Linear Systems, 2nd ed., algorithm 9.1.)
 module hampm_conjugate_gradients
    use hampm_kinds, only: dp
    use hampm_failure, only: failure_t, exit_computation

@@ -1,5 +1,5 @@
-!> Factorisation of a sparse matrix: by CHOLMOD where it is symmetric and positive definite, else by UMFPACK. A failure says what is the
-!> matter with the matrix; the caller knows what it is the matrix of.
+!> Factorisation of a sparse matrix: by CHOLMOD where it is symmetric and positive definite, else by UMFPACK. A failure names the
+!> defect of the matrix; the caller knows its meaning.
 module hampm_factorisation
    use hampm_kinds, only: dp
    use hampm_cholmod, only: cholmod_t
@@ -12,9 +12,9 @@ module hampm_factorisation
 
    !> A factorised matrix.
    type :: factorisation_t
-      logical :: is_definite = .false.           !! whether it, or its symmetric part, is positive definite: CHOLMOD has factorised that
-      logical :: solves_often = .false.          !! whether many solutions are to follow
-      logical, private :: by_cholmod = .false.   !! whether that is all of it
+      logical :: is_definite = .false.           !! whether the matrix, or its symmetric part, is positive definite: CHOLMOD has it
+      logical :: solves_often = .false.          !! whether many solutions will follow
+      logical, private :: by_cholmod = .false.   !! whether CHOLMOD has all of it
       type(cholmod_t), private :: cholmod
       type(umfpack_t), private :: umfpack
    contains
@@ -25,7 +25,7 @@ module hampm_factorisation
 
 contains
 
-   !> Factorise a matrix; its pattern is that of the last one until `release`. Fails where it is singular or memory does not suffice.
+   !> Factorise a matrix; its pattern is constant until `release`. Fails where the matrix is singular or memory does not suffice.
    subroutine factorise(self, matrix, failure, last)
       class(factorisation_t), intent(inout) :: self
       type(sparse_t), intent(in) :: matrix
@@ -47,9 +47,8 @@ contains
       end if
    end subroutine factorise
 
-   !> x = A^-1 b with the factorised matrix A, which may have no rows, for one b or several, which stand side by side at each row. Where A is positive
-   !> definite, and many solutions are to follow, some may be `without` the rows that are eliminated last: they have 0 there, and these equations are left
-   !> out.
+   !> x = A^-1 b with the factorised matrix A, which may have no rows, for one b or several, side by side at each row. Where A is
+   !> positive definite and many solutions follow, a b `without` the rows that are eliminated last leaves them out: x is 0 there.
    subroutine solve(self, b, x, without)
       class(factorisation_t), intent(inout) :: self
       real(dp), intent(in), contiguous :: b(:)

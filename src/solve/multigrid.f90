@@ -1,8 +1,8 @@
-!> Algebraic multigrid by smoothed aggregation (Vanek, Mandel & Brezina, Computing 56 (1996) 179-196), one cycle of which is a
-!> preconditioner of conjugate gradients. Neighbouring nodes become an aggregate, the unknowns of which are amplitudes of the motions that cost the least
-!> energy, as those of rigid bodies, in the aggregate; a step of Jacobi smooths these, P = (I - 4/(3 lambda) D^-1 A) T, and the matrix of
-!> the coarse unknowns is P^T A P. So on until a few rows are left, which are factorised. Errors that change from node to node are taken out by polynomials of
-!> Chebyshev in D^-1 A before and after (Adams, Brezina, Hu & Tuminaro, J. Comput. Phys. 188 (2003) 593-610).
+!> Algebraic multigrid by smoothed aggregation (Vanek, Mandel & Brezina, Computing 56 (1996) 179-196); a cycle preconditions
+!> conjugate gradients. Neighbouring nodes form an aggregate; its unknowns are amplitudes of the motions of least energy, as of
+!> rigid bodies; a step of Jacobi smooths these, P = (I - 4/(3 lambda) D^-1 A) T, and the matrix of the coarse unknowns is P^T A P,
+!> down to a few rows, which are factorised. Polynomials of Chebyshev in D^-1 A before and after reduce errors that change from node
+!> to node (Adams, Brezina, Hu & Tuminaro, J. Comput. Phys. 188 (2003) 593-610).
 !>
 !> Each row is the work of one thread, and sums are taken in a fixed order: the result has the same bytes on any number of threads.
 module hampm_multigrid
@@ -19,8 +19,8 @@ module hampm_multigrid
    integer, parameter :: degree = 2              !! of the polynomials
    real(dp), parameter :: smoothed = 8.0_dp      !! the largest eigenvalue over the least that they take out
    integer, parameter :: power_steps = 12        !! to find the largest eigenvalue
-   real(dp), parameter :: safety = 1.1_dp        !! by which it may be larger than found
-   real(dp), parameter :: weak = 0.01_dp         !! coupling of nodes, over the root of the product of their stiffnesses, that counts as none
+   real(dp), parameter :: safety = 1.1_dp        !! bound of the largest eigenvalue over its estimate
+   real(dp), parameter :: weak = 0.01_dp         !! coupling over the root of the product of the stiffnesses, that is neglected
    real(dp), parameter :: dependent = 1e-8_dp    !! part of a motion that is left beside others where it is one of them
 
    !> A level: what smooths, and what leads to the next one.
@@ -45,7 +45,7 @@ module hampm_multigrid
 
 contains
 
-   !> Make the levels of a symmetric positive definite matrix. Fails where it has a diagonal that is not positive, or the coarsest one no factor.
+   !> Make the levels of a symmetric positive definite matrix. Fails where a diagonal is not positive or the coarsest has no factor.
    subroutine make_levels(self, matrix, first, motions, failure)
       class(multigrid_t), intent(inout) :: self
       type(sparse_t), intent(in) :: matrix
@@ -134,8 +134,8 @@ contains
       level%largest = safety*maxval(abs(v))
    end subroutine find_diagonal
 
-   !> Gather the nodes in aggregates: one with all of its neighbours where none of these is in another one; nodes that are left join a
-   !> neighbour or, where they have none, are one.
+   !> Gather the nodes in aggregates: a node with all of its neighbours where none of these is in another one; nodes that are left
+   !> join a neighbour or, without one, are an aggregate.
    subroutine aggregate_nodes(a, start, aggregate)
       type(sparse_t), intent(in) :: a
       integer, intent(in) :: start(:)            !! first unknown of each node

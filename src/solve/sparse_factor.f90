@@ -1,6 +1,6 @@
-!> The factor of a sparse symmetric positive definite matrix, A = P^T L D L^T P, stored for many solutions: L by columns in the order of
-!> elimination, four of them side by side at each row that one of them has, as a vector; and without what is less than rounding. The inverse of a
-!> mass matrix decays from node to node, and so does its factor: a quarter to two thirds of its numbers are.
+!> The factor of a sparse symmetric positive definite matrix, A = P^T L D L^T P, stored for many solutions: L by columns in the
+!> order of elimination, in panels of four, a vector at each row that one of them has, without entries below rounding. The inverse
+!> of a mass matrix decays from node to node, and so does its factor: a quarter to two thirds of its entries are below.
 module hampm_sparse_factor
    use hampm_kinds, only: dp
    implicit none
@@ -9,8 +9,8 @@ module hampm_sparse_factor
 
    integer, parameter :: lanes = 4               !! columns of a panel
 
-   !> Part of the diagonal, in the scale of the row, up to which a number is left out: rounding errors of the factor itself are larger (Higham 2002,
-   !> theorem 10.3).
+   !> Part of the diagonal, in the scale of the row, up to which an entry is left out: rounding errors of the factor are larger
+   !> (Higham 2002, theorem 10.3).
    real(dp), parameter :: negligible = epsilon(1.0_dp)/16
 
    !> L without its diagonal, which is 1, and D. Columns that fill the last panel up are those of the unit matrix.
@@ -84,8 +84,8 @@ contains
       self%row = list(:entries)
    end subroutine take
 
-   !> x = A^-1 b for one right-hand side or several, which stand side by side at each unknown; those `without` the unknowns that are eliminated last
-   !> have 0 there, and their equations are left out.
+   !> x = A^-1 b for one right-hand side or several, side by side at each unknown; a b `without` the unknowns that are eliminated
+   !> last leaves out their equations: x is 0 there.
    pure subroutine solve(self, b, x, without)
       class(sparse_factor_t), intent(inout) :: self
       real(dp), intent(in), contiguous :: b(:)   !! (right-hand sides n)

@@ -90,7 +90,7 @@ contains
       if (status /= 0) call failure%report(exit_computation, 'UMFPACK cannot analyse it (status '//to_text(int(status))//')')
    end subroutine analyse
 
-   !> Factorise a matrix; its pattern is analysed at first, and after `release`. Fails where it is singular or memory does not suffice.
+   !> Factorise a matrix; its pattern is analysed at first, and after `release`. Fails where it is singular or memory is short.
    subroutine factorise(self, matrix, failure)
       class(umfpack_t), intent(inout) :: self
       type(sparse_t), intent(in) :: matrix
