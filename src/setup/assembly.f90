@@ -108,7 +108,7 @@ contains
       problem%body_contact%distance = model%contact%distance
       problem%audit = model%energy_release%energy_balance
       scheme = trim(model%method%scheme)
-      if (model%method%time /= 'explicit') scheme = 'musl' ! by which cells hold the forces of the present stress
+      if (model%method%time /= 'explicit') scheme = 'musl' ! cells then hold the forces of the present stress
       associate (method => model%method)
          call start_problem(problem, scheme, failure, new_mass_choice(mass_used(model), method%solver, method%order, &
                                                                               method%lumped_fraction, method%consistent_lower, &
@@ -247,7 +247,7 @@ contains
       crack%outside = sum(path_outside(model, k))
    end subroutine place_crack
 
-   !> What a crack on a symmetry plane has of its own: one face, and cohesion as far as constraints hold the plane.
+   !> Data of a crack on a symmetry plane: one face, and cohesion as far as constraints hold the plane.
    pure subroutine place_on_plane(model, crack)
       type(model_t), intent(in) :: model
       type(crack_t), intent(inout) :: crack

@@ -20,8 +20,8 @@ module hampm_load_assembly
 
 contains
 
-   !> Find where the loads act, and attach them to the particles. A pressure on a crack is several: one for each face along a grid line, or for each
-   !> direction in which edges of particles look.
+   !> Find where the loads act, and attach them to the particles. A pressure on a crack is several loads: one for each face along a
+   !> grid line, or one for each direction of the edges of particles.
    subroutine place_loads(model, m, failure)
       type(model_t), intent(in) :: model
       type(problem_t), intent(inout) :: m
@@ -77,8 +77,8 @@ contains
       if (ndim == 2) area_of = 2*norm(part%half)*model%run%thickness%at(part%middle)
    end function area_of
 
-   !> The parts of edges on which a load at a place acts, their areas [m2]: of polygons, circles and bodies with holes, or else the one in its box, of bodies
-   !> on both sides that of each. A point load has a part without a size.
+   !> Parts of edges on which a load at a place acts, with their areas [m2]: of polygons, circles and bodies with holes, or else the
+   !> part in its box, one for each side with a body. A point load has a part without a size.
    function edges_of(model, spec) result(parts)
       type(model_t), intent(in) :: model
       type(load_spec_t), intent(in) :: spec

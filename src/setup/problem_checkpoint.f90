@@ -1,9 +1,9 @@
-!> Keeping a problem in a checkpoint, so that a run goes on as if it had never stopped. Each type archives itself, by one list of items
-!> for writing and for reading; here is their order.
+!> Checkpoint of a problem, so that a run goes on as if it had never stopped. Each type archives itself, by one list of items for
+!> writing and reading; this module fixes their order.
 !>
-!> What is not kept follows from the model and from what is: the grid from the forest and the cracks, the blocks of cells from the
-!> order of the particles, nodes around crack tips, constraints and room for the fields from the grid. What depends on more of the
-!> past is kept, down to guesses of solvers and the numbers of an old factorisation: the last digits depend on them.
+!> The grid follows from the forest and the cracks, the blocks of cells from the order of the particles, nodes around crack tips,
+!> constraints and room for the fields from the grid: none of these is stored. History is stored, down to the start values of
+!> solvers and the numbers of an old factorisation: the last digits depend on them.
 module hampm_problem_checkpoint
    use hampm_kinds, only: dp, ndim
    use hampm_body_contact, only: archive_body_contact

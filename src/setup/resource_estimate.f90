@@ -1,7 +1,7 @@
-!> What a model needs before anything is built: particles, cells, steps, samples, memory and room for its results. All numbers
-!> are real: an integer might not hold them.
+!> Resources of a model before it is built: particles, cells, steps, samples, memory and size of the results. All numbers are real:
+!> an integer might overflow.
 !>
-!> The memory and the stack that this process may use, as Linux tells it in files.
+!> The memory and the stack available to this process, from the files of Linux.
 module hampm_resource_estimate
    use hampm_kinds, only: dp, ndim
    use hampm_body_group, only: area_in_box
@@ -23,7 +23,7 @@ module hampm_resource_estimate
    public :: resources_t, estimate_resources, check_room, check_resources, resource_report, resource_json
 
    real(dp), parameter :: unknown = -1
-   real(dp), parameter :: of_algebra = 3.2e8_dp  !! address space that OpenBLAS and its thread take at first use, or wait for [bytes]
+   real(dp), parameter :: of_algebra = 3.2e8_dp  !! address space that OpenBLAS and its thread take at first use [bytes]
    real(dp), parameter :: least_stack = 1048576  !! five times what the program and its threads have taken of it at most [bytes]
 
    real(dp), parameter :: most_steps = 1e12_dp      !! of the largest cells: months at a microsecond each
@@ -43,20 +43,20 @@ module hampm_resource_estimate
    ! The solution at rest: for the estimated errors of a crack, and for the distance of a damped motion
    real(dp), parameter :: of_stiffness = 205.0_dp   !! per entry of its factors, as counted by `fill_of` [bytes]
    real(dp), parameter :: of_unknown = 1800, of_entry = 95, of_multigrid = 3700 !! of a solid, see below
-   real(dp), parameter :: of_lasting = merge(3.4_dp, 2.35_dp, solid) !! factors that solve each step, which are kept as columns, too [-]
+   real(dp), parameter :: of_lasting = merge(3.4_dp, 2.35_dp, solid) !! fill of factors of each step, kept as columns too [-]
    real(dp), parameter :: of_mass_entry = 346    !! of the factor of a mass matrix of a solid [bytes]
    real(dp), parameter :: of_quadratic_fill = 1.25_dp  !! entries beside those of as many nodes of bilinear cells [-]
    real(dp), parameter :: most_static = 2.5e5_dp    !! cells with particles for which it is found
 
-   !> What a model needs, in numbers.
+   !> Resources of a model, in numbers.
    type :: resources_t
       real(dp) :: particles = 0                     !! that the run begins with, refined around a tip
       real(dp) :: cells = 0                         !! leaves that the run begins with
-      real(dp) :: most_particles = 0                !! that it may come to where cells refine as the solution asks for
+      real(dp) :: most_particles = 0                !! upper bound where cells refine as the solution requires
       real(dp) :: steps = 0                         !! with all cells as large as the root cells
       real(dp) :: rows = 0                          !! of the history
       real(dp) :: snapshots = 0
-      character(48) :: of_steps = ''                !! in words: at the end of which steps snapshots are taken; '' where rows are, too
+      character(48) :: of_steps = ''                !! which steps have snapshots, in words; '' as for the rows
       real(dp) :: memory = 0                        !! at the start [bytes]
       real(dp) :: most_memory = 0                   !! with `most_particles` [bytes]
       real(dp) :: results = 0                       !! size of the result file with the mesh of the start [bytes]
@@ -65,7 +65,7 @@ module hampm_resource_estimate
 
 contains
 
-   !> What a model needs.
+   !> Estimate the resources of a model.
    type(resources_t) function estimate_resources(model) result(resources)
       type(model_t), intent(in) :: model
       real(dp) :: occupied, most_cells
@@ -121,7 +121,7 @@ contains
       resources%snapshots = min(resources%snapshots, resources%rows)
    end subroutine look_at_snapshots
 
-   !> What refinement around tips and fronts adds before the run: at each level the cells within so many cells of one, within the
+   !> Add the refinement around tips and fronts before the run: at each level the cells within the reach of one, within the
    !> material, are divided.
    pure subroutine refine_around_tips(model, resources, occupied)
       type(model_t), intent(in) :: model
@@ -205,8 +205,8 @@ contains
       end select
    end function memory_for
 
-   !> Memory of the stiffness of a solid: the matrix, and its factor by nested dissection, which has some times the width of the body
-   !> in entries a row, or the levels of the multigrid [bytes].
+   !> Memory of the stiffness of a solid [bytes]: the matrix, and its factor by nested dissection, whose entries a row are some
+   !> times the width of the body, or the levels of the multigrid.
    pure real(dp) function stiffness_of_solid(model, occupied, copies) result(bytes)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: occupied
@@ -220,8 +220,8 @@ contains
       end if
    end function stiffness_of_solid
 
-   !> The width of what nested dissection separates of the box around all bodies, in nodes, with so many cells in it: the least of its three sides, and
-   !> as much again each time that the middle one is halved to come to that.
+   !> Width of the separator of nested dissection [nodes], of the box around all bodies with so many cells in it: the least of its
+   !> three sides, and as much again for each halving of the middle one to that size.
    pure real(dp) function width_of(model, occupied) result(width)
       type(model_t), intent(in) :: model
       real(dp), intent(in) :: occupied
@@ -236,7 +236,7 @@ contains
       width = minval(side)*(1 + log(max(middle/minval(side), 1.0_dp))/log(2.0_dp))
    end function width_of
 
-   !> Entries of the factors of a matrix of the nodes by nested dissection, but for a constant.
+   !> Entries of the factors of a matrix of the nodes by nested dissection, up to a constant.
    pure real(dp) function fill_of(occupied)
       real(dp), intent(in) :: occupied
       fill_of = occupied*max(log(occupied)/log(2.0_dp), 1.0_dp)
@@ -268,7 +268,7 @@ contains
                                   'fewer &body points_per_cell')
    end subroutine check_resources
 
-   !> What a run needs, for people.
+   !> Report of the resources, for people.
    pure function resource_report(resources) result(text)
       type(resources_t), intent(in) :: resources
       character(:), allocatable :: text
@@ -345,14 +345,14 @@ contains
 
    contains
 
-      !> Take a limit over where it is lower than those so far; 0 and below is none.
+      !> Lower the limit; 0 and below mean no limit.
       subroutine take(limit)
          real(dp), intent(in) :: limit
          if (limit > 0) bytes = min(bytes, limit)
       end subroutine take
    end function memory_available
 
-   !> The limit of the stack [bytes]; huge where there is none or nothing tells.
+   !> The limit of the stack [bytes]; huge where there is no limit or the system does not tell.
    real(dp) function stack_there_is() result(bytes)
       bytes = number_behind('/proc/self/limits', 'Max stack size')
       if (bytes < 0) bytes = huge(bytes)
