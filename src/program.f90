@@ -1,4 +1,4 @@
-!> What the program does with its options.
+!> The actions of the program, by its options.
 module hampm_program
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
@@ -134,12 +134,12 @@ contains
          call run_and_report(options, simulation, failure)
          if (.not. options%quiet) write (output_unit, '(a)') time_report(clock_start)
       end if
-      call simulation%problem%solver%direct%release()  ! what a library in C has allocated is not given back by itself
+      call simulation%problem%solver%direct%release()  ! memory of C libraries is not released automatically
       call simulation%measurements%extrapolation%direct%release()
       call forget_faces(simulation%problem%interface_step)
    end subroutine simulate
 
-   !> What all took.
+   !> Time and memory of the run.
    function time_report(clock_start) result(text)
       integer(long), intent(in) :: clock_start     !! ticks at the start
       character(:), allocatable :: text
@@ -285,7 +285,7 @@ contains
       end associate
    end function long_run
 
-   !> What --check prints: the model as it is used, and the summary of a simulation as comments, so that it can be run.
+   !> Output of --check: the model as it is used, and the summary of a simulation as comments, so that it can be run.
    function check_report(model, simulation, resources) result(text)
       type(model_t), intent(in) :: model
       type(simulation_t), intent(inout) :: simulation
@@ -326,14 +326,14 @@ contains
       text = object(text)//new_line('a')
    end function check_json
 
-   !> What --check --json prints of a model that is refused.
+   !> Output of --check --json for a model that is refused.
    function refusal_json(failure) result(text)
       type(failure_t), intent(in) :: failure
       character(:), allocatable :: text
       text = object(own_json(is_valid=.false.)//member('errors', array(failure%records), raw=.true.))//new_line('a')
    end function refusal_json
 
-   !> What JSON of a model begins with: the program, and whether the model is valid.
+   !> First members of the JSON of a model: the program, and whether the model is valid.
    function own_json(is_valid) result(text)
       logical, intent(in) :: is_valid
       character(:), allocatable :: text

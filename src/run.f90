@@ -1,8 +1,8 @@
 !> A run: from the start of a model through its time steps to G(t).
 !>
-!> An explicit step is the one of Tan & Nairn (2001): particles give their masses, momenta and stresses to the nodes of the grid (7), (8),
-!> nodes accelerate (10), and particles follow them; `hampm_reference_step` is this step in plain loops. Where the gradients of a field
-!> ask for it (22), cells are divided, and their particles with them. G (14) is measured whenever it is to be recorded.
+!> An explicit step follows Tan & Nairn (2001): particles give their masses, momenta and stresses to the nodes of the grid (7), (8),
+!> nodes accelerate (10), and particles follow them; `hampm_reference_step` is this step in plain loops. Where the gradients of a
+!> field require it (22), cells are divided, and their particles with them. G (14) is measured whenever it is recorded.
 module hampm_run
    use hampm_kinds, only: dp, long
    use hampm_checkpoint, only: checkpoint_name
@@ -26,8 +26,8 @@ module hampm_run
 
 contains
 
-   !> Run to the end time and write the results into `folder`. Whatever fails, what was recorded before stays readable. A run that
-   !> is asked to stop writes a checkpoint and fails with `exit_stopped`; one that has come to its end needs none.
+   !> Run to the end time and write the results into `folder`. After a failure the records up to then stay readable. A run that is
+   !> asked to stop writes a checkpoint and fails with `exit_stopped`; a run at its end needs none.
    subroutine run(s, folder, quiet, failure)
       type(simulation_t), intent(inout) :: s
       character(*), intent(in) :: folder
@@ -58,8 +58,8 @@ contains
       call s%results%lock%release()
    end subroutine run
 
-   !> How long a run takes on this machine [s], found by its first steps, of which it does a few; below 0 where they fail, or are steps to
-   !> equilibrium of more particles than one has the patience for. The simulation is of no use after that. Growth of cracks in motion and meshes that change
+   !> Estimated duration of a run on this machine [s], from a few of its first steps; below 0 where they fail, or are steps to
+   !> equilibrium of too many particles. The simulation cannot be used after that. Growth of cracks in motion and meshes that change
    !> take longer.
    function measured_duration(s, samples, clock_start) result(duration)
       type(simulation_t), intent(inout) :: s
@@ -69,7 +69,7 @@ contains
       real(dp), parameter :: patience = 0.3_dp   ! for the steps [s]
       integer, parameter :: most_steps = 1000, most_at_rest = 100000
       type(failure_t) :: failure
-      integer, parameter :: grown = 12, turned = 16 ! equilibria that are found and measured in a load step, where cracks grow at rest and turn
+      integer, parameter :: grown = 12, turned = 16 ! equilibria of a load step with quasi-static growth; with turning cracks
       real(dp) :: start, first, last, sample, before
       integer(long) :: steps
       integer :: done, again
@@ -77,7 +77,7 @@ contains
       if (s%integrator%is_static .and. s%problem%particles%n > most_at_rest) return
       call s%integrator%choose_steps(s%problem, s%model%run%end_time, s%longest_step, steps, s%dt)
       start = seconds()
-      before = start - seconds(clock_start)      ! what has been read and built
+      before = start - seconds(clock_start)      ! time of reading and building [s]
       call s%integrator%initialise(s%problem, s%dt, failure)
       if (.not. failure%failed()) call s%integrator%advance(s%problem, s%dt, failure)
       first = seconds() - start                  ! with what is done once

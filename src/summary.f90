@@ -1,4 +1,4 @@
-!> What a simulation is and what its solver took, in words for people, and what it is as JSON for programs.
+!> A simulation and the cost of its solver: in words for people, and as JSON for programs.
 module hampm_summary
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use hampm_kinds, only: dp, name_len
@@ -21,7 +21,7 @@ module hampm_summary
 
 contains
 
-   !> What the solution of the nodal equations took, for people; '' where the mass matrix is diagonal or not inverted.
+   !> Cost of the solution of the nodal equations, for people; '' where the mass matrix is diagonal or not inverted.
    function solver_report(s) result(text)
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text
@@ -70,7 +70,7 @@ contains
       text = aligned(table)
       text = text(:len(text) - 1)
    contains
-      !> What the names of the columns of a front end with.
+      !> Ending of the names of the columns of a front.
       pure function ending_of(front) result(ending)
          integer, intent(in) :: front
          character(:), allocatable :: ending
@@ -79,7 +79,7 @@ contains
       end function ending_of
    end function front_report
 
-   !> The last values at all tips as a table, a row each, with their estimated errors, and what these are worth, else those along fronts.
+   !> The last values at all tips as a table, a row each, with their errors and a note on these, or else along fronts.
    function tip_report(s) result(text)
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text
@@ -131,7 +131,7 @@ contains
       end if
    end function tip_report
 
-   !> A number in so many digits, '-' where it is none.
+   !> A number in so many digits, '-' if absent.
    pure function known(value, digits) result(text)
       real(dp), intent(in) :: value
       integer, intent(in) :: digits
@@ -167,8 +167,8 @@ contains
       if (.not. is_near_equilibrium(s)) text = text//'; G, J and energies are about twice as far from their static values'
    end function equilibrium_report
 
-   !> How to come to rest: the damping and the end time for the lowest frequency of the model; '' where that is not known, as
-   !> something moves without any force, and where a load never comes to rest itself.
+   !> Proposal to reach equilibrium: the damping and the end time for the lowest frequency of the model; '' where it is not known,
+   !> as where something moves without any force, and where a load is never constant.
    function equilibrium_proposal(s) result(text)
       type(simulation_t), intent(inout) :: s
       character(:), allocatable :: text
@@ -182,7 +182,7 @@ contains
              three_digits(time_to_constant_value(s%problem%loads) + time_to_equilibrium(frequency))//new_line('a')
    end function equilibrium_proposal
 
-   !> What a run of the model would do, for people.
+   !> Summary of the run of a model, for people.
    function summary(s) result(text)
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text
@@ -250,7 +250,7 @@ contains
       end associate
    end function tip_json
 
-   !> Where the crack of a tip is, and where its energy release rate is looked for.
+   !> Place of the crack of a tip, and where its energy release rate is measured.
    function crack_summary(s, tip) result(text)
       type(simulation_t), intent(in) :: s
       type(crack_tip_t), intent(in) :: tip
@@ -322,7 +322,7 @@ contains
       end if
    end function steps_summary
 
-   !> By which part of their values the estimators are expected to be off with the cells of the start; '' where none is chosen.
+   !> Expected relative errors of the estimators with the cells of the start; '' where no estimator is chosen.
    function error_summary(s, tip) result(text)
       type(simulation_t), intent(in) :: s
       integer, intent(in) :: tip                 !! its number
@@ -344,7 +344,7 @@ contains
              ' is due to the cells at the tip'//new_line('a')
    end function error_summary
 
-   !> What the estimators of a tip record, and by which part of it they are expected to be off.
+   !> Columns that the estimators of a tip record, and their expected relative errors.
    subroutine list_expected_errors(s, tip, names, errors)
       type(simulation_t), intent(in) :: s
       integer, intent(in) :: tip                 !! its number
