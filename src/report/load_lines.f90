@@ -1,7 +1,7 @@
 !> The load line of a test: a load or the reaction of a constraint, and the displacement on which it does its work.
 !>
-!> The force of a load goes to the nodes by its parts and by shape functions. So its work is that of its resultant on the mean of the
-!> displacements of its points by the same parts and functions, and force and displacement are a work-conjugate pair: in an elastic
+!> The force of a load goes to the nodes by its parts and by shape functions: its work is the work of its resultant on the mean of
+!> the displacements of its points, by the same parts and functions. Force and displacement are a work-conjugate pair: in an elastic
 !> body the area below their curve is the strain energy.
 module hampm_load_lines
    use hampm_kinds, only: dp, ndim, corners

@@ -1,7 +1,7 @@
-!> What the history records: what is measured, and the list of its columns.
+!> Measurements of the history, and the list of its columns.
 !>
-!> Whether the faces of a crack have interpenetrated. Without contact nothing keeps them from it, and what is measured at
-!> the tip is then that of material that cannot be: K_I below zero.
+!> Interpenetration of the faces of a crack: without contact nothing prevents it, and the results at the tip are then not physical:
+!> K_I is below zero.
 !>
 !> Closed forms for the double cantilever beam.
 module hampm_measurements
@@ -54,15 +54,15 @@ module hampm_measurements
       real(dp) :: largest_jump = 0               !! largest opening, overlap or sliding [m]
       real(dp) :: overlap = 0                    !! largest overlap [m]
       real(dp) :: time = 0                       !! when that was [s]
-      real(dp) :: last = 0                       !! overlap at the last look; below 0 where the faces have parted [m]
+      real(dp) :: last = 0                       !! overlap at the last sample; below 0 where the faces are separate [m]
       real(dp) :: last_time = 0                  !! when that was [s]
-      type(openings_t) :: openings               !! where it looks
+      type(openings_t) :: openings               !! places of the samples
    contains
       procedure :: look
       procedure :: is_notable
    end type face_overlap_t
 
-   !> What was measured last, with what is needed to measure again.
+   !> The last measurements, with all that the next one needs.
    type :: measurements_t
       real(dp) :: initial_energy = 0             !! kinetic energy of the bodies at the start [J]
       real(dp) :: largest_energy = 0             !! largest of kinetic + strain energy and external work so far [J]
@@ -73,20 +73,20 @@ module hampm_measurements
       real(dp) :: strain_energy = 0              !! [J]
       real(dp) :: plastic_dissipation = 0        !! [J]
       real(dp) :: viscous_dissipation = 0        !! [J]
-      real(dp) :: g_ref = 0                      !! reference value, 0 where there is none [J/m2]
+      real(dp) :: g_ref = 0                      !! reference value, 0 if absent [J/m2]
       real(dp) :: g_beam_on_foundation = 0       !! (33) with chi = 2/3 and E', 0 where it does not apply [J/m2]
-      real(dp), allocatable :: rate              !! G of the first tip by the best of the chosen estimators, where there is one [J/m2]
+      real(dp), allocatable :: rate              !! G of the first tip by the best chosen estimator, if there is one [J/m2]
       type(mass_solver_t) :: extrapolation       !! solver of the extrapolations, without fixed components
-      real(dp) :: indicator = 0                  !! its value when the mesh was last looked at [-]
-      type(crack_values_t), allocatable :: crack(:) !! what was measured at each tip
+      real(dp) :: indicator = 0                  !! its value when the mesh was last checked [-]
+      type(crack_values_t), allocatable :: crack(:) !! measurements at each tip
       type(front_values_t), allocatable :: fronts(:) !! and along the front of each plane crack of a solid
       integer :: recorded_fronts = 0             !! how many of them there were at the start
       type(face_overlap_t), allocatable :: overlap(:) !! of the faces of each crack
       real(dp) :: reaction(ndim) = 0             !! force of all constraints on the bodies, where there is a crack [N]
       real(dp), allocatable :: reactions(:, :)   !! of the constraints, where one has a name [N], (ndim, constraints)
-      real(dp) :: lone_part = 0                  !! as that of `nodal_state_t`, where a result depends on how far that node gives way [-]
+      real(dp) :: lone_part = 0                  !! as in `nodal_state_t`, where a result depends on that node [-]
       real(dp) :: lone_place(ndim) = 0           !! of it [m]
-      integer, allocatable :: joined(:)          !! by body, which of them are one, those that touch without contact between them; where there
+      integer, allocatable :: joined(:)          !! by body, bodies in touch without contact are one; where there
                                                  !! are probes
       integer(long) :: steps = -1                !! after which tips were measured last
       integer :: layout = -1                     !! of the blocks then
@@ -150,8 +150,8 @@ contains
       end do
    end subroutine renew_fronts
 
-   !> Take the energy as that at the start of the run: the kinetic one, and what eigenstrains have stored. Where a run begins at rest, with what
-   !> the loads had not put there.
+   !> Record the energy at the start of the run: kinetic, and stored by eigenstrains. A run that begins in static equilibrium leaves
+   !> out the energy put in by the loads.
    subroutine note_initial_energy(problem, m)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(inout) :: m
@@ -162,9 +162,9 @@ contains
 
    !> The energy below which nothing is told from rounding [J]. A force F on a plate of thickness B stores an energy of the order of
    !> F**2/(E B), whatever the size of the plate. Where forces cancel, the sums at the nodes leave a part epsilon of them, which
-   !> alone stores epsilon**2 of that, moves a free body with (c t/L)**2 of this, and does a work on the way of other forces of up to
-   !> epsilon. Where a run is to mean something its loads store more, by 15 orders of magnitude. A node that is moved by u takes up to
-   !> E B u.
+   !> alone stores epsilon**2 of that energy, moves a free body with (c t/L)**2 of it, and does work of up to epsilon on the
+   !> displacement of other forces. Loads of a sound run store 15 orders of magnitude more. A node that is moved by u takes up to E
+   !> B u.
    pure real(dp) function energy_of_rounding(model, loads) result(energy)
       type(model_t), intent(in) :: model
       type(load_t), intent(in) :: loads(:)
@@ -449,8 +449,8 @@ contains
       end associate
    end function energy_of_flight
 
-   !> What is missing in the energy balance, over the largest energy so far; without the energy balance it is the numerical loss [-]. Nothing
-   !> is where there is only rounding.
+   !> Error of the energy balance, over the largest energy so far; without the energy balance the numerical loss [-]. 0 where there
+   !> is only rounding.
    pure real(dp) function energy_residual(problem, m) result(residual)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: m
@@ -492,7 +492,7 @@ contains
                           archive)
    end subroutine archive_measurements
 
-   !> Look at the openings and slidings of the faces at some places.
+   !> Sample the openings and slidings of the faces at some places.
    pure subroutine look(self, jumps, time)
       class(face_overlap_t), intent(inout) :: self
       real(dp), intent(in) :: jumps(:, :)        !! opening, sliding [m], (modes, places)
@@ -508,7 +508,7 @@ contains
    !> Whether there was an overlap beyond rounding and passing waves.
    pure logical function is_notable(self, is_static)
       class(face_overlap_t), intent(in) :: self
-      logical, intent(in) :: is_static           !! whether the motion has come to rest
+      logical, intent(in) :: is_static           !! whether the motion has reached static equilibrium
       is_notable = self%overlap > noticed_in_motion*self%largest_jump
       if (is_static) is_notable = is_notable .or. self%last > noticed_static*self%largest_jump
    end function is_notable

@@ -1,4 +1,4 @@
-!> What a snapshot shows: the particles as points, the mesh as cells and cracks as lines, with their fields.
+!> Fields of a snapshot: the particles as points, the mesh as cells and cracks as lines.
 module hampm_output_fields
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hampm_kinds, only: dp, ndim, plane, corners
@@ -18,7 +18,7 @@ module hampm_output_fields
 
 contains
 
-   !> Whether snapshots show the cracks, and which side of them is which: not one on a symmetry plane that stays as the model has it.
+   !> Whether snapshots show the cracks, and the side of each particle: not for a symmetry plane that stays as in the model.
    pure logical function shows_cracks(cracks)
       type(cracks_t), intent(in) :: cracks
       integer :: c
@@ -89,9 +89,9 @@ contains
       end associate
    end subroutine add_sides
 
-   !> The grid, transition cells by their quarters, cut cells by their pieces, each over the whole cell, and quadratic cells whole. With the mass and velocity
-   !> that its nodes had in the last step and, where the mesh follows a gradient, the refinement parameter: not a number after a
-   !> failure, when it can't be had from the particles.
+   !> The grid, transition cells by their quarters, cut cells by their pieces, each over the whole cell, and quadratic cells whole.
+   !> Its fields are mass and velocity of the nodes in the last step and, where the mesh follows a gradient, the refinement
+   !> parameter: NaN after a failure, when particles cannot give it.
    subroutine mesh_fields(problem, refinement, with_cracks, after_failure, output)
       type(problem_t), intent(inout) :: problem
       type(refinement_t), intent(in) :: refinement

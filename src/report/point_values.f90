@@ -1,15 +1,14 @@
-!> What the particles around a material point tell of it: a polynomial is fitted to their values by weighted least squares (moving least
-!> squares; Lancaster & Salkauskas, Mathematics of Computation 37 (1981) 141-158), and its value at the point is taken. The weights
-!> fall to zero at a radius of a few cells, so that nothing jumps where the point passes from cell to cell.
+!> Values at a material point: a polynomial is fitted to the particles around it by weighted least squares (moving least squares;
+!> Lancaster & Salkauskas, Mathematics of Computation 37 (1981) 141-158). The weights fall to zero at a radius of a few cells:
+!> nothing jumps where the point passes from cell to cell.
 !>
-!> A fit to the displacement is a quadratic function: particles move as nodes let them, and what these functions of the cells differ
-!> by from a smooth field is of the second order in the cell. A fit to strain and stress is a linear function, and to the means over
-!> cells: within a cell they go up and down around a smooth field by the first order, but not in the middle of a cell (Zienkiewicz &
-!> Zhu, International Journal for Numerical Methods in Engineering 33 (1992) 1331-1364). In quadratic cells they do so by the second
-!> order. Both are exact where the field is linear.
+!> A fit to the displacement is quadratic: particles move with the nodes, and shape functions differ from a smooth field by the
+!> second order in the cell. A fit to strain and stress is linear, to the means over cells: within a cell they oscillate around a
+!> smooth field by the first order, but not in the middle of a cell (Zienkiewicz & Zhu, International Journal for Numerical Methods
+!> in Engineering 33 (1992) 1331-1364); in quadratic cells by the second order. Both are exact where the field is linear.
 !>
-!> Only particles of the material that the point is in take part, of bodies that are joined there, and of those only the ones that no
-!> crack hides from it. All distances are those in the reference configuration: a point keeps its material in either frame.
+!> Only particles of the material of the point take part, of bodies that are joined there, and of these only the ones that no crack
+!> hides from it. All distances are in the reference configuration: a point keeps its material in either frame.
 module hampm_point_values
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -34,7 +33,7 @@ module hampm_point_values
       real(dp), allocatable :: points(:, :)      !! [m], (ndim, 2 or more)
    end type face_lines_t
 
-   !> What there is to see: the particles that tell of some points, and what divides them.
+   !> The particles that give the values at some points, and the cracks that separate them.
    type :: view_t
       integer, allocatable :: particle(:)
       integer, allocatable :: joined(:)          !! by body, which of them are one
@@ -44,13 +43,13 @@ module hampm_point_values
    !> The particles around a point.
    type :: surroundings_t
       integer, allocatable :: particle(:)
-      real(dp), allocatable :: from_point(:, :)  !! over the radius of the weights [-], (ndim, particles); some are farther away than 1, for
+      real(dp), allocatable :: from_point(:, :)  !! over the radius of the weights [-], (ndim, particles); some above 1, for
                                                  !! the means over cells
    end type surroundings_t
 
 contains
 
-   !> What there is to see around a box: all cracks with two faces, and the particles that are so near that `look_around` may ask for them.
+   !> View of a box: all cracks with two faces, and all particles so near that `look_around` may use them.
    pure subroutine new_view(m, cracks, joined, lower, upper, view)
       type(matter_t), intent(in) :: m
       type(cracks_t), intent(in) :: cracks
@@ -73,8 +72,8 @@ contains
       end associate
    end subroutine new_view
 
-   !> Find the particles around a point: of the material of the nearest one and of bodies that are one with its own; on the interface of
-   !> two materials of both, as it is as near to both.
+   !> Find the particles around a point: of the nearest one's material and of bodies that are one with its own; on the interface of
+   !> two materials of both, as they are equally near.
    pure subroutine look_around(m, view, x, toward, around)
       type(matter_t), intent(in) :: m
       type(view_t), intent(in) :: view
@@ -143,7 +142,7 @@ contains
          end associate
       end function are_alike
 
-      !> Whether a crack is between a particle and the point, or the particle on it: it is on either of its sides, as rounding has it.
+      !> Whether a crack separates a particle from the point, or passes through it: rounding decides its side.
       pure logical function is_hidden(i)
          integer, intent(in) :: i
          real(dp) :: x_of(ndim)
@@ -175,7 +174,7 @@ contains
       is_between = area(x, y, a)*area(x, y, b) <= 0
    end function is_between
 
-   !> By which the values of the particles around a point add up to that of a linear function at it, fitted to their means over cells, in
+   !> Weights of the particles around a point for the value there of a linear function, fitted to their means over cells, in
    !> quadratic cells to themselves.
    pure function weights_of_cells(m, around) result(weights)
       type(matter_t), intent(in) :: m
@@ -214,10 +213,10 @@ contains
       weights = of_cells(cell)*m%particles%volume(around%particle)/volume(cell)
    end function weights_of_cells
 
-   !> By which the values of the particles around a point add up to that at the point: the value of the polynomial that is fitted to them.
-   !> Terms that are others at these particles, as where they stand in few rows, are left out.
+   !> Weights of the particles around a point for the value there: the value of the polynomial that is fitted to them. Terms that
+   !> depend on others at these particles, as where they stand in few rows, are left out.
    !>
-   !> With A the terms at the particles and W the weights, W**(1/2) A = Q R by Gram and Schmidt, twice; then the value at the point, the
+   !> With A the terms at the particles and W the weights, W**(1/2) A = Q R by Gram and Schmidt, twice; the value at the point, the
    !> first unknown, is z . Q^T W**(1/2) f with R^T z = (1, 0, ...).
    pure function weights_of(around, terms) result(weights)
       type(surroundings_t), intent(in) :: around

@@ -1,4 +1,4 @@
-!> What the probes of a model record: of material points and lines, of cracks, of loads.
+!> Records of the probes of a model: of material points and lines, of cracks, of loads.
 !>
 !> Values are those of the instant, found from the particles alone, and nothing is kept from sample to sample.
 module hampm_probes
@@ -117,9 +117,9 @@ contains
       normal = quarter_turn(to - from)/norm(to - from)
    end function left_of
 
-   !> Add parts of what the particles around a point tell of it: displacement, velocity, and the components of strain
-   !> and stress. The strain is the symmetric part of the displacement gradient or, of laws for any rotation, that of Green and Lagrange;
-   !> the stress is that of snapshots, Kirchhoff's.
+   !> Add parts of the means of the particles around a point: displacement, velocity, and the components of strain and stress. The
+   !> strain is the symmetric part of the displacement gradient or, of laws for any rotation, Green and Lagrange's; the stress is
+   !> Kirchhoff's, as in snapshots.
    pure subroutine add_means(problem, around, part, u, v, strain, stress)
       type(problem_t), intent(in) :: problem
       type(surroundings_t), intent(in) :: around
@@ -174,8 +174,8 @@ contains
       u = matmul(weights_of(around, quadratic_fit), problem%particles%displacement(around%particle, :))
    end function displacement_at
 
-   !> Mean strain along a line: by how much its ends have moved apart, over its length. That is the mean of the strain along it, and of
-   !> what cracks between its ends have opened by [-].
+   !> Mean strain along a line: the change of the distance of its ends over its length [-]: the mean of the strain along it and of
+   !> the openings of cracks between its ends.
    pure real(dp) function elongation(problem, view, ends)
       type(problem_t), intent(in) :: problem
       type(view_t), intent(in) :: view
@@ -237,9 +237,9 @@ contains
       end associate
    end subroutine record_crack
 
-   !> By how much the faces of a crack have parted at a place: opening, and sliding of the left one in the direction of the crack against
-   !> the right one [m]. Of laws for any rotation it is that in the frame that turns with the material beside it. On a symmetry plane what
-   !> is missing is the mirror image.
+   !> Opening of the faces of a crack at a place, and sliding of the left one in the direction of the crack against the right one
+   !> [m]; of laws for any rotation in the frame that turns with the material beside it. On a symmetry plane the mirror image is the
+   !> other face.
    pure function parted_at(problem, view, face, x, normal) result(parted)
       type(problem_t), intent(in) :: problem
       type(view_t), intent(in) :: view
@@ -272,8 +272,8 @@ contains
       if (face /= both_faces) parted = in_plane(2*parted(1), 0.0_dp)
    end function parted_at
 
-   !> Volume between the faces of a straight part of a crack, where there is material on both sides: the integral of the opening, by the
-   !> middles of parts no longer than half of a cell there, which are halves of halves [m3].
+   !> Volume between the faces of a straight part of a crack, with material on both sides [m3]: the integral of the opening by the
+   !> midpoints of parts no longer than half of a cell there, from repeated halving.
    pure recursive function volume(model, problem, view, face, from, to) result(integral)
       type(model_t), intent(in) :: model
       type(problem_t), intent(in) :: problem

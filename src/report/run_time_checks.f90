@@ -1,10 +1,9 @@
-!> The look, at every sample, whether the numbers of a run still mean something.
+!> Checks, at every sample, that the numbers of a run are still valid.
 !>
-!> The look whether a piece of a cell, as a crack or the edge of a body leaves it, holds by next to nothing: then the load on it has strained it
-!> far more than the cells beside it, and nothing that depends on it has a meaning.
-!>
-!> A measure, whatever has let it loose: in a piece that holds, strains are those beside it but for a factor that the place tells (2.6 in slivers at
-!> rings under pressure), while loose ones have hundreds of times these.
+!> The check whether a piece of a cell, cut off by a crack or the edge of a body, is nearly loose: then the load on it has strained
+!> it far more than the cells beside it, and results that depend on it are invalid. The measure does not depend on the cause: in a
+!> firm piece strains are those beside it up to a factor of its place (2.6 in slivers at rings under pressure); loose ones have
+!> hundreds of times these.
 module hampm_run_time_checks
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -31,11 +30,11 @@ module hampm_run_time_checks
    public :: check_state, check_tip, check_step, check_faces, check_modes, check_normals, check_rest
 
    real(dp), parameter :: most = 20              !! strain of a piece over the largest beside it
-   real(dp), parameter :: firm = 0.5_dp          !! part of a cell from which on a piece holds itself: a wave that comes in strains it first
+   real(dp), parameter :: firm = 0.5_dp          !! part of a cell from which on a piece is firm: an incoming wave strains it first
 
    ! Within the limit of the time step the energy swings, as velocity and strain are half a step apart: near the limit by 11 % of
-   ! what the material stores, and not at all in the mean (docs/evidence/stability.md). What goes beyond that is told. Half of the largest
-   ! energy cannot come about so: an unstable run, which multiplies its energy in a few steps, is soon there, a stable one never.
+   ! the stored energy, with zero mean (docs/evidence/stability.md). A larger gain is reported. Half of the largest energy exceeds
+   ! any swing: an unstable run, which multiplies its energy in a few steps, is soon there, a stable one never.
    real(dp), parameter :: largest_gain = 0.5_dp  !! of energy without work, over the largest energy so far [-]
    ! The limit of bodies whose edges cut cells is that of a sample of such cells: others are nearer to it, and swing by more
    real(dp), parameter :: largest_gain_of_shapes = 0.9_dp
@@ -80,7 +79,7 @@ contains
              + problem%energies%absorbed_energy - problem%energies%external_work - measurements%initial_energy &
              - abs(problem%energies%prescribed%work) & ! of which half waits for the next step's forces
              - work_of_step(problem%loads, problem%particles, problem%state%time, problem%state%last_dt)
-      if (allocated(problem%state%velocity)) gain = min(gain, 0.0_dp) ! implicit steps overshoot, but are stable (docs/explanation/implicit.md)
+      if (allocated(problem%state%velocity)) gain = min(gain, 0.0_dp) ! they overshoot stably (docs/explanation/implicit.md)
       largest = merge(largest_gain_of_shapes, largest_gain, allocated(problem%grid%bodies))
       crushed = most_crushed_particle(problem%particles, problem%materials)
       if (crushed > 0) then
@@ -158,8 +157,8 @@ contains
                 /measurements%largest_inner_energy)//' % of what the material stores. Likely cause: '//cause, gained, warning)
    end subroutine check_energy_gain
 
-   !> Warn, once, where the energy balance has an error of a notable part of the energy: the work on a particle in a step is that of the mean of
-   !> its stresses before and after, which is wrong where one step strains it by much, as a node with next to no mass does with usl.
+   !> Warn, once, where the energy balance has an error of a notable part of the energy: the work on a particle in a step is by the
+   !> mean of its stresses before and after, wrong where one step strains it by much, as a node with next to no mass does with usl.
    subroutine check_energy_balance(problem, time, measurements, warning)
       type(problem_t), intent(in) :: problem
       character(*), intent(in) :: time
@@ -198,7 +197,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
       character(:), allocatable, intent(inout) :: warning
-      real(dp) :: uncertain, off                 ! energy that may be wrong [J], and by which part a particle's is [-]
+      real(dp) :: uncertain, off                 ! energy that may be wrong [J], and relative error of a particle's [-]
       real(dp) :: start(ndim)                    ! where a particle started [m]
       logical :: crosses
       integer :: i
@@ -223,11 +222,11 @@ contains
                 crossed, warning)
    end subroutine check_stretch
 
-   !> Warn, once, where strained material has travelled through so many cells of the updated frame that the forces which it loses and
-   !> gains at their edges are likely to add up: bilinear functions have other gradients in the next cell, and a particle that crosses
-   !> carries its stress over at once. The measure is the mean of strain times cells, weighted with the strain energy: a cantilever
-   !> that bends by 0.6 of its length sank too far by 30 and 35 % at 0.10 and 0.18 (4 and 8 cells over its depth); a bar was off by
-   !> 3.7 % at 0.6.
+   !> Warn, once, where strained material has travelled through so many cells of the updated frame that the forces which it loses
+   !> and gains at their edges are likely to add up: bilinear functions have other gradients in the next cell, and a particle that
+   !> crosses carries its stress over at once. The measure is the mean of strain times cells, weighted with the strain energy: a
+   !> cantilever that bends by 0.6 of its length sank too far by 30 and 35 % at 0.10 and 0.18 (4 and 8 cells over its depth); a bar
+   !> was off by 3.7 % at 0.6.
    subroutine check_travel(problem, measurements, warning)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
@@ -254,8 +253,8 @@ contains
                 'do not have to come into contact', travelled, warning)
    end subroutine check_travel
 
-   !> Warn, once, where material has carried a crack through cells, which are cut anew as it goes, and energy is missing by a notable part of what it stores: a plate
-   !> that flies at 10, 30 and 72 m/s has 15, 20 and 28 % more J by then, up to 2.3 times as much later, where the same at rest misses 2e-4.
+   !> Warn, once, where a crack was carried through cells, cut anew as it goes, and the energy balance has a notable error: J of a
+   !> plate that flies at 10, 30, 72 m/s is then 15, 20, 28 % too large, later up to 2.3 times; at rest the balance is off by 2e-4.
    subroutine check_flight(problem, measurements, warning)
       type(problem_t), intent(in) :: problem
       type(measurements_t), intent(in) :: measurements
@@ -354,7 +353,7 @@ contains
    subroutine check_faces(measurements, cracks, is_static, warning)
       type(measurements_t), intent(in) :: measurements
       type(crack_t), intent(in) :: cracks(:)
-      logical, intent(in) :: is_static           !! whether the motion has come to rest
+      logical, intent(in) :: is_static           !! whether the motion has reached static equilibrium
       character(:), allocatable, intent(inout) :: warning
       character(:), allocatable :: remedy, which
       integer :: k
@@ -396,8 +395,8 @@ contains
                 ''' is for small strains and rotations (below '//to_text(small_gradient)//')'//advice, strained, warning)
    end subroutine check_strain
 
-   !> Warn, once, where the angular momentum of bodies that nothing acts on has changed. The lumped mass matrix keeps it only as
-   !> far as particles stand evenly around nodes: at free edges they do not. Nor where bodies meet: an impulse and its reaction act at one node, but move
+   !> Warn, once, where the angular momentum of free bodies has changed. The lumped mass matrix keeps it only where particles stand
+   !> evenly around nodes: at free edges they do not. Contact changes it too: an impulse and its reaction act at one node, but move
    !> the particles around it, whose middles are on either side of the surface.
    subroutine check_angular_momentum(problem, measurements, warning)
       type(problem_t), intent(in) :: problem
@@ -546,7 +545,7 @@ contains
       end do
    end subroutine check_pieces
 
-   !> The largest strain in fuller pieces that have a node in common with a piece; 0 where there are none.
+   !> The largest strain in fuller pieces that share a node with a piece; 0 if there are none.
    pure real(dp) function largest_beside(m, e, fill, strain) result(largest)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: e                   !! the first element of the piece
