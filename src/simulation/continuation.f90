@@ -90,7 +90,7 @@ contains
       call checkpoint%finish(failure)
    end subroutine rebuild
 
-   !> After a checkpoint was read: the model has its cracks where they are, tips see what is around them, and loads have their scale.
+   !> After a checkpoint was read: update crack paths of the model, surroundings of tips and the scale of loads.
    subroutine update_model_paths(s)
       type(simulation_t), intent(inout) :: s
       integer :: k

@@ -1,6 +1,6 @@
-!> How tips grow in a run: at rest by increments, under loads that are scaled until G is the toughness, or in load cycles (`hampm_static_growth`); in
-!> motion along ways for which the cells are cut in advance (`hampm_dynamic_growth`), in implicit steps at the pace that keeps G at
-!> the toughness (`hampm_growth_pace`).
+!> Growth of tips in a run: quasi-static by increments, under loads that are scaled until G is the toughness, or in load cycles
+!> (`hampm_static_growth`); in motion along paths whose cells are cut in advance (`hampm_dynamic_growth`), in implicit steps at the
+!> advance that keeps G at the toughness (`hampm_growth_pace`).
 module hampm_growth
    use hampm_kinds, only: dp
    use hampm_crack_tip_field, only: modes
@@ -83,8 +83,8 @@ contains
       if (.not. s%growing%is_paced) call plan_growth(s, failure)
    end subroutine prepare_growth
 
-   !> Let the fronts of cracks in planes go the way of a step, and what they leave behind go: after a step that is explicit, before one that is
-   !> implicit, at whose end all is in balance with them.
+   !> Advance the fronts of plane cracks in a step and release the points behind them: after an explicit step, before an implicit
+   !> one, which ends in balance with them.
    subroutine move_fronts(s, time, failure)
       type(simulation_t), intent(inout) :: s
       real(dp), intent(in) :: time               !! at its start [s]
@@ -124,8 +124,8 @@ contains
       end associate
    end subroutine move_fronts
 
-   !> Measure along fronts, and find the speeds for the next step of those that grow by their toughness: with fronts where they are, after an explicit
-   !> step has moved them, and before an implicit one does. Those that do not grow in it rest.
+   !> Measure along fronts, and find the speeds for the next step of the fronts that grow by their toughness: after an explicit step
+   !> has moved them, before an implicit one does. Fronts that do not grow in it rest.
    subroutine check_fronts(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -248,7 +248,7 @@ contains
    subroutine follow_growth(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      real(dp) :: late                           ! what fronts take in an implicit step more than at its start [J]
+      real(dp) :: late                           ! released by fronts in an implicit step beyond the value at its start [J]
       if (failure%failed() .or. .not. s%growing%are_there()) return
       if (s%growing%is_static) then
          call measure_state(s, failure)
@@ -277,7 +277,7 @@ contains
       if (.not. s%growing%is_static) call follow_ends(s, failure)
    end subroutine follow_growth
 
-   !> In motion, after a step: cut cells anew where tips have ended, and look whether bodies have parted once nothing holds the faces there any more.
+   !> In motion, after a step: cut cells anew where tips have ended, and check whether bodies separate where all points failed.
    subroutine follow_ends(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -407,7 +407,7 @@ contains
 
    contains
 
-      !> Warn once that an increment has taken less than a cycle: the law is none of cycles there, or its constants are for other units.
+      !> Warn once that an increment took less than a cycle: no law of cycles there, or its constants are for other units.
       subroutine tell_fast_growth()
          character(*), parameter :: fast = 'an increment of growth has taken less than one load cycle'
          if (allocated(s%warning)) then
@@ -420,7 +420,7 @@ contains
                        'MPa m^0.5 or ways in mm, not in Pa m^0.5 and m; or loads are too large')
       end subroutine tell_fast_growth
 
-      !> The same of points of fronts: cycles are counted where they have come to, from where they stand evenly again.
+      !> Count the cycles at points of fronts: at their present places, once these are evenly spaced again.
       subroutine follow_points()
          real(dp) :: there(size(now, 1), size(now, 2), size(now, 3))
          integer :: l
@@ -441,8 +441,8 @@ contains
                     'of the toughness; the run ends before end_time')
    end subroutine tell_fracture
 
-   !> After a load step, when all is measured and booked: find K, and that over K_c, at each load of the cycles. Where all is
-   !> proportional to the loads one solution tells that, else each takes one; then faces slide from where they are at the largest load.
+   !> After a load step, measured and booked: find K and K over K_c at each load of the cycles. One solution gives all if the model
+   !> is proportional to the loads, else each load takes one; faces then slide from their state at the largest load.
    subroutine look_at_cycles(s, now, failure)
       type(simulation_t), intent(inout) :: s
       real(dp), intent(inout) :: now(:, :, :)    !! (modes and part of K_c, loads, tips)
@@ -488,14 +488,14 @@ contains
       end subroutine take
    end subroutine look_at_cycles
 
-   !> What is measured at tips that are about to go on, or to turn: in load cycles at that end of these at which K of each is the larger.
+   !> Measurements at tips that are about to advance or turn: in load cycles at the load at which K of each is the largest.
    subroutine values_of_growth(s, values, failure)
       type(simulation_t), intent(inout) :: s
       type(crack_values_t), allocatable, intent(out) :: values(:)
       type(failure_t), intent(inout) :: failure
       type(measurements_t) :: measurements
       type(energies_t) :: energies
-      real(dp) :: factor                         ! by which K is more than what was measured [-]
+      real(dp) :: factor                         ! of K over the measured one [-]
       integer :: load(size(s%growing%tips)), l, k
       values = s%measurements%crack
       if (failure%failed() .or. .not. s%growing%is_cyclic) return
@@ -527,7 +527,7 @@ contains
       end associate
    end function one_load_tells
 
-   !> Look at another load of the cycles; faces slide from where they are.
+   !> Solve at another load of the cycles; faces slide from their present state.
    subroutine go_to_load(s, factor, failure)
       type(simulation_t), intent(inout) :: s
       real(dp), intent(in) :: factor             !! [-]
@@ -536,7 +536,7 @@ contains
       call rescale(s, factor, failure)
    end subroutine go_to_load
 
-   !> Go back to the load of the model after such looks.
+   !> Return to the load of the model after solutions at others.
    subroutine go_back(s, measurements, energies, failure)
       type(simulation_t), intent(inout) :: s
       type(measurements_t), intent(in) :: measurements !! of before
@@ -549,8 +549,8 @@ contains
       s%problem%energies = energies
    end subroutine go_back
 
-   !> At rest: cut cells along cracks that have grown, and find equilibrium. Where they have parted a body and one of its pieces has no equilibrium,
-   !> the run is over; where a displacement is prescribed the piece goes with the load frame, and bears no load.
+   !> In equilibrium: cut cells along cracks that have grown, and solve. Where a body has separated and a piece has no equilibrium
+   !> the run is over; where a displacement is prescribed the piece moves with the load frame, without load.
    subroutine cut_at_rest(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -576,7 +576,7 @@ contains
       end if
    end subroutine cut_at_rest
 
-   !> Look whether cracks have parted a body.
+   !> Record whether cracks have separated a body.
    subroutine note_separation(s, time)
       type(simulation_t), intent(inout) :: s
       real(dp), intent(in) :: time               !! [s]
@@ -621,8 +621,8 @@ contains
       end do
    end subroutine turn_to_symmetry
 
-   !> After a load step, when all is measured: turn tips to local symmetry, which loads that do not all change alike and finer cells have changed, and
-   !> scale the loads to the toughness, in turns until both are so: held loads have another K_II for each load factor.
+   !> After a load step, measured: turn tips to local symmetry, which loads that do not change in proportion and finer cells have
+   !> changed, and scale the loads to the toughness, in turns until both hold: with held loads K_II depends on the load factor.
    subroutine load_in_symmetry(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -641,8 +641,8 @@ contains
          'without any and the load factor change each other', s%warning)
    end subroutine load_in_symmetry
 
-   !> Book the work of a load step that ends now, what faces have lost that slide from where they were before it to where they are, and what
-   !> new faces have taken.
+   !> Book the work of a load step that ends now, the loss of faces that slide from their state before it, and the energy taken by
+   !> new faces.
    subroutine book_step(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -665,7 +665,7 @@ contains
       has_fronts = size(s%measurements%fronts) > 0
    end function has_fronts
 
-   !> G over the toughness of each tip, or point of a front, that still grows; 0 where something hinders it, or the same whatever does.
+   !> G over the toughness of each tip, or point of a front, that still grows; 0 where growth is hindered, unless `whatever`.
    pure function ratios(s, whatever)
       type(simulation_t), intent(in) :: s
       logical, intent(in), optional :: whatever  !! default: .false.
@@ -680,8 +680,8 @@ contains
       end if
    end function ratios
 
-   !> When all is measured: scale the loads until the largest G is the toughness. Beside held loads G is a polynomial of the load factor, whatever its sign:
-   !> only where it is found tips count that nothing hinders. Where none is left the loads stay.
+   !> With all measured: scale the loads until the largest G is the toughness. Beside held loads G is a polynomial of the load
+   !> factor for all tips; the solution counts only tips that are not hindered. If there are none the loads stay.
    subroutine load_to_toughness(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -734,10 +734,10 @@ contains
       if (s%model%control%leads()) call look_at_frame(s%growing, s%problem, s%model%control%stiffness, failure)
    end subroutine rescale
 
-   !> After a load step, when all is measured: bring the quantity that is controlled to where it is to be, and let tips grow on the way.
+   !> After a load step, measured: bring the controlled quantity to its target, while tips grow.
    !>
-   !> Tips advance by increments along the path on which G is the toughness as long as the quantity rises on it. Where it would fall, growth
-   !> is not stable: the quantity stays, and G is above the toughness. The last increment is so long that G is the toughness in the end.
+   !> Tips advance by increments at G = toughness while the quantity rises. Where it would fall, growth is unstable: the quantity
+   !> stays and G exceeds the toughness. The last increment ends where G is the toughness.
    subroutine follow_control(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -787,13 +787,13 @@ contains
       call book_step(s, failure)
    end subroutine follow_control
 
-   !> Let tips advance again, by a part of their last increment with which G is the toughness where the quantity that is controlled is to be:
-   !> found by the rule of false position, the value at an end that stays halved each time (Illinois).
+   !> Repeat the last advance of the tips by the part of it with which G is the toughness at the target of the controlled quantity,
+   !> by the rule of false position, the value at an end that stays halved each time (Illinois).
    subroutine shorten_increment(s, before, factor, first, target, failure)
       type(simulation_t), intent(inout) :: s
       type(cracks_t), intent(in) :: before       !! before that increment
       real(dp), intent(in) :: factor             !! load factor then [-]
-      real(dp), intent(in) :: first              !! the quantity at which G was the toughness then; after the increment it is the present one
+      real(dp), intent(in) :: first              !! the quantity at G = toughness then; afterwards the present one
       real(dp), intent(in) :: target
       type(failure_t), intent(inout) :: failure
       real(dp), parameter :: close = 1e-3_dp     ! of the quantity: K of a tip varies as much with its place in a cell
@@ -801,7 +801,7 @@ contains
       real(dp) :: part(2), off(2), now
       integer :: trial, side
       part = [0, 1]
-      off = [first, controlled(s)] - (1 + close)*target ! G is hardly below the toughness then: nothing grows at the same place again
+      off = [first, controlled(s)] - (1 + close)*target ! G is hardly below the toughness: no more growth there
       now = off(2)
       do trial = 1, most
          if (abs(now) <= close*abs(target)) exit
@@ -826,7 +826,7 @@ contains
       exceeds_toughness = any(ratios(s) > 1 + 2*near)
    end function exceeds_toughness
 
-   !> The quantity that is controlled, after a look at the load frame.
+   !> The controlled quantity, with the load frame measured.
    pure real(dp) function controlled(s)
       type(simulation_t), intent(in) :: s
       controlled = s%growing%load_factor

@@ -1,5 +1,5 @@
-!> Cracks that appear at rest (`hampm_onset`): after each load step the load factor at which the next one does is found, from equilibria without it
-!> and with it at all lengths in question; before the next step it is there, and may grow as any other.
+!> Nucleation of cracks in equilibrium (`hampm_onset`): after each load step the load factor of the next crack is found, from
+!> equilibria without it and with it at all candidate lengths; before the next step it is inserted, and may grow as any other.
 module hampm_nucleation
    use hampm_kinds, only: dp, ndim
    use hampm_crack_lines, only: length_of
@@ -23,7 +23,7 @@ module hampm_nucleation
    private
    public :: find_onset, let_appear, book_onset
 
-   !> What is known of a crack that waits.
+   !> Data of a crack that has not appeared.
    type :: candidate_t
       real(dp), allocatable :: length(:)         !! that are tried, ascending [m]
       real(dp), allocatable :: by_stress(:), by_energy(:) !! load factors for these
@@ -33,8 +33,8 @@ module hampm_nucleation
 
 contains
 
-   !> After a load step, when loads are scaled so that tips are about to grow, unless none does: find whether a crack appears before that, and at which
-   !> load factor. Cells are as before then, and loads to be scaled.
+   !> After a load step, with loads scaled so that tips are about to grow, unless no tip does: find whether a crack appears before
+   !> that, and its load factor. Cells are then as before, and loads still to be scaled.
    subroutine find_onset(s, any_grows, load, failure)
       type(simulation_t), intent(inout) :: s
       logical, intent(in) :: any_grows           !! whether a tip is about to grow
@@ -109,14 +109,14 @@ contains
 
    contains
 
-      !> What of stresses is there without scaled loads.
+      !> Stresses without scaled loads.
       pure function held_part(stress) result(part)
          real(dp), intent(in) :: stress(:, :)
          real(dp) :: part(size(stress, 1))
          part = stress(:, 1) - loads(1)*scaled_part(stress)
       end function held_part
 
-      !> What they change by with the load factor.
+      !> Change of stresses with the load factor.
       pure function scaled_part(stress) result(part)
          real(dp), intent(in) :: stress(:, :)
          real(dp) :: part(size(stress, 1))
@@ -185,7 +185,7 @@ contains
       call cut_anew(s, failure)
    end subroutine try_lengths
 
-   !> Energy that is stored, less what the loads have given: what a new crack releases is what it falls by, under given loads and given motions [J].
+   !> Stored energy less the work of the loads [J]: its decrease is released by a new crack, under given loads and motions.
    real(dp) function potential(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -243,7 +243,7 @@ contains
       end do
    end subroutine let_appear
 
-   !> Book what a crack that has appeared has released at the load of the step before: as taken by its faces, also what a real one turns into motion.
+   !> Book the energy released by a new crack at the last load: dissipated by its faces, also what would become motion.
    subroutine book_onset(s, stored, failure)
       type(simulation_t), intent(inout) :: s
       real(dp), intent(in) :: stored             !! energy without it [J]

@@ -1,4 +1,4 @@
-!> What a run writes and tells: rows of the history and snapshots when they are due, the progress line, and how it has ended.
+!> Output of a run: rows of the history and snapshots when they are due, the progress line, and the way it has ended.
 module hampm_recording
    use, intrinsic :: ieee_exceptions, only: ieee_usual, ieee_get_halting_mode, ieee_set_halting_mode
    use, intrinsic :: iso_fortran_env, only: compiler_version, compiler_options
@@ -28,7 +28,7 @@ module hampm_recording
    private
    public :: open_results, next_row, is_due, record, record_between_rows, record_end, show_progress, result_path
 
-   real(dp), parameter :: rounding = 1.0e-6_dp   !! part of a step by which a time or a step may be off
+   real(dp), parameter :: rounding = 1.0e-6_dp   !! tolerance of a time or a step, relative to a step
 
 contains
 
@@ -97,8 +97,8 @@ contains
       if (abs(time - s%model%run%end_time) <= same_time(s)) time = s%model%run%end_time
    end function output_time
 
-   !> Times that differ by no more are the same [s]: by a small part of a step and of the intervals between outputs, which may be shorter than
-   !> a step could be, or by rounding.
+   !> Times that differ by no more are the same [s]: a small part of a step and of the intervals between outputs, which may be
+   !> shorter than a step, or rounding.
    pure real(dp) function same_time(s)
       type(simulation_t), intent(in) :: s
       associate (output => s%model%output)
@@ -115,7 +115,7 @@ contains
       is_due = s%problem%state%time >= time - same_time(s)
    end function is_due
 
-   !> Take a row of the history, and the snapshot that is due, and look whether all is well.
+   !> Record a row of the history and the snapshot that is due, and check the state.
    subroutine record(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -142,8 +142,8 @@ contains
       if (has_snapshot(s)) call take_snapshot(s, failure)
    end subroutine record
 
-   !> After a step at whose end there is no row: take the snapshot that is due. The run goes on as without it, to the last digit. What rows need of
-   !> all times, as the largest G so far, is of all steps where rows do not end them.
+   !> After a step without a row: take the snapshot that is due. The run is not changed by it, to the last digit. Quantities of rows
+   !> over all times, as the largest G so far, cover all steps where rows do not end them.
    subroutine record_between_rows(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
@@ -273,7 +273,7 @@ contains
       end select
    end subroutine tell_end
 
-   !> Write with the speed of each tip when it has begun to grow in motion, and when it has come to rest where it is at rest.
+   !> Write with the speed of each tip the times at which it began to grow in motion and, if it rests, at which it stopped.
    subroutine tell_motion(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure

@@ -1,4 +1,4 @@
-!> What a run consists of, and how it is built from its model. Procedures of a run do nothing once something has failed.
+!> The parts of a run, built from its model. Procedures of a run do nothing after a failure.
 module hampm_simulation
    use hampm_kinds, only: dp, long
    use hampm_assembly, only: assemble, choose_integrator
@@ -49,7 +49,7 @@ module hampm_simulation
       type(interruption_t) :: interruption
       real(dp) :: distance_to_equilibrium = -1   !! of the last values, see `find_distance_to_equilibrium`; below 0: not known [-]
       real(dp) :: longest_step = 0               !! time step (31) [s]
-      real(dp) :: stiffening = 1                 !! by which its waves are taken to be faster than without strain [-]
+      real(dp) :: stiffening = 1                 !! wave speed in strained material over the unstrained one [-]
       real(dp) :: limit = 0                      !! the same when the steps to the next output were chosen [s]
       integer(long) :: steps_left = 0            !! how many of these are not yet done
       real(dp) :: dt = 0                         !! last time step: not longer, and such that outputs fall on their times [s]
@@ -60,7 +60,7 @@ module hampm_simulation
       character(:), allocatable :: stopped_when  !! why it has ended before its end time; not allocated where it has not
       integer(long), allocatable :: lengths(:)   !! of the result that is continued; not allocated where a new one begins
       character(:), allocatable :: warning       !! of the model and of the run-time checks, a line each; not allocated where
-                                                 !! there is none
+                                                 !! no warning
    end type simulation_t
 
 contains
@@ -115,8 +115,8 @@ contains
       if (.not. failure%failed()) call rebuild_extrapolation(s%problem, s%measurements, failure)
    end subroutine rebuild_on_mesh
 
-   !> The longest time step follows the smallest occupied cell, and waves in strained material where that would be unstable: a `courant` that is given is kept up to the
-   !> limit, as steps that change cost accuracy.
+   !> The longest time step follows the smallest occupied cell, and waves in strained material where that would be unstable: a given
+   !> `courant` is kept up to the limit, as changes of steps cost accuracy.
    subroutine limit_time_step(s)
       type(simulation_t), intent(inout) :: s
       real(dp) :: courant
@@ -128,8 +128,8 @@ contains
       if (s%integrator%fixed_step > 0) s%longest_step = s%integrator%fixed_step
    end subroutine limit_time_step
 
-   !> After some explicit steps: shorten them where material of laws for any strain has become stiffer, and lengthen them again where it is less so. What
-   !> it is taken for changes by a part that is small against what `default_part` leaves.
+   !> After some explicit steps: shorten them where finite-strain material has become stiffer, and lengthen them again where it is
+   !> less so, in increments of `stiffening` that are small against the margin of `default_part`.
    subroutine follow_stiffening(s)
       type(simulation_t), intent(inout) :: s
       integer(long), parameter :: every = 8
@@ -147,7 +147,7 @@ contains
    subroutine measure_state(s, failure, in_passing)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure
-      logical, intent(in), optional :: in_passing !! whether faces may overlap, as the state is none of the run
+      logical, intent(in), optional :: in_passing !! whether faces may overlap, in a state that is not of the run
       type(measurements_t) :: before
       if (failure%failed()) return
       if (present(in_passing)) before%overlap = s%measurements%overlap
@@ -155,7 +155,7 @@ contains
       if (present(in_passing)) s%measurements%overlap = before%overlap
    end subroutine measure_state
 
-   !> What the user should know of the numbers of a run, a line each; '' where there is nothing.
+   !> Warnings on the numbers of a run, a line each; '' if there are none.
    function warnings(s) result(text)
       type(simulation_t), intent(in) :: s
       character(:), allocatable :: text, other
@@ -165,7 +165,7 @@ contains
       if (other /= '') call add_line(text, other)
    end function warnings
 
-   !> Whether the run has come to rest.
+   !> Whether the run has reached equilibrium.
    pure logical function is_near_equilibrium(s)
       type(simulation_t), intent(in) :: s
       is_near_equilibrium = s%distance_to_equilibrium >= 0 .and. s%distance_to_equilibrium <= near_equilibrium

@@ -1,8 +1,8 @@
-!> The start of a motion from static equilibrium: before the first step the displacement is found at which internal forces are in balance with
-!> what acts at time 0, which is loads, prescribed displacements and eigenstrains. Nothing that stays as it is then makes waves.
+!> The start of a motion from static equilibrium: before the first step the displacement is found at which internal forces balance
+!> loads, prescribed displacements and eigenstrains at time 0. Constant ones make no waves.
 !>
-!> It is the equilibrium of a static model (`hampm_equilibrium`) on the cells of the motion, found where bodies are undeformed: with shape
-!> functions at the reference positions. In the updated frame particles then go to where they are displaced to, and are sorted into the cells there.
+!> It is the equilibrium of a static model (`hampm_equilibrium`) on the cells of the motion, with shape functions at the reference
+!> positions. In the updated frame particles then move by their displacements and are sorted into the cells there.
 module hampm_static_start
    use hampm_domains, only: start_domains, displace_corners
    use hampm_equilibrium, only: equilibrium_t
@@ -17,7 +17,7 @@ module hampm_static_start
 
 contains
 
-   !> Bring a simulation to the equilibrium at its present time, where its model asks for that. Fails where there is none.
+   !> Bring a simulation to the equilibrium at its present time, if its model asks for that. Fails if there is none.
    subroutine begin_at_rest(s, failure)
       type(simulation_t), intent(inout) :: s
       type(failure_t), intent(inout) :: failure

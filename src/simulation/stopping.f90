@@ -1,6 +1,5 @@
-!> How a run ends before its end time, as `&run stop_when` has it: a crack is so long or has parted a body, cracks have arrested, or the load has
-!> dropped.
-!> It is looked for at each sample of the history, with which the run then ends.
+!> Stop of a run before its end time by `&run stop_when`: a crack has reached a length or separated a body, cracks have arrested, or
+!> the load has dropped. The check is at each sample of the history, which then is the last.
 module hampm_stopping
    use hampm_kinds, only: dp
    use hampm_tensors, only: norm
@@ -64,7 +63,7 @@ contains
       end associate
    end function have_arrested
 
-   !> The load: the largest force of a constraint that has a name [N] or, where none has one, the factor by which static growth scales loads [-].
+   !> The load: the largest force of a named constraint [N] or, if none is named, the load factor of static growth [-].
    pure real(dp) function present_load(s) result(load)
       type(simulation_t), intent(in) :: s
       integer :: k
