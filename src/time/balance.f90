@@ -1,11 +1,11 @@
-!> Balance of the forces on a body, whatever they are, at the end of a step: internal forces, loads and, in motion, inertia, with faces
-!> and supports that touch as they press. Rest (`hampm_equilibrium`) and implicit steps (`hampm_newmark`) are two kinds of such steps.
+!> Balance of the forces on a body at the end of a step: internal forces, loads and, in motion, inertia, with faces and supports in
+!> contact. Static equilibrium (`hampm_equilibrium`) and implicit steps (`hampm_newmark`) are two kinds of such steps.
 !>
-!> Newton's iteration (`hampm_newton`) finds it. Which pairs of nodes on faces are pressed together, and which nodes on supports that
-!> only push, is found by turns: tie what would overlap, release what would pull; all at once or, where that goes round in circles, one
-!> after the other in the order of their numbers, which for a convex potential ends (Murty 1974). Where that fails, a step is tried in parts, each half
-!> as long as the last try. A try that fails leaves nothing behind: laws with a history go on from the last state that was kept, when
-!> a part has ended in balance.
+!> Newton's iteration (`hampm_newton`) solves it. An active-set iteration finds the pairs of nodes on faces, and the nodes on
+!> unilateral supports, that are pressed: tie where they would overlap, release where they would pull; all at once or, if that
+!> cycles, one by one in the order of their numbers, which ends for a convex potential (Murty 1974). If that fails, a step is
+!> divided: each part is half as long as the last try. A failed try leaves nothing behind: laws with a history go on from the state
+!> of the last part in balance.
 !>
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapter 10 (active sets); Judice & Pires, Comput. Oper. Res. 21 (1994)
 !> 587-596 (block principal pivoting, with Murty's method where it cycles).
@@ -35,7 +35,7 @@ module hampm_balance
    type, abstract, extends(integrator_t) :: balance_t
       type(newton_t) :: newton
       type(outer_forces_t) :: outer              !! in the step that is tried
-      real(dp), allocatable :: moved(:, :)       !! by which nodes have moved in it [m], (ndim, n_points)
+      real(dp), allocatable :: moved(:, :)       !! displacement of the nodes in it [m], (ndim, n_points)
    contains
       procedure :: advance_to
       procedure :: with_contact
@@ -53,7 +53,7 @@ module hampm_balance
       real(dp) :: length = 0                     !! [s]
    end type part_t
 
-   !> What a part of a step begins with, to go back to.
+   !> State at the start of a part of a step, to return to.
    type :: start_t
       type(instant_t) :: instant
       real(dp) :: stored = 0                     !! strain energy, with what has been dissipated [J]
@@ -66,7 +66,7 @@ module hampm_balance
          class(balance_t), intent(inout) :: self
          type(problem_t), intent(inout) :: m
          type(part_t), intent(in) :: part
-         type(start_t), intent(in) :: start      !! what it begins with
+         type(start_t), intent(in) :: start      !! state at its start
          logical, intent(out) :: is_rough
          type(failure_t), intent(inout) :: failure
       end subroutine try
@@ -160,13 +160,13 @@ contains
       is_linear = all(m%materials%linear) .and. .not. is_in_touch(m) .and. m%interfaces%n_cohesive == 0
    end function is_linear
 
-   !> Balance the forces of a step after a time with faces and supports that touch as they press, history-dependent material having relaxed before
-   !> anything has moved. Fails where that is not found.
+   !> Balance the forces of a step after a time with faces and supports in contact, history-dependent material relaxed before any
+   !> displacement. Fails where no balance is found.
    subroutine with_contact(self, m, time_increment, shift, failure)
       class(balance_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: time_increment     !! [s]
-      real(dp), intent(in) :: shift(:, :)        !! by which fixed components move [m], (ndim, n_nodes)
+      real(dp), intent(in) :: shift(:, :)        !! displacement of fixed components [m], (ndim, n_nodes)
       type(failure_t), intent(inout) :: failure
       type(rigid_constraint_t), allocatable :: rigid_constraints(:)
       integer :: turn, wrong, fewest, in_vain    ! numbers of nodes and of turns

@@ -1,20 +1,14 @@
-!> The largest stable time step of a body in small motion, from the matrices of a sample of it.
+!> Largest stable time step of a body in small motion, from the matrices of a sample (docs/explanation/theory.md).
 !>
 !> A step changes the nodal momentum p = S^T m v and the sum u of the displacements that strain the particles by
 !>
-!>    p <- p - dt M A K u,    u <- u + dt w,
+!>    p <- p - dt M A K u,    u <- u + dt w,    w = A p, before or after the change of p; usl: w = A p - dt A K u,
 !>
-!> S being the shape functions at the particles of mass m, M = S^T m S, K the stiffness and A what the run takes for the inverse of
-!> M. With usf, usavg and musl w = A p, of before or after the change of p: leapfrog schemes of omega^2 = A M A K. With usl
-!> w = A p - dt A K u. An eigenvalue of the step leaves the unit circle through -1, which is where
+!> S being the shape functions at the particles of mass m, M = S^T m S, K the stiffness, A the approximate inverse of M. Limit:
 !>
-!>    (4/dt^2) u = Q K u,    Q = A M A, and with usl Q = 2 A - A M A.
+!>    (4/dt^2) u = Q K u,    Q = A M A, and with usl Q = 2 A - A M A;    damping of a rate: (4 - 2 rate dt)/dt^2 for 4/dt^2.
 !>
-!> Damping, a force -rate m v at the beginning of a step, turns 4/dt^2 into (4 - 2 rate dt)/dt^2.
-!>
-!> Waves in an endless body have a closed form (docs/explanation/mass.md), but modes at free edges and corners are faster, in plane strain at
-!> nu = 0.45 by 12 %, and more in bodies that are one or two cells thick. So the sample is the body itself or, where it is large, its
-!> corners: what is between them allows more.
+!> Modes at free edges and corners are faster than waves in an infinite body: the sample is the body or, if large, its corners.
 module hampm_critical_step
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, shape_gradients, quadratic_functions, quadratic_gradients, points_of_quadratic
@@ -43,7 +37,7 @@ module hampm_critical_step
       real(dp) :: spacing = 0                    !! between them [cells]
    end type row_t
 
-   !> What makes a sample one of rings.
+   !> Additional data of an axisymmetric sample.
    type :: ring_t
       real(dp) :: axis = 0                       !! where the axis is, from the node from which the first row is measured [cells]
       real(dp) :: moduli(n_voigt + 1) = 0        !! stress 11, 22, 12 and 33 by H_33, over rho c**2 of dilatational waves [-]
@@ -141,7 +135,7 @@ contains
    pure real(dp) function largest_courant(rows, moduli, mass, strains_last, damping, have_domains, are_quadratic, ring) &
       result(courant)
       type(row_t), intent(in) :: rows(ndim)      !! the particles in each direction
-      real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! stiffness of the columns (11, 22, 12) over rho c**2 of dilatational waves [-]
+      real(dp), intent(in) :: moduli(n_voigt, n_voigt) !! stiffness of (11, 22, 12) over rho c**2 of dilatational waves [-]
       type(mass_choice_t), intent(in) :: mass    !! of a partial matrix the full part counts: it is the faster one
       logical, intent(in) :: strains_last        !! usl
       real(dp), intent(in) :: damping            !! rate times cell size over dilatational wave speed [-]
@@ -385,7 +379,7 @@ contains
       end do
    end subroutine hold_axis
 
-   !> What a run takes for the inverse of M, by the rule of `hampm_mass_matrix`.
+   !> Inverse of M as the run approximates it, by the rule of `hampm_mass_matrix`.
    pure subroutine build_inverse(s, mass, least, inverse)
       type(sample_t), intent(in) :: s
       type(mass_choice_t), intent(in) :: mass
@@ -436,7 +430,7 @@ contains
       end do
    end subroutine sum_series
 
-   !> Masses, 1 where there is none.
+   !> Masses, 1 where 0.
    elemental real(dp) function where_mass(lumped)
       real(dp), intent(in) :: lumped
       where_mass = merge(lumped, 1.0_dp, lumped > 0)

@@ -1,10 +1,9 @@
-!> Equilibrium at rest: the displacement at which internal forces, loads and constraints are in balance (`hampm_balance`).
+!> Static equilibrium: the displacement at which internal forces, loads and constraints are in balance (`hampm_balance`).
 !>
-!> With other laws than the linear one a load step is divided where that fails, and where what is found may not be on the path of states
-!> at rest that begins where the step does: where it is not stable, is far from where the tangent at the start points to, or has not
-!> stored the work of the loads. Where there is no such path, as beyond a limit point (snap through), Newton's iteration may well find an
-!> equilibrium, but nothing at rest leads to it. Where no law is meant for large rotations there are no limit points but those of the
-!> material, and no other path: nothing is looked at.
+!> With nonlinear laws a load step is divided where that fails, and where the state may not be on the path of equilibria from the
+!> start of the step: where it is not stable, is far from the prediction of the tangent at the start, or has not stored the work of
+!> the loads. Beyond a limit point (snap through) Newton's iteration may find an equilibrium that no path leads to. Without laws for
+!> large rotations there are no limit points but those of the material, and no other path: no check is made.
 !>
 !> Source: Wriggers, Nonlinear Finite Element Methods (2008), chapter 5 (limit points).
 module hampm_equilibrium
@@ -25,16 +24,16 @@ module hampm_equilibrium
    public :: equilibrium_t
 
    real(dp), parameter :: off_path = 0.02_dp     !! part of the work that may not be stored on a path of states at rest
-   real(dp), parameter :: off_energy = 1e-3_dp   !! part of the energy that work in a part of a step may be off as faces or supports open or close
-   real(dp), parameter :: off_tangent = 0.5_dp   !! part of the way of a load step by which it may leave the tangent at its start
+   real(dp), parameter :: off_energy = 1e-3_dp   !! largest relative energy error of a part as faces or supports open or close
+   real(dp), parameter :: off_tangent = 0.5_dp   !! largest deviation from the tangent at the start of a load step, relative
 
    !> How equilibrium is found, and whether it has been.
    type, extends(balance_t) :: equilibrium_t
       logical :: begun = .false.                 !! whether it has been found before
       type(loading_t), private :: first, last    !! in the load step
-      real(dp), private :: kept = 0              !! what the last one has stored and dissipated [J]
+      real(dp), private :: kept = 0              !! energy stored and dissipated by the last one [J]
       real(dp), private :: at_first = 0          !! energy of eigenstrains in the first equilibrium that is not work of loads [J]
-      logical :: forgets_mesh = .false.          !! whether the state is that of the mesh, and not of the way there: nothing has grown
+      logical :: forgets_mesh = .false.          !! whether the state is independent of the path: nothing has grown
    contains
       procedure :: choose_steps
       procedure :: advance
@@ -100,9 +99,9 @@ contains
       call book_equilibrium(self, m)
    end subroutine rescale
 
-   !> Note the distance from rest, as `hampm_static_equilibrium` has it: the square root of the energy of the displacement that is left over the
-   !> strain energy. Book for the energy balance what the loads have done and the material has not stored: with other laws than the linear one what
-   !> the mean force of a load step does not tell.
+   !> Record the distance to equilibrium, as in `hampm_static_equilibrium`: the square root of the energy of the residual
+   !> displacement over the strain energy. Book for the energy balance the work of the loads that is not stored: with nonlinear laws
+   !> the error of the mean force of a load step.
    subroutine book_equilibrium(self, m)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -114,8 +113,8 @@ contains
       if (m%audit) m%energies%numerical_loss = m%energies%external_work + self%at_first - self%kept - m%energies%fracture_energy
    end subroutine book_equilibrium
 
-   !> Find equilibrium at a time, from that at the present time of the motion; the first time from material without loads. Fails where there
-   !> is none to be found, or none that is stable. With `load_factor` loads and prescribed motions are scaled to that on the way.
+   !> Find equilibrium at a time, from that at the present time of the motion; the first time from material without loads. Fails
+   !> where none, or no stable one, is found. With `load_factor` loads and prescribed motions are scaled to it on the way.
    subroutine find(self, m, time, failure, load_factor)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -143,9 +142,9 @@ contains
       m%energies%external_work = m%energies%external_work + sum(force)/2*(heat(2) - heat(1))
    end subroutine find
 
-   !> Try a part of a load step. Fails where no equilibrium is found or, where bodies may buckle, none on the path from its start; it is
-   !> rough where the work of the loads, as if they went straight to where they are, is not what has been stored: as faces or
-   !> supports open or close on the way it is bent.
+   !> Try a part of a load step. Fails where no equilibrium is found or, where bodies may buckle, none on the path from its start.
+   !> It is rough where the work of the loads on a straight path is not the stored energy: the path is bent as faces or supports
+   !> open or close.
    subroutine try(self, m, part, start, is_rough, failure)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -190,10 +189,10 @@ contains
              '&method time = ''implicit'' or ''explicit'' computes such a motion'
    end function likely_cause
 
-   !> Find equilibrium again at the present time, on another mesh, from the displacement that its nodes had on the last one or, where that
-   !> does not lead there and neither material nor friction depends on the history, from material without loads. What drives the body has done as
-   !> much more work, or less, as is stored and dissipated on this mesh: it would have done it on the way, and its full force on what finer cells give
-   !> way would be twice that. Where the state does not depend on the way to it, it is from the start.
+   !> Find equilibrium again at the present time, on another mesh, from the displacement of its nodes on the last one or, where that
+   !> fails and neither material nor friction depends on the history, from material without loads. The work of the loads changes by
+   !> the change of stored and dissipated energy: they would have done it on the way; the full force on the displacement due to
+   !> finer cells is twice that. A state that does not depend on the path is found from the start.
    subroutine find_again(self, m, failure)
       class(equilibrium_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -308,7 +307,7 @@ contains
          call failure%report(exit_computation, 'the equilibrium found is far from the prediction by the tangent before it')
    end subroutine check_step_size
 
-   !> What drives it a part of the way from one to another.
+   !> Loading a part of the way from one to another.
    pure type(loading_t) function between(first, last, part)
       type(loading_t), intent(in) :: first, last
       real(dp), intent(in) :: part
@@ -317,7 +316,7 @@ contains
       if (allocated(first%factor)) allocate (between%factor, source=first%factor + part*(last%factor - first%factor))
    end function between
 
-   !> Whether faces or supports may open and close in a body whose energy tells the work: there is no friction, and no material depends on the history.
+   !> Whether contact may change in a body whose stored energy equals the work: no friction, no history-dependent material.
    pure logical function tells_work(m)
       type(problem_t), intent(in) :: m
       tells_work = is_in_touch(m) .and. all(m%materials%linear) .and. m%interfaces%n_cohesive == 0 &
@@ -332,7 +331,7 @@ contains
       type(start_t), intent(in) :: start
       logical, intent(in) :: relaxes             !! whether material has taken its eigenstrain besides, which no load has worked for
       type(failure_t), intent(inout) :: failure
-      real(dp), parameter :: of_all = 1e-3_dp    ! part of all energy: what corners of laws of cohesion have of it is not looked at
+      real(dp), parameter :: of_all = 1e-3_dp    ! part of all energy: corners of cohesive laws are within it
       real(dp), parameter :: rounding = 1e-10_dp ! part of it that is rounding, over `off_path`
       real(dp) :: work, stored, least
       integer :: k
@@ -364,7 +363,7 @@ contains
          m%particles%displacement = 0
          m%particles%gradient = 0
          if (allocated(m%particles%widening)) m%particles%widening = 0
-         do k = 1, m%interfaces%n                   ! what friction holds stays
+         do k = 1, m%interfaces%n                   ! friction forces stay
             associate (point => m%interfaces%list(k))
                if (point%law == contact) point%start = 0
                point%slip = point%slip - along_faces(point, point%opening)

@@ -1,4 +1,4 @@
-!> What all integrators have in common: each advances a motion in time by steps of its own kind.
+!> Common part of all integrators: each advances a motion in time by steps of its own kind.
 module hampm_integrator
    use hampm_kinds, only: dp, long
    use hampm_archive, only: archive_t
@@ -12,7 +12,7 @@ module hampm_integrator
    type, abstract :: integrator_t
       real(dp) :: fixed_step = 0                 !! time step where it does not follow the cells, else 0 [s]
       logical :: is_static = .false.             !! whether a step ends in equilibrium
-      logical :: ends_at_rows = .true.           !! whether steps end at the times of rows; else these are of the end of the step in which they come
+      logical :: ends_at_rows = .true.           !! whether steps end at the times of rows; else a row is at the end of its step
       real(dp) :: distance_to_equilibrium = -1   !! of the last such step, see `equilibrium_t` [-]
       integer :: largest = 0                     !! a step is 2**largest time steps of the smallest cells
    contains
@@ -108,7 +108,7 @@ contains
    !> How many steps, none longer than `limit`, fill a time.
    pure integer(long) function steps_for(time, limit)
       real(dp), intent(in) :: time, limit        !! [s]
-      real(dp), parameter :: rounding = 1.0e-6_dp       ! part of a step by which one may be longer: no step more for that
+      real(dp), parameter :: rounding = 1.0e-6_dp       ! excess of a step, relative, that adds no step
       steps_for = max(1_long, ceiling(time/limit - rounding, long))
    end function steps_for
 end module hampm_integrator

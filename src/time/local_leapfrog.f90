@@ -1,12 +1,11 @@
 !> Local time stepping by leapfrog steps (Diaz & Grote 2009), in the total frame with laws that are linear: time steps that fit the
 !> size of the cells, without a particle. Cells of group g (`hampm_step_groups`) take 2**g of the finest steps at once.
 !>
-!> There the material point method is a finite element method, whose quadrature points are the particles
-!> (`hampm_element_operators`): a step of `musl` kicks the particles by q = D**-1 f, maps them, by which the nodes gain B f with B
-!> = D**-1 M D**-1, and moves and strains them by what the nodes have then. Here a coarse step is such a step, as long as the
-!> largest cells may take, in which f is the mean force of a motion within it that takes short steps where cells are small
-!> (`hampm_mean_force`). So all else is as in ordinary steps, particles are brought up to date at looks only, and what is at rest
-!> by these is so by common steps.
+!> There the material point method is a finite element method with the particles as quadrature points (`hampm_element_operators`): a
+!> step of `musl` kicks the particles by q = D**-1 f, maps them (the nodes gain B f with B = D**-1 M D**-1), and moves and strains
+!> them by the new nodal values. A coarse step here is such a step, of the length of the largest cells, in which f is the mean force
+!> of a motion within it with short steps in small cells (`hampm_mean_force`). All else is as in ordinary steps: particles are
+!> updated at output times only, and an equilibrium of these is one of common steps.
 module hampm_local_leapfrog
    use hampm_kinds, only: dp, ndim, long
    use hampm_cell_blocks, only: cell_blocks_t
@@ -27,7 +26,7 @@ module hampm_local_leapfrog
    private
    public :: local_leapfrog_t
 
-   !> What changes within a coarse step, with its workspace.
+   !> State within a coarse step, with its workspace.
    type, extends(explicit_t) :: local_leapfrog_t
       integer, private :: sorts = -1             !! which sort of the particles the following belongs to
       type(mean_force_t), private :: mean
@@ -75,8 +74,8 @@ contains
       end do
    end function turns
 
-   !> Advance by a coarse step, of 2**largest steps `dt`. Velocities are those of the middle between two places; at the start of a run,
-   !> at which they are given, they are kicked for half a step.
+   !> Advance by a coarse step, of 2**largest steps `dt`. Velocities are at mid-step; at the start of a run, where they are given,
+   !> they are kicked for half a step.
    subroutine advance(self, m, dt, failure)
       class(local_leapfrog_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m

@@ -1,37 +1,15 @@
-!> Inertia in implicit steps: Newmark's average acceleration, and the method of Hilber, Hughes and Taylor with alpha from -1/3 to 0. In
-!> the total frame material points are points of quadrature, and the method is one of finite elements: the nodes keep displacement
-!> u, velocity v and acceleration a from step to step, and the particles follow by what these gain. The step from t to t + dt solves
+!> Implicit steps: Newmark's average acceleration, and the method of Hilber, Hughes and Taylor with alpha from -1/3 to 0. The nodes
+!> keep displacement u, velocity v and acceleration a; particles are quadrature points (total frame). A step from t to t + dt solves
 !>
 !>    M a' + (1 + alpha) (C v' - r' - f') - alpha (C v - r - f) = 0,      C = rate M,
 !>    u' = u + dt v + dt**2 ((1/2 - beta) a + beta a'),    v' = v + dt ((1 - gamma) a + gamma a'),
 !>    gamma = 1/2 - alpha,    beta = (1 - alpha)**2/4,
 !>
-!> with r the internal forces, f the loads. With the displacement du = u' - u as the unknown it is an equilibrium as at rest
-!> (`hampm_balance`) to which inertia adds forces that are linear in du,
-!>
-!>    r'(du) + (f' - alpha/(1 + alpha) (r + f)) - M (c du + b) = 0,    c = 1/(beta dt**2 (1 + alpha)) + rate gamma/(beta dt),
-!>
-!> and c M to the tangent; with linear laws the matrix stays as long as mesh and dt do, and one solution is the step. With alpha = 0 the
-!> method has no limit of dt for these, is of second order, and each angular frequency w is too low by the part (w dt)**2/12.
-!>
-!> The kinetic energy v.M v/2 gains, with alpha = 0, exactly the work of the means of the forces at both ends of the step on du. With
-!> linear laws that of r is what the strain energy gives. With others it is but for terms of dt**3: the energy of a nonlinear motion is
-!> not conserved exactly, as no step of this kind does without forces made for it (Simo & Tarnow 1992).
-!>
-!> Nodes of prescribed motion have it as their displacement; their velocity and acceleration are central differences of
-!> it. (By the formulas above they would swing around the given motion, and ever more so.) Nodes on supports that only push have those
-!> of their support when a step is over. In the step they have them by the formulas: so whether they touch is a question with one answer.
-!>
-!> Forces of firm faces (`hampm_interface_points`) are not those of the mean of a step but those at its end. With the accelerations a_c by these, and the others a
-!>
-!>    u' = u + dt v + dt**2 ((1/2 - beta) a + beta a') + dt**2 a_c'/2,    v' = v + dt ((1 - gamma) a + gamma a') + dt a_c',
-!>
-!> so that they have the weight 1/(2 beta) in the equations for du, and none from the step before. Their work on du is never more than their energy loses: where such faces part and
-!> meet no energy is gained, however stiff they are, and what meets loses some (Kane, Repetto, Ortiz & Marsden 1999). Others, whose layer gives way as cells do, swing by steps that
-!> resolve them, and would lose far more by that than they gain without (46 % and 5 % in 400 steps of arms that part and meet).
-!>
-!> Source: Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67-94; Hilber, Hughes & Taylor, Earthq. Eng. Struct. Dyn. 5 (1977) 283-292;
-!> Hughes, The Finite Element Method (1987), chapter 9; Kane, Repetto, Ortiz & Marsden, Comput. Methods Appl. Mech. Eng. 180 (1999) 1-26; Simo & Tarnow, J. Appl. Math. Phys. 43 (1992) 757-792.
+!> with internal forces r and loads f: a balance (`hampm_balance`) in du = u' - u, with forces of inertia that are linear in du.
+!> Theory, prescribed motion, contact, energy: docs/explanation/implicit.md. Sources: Newmark, J. Eng. Mech. Div. ASCE 85 (1959)
+!> 67-94; Hilber, Hughes & Taylor, Earthq. Eng. Struct. Dyn. 5 (1977) 283-292; Hughes, The Finite Element Method (1987), chapter 9;
+!> Kane, Repetto, Ortiz & Marsden, Comput. Methods Appl. Mech. Eng. 180 (1999) 1-26; Simo & Tarnow, J. Appl. Math. Phys. 43 (1992)
+!> 757-792.
 module hampm_newmark
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
@@ -59,32 +37,32 @@ module hampm_newmark
    private
    public :: newmark_t
 
-   real(dp), parameter :: same = 1e-9_dp         !! part by which a step may differ from the last one and be taken for it
+   real(dp), parameter :: same = 1e-9_dp         !! relative difference of steps that count as equal
 
-   !> What fixed components of nodes do in a step; 0 for the others.
+   !> Prescribed motion of fixed components of nodes in a step; 0 for the others.
    type :: prescribed_t
       real(dp), allocatable :: du(:, :)          !! displacement in the step [m], (ndim, n_points)
       real(dp), allocatable :: v(:, :)           !! velocity at its end [m/s], (ndim, n_points)
       real(dp), allocatable :: a(:, :)           !! acceleration at its end [m/s2], (ndim, n_points)
    end type prescribed_t
 
-   !> What a step began with, to try it again.
+   !> State at the start of a step, to try it again.
    type :: previous_t
       type(instant_t) :: instant
       type(loading_t) :: now
-      real(dp), allocatable :: r(:, :)           !! internal forces, with those of all cohesive points, condensed [N], (ndim, n_points)
+      real(dp), allocatable :: r(:, :)           !! internal forces, with all cohesive points, condensed [N], (ndim, n_points)
       real(dp) :: kinetic = 0
       logical :: is_carried = .false.
-      logical :: is_now = .false.                !! whether that is the start of the step which is tried, since when cohesive points may have failed
+      logical :: is_now = .false.                !! whether it is the start of the present try; points may have failed since
    end type previous_t
 
    !> The method, and what the nodes keep beside their velocity, which is the motion's.
    type, extends(balance_t) :: newmark_t
       real(dp) :: alpha = 0                      !! of Hilber, Hughes and Taylor [-]
       real(dp) :: dt = 0                         !! of the last step [s]
-      type(loading_t) :: now                     !! what drives the nodes at the present time
-      real(dp), allocatable :: r(:, :)           !! internal forces at the start of the step that is tried, without those of cohesive points that let
-                                                 !! go in it, condensed [N], (ndim, n_points)
+      type(loading_t) :: now                     !! loading of the nodes at the present time
+      real(dp), allocatable :: r(:, :)           !! internal forces at the start of the step, without cohesive points that
+                                                 !! fail in it, condensed [N], (ndim, n_points)
       real(dp), private :: stored = 0            !! at its start, and dissipated before, with an energy balance [J]
       real(dp), private :: kinetic = 0           !! kinetic energy after the last step, with an energy balance [J]
       integer, private :: layout = 0             !! of the blocks for which there is a mass matrix
@@ -120,10 +98,10 @@ contains
       if (.not. failure%failed()) call book_step(m, dt)
    end subroutine advance
 
-   !> Find velocity and acceleration of the nodes at the present time, at the start M v = p of the particles, M a = f - C v. On another mesh
-   !> nodes have those that they had there, and particles follow them; what kinetic energy that takes is booked. (With alpha below 0 forces at the end
-   !> of a step are not balanced by M a alone: to find a from them anew lets motions ring that the method is to damp.) The step that comes is
-   !> `dt` long. Fails where the equations cannot be solved.
+   !> Find velocity and acceleration of the nodes at the present time, at the start M v = p of the particles, M a = f - C v. On
+   !> another mesh nodes keep theirs, and particles follow them; the change of kinetic energy is booked. (With alpha below 0 M a
+   !> alone does not balance the forces at the end of a step: an a found anew from them would excite the motions that the method
+   !> damps.) The next step is `dt` long. Fails where the equations cannot be solved.
    subroutine initialise(self, m, dt, failure)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -170,8 +148,8 @@ contains
       if (m%audit) self%kinetic = kinetic_energy(m)
    end subroutine initialise
 
-   !> Internal forces at the start of a step; where nodes are free and keep what they had on another mesh those with which they are as much in
-   !> balance as they were there: what is not balanced on this one comes with this step.
+   !> Internal forces at the start of a step; at free nodes carried over from another mesh the forces that keep their balance there:
+   !> the imbalance on this mesh acts within this step.
    subroutine forces_at_start(self, m, r)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -269,8 +247,8 @@ contains
       text = 'a load too large for the material, or a &method time_step too long for the motion'
    end function likely_cause
 
-   !> Begin to try a step, at the present state: find the inertia in it, what drives the nodes at its end and, of the loads and of the
-   !> forces at its start, what stands beside the internal forces in its equations.
+   !> Begin to try a step, at the present state: find the inertia in it, the loading at its end, and the part of loads and of forces
+   !> at its start that stands beside the internal forces in its equations.
    subroutine begin(self, m, time, length, loading, failure)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -325,7 +303,7 @@ contains
       end associate
    end subroutine begin
 
-   !> Finish the step with the displacement that was found: the particles follow, and what loads, constraints and damping do is booked.
+   !> Finish the step with the displacement found: the particles follow, and the work of loads, constraints and damping is booked.
    subroutine finish_step(self, m, du, loading, have_moved, failure)
       class(newmark_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
@@ -375,7 +353,7 @@ contains
       if (have) have = any(m%interfaces%list(:m%interfaces%n)%is_firm)
    end function have_firm_faces
 
-   !> What fixed components do in the step that ends at a time: central differences of the displacement that is prescribed.
+   !> Motion of fixed components in the step that ends at a time: central differences of the prescribed displacement.
    subroutine find_prescribed(m, shift, time, dt, prescribed)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: shift(:, :)        !! at the start of the step [m], (ndim, n_nodes)
@@ -411,7 +389,7 @@ contains
       call m%grid%dofs%distribute(m%fields%mass_matrix%all, ndim, first%a)
    end subroutine begin_prescribed
 
-   !> Give components of a nodal field that are held, by constraints or by supports, their values, with how they turn, and distribute it.
+   !> Set components of a nodal field that are held by constraints or supports, with their rotation, and distribute it.
    subroutine give(m, given, x, on_supports)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: given(:, :)        !! (ndim, n_points)
@@ -457,21 +435,21 @@ contains
       call stretch_interfaces(m%interfaces, du, 1.0_dp)
    end subroutine move_particles
 
-   !> Book what a step has done: the work of the loads by the means of the forces at both ends, with that of the forces R by which
-   !> nodes have prescribed motion, and what the damping takes. With v and v' the velocities at both ends of a step the kinetic energy gains
-   !> (v + v')/2 . M (v' - v), the strain energy of linear laws du . K (u + u')/2; at free nodes the sum is what loads and damping do there,
-   !> and at those of prescribed motion, where du is not dt (v + v')/2, it is the work of R with the inertia on the displacement (v + v')/2 dt and the rest on du.
-   !> Where a node comes to its support or leaves it in the step the work is that of the mean of R on the displacement of the support.
+   !> Book a step: the work of the loads by the means of the forces at both ends, the work of the forces R on nodes of prescribed
+   !> motion, and the damping. With v and v' the velocities at both ends the kinetic energy gains (v + v')/2 . M (v' - v), the
+   !> strain energy of linear laws du . K (u + u')/2. At free nodes the sum is the work of loads and damping; at prescribed nodes,
+   !> where du is not dt (v + v')/2, it is the work of R with the inertia on (v + v')/2 dt and of the rest on du. Where a node meets
+   !> or leaves its support in the step it is the mean of R times the displacement of the support.
    !>
-   !> The numerical loss is what alpha takes, the work of the means of the forces at free nodes that their motion does not gain, what nodes
-   !> lose that meet supports or the other face, and what the means of the internal forces work more than the material stores and dissipates.
+   !> The numerical loss is the dissipation of alpha (work of the mean forces at free nodes without gain of motion), the loss of
+   !> nodes that meet supports or the other face, and work of the mean internal forces that is neither stored nor dissipated.
    subroutine book(self, m, loading, du, v)
       class(newmark_t), intent(in) :: self
       type(problem_t), intent(inout) :: m
       type(loading_t), intent(in) :: loading     !! at the end
       real(dp), intent(in), contiguous :: du(:, :) !! [m], (ndim, n_points)
       real(dp), intent(in) :: v(:, :)            !! velocity at the end [m/s], (ndim, n_points)
-      real(dp), allocatable, dimension(:, :) :: drag, dashpots, momentum_change, work, r ! of damping, of momentum, of R, mean of internal forces
+      real(dp), allocatable, dimension(:, :) :: drag, dashpots, momentum_change, work, r ! of damping; of R; mean of internal forces
       real(dp) :: taken                          ! by cohesive points that have failed [J]
       integer :: n
       n = m%grid%n_nodes

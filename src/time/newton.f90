@@ -1,16 +1,13 @@
-!> Newton's iteration to equilibrium under given forces: K du = r, with r the residual and K the tangent (`hampm_stiffness`),
-!> gives displacements of the nodes, by which the particles move and strain as in a pass of a step. With the linear law the first is
-!> exact but for rounding. With others each is made shorter until it lessens the work r . du of the residual.
+!> Newton's iteration to equilibrium under given forces: K du = r, with the residual r and the tangent K (`hampm_stiffness`);
+!> particles move and strain by the nodal displacements. For the linear law one step is exact up to rounding; others are shortened
+!> until the work r . du of the residual decreases.
 !>
+!> A body that is free to turn (`hampm_rigid_motions`): loads balanced on the undeformed body have a moment on the deformed one. The
+!> rigid-body constraint is moved by r/k until the moment is zero, with the force r on it and its stiffness k = t.K t, t being its
+!> unit displacement with all else following. k is below 0 where the loads would turn the body around (docs/explanation/statics.md).
 !>
-!> Where nothing holds how a body turns (`hampm_rigid_motions`), loads that balance each other on the undeformed one have a moment of the second
-!> order on the deformed one, load times displacement. The body comes to rest where it has turned until they have none: the rigid-body constraint that holds it is
-!> moved by r/k, with r the force on it and k = t.K t its stiffness as all else follows, t being the displacement by which it moves by 1. Only the
-!> stress resists: k is the virial of the loads over the square of a length, and below 0 where they would turn the body around.
-!>
-!> Where cohesion softens and the tangent is not definite, as while faces jump apart, the step is taken with the secant of the cohesion in place of its
-!> tangent: the energy of the whole with it is never below the true one and touches it where the step begins, so that its minimum lessens that,
-!> and what is found in the end is stable. Whether states at rest lead there is asked of the energy (`hampm_equilibrium`).
+!> Where cohesion softens and the tangent is not definite, the step uses the secant of the cohesion: its energy is never below the
+!> true one and equal to it at the start of the step, so the true energy decreases and the result is stable.
 !>
 !> Source: Bathe, Finite Element Procedures (1996), section 8.4.
 module hampm_newton
@@ -37,10 +34,10 @@ module hampm_newton
 
    integer, parameter :: most_iterations = 25
    integer, parameter :: most_with_contact = 200 !! with interface points between faces that close, open and slide
-   integer, parameter :: most_jumps = 40         !! iterations in which faces jump apart: where they go on doing so, they part all along
+   integer, parameter :: most_jumps = 40         !! iterations in which faces jump apart: beyond, they separate all along
    integer, parameter :: most_halvings = 10      !! of a displacement, to lessen the residual
    real(dp), parameter :: balanced = 1e-11_dp    !! the residual, over the largest force of a cell
-   real(dp), parameter :: sums = 16*epsilon(1.0_dp) !! what is left of the largest loads of a run where they cancel
+   real(dp), parameter :: sums = 16*epsilon(1.0_dp) !! residue of the largest loads of a run where they cancel
    real(dp), parameter :: of_turn = 1e-3_dp      !! part that counts of the forces that a turn would have as a strain: what is then
                                                  !! balanced is 45 times its rounding
    real(dp), parameter :: nearly_balanced = 0.1_dp !! part of the residual that may be left before friction follows the pressure
@@ -54,7 +51,7 @@ module hampm_newton
       integer :: solutions = 0                   !! so far
       real(dp), allocatable :: residuals(:)      !! the residual in each iteration of the last balance, over the largest force
       real(dp) :: energy_left = 0                !! energy of the displacement that is left to equilibrium, as it was found last [J]
-      real(dp), allocatable :: predicted(:, :)   !! where the tangent at the start of a load step points to [m], (ndim, n_points); not
+      real(dp), allocatable :: predicted(:, :)   !! prediction by the tangent at the start of a load step [m], (ndim, n_points); not
                                                  !! allocated where other faces touch at its end or have jumped apart
       type(stiffness_t) :: k                     !! that was factorised last
    contains
@@ -74,15 +71,15 @@ contains
       class(newton_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
-      real(dp), intent(in) :: shift(:, :)        !! by which fixed components move in this load step [m], (ndim, n_nodes)
+      real(dp), intent(in) :: shift(:, :)        !! displacement of fixed components in this load step [m], (ndim, n_nodes)
       type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
-      real(dp), intent(inout) :: moved(:, :)     !! by which nodes have moved in this load step [m], (ndim, n_points)
+      real(dp), intent(inout) :: moved(:, :)     !! displacement of nodes in this load step [m], (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: r(:, :), offset(:, :), du(:, :)
       logical :: has_offset, rubs, jumps, done, turned, touch_otherwise
       real(dp) :: largest, scale, at_first, when_held
       real(dp) :: last(size(rigid_constraints))  ! forces on these constraints before they were turned last [N]
-      integer, allocatable :: predicted_states(:) ! what interface points did where `predicted` has been found
+      integer, allocatable :: predicted_states(:) ! states of interface points at which `predicted` was found
       integer :: iteration, most, n_jumps
       most = merge(most_with_contact, most_iterations, m%interfaces%n_contact + m%interfaces%n_cohesive > 0)
       rubs = have_friction(m%interfaces)
@@ -158,7 +155,7 @@ contains
          end associate
          if (touch_otherwise .and. allocated(self%predicted)) deallocate (self%predicted)
       end if
-      if (m%interfaces%n > 0) m%interfaces%list%most_held = -1  ! what friction holds follows the pressure again
+      if (m%interfaces%n > 0) m%interfaces%list%most_held = -1  ! friction limits follow the pressure again
       m%interfaces%caution = 0
       if (failure%failed()) return
       call check_rigid_constraints(m, rigid_constraints, r, sqrt(balanced)*scale, failure)
@@ -172,14 +169,13 @@ contains
       end if
    end subroutine balance
 
-   !> By how much the nodes move where all is linear, which one solution tells. The particles do not follow yet. Fails where it is not
-   !> found.
+   !> Displacement of the nodes of a linear model, by one solution. The particles do not follow yet. Fails where it is not found.
    subroutine solve_at_once(self, m, outer, internal, shift, moved, failure)
       class(newton_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       real(dp), intent(in), contiguous :: internal(:, :) !! internal forces, condensed [N], (ndim, n_points)
-      real(dp), intent(in) :: shift(:, :)        !! by which fixed components move [m], (ndim, n_nodes)
+      real(dp), intent(in) :: shift(:, :)        !! displacement of fixed components [m], (ndim, n_nodes)
       real(dp), allocatable, intent(out) :: moved(:, :) !! [m], (ndim, n_points)
       type(failure_t), intent(inout) :: failure
       type(rigid_constraint_t), allocatable :: none(:)
@@ -197,18 +193,18 @@ contains
       if (has_offset) moved = moved + offset
    end subroutine solve_at_once
 
-   !> Turn the pieces of material whose rigid-body constraints feel how they turn, and what the tangent at the start of the load step, where there may be no stress
-   !> to resist it, points to. A piece whose loads have a moment before it is deformed stays: no path of states at rest leads to where it comes to
-   !> rest. Fails where loads would turn a piece around, and where its turning strains a cell by more than one.
+   !> Turn the pieces of material whose rigid-body constraints are loaded, and with them the prediction by the first tangent, where
+   !> no stress may resist. A piece whose loads have a moment before deformation stays: no path of equilibria leads to its balance.
+   !> Fails where loads would turn a piece around, and where its turning strains a cell by more than one.
    subroutine turn_until_balanced(self, m, outer, rigid_constraints, r, rounding, last, moved, turned, failure)
       class(newton_t), intent(inout) :: self
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
       type(rigid_constraint_t), intent(in) :: rigid_constraints(:)
-      real(dp), intent(in) :: r(:, :)            !! the residual, balanced but for rigid-body constraints [N], (ndim, n_points)
+      real(dp), intent(in) :: r(:, :)            !! the residual, without rigid-body constraints balanced [N], (ndim, n_points)
       real(dp), intent(in) :: rounding           !! of that [N]
       real(dp), intent(inout) :: last(:)         !! force on each rigid-body constraint before it was turned last [N]
-      real(dp), intent(inout) :: moved(:, :)     !! by which nodes have moved in this load step [m], (ndim, n_points)
+      real(dp), intent(inout) :: moved(:, :)     !! displacement of nodes in this load step [m], (ndim, n_points)
       logical, intent(out) :: turned
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: turn(:, :), resisting(:, :), follow(:, :)
@@ -311,7 +307,7 @@ contains
    subroutine residual(m, outer, moved, r)
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
-      real(dp), intent(in), contiguous :: moved(:, :) !! by which they have been [m], (ndim, n_points)
+      real(dp), intent(in), contiguous :: moved(:, :) !! their displacement [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: r(:, :) !! (ndim, n_points)
       call internal_force(m, r)
       call outer%add_to(m, moved, r)
@@ -321,8 +317,8 @@ contains
    subroutine less_offset(m, outer, shift, moved, r, offset, has_offset)
       type(problem_t), intent(in) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
-      real(dp), intent(in) :: shift(:, :)        !! by which fixed components move in this load step [m], (ndim, n_nodes)
-      real(dp), intent(in), contiguous :: moved(:, :) !! by which nodes have moved in it [m], (ndim, n_points)
+      real(dp), intent(in) :: shift(:, :)        !! displacement of fixed components in this load step [m], (ndim, n_nodes)
+      real(dp), intent(in), contiguous :: moved(:, :) !! displacement of nodes in it [m], (ndim, n_points)
       real(dp), intent(inout), contiguous :: r(:, :) !! condensed [N], (ndim, n_points)
       real(dp), allocatable, intent(out) :: offset(:, :) !! [m], (ndim, n_points)
       logical, intent(out) :: has_offset
@@ -352,7 +348,7 @@ contains
       integer :: k
       area = (m%grid%forest%cell/2)**(ndim - 1)*m%interfaces%thickness%at(maxval(m%grid%node_position, dim=2))
       largest_force = max(maxval(abs(r)), tiny(1.0_dp), sums/balanced*sum([(norm(m%loads(k)%force) &
-                      *abs(m%loads(k)%history%largest_factor()*m%loads(k)%history%scale), k=1, size(m%loads))])) ! where they cancel or are 0
+                      *abs(m%loads(k)%history%largest_factor()*m%loads(k)%history%scale), k=1, size(m%loads))])) ! they may cancel
       if (m%blocks%n > 0) largest_force = max(largest_force, &
                                               maxval(abs(m%fields%contribution(:, :, of_force:of_force + ndim - 1, 1:m%blocks%n))))
       if (m%interfaces%n > 0) then               ! tractions that press them together strain no cell
@@ -371,8 +367,8 @@ contains
    !> By how much nodes are to move whatever the forces: held ones with their constraints.
    subroutine find_offset(m, shift, moved, offset, has_offset)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: shift(:, :)        !! by which fixed components move in this load step [m], (ndim, n_nodes)
-      real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved in it [m], (ndim, n_points)
+      real(dp), intent(in) :: shift(:, :)        !! displacement of fixed components in this load step [m], (ndim, n_nodes)
+      real(dp), intent(in) :: moved(:, :)        !! displacement of nodes in it [m], (ndim, n_points)
       real(dp), allocatable, intent(out) :: offset(:, :) !! (ndim, n_points)
       logical, intent(out) :: has_offset
       real(dp), parameter :: rounding = 1e-12_dp ! part of a displacement
@@ -414,7 +410,7 @@ contains
       class(newton_t), intent(in) :: self
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
-      real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved before in this load step [m], (ndim, n_points)
+      real(dp), intent(in) :: moved(:, :)        !! displacement of nodes before in this load step [m], (ndim, n_points)
       real(dp), intent(in) :: work               !! r . du before [J]
       logical, intent(in) :: has_offset          !! whether nodes had to move
       real(dp), intent(inout) :: du(:, :)        !! (ndim, n_points)
@@ -448,7 +444,7 @@ contains
    subroutine jump(m, outer, moved, has_offset, du, failure)
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
-      real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved before in this load step [m], (ndim, n_points)
+      real(dp), intent(in) :: moved(:, :)        !! displacement of nodes before in this load step [m], (ndim, n_points)
       logical, intent(in) :: has_offset          !! whether nodes had to move, which they do once
       real(dp), intent(inout) :: du(:, :)        !! (ndim, n_points)
       type(failure_t), intent(inout) :: failure
@@ -469,13 +465,13 @@ contains
       end do
    end subroutine jump
 
-   !> Make a displacement that has been made shorter, to where forces have about no work left to do along it: faces that touch on the way are
-   !> not in the tangent. The forces have a convex potential, so that this always lessens it. Where that is is found by the rule of
-   !> false position, the value at an end that stays halved each time (Illinois).
+   !> Lengthen a shortened displacement to where forces do about no more work along it: faces that meet on the way are not in the
+   !> tangent. The forces have a convex potential, which this always decreases. The place is found by the rule of false position,
+   !> the value at an end that stays halved each time (Illinois).
    subroutine go_back_to_least(m, outer, moved, work, du)
       type(problem_t), intent(inout) :: m
       type(outer_forces_t), intent(in) :: outer  !! forces of loads and inertia
-      real(dp), intent(in) :: moved(:, :)        !! by which nodes have moved before in this load step [m], (ndim, n_points)
+      real(dp), intent(in) :: moved(:, :)        !! displacement of nodes before in this load step [m], (ndim, n_points)
       real(dp), intent(in) :: work               !! r . du before [J]
       real(dp), intent(inout) :: du(:, :)        !! (ndim, n_points)
       real(dp), parameter :: beyond = 0.1_dp     ! part of the work that forces may do against the displacement at its end

@@ -1,21 +1,15 @@
-!> One explicit step of the material point method as docs/explanation/theory.md has it, with nothing done for speed: a pass is one loop over the
-!> particles, an equation one loop over the nodes. This is the file in which to read what a step is, and what `&method path =
-!> 'reference'` does. Every other way in which the program steps gives the same motion but for rounding
-!> (`tests/unit/test_reference_step.f90`, `tests/program/test_reference_path.py`).
-!>
-!> A step leads from t^n to t^(n+1) = t^n + dt:
+!> One explicit step of the material point method as in docs/explanation/theory.md, without optimisation (`&method path =
+!> 'reference'`): a pass is one loop over the particles, an equation one loop over the nodes. All other paths agree up to rounding
+!> (`tests/unit/test_reference_step.f90`, `tests/program/test_reference_path.py`). From t^n to t^(n+1) = t^n + dt:
 !>
 !>   1. P2G     masses (9) and momenta of the particles to the nodes, and from these the nodal velocities v^n (8);
 !>   2. strain  usf, and half of it usavg: H of the particles by v^n;
-!>   3. P2G     internal forces (7); with the forces of the loads at t^n the nodal accelerations a (5), damping included;
-!>              interface points add theirs at the end of the step (`hampm_interface_step`);
+!>   3. P2G     internal forces (7), with loads at t^n and damping accelerations a (5); those of interface points at the step's end;
 !>   4. G2P     velocities of the particles by a; those of the nodes are then v^(n+1) = v^n + a dt;
 !>   5. strain  usl: by v^(n+1); musl, and half of it usavg: by v^(n+1) as it is mapped anew from the particles;
 !>   6. G2P     displacements of the particles by v^(n+1).
-!>
-!> A particle acts on the nodes of its support, the four of a bilinear or the nine of a quadratic cell, by their shape functions N_i.
-!> Here masses are lumped, and the faces of cracks do not touch: at most interface points hold them, ahead of a tip. A hanging node has no
-!> equation of motion: what is summed there goes to its masters, and its values are means of theirs.
+!> A particle acts on the four (bilinear) or nine (quadratic) nodes of its support by shape functions N_i. Masses are lumped, crack
+!> faces do not touch. Sums at a hanging node go to its masters, and its values are means of theirs.
 module hampm_reference_step
    use hampm_kinds, only: dp, ndim
    use hampm_failure, only: failure_t
@@ -55,8 +49,8 @@ contains
       if (.not. failure%failed()) call sort_anew(m, failure)
    end subroutine advance
 
-   !> Advance the particles by one step, and book the work of the loads and what the damping takes. In which cells the particles then
-   !> are is left to be found.
+   !> Advance the particles by one step, and book the work of the loads and the damping. The cells of the particles are still to be
+   !> found.
    subroutine reference_step(m, dt, failure)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]
@@ -241,7 +235,7 @@ contains
       value = matmul(of_support, n)
    end function at_particle
 
-   !> Give what is summed at the hanging nodes to their masters.
+   !> Distribute the sums at the hanging nodes to their masters.
    subroutine condense(m, width, x)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: width               !! components

@@ -1,7 +1,7 @@
 !> One explicit time step of the material point method, as `hampm_reference_step` has it, on the path that is fastest for a model:
 !>
 !>   in tiles   where a node needs no more than the cells around it: nodes and particles of a part of the grid after each other;
-!>   in stages  elsewhere: with other mass matrices than the lumped one, hanging nodes, faces in contact, or the energy balance, first
+!>   in stages  elsewhere: with mass matrices not lumped, hanging nodes, faces in contact, or the energy balance, first
 !>              all nodes and then all particles.
 !>
 !> On both, cells that have element operators are passed without their particles (`hampm_element_operators`).
@@ -67,8 +67,8 @@ contains
       new_masses = .not. is_weighed(m)
       m%cache%weighed = .true.
       if (m%body_contact%wanted) call find_surroundings(m)
-      ! With the factors at t^n, at the places where the material is at t^n: whatever path the step takes and whenever it strains the particles, these
-      ! are the forces that act in it
+      ! With the factors and the places of the material at t^n: on any path, whenever a step strains the particles, these forces act
+      ! in it
       if (size(m%loads) + m%interfaces%n > 0) call find_external_force(m, .true., m%interfaces%n_at_end + 1)
       call m%absorbing%renew(m%loads, m%grid, m%particles, m%fields%mass_matrix, m%fields%layout)
       if (is_local(m)) then
@@ -333,8 +333,8 @@ contains
       if (m%audit) m%energies%numerical_loss = m%energies%numerical_loss + work
    end subroutine book_loads
 
-   !> Let interface points follow the velocities that strain the particles; what they store, friction takes and cohesive points take that failed is no
-   !> loss of the method.
+   !> Let interface points follow the velocities that strain the particles; their stored energy, friction and failure are no loss of
+   !> the method.
    subroutine follow_interfaces(m, dt)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: dt                 !! [s]

@@ -1,8 +1,8 @@
-!> How much faster waves in material of laws for any strain are for the cells than in the unstrained one: compressed rubber is stiffer, and its time
+!> Ratio of wave speeds in the cells of finite-strain material to unstrained material: compressed rubber is stiffer, and its time
 !> step shorter.
 !>
-!> In the direction N of the grid rho_0 c**2 are the eigenvalues of the acoustic tensor Q_ik = A_iJkL N_J N_L, A = dP/dF (Ogden 1997, section 6.4). Of
-!> material that moves through the cells N is a direction in space, F^T n in the reference.
+!> In the direction N of the grid rho_0 c**2 are the eigenvalues of the acoustic tensor Q_ik = A_iJkL N_J N_L, A = dP/dF (Ogden
+!> 1997, section 6.4). For material that moves through the cells N is a direction in space, F^T n in the reference.
 module hampm_stiffening
    use hampm_kinds, only: dp, ndim
    use hampm_element_stiffness, only: change_of_stress
@@ -17,8 +17,8 @@ module hampm_stiffening
 
 contains
 
-   !> The largest wave speed over that without strain among the particles of each law for any strain that are squeezed most, stretched most, and have the
-   !> least volume; 1 where none is faster [-].
+   !> Largest wave speed over the unstrained one, among the particles of each finite-strain law with the largest compression,
+   !> stretch and least volume; 1 where none is faster [-].
    pure real(dp) function stiffening_of(p, materials) result(stiffening)
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)
