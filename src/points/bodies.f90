@@ -10,7 +10,7 @@ module hampm_bodies
    private
    public :: points_along, points_off_lines, pieces_t, cut_into_pieces, fill_rectangle, fill_outline, add_spin
 
-   !> What the boxes of a lattice have of a body.
+   !> The parts of a body in the boxes of a lattice.
    type :: pieces_t
       integer :: n = 0
       real(dp), allocatable :: area(:)           !! [m2], in solids volume [m3]; (n and more)
@@ -29,8 +29,8 @@ contains
       n = nint(max(1.0_dp, (upper - lower)/(cell/points_per_cell)))
    end function points_along
 
-   !> The same for points of which none is to stand on a grid line, where the strain is that of the cell on one of its sides: as many in each
-   !> cell more as that takes, one where the body begins half a cell beside a line and they are odd in number.
+   !> The same without points on a grid line, where the strain is taken from the cell on one side: as few more points per cell as
+   !> that takes, one where the body begins half a cell beside a line and their number is odd.
    pure function points_off_lines(lower, upper, cell, points_per_cell, origin) result(n)
       real(dp), intent(in) :: lower(ndim), upper(ndim)  !! corners of the rectangle [m]
       real(dp), intent(in) :: cell                      !! size of a cell [m]

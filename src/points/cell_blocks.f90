@@ -1,11 +1,10 @@
-!> How the particles of the cells stand in memory, so that the passes over them (`hampm_particle_pass`) are fast: the one owner of
-!> that.
+!> Order of the particles of the cells in memory, for fast passes over them (`hampm_particle_pass`): its only owner.
 !>
-!> Cells with particles are taken in blocks of `lanes`, in the order of the grid: a pass does the cells of a block side by side.
-!> With local time steps those of a block are of one group, and blocks stand in the order of the groups (`hampm_step_groups`). Where all
-!> cells of a block have the same number of particles, these stand in rows: the first of each cell, then the second of each, and so
-!> on. In other blocks they stand cell after cell. So the particles of a cell e are always those from `first_in(e)` to `last_in(e)`
-!> at a stride of `stride_in(e)`, and nothing outside the kernels needs to know more.
+!> Cells with particles form blocks of `lanes`, in the order of the grid: a pass does the cells of a block side by side. With local
+!> time steps the cells of a block are of one group, and blocks stand in the order of the groups (`hampm_step_groups`). If all cells
+!> of a block have the same number of particles, these stand in rows: the first of each cell, then the second of each, and so on;
+!> else cell after cell. The particles of a cell e are always those from `first_in(e)` to `last_in(e)` by `stride_in(e)`;
+!> nothing outside the kernels needs to know more.
 module hampm_cell_blocks
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: points_of_quadratic, quarter_of_point, corner_of_point
@@ -22,7 +21,7 @@ module hampm_cell_blocks
 
    integer, parameter :: lanes = 4               !! cells of a block
 
-   ! What a cell contributes to the nodal sums at its corners
+   ! Contributions of a cell to the nodal sums at its corners
    integer, parameter :: of_mass = 1
    integer, parameter :: of_momentum = 2                   !! the first component
    integer, parameter :: of_force = of_momentum + ndim     !! the first component
@@ -69,15 +68,15 @@ module hampm_cell_blocks
       integer :: n_points = 0                           !! points of that
       integer, allocatable :: nodes(:, :, :)            !! points at the corners of the cells, those of another cell where there is
                                                         !! none; (corners, lanes, n)
-      logical, allocatable :: in_row(:)                 !! whether these points are rows, two or in space four, each numbered on; (n)
+      logical, allocatable :: in_row(:)                 !! whether these points are 2 (in space 4) rows of consecutive numbers; (n)
       real(dp), allocatable :: lower(:, :, :)           !! lower corners of the cells [m], (lanes, ndim, n)
       real(dp), allocatable :: inverse_size(:, :)       !! 1 / edge length of the cells [1/m], (lanes, n)
       integer, allocatable :: slot(:, :)                !! where among the contributions of all blocks those of the cells around a
                                                         !! point to its mass stand, in the order of the cells; where there are
                                                         !! fewer, 1, which is zero; (corners, n_points)
-      integer, allocatable :: high_valence(:, :)        !! nodes with more occupied cells than that, and where the contributions of the
-                                                        !! other cells to the mass stand, in the order of the cells; (2, cells)
-      logical, allocatable :: is_high_valence(:)        !! whether a node is one of these; not allocated where there are none
+      integer, allocatable :: high_valence(:, :)        !! nodes with more than `corners` occupied cells, and where the
+                                                        !! contributions of the others to the mass stand, in order; (2, cells)
+      logical, allocatable :: is_high_valence(:)        !! whether a node is one of these; not allocated if there are none
       ! With local time steps
       logical :: by_group = .false.                     !! whether the cells of a block are of one group
       type(step_groups_t) :: groups
@@ -135,8 +134,8 @@ contains
       end if
    end subroutine form_blocks
 
-   !> Count the particles of each cell. Of elements that belong together, the quarters of a quadratic cell, all are occupied where one is: as
-   !> parts of a whole they act on its points, whichever of them the particles of a piece are in.
+   !> Count the particles of each cell. Elements that belong together, the quarters of a quadratic cell, are all occupied if one is:
+   !> they act on the points of the whole cell.
    subroutine count_cells(blocks, cell_of, together)
       type(cell_blocks_t), intent(inout) :: blocks
       integer, intent(in) :: cell_of(:)
@@ -155,7 +154,7 @@ contains
       end do
    end subroutine count_cells
 
-   !> Order cells by group, the finest first, and in a group those first that are kicked between their turns. The last block of a group is filled up with 0.
+   !> Order cells by group, the finest first, within it first those kicked between their turns; 0 fills up a group's last block.
    pure subroutine order_by_group(groups, occupied, cells, n)
       type(step_groups_t), intent(in) :: groups
       integer, intent(in) :: occupied(:)
@@ -338,7 +337,7 @@ contains
       end do
    end subroutine place_supports
 
-   !> Shape functions of the points of a cell at some places, side by side, and their gradients: products of functions along x and y.
+   !> Shape functions of a cell's points at some places, side by side, and their gradients: products of functions along x and y.
    pure subroutine find_functions(self, xi, n, gradient)
       class(support_t), intent(in) :: self
       real(dp), intent(in) :: xi(lanes, ndim)           !! places in the cell, 0 to 1

@@ -9,8 +9,8 @@ module hampm_cell_values
 
 contains
 
-   !> Mean of nodal values over the nodes of a leaf, of all its pieces where it is cut: its corners and the nodes in the middle of its
-   !> sides, without hanging nodes, whose values are means of others; of a leaf with no other nodes over these.
+   !> Mean of nodal values over the nodes of a leaf, of all its pieces where it is cut: its corners and the nodes in the middle of
+   !> its sides, without hanging nodes, whose values are means of others; over these if there are no others.
    pure real(dp) function mean_of_nodes(grid, leaf, nodal) result(mean)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: leaf

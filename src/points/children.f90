@@ -2,12 +2,12 @@
 !>
 !> They stand at the quarter points of the parent's reference rectangle, X +- s/4, s being its edges: (15)-(18).
 !>
-!> A particle of a body with an outline (`hampm_outline`) is what a box of a lattice has of the body. Its children are what the
-!> quarters of that box have of it, at their centroids; a quarter without material makes no child.
+!> A particle of a body with an outline (`hampm_outline`) is the part of the body in a box of a lattice. Its children are the parts
+!> in the quarters of that box, at their centroids; a quarter without material makes no child.
 !>
-!> A particle through whose middle a crack runs is split into the two parts of its rectangle beside the crack, at their centroids. These do not recombine.
-!> Where cells get finer, such a half is split into the quarters of its parent that are on its side, and the halves there of those on the crack: so
-!> particles are the same whether the crack or the finer cells come first.
+!> A particle with a crack through its middle is split into the two parts of its rectangle beside the crack, at their centroids.
+!> These do not recombine. In finer cells such a half is split into the quarters of its parent on its side, and the halves there of
+!> those on the crack: particles are the same whether the crack or the finer cells come first.
 module hampm_children
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_tensors, only: norm
@@ -45,11 +45,11 @@ contains
       if (allocated(p%half)) is_half = any(abs(p%half(i, :)) > 0)
    end function is_half
 
-   !> The children that a particle would have: where they stand from it in the reference configuration, and their parts of its volume.
+   !> The children of a particle: their positions relative to it in the reference configuration, and their parts of its volume.
    pure type(litter_t) function children_of(p, i, normal) result(litter)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
-      real(dp), intent(in) :: normal(ndim)       !! of the crack through its middle; 0 where there is none
+      real(dp), intent(in) :: normal(ndim)       !! of the crack through its middle; 0 if there is none
       real(dp) :: x(ndim)
       if (is_half(p, i)) then
          litter = children_of_half(p, i)
@@ -67,7 +67,7 @@ contains
       end if
    end function children_of
 
-   !> The children of half a particle: the quarters of the whole one on its side, and the halves on its side of those through which the crack runs.
+   !> The children of half a particle: the quarters of the whole on its side, and the halves on its side of quarters on the crack.
    pure type(litter_t) function children_of_half(p, i) result(litter)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i
@@ -96,7 +96,7 @@ contains
             litter%half(:, n) = toward
          end associate
       end do
-      if (litter%n == 0) then                    ! what the body has of it stays as it is
+      if (litter%n == 0) then                    ! the part of the body stays as it is
          litter%n = 1
          litter%path(1) = p%path(i)*corners
          litter%part(1) = 1
@@ -184,7 +184,7 @@ contains
       end if
    end function middle_of_parent
 
-   !> Reference position of what a particle and its siblings are together: the middle of their box, or the centroid of what the body has of that [m].
+   !> Reference position of a particle and its siblings together: the middle of their box, or the centroid of the body in it [m].
    pure function place_of_parent(p, i) result(x)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: i                   !! a child

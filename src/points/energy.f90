@@ -109,7 +109,7 @@ contains
       density = materials(p%material(i))%energy_density(p%gradient_of(i), p%history_of(i), p%hoop_of(i))
    end function energy_density_of
 
-   !> What the material of the particles has dissipated: plastic work, or else what viscosity has taken [J].
+   !> Dissipation in the material of the particles: plastic work, or viscous dissipation [J].
    real(dp) function dissipation(p, materials, plastic) result(energy)
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)
@@ -135,8 +135,8 @@ contains
       end do
    end function linear_momentum
 
-   !> Angular momentum around the middle of mass, of the plane around z, and the sum of its particles' parts at their largest, m |x| |v|, to which
-   !> belongs what rounding makes of a common velocity [kg m2/s].
+   !> Angular momentum around the centre of mass, of the plane around z, and the sum of the particles' largest parts, m |x| |v|,
+   !> with the rounding of a common velocity [kg m2/s].
    pure subroutine angular_momentum(p, total, largest)
       type(particles_t), intent(in) :: p
       real(dp), intent(out) :: total(n_turns), largest
@@ -163,7 +163,7 @@ contains
       end do
    end subroutine angular_momentum
 
-   !> Largest component of the displacement gradients of the particles of laws for small strains [-]; 0 where there are none.
+   !> Largest component of the displacement gradients of particles with laws for small strains [-]; 0 if there are none.
    pure real(dp) function largest_gradient(p, materials) result(largest)
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)
@@ -219,7 +219,7 @@ contains
       stretch = sqrt(mean + 2*size_of*cos(acos(min(max(part, -1.0_dp), 1.0_dp))/3))
    end function largest_stretch
 
-   !> The particle with the smallest determinant of F among those whose law needs it positive; 0 where there are none.
+   !> The particle with the smallest determinant of F among those whose law needs it positive; 0 if there are none.
    pure integer function most_crushed_particle(p, materials) result(crushed)
       type(particles_t), intent(in) :: p
       type(material_t), intent(in) :: materials(:)

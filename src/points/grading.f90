@@ -8,8 +8,7 @@ module hampm_grading
 
 contains
 
-   !> Let each particle of a graded body have the material of the slice in which it is. One with a history must not be given another: what it has dissipated
-   !> would change.
+   !> Give each particle of a graded body the material of its slice. Material with a history must not change: its dissipation would.
    pure subroutine give_materials_of_places(p, materials)
       type(particles_t), intent(inout) :: p
       type(material_t), intent(in) :: materials(:)

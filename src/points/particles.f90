@@ -31,8 +31,8 @@ module hampm_particles
       real(dp), allocatable :: displacement(:, :)       !! u [m], (n, ndim)
       real(dp), allocatable :: velocity(:, :)           !! v [m/s], (n, ndim)
       real(dp), allocatable :: gradient(:, :, :)        !! displacement gradient H = du/dX [-], (n, ndim, ndim)
-      real(dp), allocatable :: widening(:)              !! H_33 R of axisymmetric material, the radial displacement by the velocities that strain,
-                                                        !! as H is by these [m], (n); not allocated in a plane
+      real(dp), allocatable :: widening(:)              !! H_33 R of axisymmetric material, the radial displacement by the straining
+                                                        !! velocities, as H [m], (n); not allocated in a plane
       real(dp), allocatable :: local(:, :)              !! where in its cell it was when it was mapped last, 0 to 1, and kept a
                                                         !! little away from the edges; (n, ndim)
       real(dp), allocatable :: history(:, :)            !! state variables of laws; not allocated where none does. (n, columns)
@@ -47,8 +47,8 @@ module hampm_particles
       integer, allocatable :: level(:)                  !! how often it was split, (n)
       integer(long), allocatable :: path(:)             !! which child it is of each split: a digit of base 2**ndim for each,
                                                         !! the last split last; (n)
-      real(dp), allocatable :: half(:, :)               !! unit vector into the half of its parent that a particle beside a crack is, normal to
-                                                        !! that; 0 of a whole one; (n, ndim)
+      real(dp), allocatable :: half(:, :)               !! unit vector into the half that a particle beside a crack is, normal to
+                                                        !! the crack; 0 of a whole one; (n, ndim)
       real(dp), allocatable :: spacing(:, :)            !! distance between unsplit particles of a body [m], (ndim, bodies)
       ! Where bodies are no mere rectangles. Not allocated elsewhere
       type(outline_t), allocatable :: outlines(:)       !! in the reference configuration, (bodies)
@@ -361,8 +361,8 @@ contains
       area = self%volume(i)/self%thickness%at(x)
    end function area_of
 
-   !> Weights of some particles in means over places, in proportion to areas in the plane where they are of one material, sum 1 [-]: masses, of rings over
-   !> their radii.
+   !> Weights of some particles in means over places, in proportion to areas in the plane for particles of one material, sum 1 [-]:
+   !> masses, of rings over their radii.
    pure function weights_of(self, members) result(weight)
       class(particles_t), intent(in) :: self
       integer, intent(in) :: members(:)
@@ -372,8 +372,8 @@ contains
       weight = weight/sum(weight)
    end function weights_of
 
-   !> State variables of particle `i`, the first `columns` numbers: zeros of none, whose number is 0, and none where no law has a history. Its size is that
-   !> of the longest history, so that it needs no room of its own.
+   !> State variables of particle `i`, the first `columns` numbers: zeros for number 0, none where no law has a history. Its size is
+   !> the longest history, so that it needs no room of its own.
    pure function history_of(self, i) result(state)
       class(particles_t), intent(in) :: self
       integer, intent(in) :: i

@@ -1,34 +1,14 @@
-!> The volumes of the particles of quadratic cells, as weights of a quadrature.
+!> Volumes of the particles of quadratic cells, as weights of a quadrature (docs/explanation/quadratic.md): those nearest to equal
+!> ones that integrate a cubic exactly in a whole cell, of n points in each direction
 !>
-!> Particles stand on a lattice, at (k - 1/2)/n of their cell in each direction. With equal volumes they integrate a quadratic function
-!> with an error of 1/(12 n**2) of its second derivative, and so stress that is linear in a cell, as that of quadratic displacements is,
-!> does not balance: the patch test of order 2 fails. The weights nearest to equal ones that integrate it, and a cubic, exactly are
+!>    w_k = (1 + c (q_k - mean q))/n,   q_k = (x_k - 1/2)**2,   c such that sum w q = 1/12.
 !>
-!>    w_k = (1 + c (q_k - mean q))/n,   q_k = (x_k - 1/2)**2,   c such that sum w q = 1/12:
+!> In cells that are cut or hold halves of particles, M w = m for each piece, with polynomials at the particles in M and their
+!> moments in m (`hampm_piece_moments`), so that the sum of (w - w_0)**2 is least and no weight is below a part of the mean. The
+!> residual of the integrals of shape function gradients is removed as a constant in each piece: uniform stress is in balance.
 !>
-!> 3/8, 1/4, 3/8 of three, 13/48, 11/48, 11/48, 13/48 of four. All are positive. With two no weights are exact, and a cell of 2 x 2
-!> has three motions that strain no particle.
-!>
-!> In cells that cracks or edges cut, or in which they have left halves of particles, weights are fitted to the moments of each piece (see below).
-!> What few points leave of the integrals of the gradients of the shape functions is taken off: the gradient of each function gets a constant in each piece, so that
-!> its integral over the piece is exact. Uniform stress is in balance then, whatever is left of a cell, and linear displacements strain
-!> all points alike as ever. In axisymmetric material it is that integral over the ring, with N/r in the first direction.
-!>
-!> Source of the correction: Chen, Hillman & Rueter, An arbitrary order variationally consistent integration for Galerkin meshfree methods,
-!> International Journal for Numerical Methods in Engineering 95 (2013) 387-418.
-!>
-!> Volumes of the particles of a piece of a quadratic cell, as weights of a quadrature: those nearest to equal ones by which polynomials are
-!> integrated over the piece exactly (`hampm_piece_moments`).
-!>
-!> Uniform stress is in balance, whatever a crack or an edge leaves of a cell, when the gradients of its functions are integrated exactly, and
-!> linear stress when these times linear functions are. Of M w = m, with the polynomials at the particles in M and their integrals in m, the
-!> solution is taken that makes the sum of (w - w_0)**2 least. No weight may be less than a part of the mean: those that would be have that
-!> part, and the others make up for it. Where that has no solution, as with few particles, fewer polynomials are integrated exactly, the area
-!> always. Polynomials that are sums of others at the particles, as x is of 1 and y where these stand in line beside an edge, need no more than
-!> that their integrals are the same sums.
-!>
-!> Source: Mueller, Kummer & Oberlack, Highly accurate surface and volume integration on implicit domains by means of moment-fitting,
-!> International Journal for Numerical Methods in Engineering 96 (2013) 512-528.
+!> Sources: Mueller, Kummer & Oberlack, Int. J. Numer. Meth. Engng 96 (2013) 512-528 (moment fitting); Chen, Hillman & Rueter, the
+!> same 95 (2013) 387-418 (variationally consistent integration).
 module hampm_quadratic_points
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: quadratic_functions, quadratic_gradients
@@ -43,8 +23,8 @@ module hampm_quadratic_points
 
    integer, parameter :: exact(4) = [13, 8, 3, 1] !! how many polynomials are tried to be integrated exactly
    real(dp), parameter :: least = 0.1_dp         !! weight, over the mean of the weights
-   real(dp), parameter :: close = 1e-9_dp        !! what may be left of the polynomials, over the area, and at the particles of those that
-                                                 !! are sums of others
+   real(dp), parameter :: close = 1e-9_dp        !! residual of the polynomials, over the area, and at the particles for
+                                                 !! linearly dependent ones
 
    integer, parameter :: fewest_points = 3       !! in a cell and direction
 
@@ -63,9 +43,8 @@ contains
       w = (1 + (1/12.0_dp - mean)*n/sum((q - mean)*q)*(q - mean))/n
    end function weights_along
 
-   !> Give the particles of quadratic cells, in which they are sorted, these volumes, and the masses that go with them; in cells that are cut, or
-   !> hold halves of particles, those that fit their moments. Other cells that are not full, as particles on their way to finer ones may leave them
-   !> for a while, stay as they are.
+   !> Set volumes and masses of the particles of quadratic cells, in which they are sorted; in cells that are cut, or hold halves of
+   !> particles, by their moments. Other cells that are not full, as some are while particles go to finer ones, stay as they are.
    subroutine weigh_points(m)
       type(matter_t), intent(inout) :: m
       real(dp) :: x(ndim), xi(ndim)
@@ -117,7 +96,7 @@ contains
       end do
    end subroutine correct_points
 
-   !> Whether the particles of a leaf are no lattice that fills it: it is cut, or halves stand in it, which a crack through coarser cells has left
+   !> Whether the particles of a leaf are no lattice that fills it: it is cut, or has halves left by a crack through coarser cells
    !> ahead of its tip.
    pure logical function has_own_weights(m, leaf)
       type(matter_t), intent(in) :: m
@@ -195,8 +174,8 @@ contains
       m%grid%correction(:, :, (first - 1)/corners + 1) = missing/volume
    end subroutine correct_gradients
 
-   !> Fit the volumes of the particles of a body, of all where no outlines are known, to the moments of the pieces of a leaf. What pieces without
-   !> particles weigh, the others bear.
+   !> Fit the volumes of the particles of a body, of all without known outlines, to the moments of the pieces of a leaf. The mass of
+   !> pieces without particles passes to the others.
    subroutine fit_pieces(m, leaf, moments, body)
       type(matter_t), intent(inout) :: m
       integer, intent(in) :: leaf
@@ -266,7 +245,7 @@ contains
       end do
    end function fitted_weights
 
-   !> Weights by which so many polynomials are integrated exactly, if there are.
+   !> Weights that integrate so many polynomials exactly, if there are.
    pure subroutine fit(n, at_points, moments, w, found)
       integer, intent(in) :: n
       real(dp), intent(in) :: at_points(:, :), moments(:)
@@ -294,8 +273,8 @@ contains
       end do
    end subroutine fit
 
-   !> The least change of the weights of some points by which the integrals of the polynomials change as they should, by orthogonal sums of
-   !> these (Gram & Schmidt).
+   !> Least change of the weights of some points for a change of the integrals of the polynomials, by orthogonal sums of these (Gram
+   !> & Schmidt).
    pure function least_change(at_points, missing, is_free) result(change)
       real(dp), intent(in) :: at_points(:, :)    !! polynomials at the points, (polynomials, points)
       real(dp), intent(in) :: missing(:)         !! of their integrals

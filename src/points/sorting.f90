@@ -16,15 +16,15 @@ module hampm_sorting
    !> Where the last sort moved the particles, and workspace.
    type, extends(column_visitor_t) :: sorting_t
       integer, allocatable :: new_place(:)              !! of each particle, (n)
-      logical, allocatable :: changed(:)                !! elements that particles have left or entered, where only cell-crossing particles were
-                                                        !! looked for; (n_elements)
+      logical, allocatable :: changed(:)                !! elements that particles have left or entered, if only cell-crossing
+                                                        !! particles were checked; (n_elements)
       integer, private :: n_stretches = 0
       integer, allocatable, private :: from(:), to(:), length(:) !! of each stretch
       integer, allocatable, private :: next(:)          !! where the next particle of each element goes
       real(dp), allocatable, private :: real_copy(:)
       integer, allocatable, private :: integer_copy(:)
       integer(long), allocatable, private :: long_copy(:)
-      logical, private :: of_all = .false.              !! whether all particles were looked at
+      logical, private :: of_all = .false.              !! whether all particles were checked
    contains
       procedure :: reals => permute_reals
       procedure :: integers => permute_integers
@@ -34,9 +34,8 @@ module hampm_sorting
 contains
 
    !> Find the cell of every particle, form the blocks, and sort all columns, keeping the order within a cell. `new_place` then
-   !> tells where each particle went. Where it is known which blocks some particle has left, no other is looked at, and `changed`
-   !> tells which cells are no longer as they were. Fails where the memory does not suffice, a particle has left the grid or its
-   !> position is not a number.
+   !> tells where each particle went. If the blocks that some particle has left are known, only these are checked, and `changed`
+   !> tells which cells differ. Fails where the memory does not suffice, a particle has left the grid or its position is NaN.
    subroutine sort_into_cells(s, p, grid, blocks, failure, left)
       type(sorting_t), intent(inout) :: s
       type(particles_t), intent(inout) :: p

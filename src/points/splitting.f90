@@ -1,21 +1,14 @@
-!> Splitting particles into children (`hampm_children`) and recombining these.
+!> Splitting particles into children (`hampm_children`) and recombining these; docs/explanation/theory.md.
 !>
-!> The children carry u + H dX + t dx1 dx2 and v + L dx, and the parent's H with its change along dx that t gives. Here t is the hourglass of the
-!> bilinear displacement field of the coarse cell, its mixed second derivative, in space one of four: with it the children's strains are those of
-!> one displacement field that the finer cells can represent. Children that copied H would keep the steps between them for good, as
-!> initial strains that nothing removes. Mass, volume, linear momentum and the mean of H and u stay, and angular
-!> momentum to second order in s; strain energy stays where t is 0. Recombining gives the sums of mass, volume and momentum, the
-!> place of the parent, and the mean H and history of the laws, over the mass.
+!> The children carry u + H dX + t dx1 dx2 and v + L dx, and the parent's H with its change along dx by t, the hourglass of the
+!> bilinear displacement field of the coarse cell (its mixed second derivative; in space one of four): one displacement field of the
+!> finer cells. Mass, volume, linear momentum and the mean of H and u stay, angular momentum to second order in s, strain energy
+!> where t is 0. Recombining gives the sums of mass, volume and momentum, the parent's place, and the mass-weighted mean of H and
+!> history. Number and path of splits of the unsplit particle stay with its children: siblings find each other wherever they are.
 !>
-!> What an unsplit particle's number and the path of splits below it are stays with its children, so that siblings
-!> find each other wherever they have moved.
-!>
-!> Splitting the domains of particles and recombining them. The corners of the children's domains are points of the parent's bilinear
-!> fields: these stay as they are. The corners of a particle that four children make are theirs that were the parent's, so that what
-!> was split and has not moved since comes back to the last digit. Momentum is kept.
-!>
-!> As four corners carry the mass of a rectangle, its moment of inertia is three times the true one, and that of its four children
-!> together 3/2 of it: splitting takes angular momentum from material that turns, and recombining gives it back.
+!> Corners of the children's domains are points of the parent's bilinear fields, and those that were the parent's return to it
+!> unchanged. Four corners with the mass of a rectangle have three times its moment of inertia, those of four children 3/2 of it:
+!> splitting takes angular momentum from material that turns, and recombining gives it back.
 module hampm_splitting
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_failure, only: failure_t
@@ -61,7 +54,7 @@ contains
       real(dp), intent(in) :: hourglasses(:, :, :)              !! t of the marked ones, in space; in the total frame in the
                                                            !! reference configuration [1/m]; (ndim, n_hourglasses, marked)
       real(dp), intent(in) :: normal(:, :)                 !! of the cracks through the middles of the marked ones, 0 where there
-                                                           !! is none; (ndim, marked)
+                                                           !! if none; (ndim, marked)
       integer, allocatable, intent(out) :: first_child(:)  !! new place of each particle or of its first child, and behind the last;
                                                            !! (n + 1)
       type(failure_t), intent(inout) :: failure
@@ -292,8 +285,8 @@ contains
       domain%velocity = p%corner_velocity(i, :, :)
    end function domain_of
 
-   !> Give children, which stand next to each other and are where they belong, their parts of the parent's domain. Where they are not
-   !> alike, the products of the coordinates do not cancel: what momentum is missing all children share.
+   !> Give children, side by side and in place, their parts of the parent's domain. Where they are not alike, the products of the
+   !> coordinates do not cancel: all children share the missing momentum.
    pure subroutine divide_domain(p, first, last, parent)
       type(particles_t), intent(inout) :: p
       integer, intent(in) :: first, last         !! the children
@@ -327,8 +320,8 @@ contains
       call follow_corners(p, k)
    end subroutine take_domain
 
-   !> The domain that siblings make together, around their mean: by the corners that were the parent's where there are all four children
-   !> of a rectangle, else linear fields by the means of theirs.
+   !> The common domain of siblings, around their mean: by the corners that were the parent's if there are all four children of a
+   !> rectangle, else linear fields by their means.
    pure type(domain_t) function joined_domain(p, siblings, middle) result(domain)
       type(particles_t), intent(in) :: p
       integer, intent(in) :: siblings(:)         !! in the order of the quarters that they are

@@ -10,7 +10,7 @@ module hampm_state_update
 
 contains
 
-   !> Keep the state of a particle that has been strained in a step `dt`; where its law has no history there is none.
+   !> Update the state of a particle that was strained in a step `dt`, if its law has a history.
    pure subroutine update_particle_state(material, dt, p, i)
       type(material_t), intent(in) :: material   !! of the particle
       real(dp), intent(in) :: dt                 !! [s]
@@ -23,7 +23,7 @@ contains
       p%history(i, :) = state(:p%columns())
    end subroutine update_particle_state
 
-   !> P_33/R of a particle of axisymmetric material [Pa/m]: times its volume and a shape function a force on the node along the radius, inward.
+   !> P_33/R of a particle of axisymmetric material [Pa/m]: times volume and shape function the inward radial force on a node.
    pure real(dp) function hoop_resistance(material, p, i) result(stress)
       type(material_t), intent(in) :: material   !! of the particle
       type(particles_t), intent(in) :: p
