@@ -1,9 +1,9 @@
-!> Cracks that the material carries with it, where particles move through the grid (the updated frame): the lines along which cells are
-!> cut follow the faces, and cells are cut anew when these have moved by a small part of a cell.
+!> Cracks carried by the material, where particles move through the grid (updated frame): the lines that cut cells follow the faces,
+!> and cells are cut anew when these have moved by a small part of a cell.
 !>
-!> Each point of a line hangs on the nearest particle on either side in the reference configuration, on the mean of those that are as near, by
-!> their displacement and its gradient: its place on a face is x + F (X - X_p), and on the line the mean of both faces. So lines turn and
-!> bend with the material without drift, and parted faces part them. Particles keep their sides (`cut_cells_t%follow`).
+!> Each point of a line follows the nearest particles on either side in the reference configuration (the mean if equally near): its
+!> place on a face is x + F (X - X_p), on the line the mean of both faces. So lines turn and bend with the material without drift,
+!> and separated faces separate them. Particles keep their sides (`cut_cells_t%follow`).
 module hampm_crack_carrying
    use hampm_kinds, only: dp, ndim
    use hampm_archive, only: archive_t
@@ -20,14 +20,14 @@ module hampm_crack_carrying
 
    integer, parameter :: faces = 2               !! the left and the right one
    integer, parameter :: n_carriers = 4          !! most particles that are as near to a point, as those around one are
-   real(dp), parameter :: usual_allowance = 0.05_dp, allowance_of_nodes = 0.2_dp !! see `carried_cracks_t`; particles are no nearer to a crack than a quarter of a cell
-   real(dp), parameter :: most_overlap = 0.5_dp  !! finest cells by which faces may overlap
+   real(dp), parameter :: usual_allowance = 0.05_dp, allowance_of_nodes = 0.2_dp !! see `carried_cracks_t`
+   real(dp), parameter :: most_overlap = 0.5_dp  !! largest overlap of faces [finest cells]
 
-   !> What points of lines hang on. A particle that splits gives its number to its children; a face hangs on the nearest of these. An entry is one of
-   !> the places of `carrier`, in its order.
+   !> Carriers of the points of lines. A particle that splits gives its number to its children; a face follows the nearest of these.
+   !> An entry is a place of `carrier`, in its order.
    type :: carried_cracks_t
-      real(dp), private :: allowance = 0         !! finest cells by which a line may be behind the material: more where nodes are to close a crack
-      integer, allocatable, private :: carrier(:, :, :) !! numbers of the particles, 0 behind the last; (n_carriers, faces, points of all lines)
+      real(dp), private :: allowance = 0         !! lag of a line behind the material [finest cells]: more if nodes close a crack
+      integer, allocatable, private :: carrier(:, :, :) !! numbers of the particles, 0 behind the last; (n_carriers, faces, points)
       integer, allocatable, private :: first(:)  !! the first entry that is the particle of a number, 0 for none
       integer, allocatable, private :: next(:)   !! the next one of the same particle, 0 behind the last; (entries)
    contains
@@ -83,7 +83,7 @@ contains
       if (carrier(1, 2) == 0) carrier(:, 2) = carrier(:, 1)
    end function nearest_to
 
-   !> List what hangs on each particle.
+   !> List the entries of each particle.
    pure subroutine list_entries(carried)
       type(carried_cracks_t), intent(inout) :: carried
       integer :: n, face, k, entry
@@ -140,12 +140,12 @@ contains
       end do
    end subroutine move_to
 
-   !> Let lines follow the material after a step. Where one is behind it by more than a small part of a cell, cells are cut along the
-   !> present lines, which `moved` tells.
+   !> Let lines follow the material after a step. Where one lags by more than a small part of a cell, cells are cut along the
+   !> present lines, and `moved` is true.
    subroutine follow_cracks(carried, m, lines, moved, failure)
       type(carried_cracks_t), intent(in) :: carried
       type(problem_t), intent(inout) :: m
-      type(line_t), allocatable, intent(inout) :: lines(:) !! those of the grid, with the tips where they are now
+      type(line_t), allocatable, intent(inout) :: lines(:) !! lines of the grid, with the present tips
       logical, intent(out) :: moved
       type(failure_t), intent(inout) :: failure
       real(dp), allocatable :: origin(:, :), normal(:, :), place(:, :)
@@ -209,7 +209,7 @@ contains
    pure subroutine find_places(carried, p, slack, origin, normal, place, overlap)
       type(carried_cracks_t), intent(in) :: carried
       type(particles_t), intent(in) :: p
-      real(dp), intent(in) :: slack              !! distance by which particles are as near [m]
+      real(dp), intent(in) :: slack              !! tolerance of equal distances [m]
       real(dp), intent(in) :: origin(:, :), normal(:, :) !! see `list_points`
       real(dp), allocatable, intent(out) :: place(:, :)  !! [m], (ndim, points)
       real(dp), intent(out) :: overlap           !! [m]
@@ -253,7 +253,7 @@ contains
       face = merge(1, 2, dot_product(normal, away) >= 0)
    end function face_toward
 
-   !> Keep on which particles lines hang: those of cracks that have grown hang on the particles that were there then.
+   !> Archive the carriers of lines: lines of grown cracks follow the particles that were there at growth.
    subroutine archive_carried(carried, archive)
       type(carried_cracks_t), intent(inout) :: carried
       class(archive_t), intent(inout) :: archive

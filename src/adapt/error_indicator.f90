@@ -1,6 +1,6 @@
-!> The error estimate of Zienkiewicz & Zhu (1987): the energy norm of the difference between the stress recovered at the nodes
-!> and that of the particles. Stress is recovered in each material by itself: across an interface it may jump. In quadratic cells it is
-!> recovered by quadratic functions.
+!> The error estimate of Zienkiewicz & Zhu (1987): the energy norm of the difference between the stress recovered at the nodes and
+!> the stress of the particles. Stress is recovered in each material by itself: across an interface it may jump. In quadratic cells
+!> the recovery is by quadratic functions.
 module hampm_error_indicator
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: shape_functions, inside_cell
@@ -28,9 +28,9 @@ module hampm_error_indicator
 
 contains
 
-   !> As long as the estimated relative error is above `tolerance`, refine the leaves with the largest errors, as few as hold a
-   !> part `marked_part` of its square, and those whose errors are as large as the least of them but for rounding: of two leaves that are
-   !> mirror images of each other rounding would choose one.
+   !> As long as the estimated relative error is above `tolerance`, refine the leaves with the largest errors, as few as hold a part
+   !> `marked_part` of its square, and those with errors equal to the least of them up to rounding: of two leaves that mirror each
+   !> other rounding would choose one.
    subroutine mark_by_error(r, m, tips, change)
       type(refinement_t), intent(inout) :: r
       type(problem_t), intent(inout) :: m
@@ -122,7 +122,7 @@ contains
    !> The squared error of stress at each particle in the energy norm, with its volume [J], for each of some fields of stress.
    subroutine errors_at_particles(m, stress, error)
       type(problem_t), intent(in) :: m
-      real(dp), intent(in) :: stress(:, :)               !! of the particles, one field after the other [Pa], (components, particles)
+      real(dp), intent(in) :: stress(:, :)               !! of the particles, a field after the other [Pa], (components, particles)
       real(dp), allocatable, intent(out) :: error(:, :)  !! (particles, fields)
       real(dp), allocatable :: nodal(:, :), coefficient(:, :, :), edge(:)
       real(dp) :: off(size(stress, 1))
@@ -155,8 +155,8 @@ contains
       end associate
    end subroutine errors_at_particles
 
-   !> At a particle of a quadratic cell: the quadratic functions that were recovered at the four corners, with the bilinear functions of these as
-   !> weights, which makes one field of them that is continuous (Zienkiewicz & Zhu 1992 take their means at the nodes).
+   !> Value at a particle of a quadratic cell: the quadratic functions recovered at the four corners, weighted by the bilinear
+   !> functions of these; the field is continuous (Zienkiewicz & Zhu 1992 take their means at the nodes).
    pure function blended(m, i, coefficient, edge) result(value)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: i

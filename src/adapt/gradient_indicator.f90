@@ -1,5 +1,5 @@
-!> The refinement parameter R of Tan & Nairn, (20)-(23): how far the mean of a field around a node is from its value there.
-!> Quadratic cells have it at their corners, over distances of whole cells: of a field it is what bilinear cells of the same size have.
+!> The refinement parameter R of Tan & Nairn, (20)-(23): the difference of the mean of a field around a node from its value there.
+!> Quadratic cells have it at their corners, over distances of whole cells, equal to bilinear cells of the same size.
 module hampm_gradient_indicator
    use hampm_kinds, only: dp, ndim, corners
    use hampm_tensors, only: norm
@@ -60,8 +60,8 @@ contains
       end do
    end subroutine mark_by_gradient
 
-   !> What rounding of where particles have moved to, of strains without stress and of loads makes of a field of the gradient indicator: cells are not to refine
-   !> by that, as those of a body that falls freely, or of one that is held where all of the load is, would.
+   !> Rounding of displacements, eigenstrains and loads in a field of the gradient indicator: it must not refine cells, as of a body
+   !> that falls freely, or of one held where all of the load is.
    pure real(dp) function rounding_of(m, field) result(value)
       type(problem_t), intent(in) :: m
       character(*), intent(in) :: field
@@ -251,8 +251,8 @@ contains
       end if
    end function mean_beside
 
-   !> Size of the smallest cell at a node or, where the node is in the middle of a side of it, half of that: as the finer cells are for which it
-   !> stands there, which may be on the other side of a crack [m].
+   !> Size of the smallest cell at a node or half of it, where the node is in the middle of its side: as the finer cells there,
+   !> which may be on the other side of a crack [m].
    pure real(dp) function reach_at(grid, node) result(reach)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: node
@@ -276,8 +276,8 @@ contains
       is = all(abs(in_leaf - 0.5_dp) > 0.25_dp)
    end function is_corner_of
 
-   !> Value of a nodal field at a place beside a node, and whether the place is in or at the edge of an occupied cell of that node: the mean
-   !> by these cells. Others may be on the other side of a crack on which the place is.
+   !> Value of a nodal field at a place beside a node, and whether an occupied cell of that node contains the place or has it at its
+   !> edge: the mean of these cells. Other cells may be on the other side of a crack at the place.
    subroutine value_at(m, phi, node, x, value, inside)
       type(problem_t), intent(in) :: m
       real(dp), intent(in) :: phi(:)
@@ -305,7 +305,7 @@ contains
       if (inside) value = value/n
    end subroutine value_at
 
-   !> The element at a place, of those of a leaf or of a piece of one; `outside` where the place is neither in the leaf nor at its edge.
+   !> The element at a place, among those of a leaf or of its piece; `outside` if the leaf does not contain the place.
    pure integer function part_at(grid, first, x) result(e)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: first               !! of these elements

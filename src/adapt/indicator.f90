@@ -1,7 +1,7 @@
-!> What an indicator of refinement is to the program: its name, its column of the history, and the procedure that marks leaves.
+!> Interface of a refinement indicator: its name, its column of the history, and the procedure that marks leaves.
 !>
-!> A new indicator is a file with such a procedure and a row in the table of `hampm_indicators`: its choice in `&refine`, its column, its value in
-!> checkpoints, and the rules on what it goes with follow from the row. Keys of its own stand in its file, and join `indicator_keys`.
+!> A new indicator is a file with such a procedure and a row in the table of `hampm_indicators`: its choice in `&refine`, its
+!> column, its value in checkpoints, and its rules follow from the row. Its own keys stand in its file, and join `indicator_keys`.
 module hampm_indicator
    use hampm_kinds, only: dp, ndim, long, name_len
    use hampm_cell_values, only: is_occupied
@@ -14,14 +14,14 @@ module hampm_indicator
 
    integer, parameter :: most_constants = 24     !! keys of indicators
 
-   !> What is told of an indicator.
+   !> Description of an indicator.
    type :: indicator_t
       character(name_len) :: name = ''           !! in model files; '' for none
       character(name_len) :: column = ''         !! of the history, in which its value is; '' for none
       character(64) :: meaning = ''              !! of the column
-      character(32) :: advice = ''               !! what to give where there come to be too many particles
+      character(32) :: advice = ''               !! remedy for too many particles
       character(name_len) :: reach = ''          !! key of within how many cells of a tip it marks, of one that does
-      logical :: is_of_places = .false.          !! whether it looks at places only, and marks before the first step
+      logical :: is_of_places = .false.          !! whether it depends on places only, and marks before the first step
       logical :: is_of_one_body = .false.        !! whether it takes all nodes of a cell for those of one body
    end type indicator_t
 
@@ -30,30 +30,30 @@ module hampm_indicator
       procedure(mark_leaves), pointer, nopass :: mark => null()
    end type indicator_row_t
 
-   !> &refine: where cells refine. Components have the names of its keys, but for those of indicators.
+   !> &refine: where cells refine. Components have the names of its keys, except keys of indicators.
    type :: refine_t
-      character(name_len) :: indicator = ''      !! what tells which
+      character(name_len) :: indicator = ''      !! name of the indicator
       type(indicator_t) :: by                    !! the same; none where the group is absent
       type(constant_t) :: constants(most_constants) !! the numbers of the keys of indicators
       character(name_len) :: field = ''          !! of gradient: 'energy_density', 'stress_norm' or 'speed'
       integer :: max_level = 0                   !! level of the finest cells, 0: the root cells
       real(dp) :: region_lower(ndim) = -huge(1.0_dp)   !! box in which cells may refine [m]; -huge and huge where it has no
       real(dp) :: region_upper(ndim) = huge(1.0_dp)    !! limit: compare with them, their difference overflows
-      real(dp) :: start = 0                      !! time of the first look at the motion [s]
-      integer :: interval = 1                    !! steps between looks at the indicator
+      real(dp) :: start = 0                      !! time of the first check of the motion [s]
+      integer :: interval = 1                    !! steps between checks of the indicator
       integer :: max_particles = huge(1)         !! refinement ends where there would be more particles
    contains
       procedure :: is_active
       procedure :: looks_at_motion
    end type refine_t
 
-   !> The same in a run, and what was found at the last look.
+   !> The same in a run, with the results of the last check.
    type, extends(refine_t) :: refinement_t
       logical :: is_static = .false.             !! whether each mesh takes a solution
       logical :: tips_move = .false.             !! whether tips move through the grid
       logical :: reached_max_level = .false.     !! whether a leaf would have been refined further
       logical :: reached_max_particles = .false. !! whether refinement has ended
-      real(dp) :: value = 0                      !! of the indicator at the last look [-]
+      real(dp) :: value = 0                      !! of the indicator at the last check [-]
    contains
       procedure :: follows_motion
       procedure :: is_due
@@ -79,7 +79,7 @@ contains
       is_active = self%by%name /= '' .and. self%max_level > 0
    end function is_active
 
-   !> Whether it looks at the motion.
+   !> Whether it depends on the motion.
    pure logical function looks_at_motion(self)
       class(refine_t), intent(in) :: self
       looks_at_motion = self%by%name /= '' .and. .not. self%by%is_of_places
@@ -91,7 +91,7 @@ contains
       follows_motion = self%is_active() .and. (self%looks_at_motion() .or. self%tips_move)
    end function follows_motion
 
-   !> Whether after a step, or several at once, it is time to look.
+   !> Whether a check is due after a step, or several at once.
    pure logical function is_due(self, time, before, steps)
       class(refinement_t), intent(in) :: self
       real(dp), intent(in) :: time               !! [s]
@@ -121,7 +121,7 @@ contains
       end associate
    end function is_in_box
 
-   !> What the user should know at the end; '' where there is nothing.
+   !> Warnings at the end; '' if there are none.
    function warning(self, steps, refined) result(text)
       class(refinement_t), intent(in) :: self
       integer(long), intent(in) :: steps         !! that the run has taken, 0 where the model is only checked

@@ -1,4 +1,4 @@
-!> What children of particles take from the fields of their cells: the velocity gradient, and the mixed derivatives of the displacement.
+!> Fields that children of particles take from their cells: the velocity gradient, and the mixed derivatives of the displacement.
 !>
 !> The displacement field of a leaf, or of a piece of one that is cut, from what its particles carry.
 !>
@@ -66,8 +66,8 @@ contains
       end do
    end function velocity_gradients
 
-   !> Velocity gradient that fits best the particles of a body on all sides of the cracks that divide a leaf, each side with a mean velocity of its own [1/s].
-   !> Those on a crack, as particle `of` is, have no side and do not count: cells have them on one.
+   !> Velocity gradient that best fits the particles of a body on all sides of the cracks in a leaf, each side with a mean velocity
+   !> of its own [1/s]. Particles on a crack, as `of` is, do not count: they have no side, but cells have them on one.
    function gradient_beside_crack(m, of) result(gradient)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: of
@@ -118,8 +118,8 @@ contains
       end do
    end function displacement_hourglasses
 
-   !> Hourglasses of the displacement field at a particle, from those of its body in the leaf. They count in the grid's coordinates: in space,
-   !> in the total frame in the reference configuration.
+   !> Hourglasses of the displacement field at a particle, from the particles of its body in the leaf, in the grid's coordinates: in
+   !> space, in the total frame in the reference configuration.
    function hourglasses_at(m, particle, e, body) result(hourglasses)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: particle, e, body

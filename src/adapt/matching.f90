@@ -43,7 +43,7 @@ contains
       type(problem_t), intent(inout) :: m
       type(forest_t), intent(in) :: forest
       type(failure_t), intent(inout) :: failure
-      type(line_t), allocatable, intent(in), optional :: new_lines(:) !! along which its cells are cut; those of before where it is absent
+      type(line_t), allocatable, intent(in), optional :: new_lines(:) !! of its cut cells; absent: the last ones
       type(line_t), allocatable :: lines(:)
       real(dp) :: energy
       call start_families(m%particles)
@@ -100,7 +100,7 @@ contains
       if (allocated(old) .and. .not. failure%failed()) call carry_nodes(old, m)
    end subroutine change_grid
 
-   !> Complete a mesh that was provisional: the nodes of its cells, the weights of its particles, and what hangs on both.
+   !> Complete a provisional mesh: the nodes of its cells, the weights of its particles, and all that depends on both.
    subroutine complete_mesh(m, failure)
       type(problem_t), intent(inout) :: m
       type(failure_t), intent(inout) :: failure
@@ -141,8 +141,8 @@ contains
       m%energies%numerical_loss = m%energies%numerical_loss + (energy - total_energy(m))
    end subroutine match_particles
 
-   !> Which particles are coarser than the leaf of a forest in which they stand, or have domains that are much longer. Those that stand on the lines that
-   !> quarter a bilinear leaf beside finer ones are split while it is whole: its quarters have other velocity gradients on either side of the line.
+   !> Which particles are coarser than their leaf of a forest, or have domains that are much longer. Particles on the lines that
+   !> quarter a bilinear leaf beside finer ones are split while it is whole: velocity gradients differ between its quarters.
    pure function coarser_than(m, forest) result(coarser)
       type(problem_t), intent(in) :: m
       type(forest_t), intent(in) :: forest
@@ -182,8 +182,8 @@ contains
       end do
    end function are_on_cracks
 
-   !> Whether particles fit their cells before they are looked at one by one: where no cell is to have more of them than others, and no crack runs
-   !> through one.
+   !> Whether particles fit their cells without a check of each: no cell must have more of them than others, and no crack runs
+   !> through a particle.
    pure logical function are_matched(m)
       type(problem_t), intent(in) :: m
       integer :: i
@@ -203,7 +203,7 @@ contains
       end if
    end function has_fuller_cells
 
-   !> Whether the cells are quadratic and nothing cuts them, as lines along their edges do not, so that their particles have all children.
+   !> Whether cells are quadratic and uncut (lines along their edges do not cut), so that their particles have all children.
    pure logical function has_whole_cells(m)
       type(problem_t), intent(in) :: m
       integer :: leaf
@@ -211,8 +211,8 @@ contains
       if (has_whole_cells) has_whole_cells = .not. any([(m%grid%is_cut(leaf), leaf=1, m%grid%forest%leaf_count())])
    end function has_whole_cells
 
-   !> Whether particles of a body are odd in number along a cell: then some stand on the lines that quarter it. Domains may reach over these, and of a
-   !> body that does not fill its cells exactly the number is no whole one.
+   !> Whether the number of particles of a body along a cell is odd: then some stand on the lines that quarter it. Domains may cross
+   !> these, and for a body that does not fill its cells exactly the number is not whole.
    pure logical function is_odd(m, body)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: body
@@ -222,8 +222,8 @@ contains
       is_odd = .not. m%has_domains() .and. any(mod(nint(number), 2) == 1 .and. abs(number - nint(number)) < rounding)
    end function is_odd
 
-   !> How often a particle in the leaf in which it stands is to be split: once for each of its levels, and once more where that is a quadratic one that
-   !> is cut, or a bilinear one that is stored as its quarters, for each of which there are to be particles.
+   !> Number of splits of a particle in its leaf: one for each level, and one more if the leaf is a cut quadratic one, or a bilinear
+   !> one stored as its quarters, each of which needs particles.
    pure integer function level_for(m, i) result(level)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: i                   !! particle
@@ -247,8 +247,8 @@ contains
       if (is_odd(m, body)) level = level + merge(1, 0, forest%meets_finer(leaf))
    end function level_in
 
-   !> Which particles are finer than their cell, and neither parted by a crack from the middle of what they came from, nor that on a crack: siblings on
-   !> both sides of a crack stay apart.
+   !> Which particles are finer than their cell and not separated by a crack from the middle of their parent, nor that middle on a
+   !> crack: siblings on both sides of a crack stay apart.
    pure function finer_than_cell(m) result(finer)
       type(problem_t), intent(in) :: m
       logical, allocatable :: finer(:)
@@ -277,7 +277,7 @@ contains
       logical, allocatable :: on(:)
       if (.not. any(marked)) return
       allocate (gradients(ndim, ndim, count(marked)), hourglasses(ndim, n_hourglasses, count(marked)), source=0.0_dp)
-      if (.not. (m%has_domains() .or. m%grid%is_quadratic() .or. m%cache%is_provisional)) then ! they have fields of their own, or none
+      if (.not. (m%has_domains() .or. m%grid%is_quadratic() .or. m%cache%is_provisional)) then ! own fields, or none
          if (any(abs(m%particles%velocity(:m%particles%n, :)) > 0)) gradients = velocity_gradients(m, marked)
          hourglasses = displacement_hourglasses(m, marked)
       end if
@@ -295,14 +295,14 @@ contains
       call sort_anew(m, failure)
    end subroutine split_marked
 
-   !> Displace and strain children that stand on the other side of a crack than their parent, or whose parent stood on it, as the nearest other particle on their side; in the mean of those
-   !> as near. History-dependent material stays as it is.
+   !> Displace and strain children on the other side of a crack than their parent, or whose parent was on it, as the nearest other
+   !> particle on their side, or the mean of those equally near. History-dependent material is unchanged.
    pure subroutine change_sides(m, from, on, first_child)
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: from(:, :)         !! where the parents stood [m], (parents, ndim)
-      logical, intent(in) :: on(:)               !! whether a crack runs through their middle, on whose other side they are in a mirror image
+      logical, intent(in) :: on(:)               !! whether a crack runs through them: a mirror image swaps their side
       integer, intent(in) :: first_child(:)      !! of each, and behind the last
-      real(dp), parameter :: alike = 1e-9_dp     ! part of a distance by which others are as near
+      real(dp), parameter :: alike = 1e-9_dp     ! relative difference of distances that count as equal
       real(dp) :: x(ndim), at(ndim), away, least, u(ndim), h(ndim, ndim)
       logical, allocatable :: crosses(:)
       integer :: i, j, k, n
@@ -343,7 +343,7 @@ contains
       end associate
    end subroutine change_sides
 
-   !> Normals of the cracks that run through the middles of the marked particles, 0 where there is none; (ndim, marked).
+   !> Normals of the cracks through the middles of the marked particles, 0 if there is none; (ndim, marked).
    pure function normals_of_cracks(m, marked) result(normal)
       type(problem_t), intent(in) :: m
       logical, intent(in) :: marked(:)
@@ -383,8 +383,8 @@ contains
       call sort_anew(m, failure)
    end subroutine recombine_marked
 
-   !> Kinetic and strain energy of the particles, and that of interface points [J], with an energy balance; where nodes keep their velocity the kinetic
-   !> energy is theirs, and not asked here.
+   !> Kinetic and strain energy of the particles, and energy of interface points [J], for the energy balance; where nodes keep their
+   !> velocity without the kinetic energy, which is theirs.
    real(dp) function total_energy(m) result(energy)
       type(problem_t), intent(in) :: m
       energy = 0

@@ -1,5 +1,5 @@
-!> What nodes keep from step to step, carried to another mesh: the field that it was on the old one, at the places of the new nodes. Where cells
-!> get finer it is exactly the same field.
+!> Transfer of nodal fields to another mesh: the field of the old one at the places of the new nodes. In finer cells it is exactly
+!> the same field.
 module hampm_nodal_transfer
    use hampm_kinds, only: dp, ndim
    use hampm_tensors, only: norm
@@ -67,13 +67,13 @@ contains
       end subroutine take
    end subroutine carry_nodes
 
-   !> Carry nodal fields. A node has, of each element around it, the values of the old element in which its particle next to the node was (or of several,
-   !> which are equally near, the mean), so that both faces of a crack have their own; and the mean of these.
+   !> Transfer nodal fields. Each element around a node gives the value of the old element of its particle next to the node (or the
+   !> mean of those equally near), so that each face of a crack has its own values; the node has the mean of these.
    subroutine carry(old, m, fields)
       type(old_mesh_t), intent(in) :: old
       type(problem_t), intent(in) :: m
       real(dp), allocatable, intent(inout) :: fields(:, :) !! (components, n_points)
-      real(dp), parameter :: alike = 1e-9_dp     ! part of a distance by which others are as near
+      real(dp), parameter :: alike = 1e-9_dp     ! relative difference of distances that count as equal
       real(dp), allocatable :: carried(:, :)
       real(dp) :: value(size(fields, 1)), least, place(ndim)
       integer, allocatable :: times(:)
@@ -83,7 +83,7 @@ contains
       times = 0
       do k = 1, m%blocks%n_occupied
          associate (e => m%blocks%occupied(k), at => m%grid%support_of(m%blocks%occupied(k)), b => m%blocks)
-            if (b%count_in(e) == 0) cycle        ! a quarter of a quadratic cell without particles, whose nodes those of the others have
+            if (b%count_in(e) == 0) cycle        ! an empty quarter of a quadratic cell: the others have its nodes
             do c = 1, size(at)
                place = m%grid%node_position(:, at(c))
                least = huge(least)

@@ -1,13 +1,11 @@
-!> What particles carry into the finer cells of a quadratic cell that is divided, or into the cell that four become.
+!> Fields of the particles in the finer cells of a divided quadratic cell, or in the cell that four become.
 !>
-!> Displacement, its gradient and velocity of the n x n particles of a quadratic cell are biquadratic there, each component: in the total
-!> frame they follow the nodes of their cell from the start. So the biquadratic function that fits them best, which is the one through
-!> them where n = 3, is that field, and its values at the children's places are again those of one field, which the finer cells
-!> represent. Of 2n x 2n particles in four cells that become one it is the field that is nearest to theirs, and the very one that they have
-!> had since the cell was divided. With the weights of the particles in the fit momentum stays: they integrate the function exactly in the coarse
-!> cell and in the finer ones. What particles
-!> remember goes the same way, so that stress does not jump where strain does not; of it what has one sign in the cell keeps it, as the
-!> equivalent plastic strain does.
+!> Displacement, its gradient and velocity of the n x n particles of a quadratic cell are biquadratic, each component: in the total
+!> frame they follow the nodes of their cell. The biquadratic function that fits them best (through them where n = 3) is that field,
+!> and its values at the children's places are one field again, exact in the finer cells. For 2n x 2n particles in four cells that
+!> become one it is the nearest field, and the original one if the cell was divided before. The weights of the particles in the fit
+!> keep momentum: they integrate the function exactly in coarse and finer cells. State variables are fitted too, so that stress
+!> jumps only with strain; those of one sign in the cell keep it, as the equivalent plastic strain.
 module hampm_quadratic_children
    use hampm_kinds, only: dp, ndim, corners, long
    use hampm_forest, only: corner_offset
@@ -24,8 +22,8 @@ module hampm_quadratic_children
 
 contains
 
-   !> The values of the children of the marked particles, (values, corners, marked). Of particles that do not fill a cell, as none are
-   !> whose cells are divided, the children have what extrapolates them linearly.
+   !> Values of the children of the marked particles, (values, corners, marked). Children of particles that do not fill a cell (in
+   !> no divided cell) have linear extrapolations.
    function values_of_children(m, marked) result(values)
       type(problem_t), intent(in) :: m
       logical, intent(in) :: marked(:)                   !! (particles)
@@ -34,8 +32,8 @@ contains
       values = values_by_cells(m, marked, 0, fill)
    end function values_of_children
 
-   !> The values of the parents of the marked particles, (values, 1, marked). Those that do not fill the parents' cell yet, as others have to
-   !> recombine before, are marked no longer.
+   !> Values of the parents of the marked particles, (values, 1, marked). Particles that do not fill the parents' cell yet, as
+   !> others have to recombine before, are unmarked.
    subroutine values_of_parents(m, marked, values)
       type(problem_t), intent(in) :: m
       logical, intent(inout) :: marked(:)                !! (particles)
@@ -51,7 +49,7 @@ contains
    function values_by_cells(m, marked, levels, fill) result(values)
       type(problem_t), intent(in) :: m
       logical, intent(in) :: marked(:)                   !! (particles)
-      integer, intent(in) :: levels                      !! by which the cells are coarser than those that fit the particles: 0 or 1
+      integer, intent(in) :: levels                      !! levels by which cells are coarser than the particles' own: 0 or 1
       logical, intent(out) :: fill(:)                    !! whether each is one of as many as fill its cell, (marked)
       real(dp), allocatable :: values(:, :, :)           !! (values, corners or 1, marked)
       type(place_table_t) :: cells
@@ -83,8 +81,7 @@ contains
       end do
    end function values_by_cells
 
-   !> The cell of the size that fits a particle, or of one coarser by some levels, by its level and its place in a lattice of such cells, as
-   !> numbers.
+   !> Cell of the size that fits a particle, or coarser by some levels: its level and place in a lattice of such cells, as numbers.
    pure function place_of_cell(m, i, levels) result(place)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: i, levels
@@ -113,7 +110,7 @@ contains
    function values_in_cell(m, members, levels) result(values)
       type(problem_t), intent(in) :: m
       integer, intent(in) :: members(:)
-      integer, intent(in) :: levels                      !! by which the cell is coarser than those that fit its particles: 0 or 1
+      integer, intent(in) :: levels                      !! levels by which the cell is coarser than the particles' own: 0 or 1
       real(dp) :: values(n_fields + m%particles%columns(), merge(corners, 1, levels == 0), size(members))
       real(dp), allocatable :: rows(:, :)
       real(dp) :: own(size(values, 1), size(members)), xi(ndim), size_of
@@ -154,8 +151,8 @@ contains
       end do
    end function values_in_cell
 
-   !> Values at 2n even places along a line, as sums of those at n even places, or at n/2: by the quadratic function that fits these best with
-   !> the weights of the points of one cell or of two.
+   !> Values at 2n even places along a line, or at n/2, as sums of values at n even places: by the quadratic function of best fit,
+   !> with the weights of the points of one cell or of two.
    function rows_of_fit(n, levels) result(rows)
       integer, intent(in) :: n
       integer, intent(in) :: levels                      !! 0: at 2n places, 1: at n/2

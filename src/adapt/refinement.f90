@@ -16,9 +16,9 @@ module hampm_refinement
 
 contains
 
-   !> Refine before the first step as far as that does not depend on the motion. Quadratic cells that are cut have more particles from the
-   !> start, and particles through which a crack runs are split. Of material that rests nothing is carried from mesh to mesh, so that only the last
-   !> one is completed.
+   !> Refine before the first step as far as that does not depend on the motion. Cut quadratic cells have more particles from the
+   !> start, and particles with a crack through them are split. For material at rest no fields are transferred: only the last mesh
+   !> is completed.
    subroutine refine_at_start(r, m, tips, failure)
       type(refinement_t), intent(inout) :: r
       type(problem_t), intent(inout) :: m
@@ -44,8 +44,8 @@ contains
       if (.not. m%grid%forest%is_uniform() .or. m%has_domains()) call match_particles(m, failure)
    end subroutine follow_particles
 
-   !> Look at the indicator and adapt the grid by one level where it asks for it. `adapted` tells whether anything changed; only then cells are cut along
-   !> other lines.
+   !> Evaluate the indicator and adapt the grid by one level where it requires it. `adapted` tells whether anything changed; only
+   !> then cells are cut along other lines.
    subroutine refine(r, m, tips, adapted, failure, lines)
       type(refinement_t), intent(inout) :: r
       type(problem_t), intent(inout) :: m

@@ -15,14 +15,14 @@ module hampm_tip_indicator
 
 contains
 
-   !> Refine the leaves that are within `rings` cells of their own size of a tip. Behind tips that move, recombine those that are further
-   !> away than what is refined around these by a cell of the next size.
+   !> Refine the leaves within `rings` cells of their own size of a tip. Behind moving tips, recombine those farther away than the
+   !> refined region by a cell of the next size.
    subroutine mark_around_tips(r, m, tips, change)
       type(refinement_t), intent(inout) :: r
       type(problem_t), intent(inout) :: m
       real(dp), intent(in) :: tips(:, :)
       integer, intent(inout) :: change(:)
-      real(dp), parameter :: rounding = 1e-9_dp  ! of distances, in cells: that of a tip in the middle of one from others is a whole number
+      real(dp), parameter :: rounding = 1e-9_dp  ! of distances [cells]
       real(dp) :: distance, edge, middle(ndim)
       integer :: leaf, k, rings
       rings = nint(value_of(r%constants, 'rings', 0.0_dp))
