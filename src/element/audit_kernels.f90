@@ -1,4 +1,4 @@
-!> What the energy balance sums over the particles of a block during a pass (see `hampm_particle_kernels` for the arrays).
+!> Sums of the energy balance over the particles of a block during a pass (arrays: `hampm_particle_kernels`).
 module hampm_audit_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: lanes
@@ -48,8 +48,8 @@ contains
       gradient(ndim) = a(corners - 3) + xi(1)*a(corners - 2) + xi(2)*(a(corners - 1) + xi(1)*a(corners))
    end function gradient_at
 
-   !> Work of the stress in the strain step that follows, by Gauss's rule of two places, which is exact to the third order as Simpson's of
-   !> three is [J]; of a linear law the stress in the middle is enough, and of a law with a history there are those at the ends.
+   !> Work of the stress in the next strain step [J], by Gauss's rule of two points, exact to the third order as Simpson's of three;
+   !> of a linear law the stress in the middle suffices, of a law with a history the stresses at the ends.
    pure real(dp) function strain_work(rows, ld, xi, a, materials, material, volume, h, total_frame, dt, p, number) &
       result(work)
       integer, intent(in) :: rows, ld, material(ld)
@@ -92,8 +92,8 @@ contains
       end if
    end function work_of_change
 
-   !> Work of the stress of a law with a history per volume in a step of length `dt` [J/m3]: by the rule of trapezoids, or of one that does not yield
-   !> what is stored and dissipated more at its end, as these are those of strain at a constant rate.
+   !> Work of the stress of a law with a history per volume in a step of length `dt` [J/m3]: by the trapezoidal rule or, of a law
+   !> that does not yield, the change of stored and dissipated energy, which are exact for strain at a constant rate.
    pure real(dp) function history_work(material, before, change, dt, old_state, hoop) result(work)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: before(ndim, ndim), change(ndim, ndim) !! displacement gradient and its change [-]

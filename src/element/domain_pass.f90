@@ -1,11 +1,10 @@
-!> The passes over the particles (`hampm_particle_pass`) where these have domains (`hampm_domains`): what goes to and fro between nodes and
-!> particles there goes by the corners of the domains, each of which stands in some element. The force on a corner is -V P G_c, P being
-!> the first Piola stress.
+!> The passes over the particles (`hampm_particle_pass`) with domains (`hampm_domains`): nodes and particles exchange values by the
+!> corners of the domains, each of which is in some element. The force on a corner is -V P G_c, with the first Piola stress P.
 !>
 !> A pass does what its `pass_t` asks for in the order
 !>
 !>   1. G2P     kick:   v_c <- v_c + a dt;
-!>   2.         strain: u_c <- u_c + v dt: the corners move with the velocity that strains, as it is they that tell the strain;
+!>   2.         strain: u_c <- u_c + v dt: the corners move with the straining velocity, as they give the strain;
 !>   3. P2G     map:    mass and momentum, mass matrix, internal force to the elements, once `locate_corners` has found these.
 !>
 !> Sums are taken in the order of the particles: the result has the same bytes on any number of threads.
@@ -30,8 +29,8 @@ module hampm_domain_pass
    private
    public :: corner_map_t, locate_corners, find_corners, move_corners, map_corners, assemble_corners
 
-   !> Part of the way to the particle by which a corner is looked for inwards of itself: that on the side of an element belongs to the one
-   !> in which the material is. Of the size of the rounding of positions.
+   !> Part of the distance to the particle by which the place of a corner is moved inwards: a corner on the side of an element
+   !> belongs to the element of the material. Of the size of the rounding of positions.
    real(dp), parameter :: inwards = 1e-9_dp
    !> The same in the reference configuration where a line of a crack tells to which side a corner belongs
    real(dp), parameter :: to_its_side = 0.01_dp
@@ -48,7 +47,7 @@ module hampm_domain_pass
       integer, allocatable :: first(:)                  !! first entry of each element in the next, (n_elements + 1)
       integer, allocatable :: slot(:)                   !! corner + corners (particle - 1), by element and ascending, (corners n)
       integer :: layout = -1                            !! of the mass matrix when `cells` were listed
-      real(dp), allocatable :: mass(:, :)               !! what they give to the corners of the elements [kg], (corners, n_cells)
+      real(dp), allocatable :: mass(:, :)               !! contributions to the corners of the elements [kg], (corners, n_cells)
       real(dp), allocatable :: momentum(:, :, :)        !! [kg m/s], (ndim, corners, n_cells)
       real(dp), allocatable :: force(:, :, :)           !! [N], as `momentum`
    end type corner_map_t
@@ -113,7 +112,7 @@ contains
          if (element(c) == outside) cycle
          xi = grid%local_coordinate(element(c), x)
          local(:, c) = inside_cell(xi)
-         if (any(abs(xi - 0.5_dp) > 0.5_dp + 2*inwards)) local(:, c) = xi  ! in a sliver beside the element: its functions go on there
+         if (any(abs(xi - 0.5_dp) > 0.5_dp + 2*inwards)) local(:, c) = xi  ! extrapolated in a sliver beside the element
       end do
    end subroutine find_corners
 

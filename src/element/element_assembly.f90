@@ -1,5 +1,5 @@
-!> Assembly of sparse matrices from matrices of elements, of any number of directions. The unknowns of an element are those of the
-!> nodes on which the values at its corners depend: of its corners or, where these are hanging nodes, of their masters.
+!> Assembly of sparse matrices from matrices of elements, of any number of directions. The unknowns of an element belong to its
+!> corners or, if these are hanging nodes, to their masters.
 module hampm_element_assembly
    use hampm_kinds, only: dp
    use hampm_dofs, only: most_nodes_of_leaf
@@ -60,8 +60,8 @@ contains
       end do
    end function next_support
 
-   !> The matrix of an element by masters, T transposed A T with A by its nodes and T their weights (`masters_of`). Rows and columns are
-   !> by node, the directions of a node one after the other.
+   !> The matrix of an element by masters, T transposed A T with A by its nodes and T their weights (`masters_of`). Rows and columns
+   !> are by node, the directions of a node consecutive.
    pure subroutine matrix_by_masters(grid, e, directions, by_node, n, masters, by_master)
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: e                   !! the element
@@ -69,7 +69,7 @@ contains
       real(dp), intent(in) :: by_node(directions*grid%n_functions, directions*grid%n_functions)
       integer, intent(out) :: n                  !! number of masters
       integer, intent(out) :: masters(most_nodes_of_leaf)
-      real(dp), intent(out) :: by_master(directions*most_nodes_of_leaf, directions*most_nodes_of_leaf) !! as far as there are masters
+      real(dp), intent(out) :: by_master(directions*most_nodes_of_leaf, directions*most_nodes_of_leaf) !! as far as masters exist
       real(dp) :: weight(grid%n_functions, most_nodes_of_leaf), half(directions, grid%n_functions)
       integer :: c, d, j, k, l
       associate (at => grid%support_of(e))

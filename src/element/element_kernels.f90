@@ -1,6 +1,6 @@
-!> The loops of `hampm_stencils` and `hampm_mean_force`: how momenta and internal forces change with the motion of points, by lines of a
-!> stencil, and by the mass matrices and moments of the cells of a block, which are side by side in `lanes` as in `hampm_particle_kernels`.
-!> And what the nodes sum up. See `hampm_element_operators`.
+!> The loops of `hampm_stencils` and `hampm_mean_force`: change of momenta and internal forces with the motion of points, by lines
+!> of a stencil, and by mass matrices and moments of the cells of a block, side by side in `lanes` as in `hampm_particle_kernels`;
+!> and sums at the nodes. See `hampm_element_operators`.
 module hampm_element_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: lanes, of_force, n_sums
@@ -11,7 +11,7 @@ module hampm_element_kernels
              isotropic_stress, anisotropic_stress, add_divergence, add_to_sum, copy_points
 
    integer, parameter :: n_masses = corners*(corners + 1)/2   !! of a symmetric mass matrix: 11 21 31 41 22 32 42 33 43 44
-   integer, parameter :: n_moments = 1 + ndim + ndim*(ndim + 1)/2 !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2, or as many in space
+   integer, parameter :: n_moments = 1 + ndim + ndim*(ndim + 1)/2 !! of the volume: 1, xi, eta, xi**2, xi eta, eta**2, or in space
 
 contains
 
@@ -29,9 +29,9 @@ contains
       end do
    end subroutine add_mass_line
 
-   !> Add to the forces at points numbered on what straining does by a line of their stencil. A component of a force meets of the components of the
-   !> line what is up to 2 `ndim` - 1 places before and behind the same component of the middle: some of these are of other points, and count
-   !> nothing.
+   !> Add the change by straining to the forces at consecutive points by a line of their stencil. A component of a force meets the
+   !> components of the line up to 2 `ndim` - 1 places before and behind its own in the middle: some of these belong to other
+   !> points, with zero coefficients.
    pure subroutine add_stiffness_line(n, dt, c, v, force)
       integer, intent(in) :: n                          !! points
       real(dp), intent(in) :: dt                        !! [s]
@@ -73,7 +73,7 @@ contains
       end do
    end subroutine add_stiffness_line
 
-   !> What the lines of its stencil give to the momentum of one point, per time.
+   !> Change of the momentum of one point by the lines of its stencil, per time.
    pure function mass_by_lines(lines, middle, c, i, a) result(change)
       integer, intent(in) :: lines
       integer, intent(in) :: middle(lines)
@@ -90,7 +90,7 @@ contains
       end do
    end function mass_by_lines
 
-   !> What the lines of its stencil give to the force at one point, per time.
+   !> Change of the force at one point by the lines of its stencil, per time.
    pure function stiffness_by_lines(lines, middle, c, i, v) result(change)
       integer, intent(in) :: lines
       integer, intent(in) :: middle(lines)
@@ -133,8 +133,8 @@ contains
    end subroutine apply_mass
 
    !> Sums of V times stress, and of the same times the local coordinate across its direction, of linear elastic particles of one
-   !> material, which internal forces (7) are made of (`add_divergence`). L = grad of a field is linear in the local coordinates, so that
-   !> these sums need the moments of V only.
+   !> material, for the internal forces (7) (`add_divergence`). L = grad of a field is linear in the local coordinates: these sums
+   !> need only the moments of V.
    pure subroutine isotropic_stress(lambda, mu, a, moments, integrals)
       real(dp), intent(in) :: lambda, mu                !! [Pa]
       real(dp), intent(in) :: a(lanes, corners, ndim)   !! the field as by `take_corners`, over the size of the cell

@@ -1,24 +1,14 @@
-!> Passes without particles: element operators, by which the contributions of a cell change with the motion of its corners, where
-!> they do so linearly.
-!>
-!> In the total frame shape functions stay. What a particle gains in a pass is then linear in values at the nodes, and what it
-!> gains in many is so in their sums:
+!> Passes without particles: element operators give the change of the contributions of a cell with the motion of its corners, where
+!> it is linear (total frame, linear law). The gain of a particle in many passes is then linear in sums of nodal values:
 !>
 !>    v_p <- v_p + sum_i A_i N_i,             A_i = sum of a_i dt;
 !>    u_p <- u_p + sum_i U_i N_i,             U_i = sum of (v_i + a_i dt) dt;
-!>    H_p <- H_p + sum_i S_i (x) grad N_i,    S_i = sum of the velocities that strain, times their part of dt.
+!>    H_p <- H_p + sum_i S_i (x) grad N_i,    S_i = sum of the straining velocities, times their part of dt.
 !>
-!> With a linear law the sums of momentum and internal force at the nodes change linearly too, by the mass matrix (6) and the
-!> stiffness matrix of the cells: this is the finite element method with the particles as points of quadrature. A pass then adds to sums at
-!> the nodes (`hampm_stencils`), and particles stay behind until `give_to_particles` gives them what they have gained, and maps
-!> them. Points all of whose cells have operators keep their momentum and force; what the contributions of these cells then hold is that of the
-!> particles as they were mapped last.
-!>
-!> Blocks of cells with another law or with several materials are passed particle by particle as ever, and so are those with
-!> particles that carry a load, whose way is asked for after each step, and those with a corner that has hardly any mass: there the
-!> sums would be large, and a particle the small difference of such.
-!>
-!> Once particles are up to date nothing is kept here that does not follow from them: the sums are zero, the contributions theirs.
+!> This is the finite element method with the particles as quadrature points: nodal momentum changes by the mass matrix (6), force
+!> by the stiffness matrix. A pass adds to sums at the nodes (`hampm_stencils`); particles stay behind until `give_to_particles`
+!> updates and maps them. Points with operators in all cells keep their sums. Blocks with another law, several materials, loaded
+!> particles or a corner of next to no mass (a particle would be a small difference of large sums) are passed particle by particle.
 module hampm_element_operators
    use hampm_kinds, only: dp, ndim, corners
    use hampm_archive, only: archive_t
@@ -40,24 +30,24 @@ module hampm_element_operators
    public :: element_operators_t, find_operators, sum_masses, sum_moments, keeps_sums, add_up, add_up_from, apply_to_runs, &
              pass_by_all_operators, refresh_sums, assemble_all, give_to_particles, archive_gains
 
-   integer, parameter :: runs_per_task = 16      !! what a thread does at a time
+   integer, parameter :: runs_per_task = 16      !! size of a thread's task
 
    !> Which cells have an operator, and the numbers of these.
    type :: element_operators_t
       logical :: is_active = .false.                    !! whether any block has operators
       logical :: is_behind = .false.                    !! whether particles have not yet got what the sums hold
-      ! What follows from the particles
+      ! Derived from the particles
       integer, allocatable :: material(:)               !! of those that have, else 0; (blocks)
       integer, allocatable :: with(:), without(:)       !! blocks that have, and the others
       type(stencils_t) :: stencils
       type(run_t), allocatable :: runs(:)               !! of all points with stencils
-      integer, allocatable :: storing(:), gather(:)     !! points that keep their sums, and those that gather them from the cells around
-      integer :: of_map = 0                             !! which map of the particles the sums that are kept begin with
+      integer, allocatable :: storing(:), gather(:)     !! points that keep their sums, and points that gather them from cells
+      integer :: of_map = 0                             !! the map of the particles with which the kept sums begin
       real(dp), allocatable :: mobility(:, :)           !! 1/m, 0 of fixed components, in steps in tiles [1/kg], (ndim, n_points)
       type(support_operators_t) :: cells                !! instead of these, where cells are passed by supports
       real(dp), allocatable :: momentum(:, :)           !! that points keep [kg m/s], (ndim, n_points)
       real(dp), allocatable :: force(:, :)              !! [N], (ndim, n_points)
-      ! What the particles have not got yet, by point; zero where they are not behind. (ndim, n_points)
+      ! Increments that the particles do not have yet, by point; zero if they are up to date. (ndim, n_points)
       real(dp), allocatable :: kick(:, :)               !! A [m/s]
       real(dp), allocatable :: move(:, :)               !! U [m]
       real(dp), allocatable :: strain(:, :)             !! S [m]
@@ -263,7 +253,7 @@ contains
       operators%of_map = f%maps
    end subroutine refresh_sums
 
-   !> Sum at all points what the cells around them contribute, where points do not keep it. Forces at hanging nodes are not yet condensed.
+   !> Sum the contributions of the cells at all points that do not keep sums. Forces at hanging nodes are not yet condensed.
    subroutine assemble_all(operators, blocks, f, mass, momentum, force)
       type(element_operators_t), intent(inout) :: operators
       type(cell_blocks_t), intent(in) :: blocks

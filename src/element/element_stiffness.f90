@@ -1,7 +1,7 @@
-!> The stiffness of an element, by the points at which its material is looked at: of its particles as they stand, or of four points where a particle is alone.
+!> The stiffness of an element, integrated at its particles, or at four points if a particle is alone.
 !>
-!> Of axisymmetric material N_a/R is a third derivative of a shape function, by which displacements in direction 1 give H_33: displacement gradients and
-!> stresses then have a third column with that and stress_33 in direction 1.
+!> Of axisymmetric material N_a/R is a third derivative of a shape function (displacements in direction 1 give H_33): displacement
+!> gradients and stresses have a third column with H_33 or stress_33 in direction 1.
 module hampm_element_stiffness
    use hampm_kinds, only: dp, ndim, corners
    use hampm_forest, only: corner_offset
@@ -17,8 +17,8 @@ module hampm_element_stiffness
 
 contains
 
-   !> Stiffness of elements with the same functions, as the quarters of a quadratic cell have, by corner, its directions one after the other [N/m].
-   !> Particles of the same moduli, as those of a material at small strain have, need only the sum of the products of their gradients.
+   !> Stiffness of elements with the same functions, as the quarters of a quadratic cell, by corner, its directions consecutive
+   !> [N/m]. Particles of the same moduli, as of a material at small strain, need only the sum of the products of their gradients.
    pure subroutine element_stiffness(m, elements, is_tangent, point, matrix)
       class(matter_t), intent(in) :: m
       integer, intent(in) :: elements(:)         !! of which more than one are quarters, which share no dilatation
@@ -167,7 +167,7 @@ contains
       if (shares) h(:, :ndim) = h(:, :ndim) + missing/ndim*identity
    end function strain_by
 
-   !> What the derivatives of a shape function give to the trace of H by a displacement in each direction [1/m].
+   !> Derivative of the trace of H by a displacement in each direction, from the derivatives of a shape function [1/m].
    pure function of_trace(derivatives) result(part)
       real(dp), intent(in) :: derivatives(:)     !! [1/m]
       real(dp) :: part(ndim)
@@ -223,7 +223,7 @@ contains
       end do
    end function moduli_of
 
-   !> What a small change of H makes of the stress, both with a column of the hoop where material is axisymmetric, whose direction 2 has no part [Pa].
+   !> Change of the stress by a small change of H [Pa], both with a column of the hoop (no direction 2) if axisymmetric.
    pure function change_of_stress(material, h, dh, old_state, hoop) result(change)
       type(material_t), intent(in) :: material
       real(dp), intent(in) :: h(ndim, ndim)      !! displacement gradient [-]
@@ -241,8 +241,8 @@ contains
       end if
    end function change_of_stress
 
-   !> Add the stiffness of material of the same moduli: the force on corner a in direction i by a displacement of corner b in direction
-   !> j is the sum over k and l of moduli_ikjl times that of V N_a,k N_b,l.
+   !> Add the stiffness of material of the same moduli: the force on corner a in direction i by a displacement of corner b in
+   !> direction j is the sum over k and l of moduli_ikjl times the one of V N_a,k N_b,l.
    pure subroutine add_products(moduli, products, matrix)
       real(dp), intent(in) :: moduli(:, :, :, :)
       real(dp), intent(in) :: products(:, :)     !! by corner, the derivatives of a corner one after the other [m]
@@ -261,8 +261,8 @@ contains
       end do
    end subroutine add_products
 
-   !> Derivatives of the shape functions at the points by which a particle is stiff [1/m], (corners, derivatives, points): where it stands.
-   !> One particle alone in its cell does not feel how that is bent; four points near it keep the stiffness from being singular.
+   !> Derivatives of the shape functions at the integration points of a particle [1/m], (corners, derivatives, points): its
+   !> position. A particle alone in its cell does not resist bending; four points near it keep the stiffness from being singular.
    pure subroutine stiff_points(m, e, i, gradient)
       class(matter_t), intent(in) :: m
       integer, intent(in) :: e, i

@@ -1,14 +1,13 @@
-!> The part of a grid that changes within a coarse step of local time stepping (`hampm_local_leapfrog`): its cells and nodes in the
-!> order of how often they do so, so that those that have their turn are always the first ones, and what is needed of them, side by
-!> side.
+!> The part of a grid that changes within a coarse step of local time stepping (`hampm_local_leapfrog`): its cells and nodes ordered
+!> by frequency of change, so that those with a turn are the first ones, with all their data side by side.
 !>
 !> A finest step at which cells up to group t have their turn (`hampm_step_groups`) displaces the nodes of these, and changes
 !>
 !>    forces         in cells up to group t, and at their nodes: `forced`;
 !>    accelerations  by B = D**-1 M D**-1 in and at the nodes of one layer of cells more, the kicked ones: `moved`.
 !>
-!> Nodes are ordered by both intervals. A hanging node, which stands after all others, has the least intervals of its masters.
-!> Masters that never have a turn are outside: one point that is never displaced.
+!> Nodes are ordered by both intervals. A hanging node, after all others, has the least intervals of its masters. Masters that never
+!> have a turn are outside: one point that is never displaced.
 module hampm_fine_region
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: cell_blocks_t, lanes, n_sums, are_in_row
@@ -28,13 +27,13 @@ module hampm_fine_region
       integer, allocatable :: moved(:)           !! how many have new accelerations, (0:largest - 1)
    end type ordered_points_t
 
-   !> What changes within a coarse step. Points are numbered in its own order: nodes, hanging nodes, and what is outside.
+   !> Data that change within a coarse step. Points are numbered in its own order: nodes, hanging nodes, and the point outside.
    type :: fine_region_t
       integer :: largest = 0                     !! a coarse step is 2**largest finest ones
       type(ordered_points_t) :: nodes, hanging
       integer :: outside = 0                     !! number of the point for all that never changes
-      type(node_list_t) :: list                  !! the nodes, and hanging nodes as many as are to be treated
-      type(dofs_t) :: dofs                       !! masters of the hanging nodes; what they give to the point outside nobody reads
+      type(node_list_t) :: list                  !! the nodes, and hanging nodes as many as are treated
+      type(dofs_t) :: dofs                       !! masters of the hanging nodes; sums at the point outside are unused
       real(dp), allocatable :: inverse_mass(:, :) !! 1/D, 0 for fixed components [1/kg], (ndim, nodes)
       ! Blocks of cells are the first of `cell_blocks_t`
       integer, allocatable :: kicked(:)          !! how many are kicked at a turn, (0:largest - 1)
@@ -45,7 +44,7 @@ module hampm_fine_region
       integer, allocatable :: first_part(:)      !! their parts with one material each, (blocks + 1)
       integer, allocatable :: material(:)        !! of each part
       real(dp), allocatable :: moments(:, :, :)  !! [m3], (lanes, n_moments, parts)
-      ! What the blocks hold: vectors at the corners, (lanes, corners, ndim, 0:blocks), of block 0 zero
+      ! Contributions of the blocks: vectors at the corners, (lanes, corners, ndim, 0:blocks), of block 0 zero
       integer, allocatable :: place(:, :)        !! where those of the cells around a point stand, (corners, points)
       integer, allocatable :: high_valence(:, :) !! points with more cells than that, and where the others stand; (cells, 2)
    end type fine_region_t

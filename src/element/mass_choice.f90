@@ -10,7 +10,7 @@ module hampm_mass_choice
    private
    public :: mass_choice_t, new_mass_choice, choose_cells
 
-   !> What a model asks for: kind of the mass matrix, its parameters, and the solver.
+   !> Choice of a model: kind of the mass matrix, its parameters, and the solver.
    type :: mass_choice_t
       integer :: by = by_lumped                  !! way of solution
       integer :: order = 1                       !! of fmpm
@@ -53,8 +53,8 @@ contains
    !> Room for the cell matrices of a choice, and how much of each cell is lumped. A cell is within the box where its middle
    !> is. Fails where the memory does not suffice.
    !>
-   !> The weights of a hanging node of quadratic cells are not all positive. What two cells beside one coarser give to its nodes is, if of
-   !> both the same part is lumped: so it is, the larger one.
+   !> The weights of a hanging node of quadratic cells are not all positive. The contribution of two cells beside a coarser one to
+   !> its nodes is positive if the same part of both is lumped: the larger one.
    subroutine choose_cells(choice, grid, matrix, failure)
       type(mass_choice_t), intent(in) :: choice
       type(grid_t), intent(in) :: grid
@@ -100,7 +100,7 @@ contains
       end do
    end subroutine set_fractions
 
-   !> Let of two quadratic cells beside one coarser the same part be lumped: they share the middle of its side, a master of the hanging
+   !> Lump the same part of two quadratic cells beside a coarser one: they share the middle of its side, a master of the hanging
    !> nodes of both.
    subroutine agree_beside_coarser(grid, matrix)
       type(grid_t), intent(in) :: grid

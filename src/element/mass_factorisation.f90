@@ -1,6 +1,6 @@
-!> Factorised mass matrices of the directions, each without the degrees of freedom that are fixed in it. Directions share one where in each
-!> all nodes that are fixed in any of them are fixed or none but those of all, as on rollers: these nodes are eliminated last. Nodes that only lumped cells touch
-!> are not among the unknowns: each is divided by its own mass.
+!> Factorised mass matrices of the directions, each without the degrees of freedom that are fixed in it. Directions share a factor
+!> if each fixes either all nodes that any of them fixes, or only those that all of them fix, as on rollers: these are eliminated
+!> last. Nodes with lumped cells only are no unknowns: each is divided by its own mass.
 module hampm_mass_factorisation
    use hampm_archive, only: archive_t
    use hampm_kinds, only: dp, ndim
@@ -89,8 +89,8 @@ contains
       call failure%report(part%code, 'mass matrix: '//part%message//'. Likely cause: '//cause)
    end subroutine factorise_numbers
 
-   !> Keep the numbers that were factorised last, and how often that was done. Those that are read are factorised, the cells that were coupled then
-   !> being of this grid.
+   !> Archive the numbers factorised last, and the number of factorisations. Numbers read are factorised, with the cells coupled
+   !> then being of this grid.
    subroutine serialise(self, grid, fixed, is_factorised, archive)
       class(mass_factorisation_t), intent(inout) :: self
       type(grid_t), intent(in) :: grid
@@ -169,7 +169,7 @@ contains
       type(grid_t), intent(in) :: grid
       integer, intent(in) :: coupled(:)
       logical, intent(in) :: fixed(:, :)         !! (ndim, n_nodes)
-      logical, intent(in) :: may_share           !! whether directions may share a factor, which has to be definite where fixed nodes differ
+      logical, intent(in) :: may_share           !! whether directions may share a factor: definite for different fixed nodes
       integer, allocatable :: nodes(:)
       logical, allocatable :: in_all(:, :)       ! the nodes that are fixed in all directions of a factor, (1, n_nodes)
       integer :: of_direction(ndim), d, k        ! which factor belongs to a direction

@@ -1,17 +1,14 @@
-!> The mass matrix (6) by cells: each occupied cell has the small matrix of its corners, sum of m_p N_i N_j over its
-!> particles, in which part of it may be lumped. Row sums, and so mass and momentum, are always those of (9).
+!> The mass matrix (6) by cells: each occupied cell has the small matrix of its corners, sum of m_p N_i N_j over its particles, a
+!> part of which may be lumped. Row sums, and so mass and momentum, are always those of (9).
 !>
-!> Cells whose particles hardly determine the values at their corners are normal in the material point method: one that a
-!> particle has just entered, or one with fewer particles than corners. Their matrix is singular or nearly so. The rule:
-!> a cell matrix M is used as it is where M - floor D is positive definite, D being its lumped matrix; elsewhere
-!> (1 - floor) M + floor D takes its place. All eigenvalues of D^-1 M are then at least `eigenvalue_floor`, of every cell
-!> and so of the whole matrix: nothing is divided by a mass that is not there, and in the norm of D nodal values are at most
-!> 1/floor times the lumped ones. Four particles at the quarter points, with the eigenvalue 1/16, are used as they are.
+!> Cells with few particles, or one that has just entered, have (nearly) singular matrices. A cell matrix M is used as it is if M -
+!> floor D is positive definite, D being its lumped matrix; else (1 - floor) M + floor D replaces it. All eigenvalues of D^-1 M are
+!> then at least `eigenvalue_floor`: nodal values are at most 1/floor times the lumped ones in the norm of D
+!> (docs/explanation/mass.md).
 !>
-!> A quadratic cell is stored as four elements, its quarters, one after the other, and has one matrix of its nine nodes. Nine particles
-!> with their weights have the eigenvalue 1/36 and are used as they are, too. Where such cells are cut the functions of some nodes have integrals
-!> below 0, and nothing is lumped: there are the masses of the ghost penalty (`hampm_ghost_penalty`) instead, and residuals are weighed by the diagonal of M, as they are around
-!> an axis, where the integrals of functions of nodes on it are 0.
+!> A quadratic cell is stored as four elements, its quarters, consecutively, with one matrix of its nine nodes. Where such cells are
+!> cut the functions of some nodes have integrals below 0: nothing is lumped, the ghost penalty (`hampm_ghost_penalty`) adds masses,
+!> and residuals are weighted by the diagonal of M, as around an axis, where the integrals of functions of nodes on it are 0.
 module hampm_mass_matrix
    use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
@@ -23,7 +20,7 @@ module hampm_mass_matrix
    public :: lump_at, mass_matrix_t, region_t, find_coupled_region, prepare_cell, coupled_cells, has_matrix, &
              clear_empty_cells, invert_lumped, assemble, eigenvalue_floor, floor_of_domains, floor_of_quadratic, nodes_per_chunk
 
-   real(dp), parameter :: eigenvalue_floor = merge(0.05_dp, 0.0112_dp, ndim == 2) !! below 4**(-ndim), which four or eight particles have
+   real(dp), parameter :: eigenvalue_floor = merge(0.05_dp, 0.0112_dp, ndim == 2) !! below 4**(-ndim), of four or eight particles
    !> The same where particles have domains, which come into a cell a corner at a time: what is lumped takes spin from material that
    !> turns, and the equations are solved as well (docs/explanation/domains.md)
    real(dp), parameter :: floor_of_domains = 1e-3_dp
@@ -51,7 +48,7 @@ module hampm_mass_matrix
                                                         !! `nodes_per_chunk`
       integer, allocatable :: apart(:)                  !! the other nodes
       real(dp), allocatable :: lumped(:)                !! D, (9) [kg], (n_points)
-      type(jump_t), allocatable :: ghosts(:)            !! which have masses beside those of the cells; not allocated where all is lumped
+      type(jump_t), allocatable :: ghosts(:)            !! with masses beside those of the cells; not allocated if all is lumped
       real(dp), allocatable :: diagonal(:)              !! of M [kg], (n_points); not allocated where D is above 0 everywhere
       real(dp), allocatable :: inverse_lumped(:)        !! D^-1 at the nodes of occupied cells [1/kg], (n_points)
       ! By cells (`cell_of`), not allocated where all is lumped
@@ -61,7 +58,7 @@ module hampm_mass_matrix
       integer, allocatable :: copies(:, :)              !! of each node for bodies that meet (`copies_of_nodes` of the grid): where
                                                         !! several have mass, all is lumped; not allocated without such bodies
       real(dp), allocatable :: lumped_apart(:)          !! `lumped_fraction` of cells in which no bodies meet
-      logical, allocatable :: may_hang(:)               !! which have nodes that may hang, (cells); not allocated where all is lumped
+      logical, allocatable :: may_hang(:)               !! whether nodes may hang, (cells); not allocated if all is lumped
       real(dp), allocatable :: cell_inverse(:, :, :)    !! D_e M_e^-1 D_e by cells [kg], as `cell`; not allocated where
                                                         !! lumped masses need no solution with it
       integer :: version = 0                            !! how often the rows have been summed
@@ -195,9 +192,9 @@ contains
       end do
    end subroutine lump_where_bodies_meet
 
-   !> Lump the part `lumped_fraction` of a cell's matrix and, where equations are solved with it, what the rule above asks for.
-   !> What is lumped is put on the diagonal; where nodes of the cell may hang it is left out, for `assemble` to put it on the diagonal
-   !> of the nodes.
+   !> Lump the part `lumped_fraction` of a cell's matrix and, if equations are solved with it, what the rule above requires. The
+   !> lumped part is put on the diagonal; if nodes of the cell may hang it is left out, for `assemble` to put it on the diagonal of
+   !> the nodes.
    pure subroutine prepare_cell(n, lumped_fraction, is_solved, may_hang, m, least)
       integer, intent(in) :: n                   !! nodes of the cell
       real(dp), intent(in) :: lumped_fraction    !! 0: consistent, 1: lumped
@@ -229,8 +226,8 @@ contains
       end do
    end subroutine lump
 
-   !> Whether m - floor diag(diagonal) is positive definite, but for rounding: whether elimination finds positive pivots only. A cell on an axis with two by two
-   !> particles has the least eigenvalue 1/20.
+   !> Whether m - floor diag(diagonal) is positive definite up to rounding: elimination finds positive pivots only. A cell on an
+   !> axis with two by two particles has the least eigenvalue 1/20.
    pure logical function is_well_determined(n, floor, diagonal, m) result(well)
       integer, intent(in) :: n
       real(dp), intent(in) :: floor, diagonal(n), m(n, n)
@@ -254,8 +251,8 @@ contains
       end do
    end function is_well_determined
 
-   !> Find the inverse of the lumped matrix; 0 of the nodes of quadratic cells that have no lumped mass, on an axis or where the functions of cells that are cut
-   !> cancel each other but for rounding.
+   !> Find the inverse of the lumped matrix; 0 at nodes of quadratic cells without lumped mass: on an axis, or where functions of
+   !> cut cells cancel up to rounding.
    subroutine invert_lumped(matrix, is_quadratic)
       type(mass_matrix_t), intent(inout) :: matrix
       logical, intent(in) :: is_quadratic        !! whether cells are
@@ -299,7 +296,7 @@ contains
       matrix%version = matrix%version + 1
    end subroutine assemble
 
-   !> Find the diagonal of M at the nodes of the coupled region; of what hanging nodes give to it what each by itself gives.
+   !> Find the diagonal of M at the nodes of the coupled region, with the contribution of each hanging node by itself.
    subroutine find_diagonal(grid, matrix)
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(inout) :: matrix

@@ -1,8 +1,8 @@
-!> Products with the mass matrix of a run as a whole, from its cells and from what is lumped beside them:
+!> Products with the whole mass matrix of a run, from its cells and the lumped masses:
 !>
 !>    M = sum over the cells that are not lumped of T^T M_e T + diag(c),
 !>
-!> T being the weights of hanging nodes, and c what these cells leave of the lumped masses of the nodes; and with the masses of interface points.
+!> T being the weights of hanging nodes, c the rest of the lumped masses of the nodes; and with the masses of interface points.
 module hampm_mass_product
    use hampm_kinds, only: dp, ndim
    use hampm_grid, only: grid_t
@@ -68,11 +68,11 @@ contains
       end associate
    end subroutine multiply_by_mass
 
-   !> What the mass matrix gives to all components by values x: M x, 0 at hanging nodes. (ndim, n_points)
+   !> Product of the mass matrix with values of all components: M x, 0 at hanging nodes. (ndim, n_points)
    pure function by_mass(grid, matrix, x) result(y)
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
-      real(dp), intent(in), contiguous :: x(:, :) !! those at hanging nodes too, (ndim, n_points)
+      real(dp), intent(in), contiguous :: x(:, :) !! also at hanging nodes, (ndim, n_points)
       real(dp), allocatable :: y(:, :), concentrated(:)
       allocate (y(ndim, grid%n_points))
       call find_concentrated_mass(grid, matrix, concentrated)
@@ -84,7 +84,7 @@ contains
       type(grid_t), intent(in) :: grid
       type(mass_matrix_t), intent(in) :: matrix
       integer, intent(in) :: nodes(:)
-      real(dp), intent(in), contiguous :: x(:, :) !! those at hanging nodes too, (ndim, n_points)
+      real(dp), intent(in), contiguous :: x(:, :) !! also at hanging nodes, (ndim, n_points)
       real(dp) :: y(ndim, size(nodes))
       real(dp), allocatable :: all(:, :)
       if (allocated(matrix%cell)) then

@@ -1,17 +1,15 @@
-!> The nodal equations M x = b, with the mass matrix and the way of solution that a run asks for:
+!> The nodal equations M x = b, with the mass matrix and the solver of a run:
 !>
 !>   lumped   x = D^-1 b, D the lumped matrix (9);
 !>   fmpm     the first `order` terms of the series sum_j (I - D^-1 M)^j D^-1 b (Nairn & Hammerquist 2021);
 !>   cg       conjugate gradients preconditioned by the inverses of the cells' matrices (see `precondition`);
-!>   direct   the factors of the matrix; while it is not quite the one that was factorised, conjugate gradients preconditioned by
-!>            them, and when it has changed so much that more than a few iterates are needed, it is factorised anew.
+!>   direct   factors of the matrix; they precondition conjugate gradients while it has changed little, else it is factorised anew.
 !>
-!> What an iteration leaves is divided by D: the sum of M x is then the sum of b to rounding, so that momentum is exact.
+!> The residual of an iteration is divided by D: the sum of M x is the sum of b to rounding, so that momentum is exact. Components
+!> fixed by a Dirichlet constraint are eliminated.
 !>
-!> Components that a Dirichlet constraint fixes are eliminated: their unknowns are zero and their equations are left out.
-!>
-!> Vectors of the nodes of a region: what iterations do with them. Sums are taken over chunks of nodes first, so that they do not
-!> depend on the number of threads.
+!> Vectors of the nodes of a region, for iterations. Sums are taken over chunks of nodes first: independent of the number of
+!> threads.
 module hampm_mass_solver
    use hampm_kinds, only: dp, ndim, neighbours, long
    use hampm_archive, only: archive_t
@@ -49,9 +47,9 @@ module hampm_mass_solver
       integer(long) :: solutions = 0                !! so far
       integer(long) :: iterations = 0               !! of all solutions
       logical :: factorised = .false.               !! whether `direct` holds a factorisation to precondition with
-      integer, private :: layout = 0                !! that of the matrix that was solved last
-      integer, private :: version = 0               !! that of the matrix that was solved last
-      integer, private :: factorised_version = -1   !! that of the matrix that was factorised, where it stays: -1 else
+      integer, private :: layout = 0                !! of the matrix solved last
+      integer, private :: version = 0               !! of the matrix solved last
+      integer, private :: factorised_version = -1   !! of the matrix factorised last, if constant, else -1
       real(dp), private :: light_mass = 0           !! [kg]
       real(dp), allocatable, private :: inverse(:, :)     !! D^-1 where the matrix is coupled, 0 for fixed components,
                                                           !! 1 at hanging nodes, (ndim, n_points)
@@ -286,7 +284,7 @@ contains
       if (k > patience) s%factorised = .false.
    end subroutine iterate
 
-   !> Fail because the iteration does not come to an end, telling how far it came.
+   !> Fail because the iteration does not end, with its progress.
    subroutine report_divergence(iterations, norm, target, failure)
       integer, intent(in) :: iterations
       real(dp), intent(in) :: norm(:, :), target(:, :)  !! squares, as of `start_residual`

@@ -1,22 +1,15 @@
-!> The mean force over a coarse step of local time stepping by leapfrog steps: what lets large cells take long steps beside small
-!> ones.
+!> The mean force over a coarse step of local time stepping by leapfrog steps: large cells take long steps beside small ones.
 !>
-!> Of the nodal equations s'' = B f(s), f being linear in the displacements s and B = D**-1 M D**-1 (`hampm_local_leapfrog`), a
-!> coarse step T takes s(t + T) - 2 s(t) + s(t - T). In the part of it that is linear this is that of a motion which starts from
-!> rest at s(t), s(t + T) - s(t) twice, in which forces of cells that need no shorter steps are held (Diaz & Grote 2009, by levels
-!> Diaz & Grote 2015). Each level of cells halves the step of the coarser ones. The effective acceleration of level g at a
-!> displacement d, with the force c of coarser cells, is
+!> A coarse step T of s'' = B f(s), f linear in the displacements s, B = D**-1 M D**-1 (`hampm_local_leapfrog`), takes the second
+!> difference of s from a motion that starts from rest at s(t), with constant forces of cells that need no shorter steps (Diaz &
+!> Grote 2009; 2015 by levels). The acceleration of level g at a displacement d, with the force c of coarser cells, is
 !>
 !>    a_g(d, c) = (a_(g-1)(d, c_g) + a_(g-1)(d + h a_(g-1)(d, c_g), c_g))/2,   c_g = c + f_g(d),   h = theta (2**(g-1) dt)**2/2,
 !>    a_0(d, c) = B (c + f_0(d)).
 !>
-!> Written out, forces are evaluated 2**largest times, those of cells of group g each 2**g finest steps, and what acts on the nodes
-!> is the mean. The effective acceleration is Q f with a symmetric Q, so that the motion keeps an energy for ever as long as no
-!> eigenvalue of T**2 Q df/ds is below -4. theta, a little above 1, keeps vibrations whose period is that of a longer step away from
-!> that (Grote, Michel & Sauter 2021). Where all forces are in equilibrium no node is displaced, and the mean force is the force.
-!>
-!> What a finest step does with the cells and nodes that have their turn (`hampm_fine_region`), all of which stand side by side: in
-!> loops over the first of them.
+!> Forces of cells of group g are evaluated each 2**g finest steps. The acceleration is Q f with a symmetric Q: energy stays bounded
+!> while no eigenvalue of T**2 Q df/ds is below -4, which theta, a little above 1, ensures (Grote, Michel & Sauter 2021;
+!> docs/explanation/local_time_steps.md). All cells and nodes with a turn (`hampm_fine_region`) are the first ones.
 module hampm_mean_force
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: cell_blocks_t, lanes
@@ -36,7 +29,7 @@ module hampm_mean_force
    real(dp), parameter :: least_theta = 1.05_dp, theta_by_level = 0.05_dp
    integer, parameter :: worth_threads = 2*nodes_per_chunk !! points or blocks that are shared between threads
 
-   !> What is displaced and summed up within a coarse step, by points of the region and, in its blocks of cells, at corners.
+   !> Displacements and sums within a coarse step, by points of the region and, in its blocks of cells, at corners.
    type :: mean_force_t
       type(fine_region_t) :: region
       real(dp), allocatable, private :: displacement(:, :)  !! [m], (ndim, points)
@@ -84,7 +77,7 @@ contains
       type(material_t), intent(in) :: materials(:)
       type(cell_blocks_t), intent(in) :: blocks
       real(dp), intent(in) :: dt                 !! [s]
-      real(dp), intent(in) :: acceleration(:, :) !! D**-1 f, hanging nodes included [m/s2], (ndim, n_points)
+      real(dp), intent(in) :: acceleration(:, :) !! D**-1 f, also at hanging nodes [m/s2], (ndim, n_points)
       real(dp), intent(inout) :: force(:, :)     !! f [N], (ndim, n_points)
       integer :: s
       call find_first(mean, blocks, acceleration)
@@ -193,7 +186,7 @@ contains
       end associate
    end subroutine find_accelerations
 
-   !> Sum at the first nodes and hanging nodes what the cells around them hold, and condense it.
+   !> Sum the contributions of the cells at the first nodes and hanging nodes, and condense the sums.
    subroutine sum_at_points(mean, n_nodes, n_hanging, held)
       type(mean_force_t), intent(inout) :: mean
       integer, intent(in) :: n_nodes, n_hanging
@@ -220,7 +213,7 @@ contains
    !> those in that half, a0 + (sum now - sum then)/steps. Both are kept for the intervals that begin now.
    pure subroutine place_nodes(n, factor, share, a0, sum_then, sum_now, d_then, d, kept_sum, kept_d)
       integer, intent(in) :: n                          !! components of the nodes
-      real(dp), intent(in) :: factor                    !! by which the acceleration displaces [s2]
+      real(dp), intent(in) :: factor                    !! displacement over acceleration [s2]
       real(dp), intent(in) :: share                     !! 1/steps
       real(dp), intent(in) :: a0(n)                     !! where no node is displaced [m/s2]
       real(dp), intent(in) :: sum_then(n), sum_now(n)   !! of what it changes by, over the finest steps [m/s2]
@@ -266,7 +259,7 @@ contains
       end do
    end subroutine force_cells
 
-   !> What cells give to the momenta at their corners per time when these are kicked: M a.
+   !> Contributions of kicked cells to the momenta at their corners per time: M a.
    pure subroutine kick_cells(first, last, masses, nodes, in_row, acceleration, momentum)
       integer, intent(in) :: first, last                !! blocks
       real(dp), intent(in) :: masses(lanes, n_masses, *) !! by block [kg]

@@ -1,4 +1,4 @@
-!> What the grid carries during one step: one value a node, and the contributions of the cells from which the nodal sums are
+!> Fields of the grid during one step: one value a node, and the contributions of the cells, from which the nodal sums are
 !> assembled.
 module hampm_nodal_fields
    use hampm_kinds, only: dp, ndim, corners
@@ -38,7 +38,7 @@ module hampm_nodal_fields
                                                         !! (lanes, corners, n_sums, 0:blocks)
       integer :: maps = 0                               !! how often all particles have been mapped
       logical, allocatable :: left(:)                   !! whether a particle has left its cell in the last pass, (blocks)
-      real(dp), allocatable :: audit(:, :)              !! what the last pass has summed for the energy balance [J], (2, blocks)
+      real(dp), allocatable :: audit(:, :)              !! sums of the last pass for the energy balance [J], (2, blocks)
       logical, allocatable :: is_active(:)              !! whether each is one of elements with material, (n_points)
       real(dp), allocatable :: partial_power(:, :)      !! workspace of sums over nodes, (2, number of chunks of nodes)
    end type nodal_fields_t
@@ -71,7 +71,7 @@ contains
    end subroutine new_nodal_fields
 
    !> After a sort, if it has changed the cells of the blocks: place these in the grid, list the nodes of occupied cells, and clear
-   !> what cells and nodes without particles hold. Fails where the memory does not suffice.
+   !> the values of cells and nodes without particles. Fails where the memory does not suffice.
    subroutine find_active_nodes(grid, blocks, f, failure)
       type(grid_t), intent(in) :: grid
       type(cell_blocks_t), intent(inout) :: blocks
@@ -134,14 +134,14 @@ contains
       f%audit = 0
    end subroutine resize_to_blocks
 
-   !> Sum the contributions of the cells around some points. High-valence nodes have all of theirs in their slots meanwhile, so that sums have the order, and the last
-   !> bits, that they have in `hampm_tiling`.
+   !> Sum the contributions of the cells around some points. High-valence nodes have all of theirs in their slots meanwhile: sums
+   !> have the order, and the last bits, of `hampm_tiling`.
    subroutine assemble_at(points, blocks, f, mass, momentum, force)
       integer, intent(in) :: points(:)
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
       logical, intent(in) :: mass, momentum, force
-      real(dp) :: before(n_sums, size(blocks%high_valence, 2)) ! what high-valence nodes have in their last slot
+      real(dp) :: before(n_sums, size(blocks%high_valence, 2)) ! last slots of high-valence nodes
       if (allocated(blocks%is_high_valence)) call exchange([mass, momentum, force], points, .false., blocks, f, before)
       call assemble_sums(size(points), points, blocks%slot, f%contribution, mass, momentum, force, f%mass_matrix%lumped, &
                          f%momentum, f%force)
@@ -150,7 +150,7 @@ contains
 
    !> Let the high-valence ones of some nodes have all of their contributions to some sums in their slots or, `back`, as these were.
    subroutine exchange(sums, nodes, back, blocks, f, before)
-      logical, intent(in) :: sums(3)             !! those of mass, momentum and force
+      logical, intent(in) :: sums(3)             !! of mass, momentum and force
       integer, intent(in) :: nodes(:)
       logical, intent(in) :: back
       type(cell_blocks_t), intent(in) :: blocks
@@ -164,7 +164,7 @@ contains
       end do
    end subroutine exchange
 
-   !> Give what is summed at hanging nodes to their masters, and find what follows from the masses.
+   !> Distribute sums at hanging nodes to their masters, and find the fields that follow from the masses.
    subroutine finish_sums(grid, f, mass, momentum)
       type(grid_t), intent(in) :: grid
       type(nodal_fields_t), intent(inout) :: f

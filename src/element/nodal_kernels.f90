@@ -1,10 +1,9 @@
-!> What a step does at some nodes: assembly of the nodal sums from the contributions of the cells, and the nodal equations with
-!> lumped masses,
+!> Assembly of nodal sums from the contributions of the cells, and the nodal equations with lumped masses,
 !>
 !>    v = p/m (8), (10),     a = f/m - alpha v (5),     v^(n+1) = v^n + a dt,
 !>
-!> fixed components being 0. They stand here once, as functions of one component of one node; steps in tiles and steps in stages
-!> differ in the list of nodes, and in whether the sums are assembled on the way.
+!> fixed components being 0: functions of one component of one node. Steps in tiles and in stages differ in the list of nodes, and
+!> in whether the sums are assembled on the way.
 module hampm_nodal_kernels
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: lanes, of_mass, of_momentum, of_force
@@ -73,8 +72,8 @@ contains
       end do
    end subroutine assemble_sums
 
-   !> For the nodes among some with more cells than `slot` has room for: add to the contributions in the last slot those of the other
-   !> cells or, where `back` says so, put what was there before in its place again.
+   !> For nodes with more cells than `slot` has room for: add the contributions of the other cells to the last slot or, if `back`,
+   !> restore the last slot.
    pure subroutine exchange_high_valence(high_valence, slot, is_high_valence, nodes, back, contribution, before)
       integer, intent(in) :: high_valence(:, :)  !! see `cell_blocks_t`
       integer, intent(in) :: slot(:, :)          !! (corners, n_points)

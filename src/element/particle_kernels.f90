@@ -1,12 +1,12 @@
-!> What a pass does with the particles of a batch: blocks of `lanes` cells side by side, one block after the other, each in as many
-!> rows of one particle of each cell. The loop over the lanes is the vector loop: it loads and stores with unit stride, and what
-!> is summed over the particles of a cell stays in registers. Each procedure does one thing with all blocks of a batch; the
-!> pass calls those that it needs.
+!> Operations of a pass on the particles of a batch: blocks of `lanes` cells side by side, consecutive blocks, each in as many rows
+!> of one particle of each cell. The loop over the lanes is the vector loop: it loads and stores with unit stride, and sums over the
+!> particles of a cell stay in registers. Each procedure does one thing with all blocks of a batch; the pass calls those that it
+!> needs.
 !>
-!> The k-th place of a batch is in lane mod(k - 1, lanes) + 1. Arrays of particles come from the first place on, with
-!> their leading dimension. Nodal fields come as the polynomials a1 + a2 xi + a3 eta + a4 xi eta of the lanes' cells, by block; in
-!> space there are four more terms, times the third coordinate. What is private to a lane is declared in the loop, and loops of a
-!> constant length in that are unrolled by the compiler.
+!> The k-th place of a batch is in lane mod(k - 1, lanes) + 1. Arrays of particles come from the first place on, with their leading
+!> dimension. Nodal fields come as the polynomials a1 + a2 xi + a3 eta + a4 xi eta of the lanes' cells, by block; in space with four
+!> more terms, times the third coordinate. Private data of a lane are declared in the loop; the compiler unrolls inner loops of
+!> constant length.
 module hampm_particle_kernels
    use hampm_kinds, only: dp, ndim, plane, corners
    use hampm_basis, only: edge_margin
@@ -18,7 +18,7 @@ module hampm_particle_kernels
              add_mass, add_momentum, add_matrix, linear_forces, anisotropic_forces, add_stress, divergence
 
    integer, parameter :: most_blocks = 16, most_rows = merge(16, 64, ndim == 2) !! that are done at a time
-   integer, parameter :: n_across = corners/2   !! corners of the side across a direction, and moments of volume times stress over that
+   integer, parameter :: n_across = corners/2   !! corners of the side across a direction, and moments of stress over it
    integer, parameter :: plane_corners = 2**plane
 
 contains
@@ -241,8 +241,8 @@ contains
       end do
    end subroutine add_gradient
 
-   !> Add the contributions to the masses at the corners (9): at those of a plane, and in space of the next. Here and in the momenta each is
-   !> a product: as differences they would lose all digits at nodes whose mass is small, and the velocity of these with them.
+   !> Add the contributions to the masses at the corners (9): of a plane, and in space of the next one. Masses and momenta are
+   !> products: as differences they would lose all digits at nodes of small mass, and so would their velocity.
    pure subroutine add_mass(n, rows, ld, xi, mass, contribution)
       integer, intent(in) :: n, rows, ld
       real(dp), intent(in) :: xi(ld, ndim), mass(ld)
@@ -432,8 +432,8 @@ contains
       end do
    end subroutine forces_of_solid
 
-   !> Add to the moments from which the internal forces (7) follow: the sums of volume times stress, of the same times the local coordinate
-   !> across its direction and, in space, times the other one and the product of both; the second and third index are those of t in
+   !> Add to the moments for the internal forces (7): the sums of volume times stress, the same times the local coordinate across
+   !> its direction and, in space, times the other one and the product of both; the second and third index are those of t in
    !> `linear_forces`. In space the components are done one by one, so that the sums stay in registers.
    pure subroutine add_stress(n, rows, ld, xi, t, moments)
       integer, intent(in) :: n, rows, ld

@@ -1,24 +1,15 @@
-!> The passes over the particles, in each of which nodal values go to the particles (G2P) and sums over the particles to the nodes
-!> (P2G). A pass visits each block of cells, and in it the particles of its cells side by side. It does what its `pass_t` asks for,
-!> always in this order:
+!> The passes over the particles: nodal values go to the particles (G2P), sums over the particles to the nodes (P2G), by blocks of
+!> cells with particles side by side, in batches of blocks with equal rows (others through a padded buffer). A pass does what its
+!> `pass_t` asks for, in this order:
 !>
 !>   0. locate: find the local coordinates in the cells, which are kept for the passes that follow;
 !>   1. G2P     kick:   v <- v + a dt;
-!>   2.         strain: H <- H + dt L (I + H), L = grad of a nodal velocity;
-!>   3.         move:   u <- u + v^(n+1) dt, and look whether the particle has left its cell;
-!>   4. P2G     map:    mass and momentum, mass matrix, internal force to the grid, from the new u, v and H: the sums over the
-!>              particles of a cell are kept as its contribution, from which the nodal sums are assembled. They are void if any
-!>              particle has left its cell.
+!>   2.         strain: H <- H + dt L (I + H), L = grad of a nodal velocity; in the total frame H <- H + dt L;
+!>   3.         move:   u <- u + v^(n+1) dt, and check whether the particle has left its cell (never in the total frame);
+!>   4. P2G     map:    mass, momentum, mass matrix, internal force from the new u, v, H, as cell contributions; void if any left.
 !>
-!> In the total frame the shape functions are always those at the reference positions, H <- H + dt L, and no particle leaves
-!> its cell.
-!>
-!> The schemes USF, USL, USAVG and MUSL are short lists of such passes (`hampm_problem`). Blocks do not share what they
-!> write: the result has the same bytes on any number of threads.
-!>
-!> Where the cells of a block have equal numbers of particles, these stand in the arrays as the kernels want them, and blocks
-!> that follow each other with as many rows are done together, as a batch. The particles of other blocks pass through a
-!> buffer, in which cells with fewer are filled up with nothing: places without mass and volume.
+!> The schemes USF, USL, USAVG and MUSL are short lists of such passes (`hampm_problem`). Blocks do not share what they write: the
+!> result has the same bytes on any number of threads.
 module hampm_particle_pass
    use hampm_kinds, only: dp, ndim, corners
    use hampm_audit_kernels, only: kick_energy, strain_work
@@ -38,10 +29,10 @@ module hampm_particle_pass
    private
    public :: pass_report_t, pass_over_all, pass_over, pass_over_blocks, cell_matrices, find_crossing_particles, blocks_per_task
 
-   integer, parameter :: blocks_per_task = 32    !! what a thread does at a time
+   integer, parameter :: blocks_per_task = 32    !! size of a thread's task
    integer, parameter :: room = lanes*most_rows  !! places of the buffer
 
-   !> What a pass noticed and, for the energy balance, summed.
+   !> Events in a pass and its sums for the energy balance.
    type :: pass_report_t
       logical :: left_cell = .false.             !! some particle has left its cell
       logical :: jumped = .false.                !! some particle moved past the next cell or is no longer a number

@@ -1,6 +1,6 @@
-!> What one pass over the particles does (`hampm_particle_pass`), and the schemes of a step, which are lists of passes.
+!> A pass over the particles (`hampm_particle_pass`), and the schemes of a step, which are lists of passes.
 !>
-!> The schemes of a step. They differ in when the stress, that is H, is updated:
+!> The schemes differ in when the stress, that is H, is updated:
 !>
 !>   usf    first, with the velocities mapped from the particles at the start;
 !>   usl    last, with the updated nodal velocities: unstable where a node has little mass, so at free edges;
@@ -13,7 +13,7 @@ module hampm_pass
    private
    public :: pass_t, scheme_t, new_scheme, new_scheme_of_domains
 
-   !> What a pass does with each particle, in this order.
+   !> Operations of a pass on each particle, in this order.
    type :: pass_t
       logical :: locate = .false.                !! find the local coordinates; else they are those of the last pass
       logical :: kick = .false.                  !! v <- v + a dt
@@ -23,7 +23,7 @@ module hampm_pass
       logical :: move = .false.                  !! u <- u + v^(n+1) dt
       logical :: map_mass = .false.              !! lumped mass to the grid
       logical :: map_momentum = .false.          !! momentum to the grid
-      logical :: momentum_later = .false.        !! but not by element operators: it is not asked for before particles are up to date
+      logical :: momentum_later = .false.        !! but not by element operators: unused before particles are up to date
       logical :: map_matrix = .false.            !! mass matrix to the cells
       logical :: map_force = .false.             !! internal force to the grid
       logical :: audit = .false.                 !! sum what the energy balance asks for
@@ -33,7 +33,7 @@ module hampm_pass
    type :: scheme_t
       character(name_len) :: name = ''           !! 'usf', 'usl', 'usavg' or 'musl'
       logical :: remaps = .false.                !! whether velocities are mapped anew after the kick
-      type(pass_t) :: map_at_start               !! what the first node values of a step need
+      type(pass_t) :: map_at_start               !! for the first node values of a step
       type(pass_t), allocatable :: passes(:)     !! the step
    end type scheme_t
 

@@ -4,11 +4,11 @@
 !> Linear fields come out exactly, at edges of bodies and beside cells of another size too, where the lumped mass matrix errs in
 !> the first order.
 !>
-!> Quadratic cells as the indicators look at them: fields have values at the corners of cells, as in bilinear cells of the same size.
-!> The other nodes of a cell, in the middle of its sides and inside it, get what follows from its corners. One in the middle of a
-!> side that is a corner of finer cells has a value of its own, as in the bilinear transition element.
+!> Quadratic cells for indicators: fields have values at the corners of cells, as in bilinear cells of the same size. The other
+!> nodes of a cell, in the middle of its sides and inside it, get interpolated values. One in the middle of a side that is a corner
+!> of finer cells has a value of its own, as in the bilinear transition element.
 !>
-!> In a grid of bilinear cells all nodes are corners, and nothing here has anything to do.
+!> In a grid of bilinear cells all nodes are corners, and this step is empty.
 module hampm_recovery
    use hampm_kinds, only: dp, ndim, corners
    use hampm_dofs, only: element_of_slot
@@ -56,9 +56,9 @@ contains
       call m%grid%dofs%distribute(matrix%all, width, nodal)
    end subroutine recover
 
-   !> At the corners of quadratic cells the coefficients, of 1, x, y, x**2, x y and y**2 with x and y from the node in edges of the smallest
-   !> cell there, of the quadratic function that fits the particles of the cells around it best: one order more than what the stress of such cells
-   !> has. From all particles or from those of one material.
+   !> Coefficients at the corners of quadratic cells, of 1, x, y, x**2, x y and y**2 with x and y from the node in edges of the
+   !> smallest cell there, of the best quadratic fit to the particles of the cells around it: one order more than the stress of such
+   !> cells. From all particles or from those of one material.
    subroutine recover_quadratic(m, width, field, coefficient, edge, material)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: width
@@ -151,7 +151,7 @@ contains
       value = mean - matmul(moment, slope_weights(spread_x, mean_x))
    end subroutine fit
 
-   !> The particles in the leaves at a node, or in their pieces, of one material where that is present, and the edge of the smallest leaf [m].
+   !> The particles in the leaves (or pieces) at a node, of one material if present, and the edge of the smallest leaf [m].
    pure subroutine find_surroundings(m, node, material, n, number, edge)
       type(matter_t), intent(in) :: m
       integer, intent(in) :: node

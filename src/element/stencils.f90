@@ -1,15 +1,14 @@
-!> How the sums of momentum and internal force at points change with the motion of the points around them: by the rows that a point has
-!> in the assembled mass and stiffness matrices of the cells with element operators (`hampm_element_operators`),
+!> Change of momentum and internal force at points with the motion of the points around them: by the rows of a point in the
+!> assembled mass and stiffness matrices of the cells with element operators (`hampm_element_operators`),
 !>
 !>    p_i <- p_i + sum_j M_ij a_j dt,     f_i <- f_i - sum_j K_ij v_j dt.
 !>
-!> Cells of the same size and material whose particles stand alike are of one class, with one element matrix. Points that have cells of the same
-!> classes around them, and around these the same points from themselves on, have the same rows: a stencil. Points numbered on with the same
-!> stencil are a run, which is done with unit stride: no cell is visited, and nothing is looked up. So it goes in the inside of bodies and at
-!> straight edges; elsewhere a run is one point. Points with cells of other kinds around them, too, keep what those with operators give in
-!> the contribution of one of these.
+!> Cells of the same size and material whose particles stand alike are of one class, with one element matrix. Points with cells of
+!> the same classes and the same relative point numbers around them have the same rows: a stencil. Consecutive points with the same
+!> stencil are a run, done with unit stride and without any look-up: inside bodies and at straight edges; elsewhere a run is one
+!> point. Points that also have cells without operators keep the sums of the others in the contribution of one of these.
 !>
-!> The points of a stencil are taken in lines of three that are numbered on, as in a row of the grid.
+!> The points of a stencil are taken in lines of three consecutive numbers, as in a row of the grid.
 module hampm_stencils
    use hampm_kinds, only: dp, ndim, corners
    use hampm_cell_blocks, only: lanes, n_sums, of_mass, of_momentum, of_force
@@ -24,7 +23,7 @@ module hampm_stencils
    public :: stencils_t, run_t, find_stencils, runs_of, find_next, apply_stencils
 
    integer, parameter :: stride = lanes*corners  !! among contributions from one sum to the next
-   integer, parameter :: recent = merge(8, 128, ndim == 2) !! classes, or stencils, found last, among which is looked for an equal one
+   integer, parameter :: recent = merge(8, 128, ndim == 2) !! classes, or stencils, found last, that are searched
    integer, parameter :: longest = 128           !! points of a run
    real(dp), parameter :: rounding = 1.0e-12_dp  !! of integrals over the largest
 
@@ -32,7 +31,7 @@ module hampm_stencils
    type :: run_t
       integer :: first = 0, n = 0
       integer :: stencil = 0
-      integer :: home = 0                        !! of a single point: where its sums are kept among the contributions; 0: at the points
+      integer :: home = 0                        !! of a single point: its contribution with the sums; 0: at the points
    end type run_t
 
    !> The stencils, line by line, and that of each point.
@@ -45,12 +44,12 @@ module hampm_stencils
       integer, allocatable :: home(:)            !! see `run_t`, (n_points)
    end type stencils_t
 
-   !> What cells of a class have in common.
+   !> Common data of the cells of a class.
    type :: class_t
       integer :: material = 0
       real(dp) :: inverse_size = 0               !! [1/m]
       real(dp) :: integrals(n_masses + n_moments) = 0   !! M [kg], moments of the volume [m3]
-      real(dp) :: margin(n_masses + n_moments) = 0      !! by which these of a cell may differ
+      real(dp) :: margin(n_masses + n_moments) = 0      !! tolerance of these [kg], [m3]
       real(dp) :: mass(corners, corners) = 0     !! [kg]
       real(dp) :: stiffness(ndim*corners, ndim*corners) = 0  !! [N/m]
    end type class_t
@@ -227,8 +226,8 @@ contains
       end associate
    end function place_of_first
 
-   !> Add the n-th stencil: the rows of a point in the matrices of the cells around it. Its last line ends at the last of the points around, so that
-   !> all points of the lines exist.
+   !> Add the n-th stencil: the rows of a point in the matrices of the cells around it. Its last line ends at the last of the points
+   !> around: all points of the lines exist.
    pure subroutine add_stencil(cells, classes, n, s)
       integer, intent(in) :: cells(:, :)
       type(class_t), intent(in) :: classes(:)

@@ -1,10 +1,10 @@
-!> Element operators (`hampm_element_operators`) of cells that are passed by supports: how the contributions of a cell to momentum and
-!> internal force change with the motion of its points.
+!> Element operators (`hampm_element_operators`) of cells that are passed by supports: change of the contributions of a cell to
+!> momentum and internal force with the motion of its points.
 !>
-!> In two dimensions the stiffness of a square does not depend on its size, in three it goes with the size of a cube, and the mass matrix over the
-!> mass depends on neither. So all cells of one material, in space of one size, with as many particles share them, as the particles stand at the same
-!> places in each: those of quadratic cells do, and of bilinear ones the mass matrix tells. Of cells that are cut each has its own; those of solids
-!> have none.
+!> In two dimensions the stiffness of a square does not depend on its size, in three it is proportional to the size of a cube; the
+!> mass matrix over the mass depends on neither. All cells of one material (in space of one size) with as many particles share them
+!> if the particles stand at the same places: in quadratic cells they do, in bilinear ones the mass matrix tells. Each cut cell has
+!> its own; in solids none.
 module hampm_support_operators
    use hampm_kinds, only: dp, ndim, plane, corners
    use hampm_basis, only: points_of_quadratic
@@ -20,16 +20,16 @@ module hampm_support_operators
 
    integer, parameter :: most_dofs = ndim*points_of_quadratic
    integer, parameter :: rows = most_dofs + modulo(-most_dofs, lanes) !! of matrices: full vectors
-   !> Part of the mass of a bilinear cell that each of its corners needs to have: a particle then is no smaller than about this part of the
-   !> nodal sums that it is found from, so that it keeps ten of their sixteen digits.
+   !> Least mass of each corner of a bilinear cell, over the mass of the cell: a particle is then at least about this part of the
+   !> nodal sums that give it, and keeps ten of their sixteen digits.
    real(dp), parameter :: least_part = 1.0e-6_dp
    real(dp), parameter :: alike = 1e-9_dp        !! relative difference of volumes, and of masses, that is rounding
 
-   !> What cells of a kind have in common.
+   !> Common data of the cells of a kind.
    type :: kind_t
       logical :: is_own = .false.                !! of one cell only, which is cut
       integer :: material = 0, particles = 0
-      real(dp) :: volume = 0                     !! of their particles over the square of their size: the thickness, of a solid the size [m]
+      real(dp) :: volume = 0                     !! of their particles over the square of the size: thickness, of a solid size [m]
       ! Of (x, y) of each point, one after the other
       real(dp) :: mass(rows, most_dofs) = 0      !! over the mass of a cell [-]
       real(dp) :: stiffness(rows, most_dofs) = 0 !! [N/m]
@@ -100,7 +100,7 @@ contains
       end do
    end subroutine find_mass
 
-   !> The material, 0 where there are several, the number of particles and the volume that make the kind of a cell, and its mass [kg].
+   !> Material (0 if several), number of particles and volume, the kind of a cell, and its mass [kg].
    pure subroutine find_cell_kind(m, cell, kind, mass)
       type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
@@ -160,7 +160,7 @@ contains
       end associate
    end subroutine apply_to_cell
 
-   !> Add a factor times the product of a matrix with a field of the points to what a cell gives to these, which is kept as contributions of its
+   !> Add a factor times the product of a matrix with a field of the points to the contributions of a cell, which are stored by its
    !> elements.
    pure subroutine add_product(cell, factor, matrix, field, first, contribution)
       type(support_t), intent(in) :: cell

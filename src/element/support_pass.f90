@@ -1,23 +1,14 @@
-!> The passes over the particles (`hampm_particle_pass`) cell by cell, as the equations have them: a cell acts on the points of its support,
-!> the four of a bilinear or the nine of a quadratic one, and these on its particles, by their shape functions N and gradients. Models go this
-!> way whose cells are quadratic, whose particles are rings, or share the dilatation of their cell; for others `hampm_particle_pass` is faster.
+!> The passes over the particles (`hampm_particle_pass`) cell by cell: a cell acts on the points of its support, four of a bilinear,
+!> nine of a quadratic one, and these on its particles, by shape functions N and gradients. For cells that are quadratic,
+!> axisymmetric, or share their dilatation; others are faster there. Results have the same bytes on any number of threads.
 !>
-!> **Mean dilatation.** Where material hardly changes its volume, as in plastic flow, a bilinear cell with 2 by 2 particles has as many
-!> constraints as displacements, and no limit load (Nagtegaal, Parks & Rice, Comput. Meth. Appl. Mech. Engng 4 (1974) 153-177). With one
-!> dilatation a cell it can flow (B-bar; Hughes, Int. J. Numer. Meth. Engng 15 (1980) 1413-1418, in the plane). By gradients g_c of the
-!> functions of the points c with respect to position, and their mean over the particles that share, weighted by volume, the velocities v_c strain a
-!> particle by L, and its stress acts on the points by f_c, which do the same work:
+!> Mean dilatation (B-bar; Nagtegaal, Parks & Rice, Comput. Meth. Appl. Mech. Engng 4 (1974) 153-177; Hughes, Int. J. Numer. Meth.
+!> Engng 15 (1980) 1413-1418): with gradients g_c and their mean over the particles that share, weighted by volume,
 !>
-!>    L = sum_c v_c (x) g_c + (sum_c v_c . (mean g_c - g_c))/2 I,    f_c = -V (stress g_c + (stress_11 + stress_22)/2 (mean g_c - g_c)).
+!>    L = sum_c v_c (x) g_c + (sum_c v_c . (mean g_c - g_c))/2 I, f_c = -V (stress g_c + (stress_11 + stress_22)/2 (mean g_c - g_c))
 !>
-!> Of a ring N_c/r comes to the radial component of g_c in these traces.
-!>
-!> Laws for small strain have g_c = grad N_c in their frame. Those for any strain have the Kirchhoff stress, and gradients with respect to
-!> present positions in both frames, F^-T grad N_c in the total one: F-bar (de Souza Neto et al., Int. J. Solids Struct. 33 (1996) 3277-3296)
-!> step by step.
-!>
-!> What a cell gives to its points is kept as contributions of its elements at their corners, so that sums at the nodes are assembled as ever. Cells
-!> do not share what they write: the result has the same bytes on any number of threads.
+!> N_c/r of axisymmetric material is added to the radial component of g_c in these traces. g_c = grad N_c for small strains; else
+!> present gradients, with the Kirchhoff stress: F-bar (de Souza Neto et al., Int. J. Solids Struct. 33 (1996) 3277-3296).
 module hampm_support_pass
    use hampm_kinds, only: dp, ndim, corners
    use hampm_basis, only: inside_cell, edge_margin, points_of_quadratic
@@ -43,7 +34,7 @@ module hampm_support_pass
       integer :: n = 0                           !! number of particles
       integer :: particle(lanes) = 0             !! these, and the last one again behind them
       real(dp) :: functions(lanes, points_of_quadratic)
-      real(dp) :: gradients(lanes, points_of_quadratic, ndim) !! by which they are strained: those of their frame or, above, F^-T times these [1/m]
+      real(dp) :: gradients(lanes, points_of_quadratic, ndim) !! straining: of their frame, or F^-T times these [1/m]
    end type group_t
 
 contains
@@ -63,7 +54,7 @@ contains
       type(nodal_fields_t), intent(inout) :: f
       integer, intent(in) :: listed(:)           !! numbers of cells among the supports
       real(dp), intent(in) :: acceleration(ndim, *), new_velocity(ndim, *), strain_velocity(ndim, *)
-      real(dp), intent(out), optional :: audit(2) !! if the pass is to: sum of m |dv|**2 / 2, and of V times the integral of P : dH [J]
+      real(dp), intent(out), optional :: audit(2) !! if asked for: sum of m |dv|**2 / 2, and of V times the integral of P : dH [J]
       real(dp), allocatable :: of_cell(:, :)
       logical, allocatable :: has_left(:)
       integer :: k
@@ -83,8 +74,8 @@ contains
       end do
    end subroutine pass_by_supports
 
-   !> Do the pass with the particles of one cell, some of them side by side. Those that share their dilatation are all strained before any of them
-   !> acts on the points.
+   !> Do the pass with the particles of one cell, some of them side by side. Those that share their dilatation are all strained
+   !> before any of them acts on the points.
    subroutine pass_cell(pass, dt, m, cell, acceleration, new_velocity, strain_velocity, f, audit, has_left)
       type(pass_t), intent(in) :: pass
       real(dp), intent(in) :: dt                 !! [s]
@@ -358,11 +349,11 @@ contains
       if (.not. p%total_frame .or. is_by_place(material, p)) radius = radius + p%displacement(i, 1)
    end function radius_of
 
-   !> Means of the gradients over the particles of a cell that share their dilatation, weighted by present volume [1/m], (points, ndim).
+   !> Volume-weighted means of the gradients over the particles of a cell with one dilatation [1/m], (points, ndim).
    pure function mean_gradients(m, cell, particles) result(mean)
       type(matter_t), intent(in) :: m
       type(support_t), intent(in) :: cell
-      integer, intent(in) :: particles(:)        !! those of the cell
+      integer, intent(in) :: particles(:)        !! of the cell
       real(dp) :: mean(points_in(cell), ndim), weight, total
       type(group_t) :: group
       integer :: k, l
@@ -425,7 +416,7 @@ contains
       end associate
    end subroutine find_matrix
 
-   !> Store what a cell gives to its points, added up over the lanes, as contributions of its elements. Points on an axis have no mass.
+   !> Store the contributions of a cell to its points, summed over the lanes, by its elements. Points on an axis have no mass.
    pure subroutine store(pass, cell, is_ring, mass, momentum, force, f)
       type(pass_t), intent(in) :: pass
       type(support_t), intent(in) :: cell

@@ -8,8 +8,8 @@
 !> A thread does regions: some tiles in succession. Nodes of the first stage that several regions need are done before, and what
 !> needs several regions, after all these. Regions do not depend on the number of threads, so that sums by tile do not.
 !>
-!> So go steps of models in which nodes need no more than the cells around them: masses are lumped, no node hangs, and no faces touch. Some nodes may
-!> wait: their accelerations are there when the first part of a step has been done, and what needs these comes in the second.
+!> This is for models in which nodes need only the cells around them: lumped masses, no hanging nodes, no faces in contact. Some
+!> nodes may wait: their accelerations are there after the first part of a step, and all that needs these comes in the second.
 module hampm_tiling
    use hampm_kinds, only: corners, dp, ndim
    use hampm_cell_blocks, only: cell_blocks_t, n_sums, of_mass, of_momentum, of_force
@@ -44,17 +44,17 @@ module hampm_tiling
       integer :: n_regions = 0
       integer, allocatable :: first_tile(:)      !! of each region, (n_regions + 1)
       integer, allocatable, private :: region(:) !! of each tile, (0:n_tiles + 1)
-      type(stage_t), allocatable :: stages(:)    !! nodes, blocks, nodes and so on, behind the last pass those that have stencils; tile 0
+      type(stage_t), allocatable :: stages(:)    !! nodes, blocks, nodes and so on, last the nodes with stencils; tile 0
                                                  !! comes first, n_tiles + 1 last
-      integer, private :: layout = 0             !! that of the blocks for which it was made
+      integer, private :: layout = 0             !! of the blocks for which it was made
       logical, private :: is_lasting = .false.   !! whether for more than one step
       logical, allocatable, private :: waits(:)  !! which nodes do, (n_points); not allocated where none does
    end type tiling_t
 
 contains
 
-   !> Plan steps of `n_passes` passes, each after a stage of the nodes, for the present blocks, where that has not been done. A plan takes longer
-   !> than it saves in one step: for blocks that are seen for the first time, and may change with the next step, all is one tile.
+   !> Plan steps of `n_passes` passes, each after a stage of the nodes, for the present blocks, if not done. A plan costs more than
+   !> it saves in one step: new blocks, which may change with the next step, are one tile.
    subroutine plan_tiles(blocks, active, n_passes, operators, plan, waits)
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: active(:)           !! the nodes of occupied cells
@@ -111,9 +111,9 @@ contains
       end do
    end subroutine plan_whole
 
-   !> Plan steps in tiles. The nodes between two regions, which wait for both, are about a row of the grid, in space a plane: as many as the root of
-   !> all, or the cubic root to the power of two. With the number of regions growing like that root of the number of tiles, the part of the work that
-   !> waits stays the same. It is even, so that two threads have equal shares.
+   !> Plan steps in tiles. The nodes between two regions, which wait for both, are about a row of the grid, in space a plane: the
+   !> root of all, or the cubic root squared. With the number of regions growing as that root of the number of tiles, the waiting
+   !> part of the work is constant. The number is even: two threads have equal shares.
    subroutine plan_in_tiles(blocks, n_passes, operators, plan)
       type(cell_blocks_t), intent(in) :: blocks
       integer, intent(in) :: n_passes
@@ -164,8 +164,8 @@ contains
       end do
    end subroutine place_runs
 
-   !> When nodes are done: in the first stage with the first tile that needs them, before all where several regions do, in others as soon as their
-   !> blocks are done. -1 for nodes without blocks.
+   !> Order of nodes: in the first stage with the first tile that needs them, before all if several regions do, in others as soon as
+   !> their blocks are done. -1 for nodes without blocks.
    subroutine place_nodes(plan, blocks, block_tile, is_first, node_tile)
       type(tiling_t), intent(in) :: plan
       type(cell_blocks_t), intent(in) :: blocks
@@ -254,8 +254,8 @@ contains
       end associate
    end subroutine sort_items
 
-   !> Do the nodal sums and the passes of a step, or of its parts before and behind the accelerations of nodes that wait. Items before all regions
-   !> are in the first tile, those behind in the last; in one of these is the stage between the parts.
+   !> Do the nodal sums and the passes of a step, or of its parts before and after the accelerations of waiting nodes. Items before
+   !> all regions are in the first tile, those after them in the last; in one of these is the stage between the parts.
    subroutine step_in_tiles(plan, scheme, dt, damping_rate, m, free, new_masses, f, operators, damping_loss, part)
       type(tiling_t), intent(in) :: plan
       type(scheme_t), intent(in) :: scheme
@@ -266,7 +266,7 @@ contains
       logical, intent(in) :: new_masses                 !! whether nodal masses have changed since the last step
       type(nodal_fields_t), intent(inout) :: f
       type(element_operators_t), intent(inout) :: operators
-      real(dp), intent(out) :: damping_loss             !! what the damping takes, dt sum alpha m v^n . v^(n+1) [J]
+      real(dp), intent(out) :: damping_loss             !! dissipation of the damping, dt sum alpha m v^n . v^(n+1) [J]
       integer, intent(in) :: part                       !! 1 or 2; 0: both
       integer :: last                                   ! stage with accelerations
       logical :: is_waiting                             ! whether what needs these is in the other part
@@ -410,7 +410,7 @@ contains
       real(dp), intent(in) :: free(:, :)
       type(cell_blocks_t), intent(in) :: blocks
       type(nodal_fields_t), intent(inout) :: f
-      real(dp) :: before(n_sums, size(blocks%high_valence, 2)) ! what high-valence nodes have in their last slot
+      real(dp) :: before(n_sums, size(blocks%high_valence, 2)) ! last slots of high-valence nodes
       if (allocated(blocks%is_high_valence)) call exchange([mass, velocity, acceleration], nodes, .false., blocks, f, before)
       associate (n => size(nodes), inverse => f%mass_matrix%inverse_lumped)
          if (mass) call find_masses(n, nodes, blocks%slot, f%contribution(1, 1, of_mass, 0), f%mass_matrix%lumped, inverse)
